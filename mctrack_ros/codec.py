@@ -1,0 +1,349 @@
+"""
+Interfaces and pictures to ROS messages and back: the only code that knows message fields.
+
+The message classes come as an argument, so the same code serves rclpy and rosbags.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, TypeVar
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.interfaces import Column, Rows
+
+AnyRows = TypeVar('AnyRows', bound=Rows)
+
+_POINT_FIELD_TYPES = {'i1': 1, 'u1': 2, 'i2': 3, 'u2': 4, 'i4': 5, 'u4': 6, 'f4': 7, 'f8': 8}
+_NUMPY_TYPES = {code: name for name, code in _POINT_FIELD_TYPES.items()}
+_CHANNELS = {'mono8': 1, 'bgr8': 3, 'rgb8': 3, 'bgra8': 4, 'rgba8': 4}
+_TO_BGR = {
+    'mono8': cv2.COLOR_GRAY2BGR,
+    'rgb8': cv2.COLOR_RGB2BGR,
+    'bgra8': cv2.COLOR_BGRA2BGR,
+    'rgba8': cv2.COLOR_RGBA2BGR,
+}
+
+
+class CodecError(ValueError):
+    """A message that does not hold what it should."""
+
+
+@dataclass(frozen=True, slots=True)
+class MessageClasses:
+    """
+    The message classes of one ROS implementation.
+
+    Attributes
+    ----------
+    cloud, field, header, time, image, compressed_image : callable
+        ``sensor_msgs/PointCloud2``, ``PointField``, ``std_msgs/Header``,
+        ``builtin_interfaces/Time``, ``sensor_msgs/Image`` and ``CompressedImage``.
+    octets : callable
+        Turns a (n,) uint8 array into what the implementation stores fastest in ``uint8[]``.
+
+    """
+
+    cloud: Callable[..., Any]
+    field: Callable[..., Any]
+    header: Callable[..., Any]
+    time: Callable[..., Any]
+    image: Callable[..., Any]
+    compressed_image: Callable[..., Any]
+    octets: Callable[[NDArray[np.uint8]], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """How one row type lies in a cloud: packed type and, per column, its triangle."""
+
+    dtype: np.dtype[np.void]
+    triangles: dict[str, tuple[NDArray[np.intp], NDArray[np.intp]]]
+
+
+def stamp_ns_of(message: Any) -> int:
+    """Return the header's stamp in ns."""
+    stamp = message.header.stamp
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+
+def header(classes: MessageClasses, stamp_ns: int, frame_id: str) -> Any:
+    """Return a ``std_msgs/Header``."""
+    seconds, nanoseconds = divmod(int(stamp_ns), 1_000_000_000)
+    stamp = classes.time(sec=seconds, nanosec=nanoseconds)
+    return classes.header(stamp=stamp, frame_id=frame_id)
+
+
+def cloud_from_rows(rows: Rows, classes: MessageClasses, frame_id: str) -> Any:
+    """
+    Encode rows as a ``sensor_msgs/PointCloud2``.
+
+    Little-endian, 4-byte fields first and bytes last, ``point_step`` a multiple of 4,
+    covariances as row-major upper triangles; an empty array still carries its fields.
+
+    Parameters
+    ----------
+    rows : Rows
+        Any row type of the interfaces.
+    classes : MessageClasses
+        Of rclpy or of rosbags.
+    frame_id : str
+        Frame of the positions.
+
+    Returns
+    -------
+    object
+        The message.
+
+    """
+    kind: Any = type(rows)
+    layout = _layout(kind)
+    packed = np.zeros(len(rows), layout.dtype)
+    position = rows.position
+    for axis, name in enumerate('xyz'):
+        packed[name] = position[:, axis]
+    for name in rows.COLUMNS:
+        if name == 'position':
+            continue
+        values = getattr(rows, name)
+        if name in layout.triangles:
+            upper, right = layout.triangles[name]
+            values = values[:, upper, right]
+        packed[name] = values
+    step = layout.dtype.itemsize
+    return classes.cloud(
+        header=header(classes, rows.stamp_ns, frame_id),
+        height=1,
+        width=len(rows),
+        fields=[classes.field(**field) for field in _point_fields(kind)],
+        is_bigendian=False,
+        point_step=step,
+        row_step=step * len(rows),
+        data=classes.octets(packed.view(np.uint8).reshape(-1)),
+        is_dense=bool(np.isfinite(position).all()),
+    )
+
+
+def rows_from_cloud(message: Any, kind: type[AnyRows]) -> AnyRows:
+    """
+    Decode a ``sensor_msgs/PointCloud2``.
+
+    Parameters
+    ----------
+    message : object
+        A message of rclpy or rosbags.
+    kind : type
+        The row type expected.
+
+    Returns
+    -------
+    Rows
+        Of that type; further fields of the message are passed over.
+
+    Raises
+    ------
+    CodecError
+        If fields are missing or of another type, sizes disagree, or a value is not finite
+        that must be.
+
+    """
+    hashable: Any = kind
+    layout = _layout(hashable)
+    packed = _packed_array(message, layout.dtype, kind.__name__)
+    columns: dict[str, NDArray[Any]] = {}
+    for name, column in kind.COLUMNS.items():
+        if name == 'position':
+            values = np.stack([packed[axis] for axis in 'xyz'], axis=1)
+        elif name in layout.triangles:
+            upper, right = layout.triangles[name]
+            values = np.empty((len(packed), *column.shape), column.dtype)
+            values[:, upper, right] = packed[name]
+            values[:, right, upper] = packed[name]
+        else:
+            values = np.ascontiguousarray(packed[name])
+        _check_finite(name, column, values, bool(message.is_dense))
+        columns[name] = values
+    return kind(stamp_ns=stamp_ns_of(message), **columns)
+
+
+def image_from_message(message: Any) -> NDArray[np.uint8]:
+    """
+    Return the picture of a ``sensor_msgs/Image`` or ``CompressedImage``.
+
+    Returns
+    -------
+    (height, width, 3) uint8 array
+        Blue, green, red.
+
+    Raises
+    ------
+    CodecError
+        If the picture is empty, its size and its data disagree, or its encoding is not one of
+        ``mono8``, ``bgr8``, ``rgb8``, ``bgra8``, ``rgba8``, JPEG or PNG.
+
+    """
+    data = np.frombuffer(message.data, np.uint8)
+    if data.size == 0:
+        raise CodecError('the image is empty')
+    if not hasattr(message, 'encoding'):
+        return _decompressed(data, str(message.format))
+    if message.encoding not in _CHANNELS:
+        raise CodecError(
+            f'image encoding {message.encoding!r} is not known, expected one of '
+            f'{", ".join(_CHANNELS)}'
+        )
+    height, width, channels = message.height, message.width, _CHANNELS[message.encoding]
+    used = width * channels
+    if height == 0 or width == 0 or message.step < used or data.size != message.step * height:
+        raise CodecError(
+            f'a {width} x {height} {message.encoding} image with step {message.step} holds '
+            f'{data.size} bytes, expected {max(message.step, used) * height}'
+        )
+    picture = data.reshape(height, message.step)[:, :used].reshape(height, width, channels)
+    if message.encoding == 'bgr8':
+        return np.ascontiguousarray(picture)
+    return np.asarray(cv2.cvtColor(picture, _TO_BGR[message.encoding]), np.uint8)
+
+
+def image_message(
+    image: NDArray[np.uint8], classes: MessageClasses, stamp_ns: int, frame_id: str
+) -> Any:
+    """Encode a (height, width, 3) BGR or (height, width) grey picture as ``sensor_msgs/Image``."""
+    height, width = image.shape[:2]
+    channels = 1 if image.ndim == 2 else 3
+    return classes.image(
+        header=header(classes, stamp_ns, frame_id),
+        height=height,
+        width=width,
+        encoding='mono8' if channels == 1 else 'bgr8',
+        is_bigendian=0,
+        step=width * channels,
+        data=classes.octets(np.ascontiguousarray(image).reshape(-1)),
+    )
+
+
+def compressed_message(
+    jpeg: NDArray[np.uint8], classes: MessageClasses, stamp_ns: int, frame_id: str
+) -> Any:
+    """Wrap (n,) bytes of a JPEG picture as ``sensor_msgs/CompressedImage``."""
+    return classes.compressed_image(
+        header=header(classes, stamp_ns, frame_id), format='jpeg', data=classes.octets(jpeg)
+    )
+
+
+def jpeg_from_image(image: NDArray[np.uint8], quality: int = 90) -> NDArray[np.uint8]:
+    """Compress a (height, width, 3) BGR picture; return the (n,) bytes of the JPEG."""
+    done, jpeg = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    if not done:
+        raise CodecError(f'a picture of shape {image.shape} cannot be compressed')
+    return np.asarray(jpeg, np.uint8).reshape(-1)
+
+
+def _decompressed(data: NDArray[np.uint8], name: str) -> NDArray[np.uint8]:
+    picture = cv2.imdecode(data, cv2.IMREAD_COLOR)
+    if picture is None:
+        raise CodecError(f'{data.size} bytes of a {name!r} image cannot be decompressed')
+    return np.asarray(picture, np.uint8)
+
+
+def _packed_array(message: Any, expected: np.dtype[np.void], name: str) -> NDArray[Any]:
+    """Return a structured view of a cloud's data, checked against the expected fields."""
+    if message.is_bigendian:
+        raise CodecError(f'a big-endian cloud of {name} cannot be read')
+    given = {str(field.name): field for field in message.fields}
+    offsets = []
+    for field_name in expected.names or ():
+        element, shape = expected[field_name].subdtype or (expected[field_name], ())
+        count = shape[0] if shape else 1
+        field = given.get(field_name)
+        if field is None:
+            raise CodecError(f'a cloud of {name} lacks the field {field_name!r}')
+        kind = _NUMPY_TYPES.get(int(field.datatype), 'unknown')
+        if kind != element.str[1:] or int(field.count) != count:
+            raise CodecError(
+                f'field {field_name!r} of a cloud of {name} is {field.count} x {kind}, '
+                f'expected {count} x {element.str[1:]}'
+            )
+        if field.offset + expected[field_name].itemsize > message.point_step:
+            raise CodecError(f'field {field_name!r} of a cloud of {name} exceeds its point_step')
+        offsets.append(int(field.offset))
+    rows = int(message.height) * int(message.width)
+    data = np.frombuffer(message.data, np.uint8)
+    if data.size != rows * message.point_step:
+        raise CodecError(
+            f'a cloud of {rows} {name} holds {data.size} bytes, '
+            f'expected {rows * message.point_step}'
+        )
+    names = list(expected.names or ())
+    dtype = np.dtype(
+        {
+            'names': names,
+            'formats': [expected[field_name] for field_name in names],
+            'offsets': offsets,
+            'itemsize': int(message.point_step),
+        }
+    )
+    return data.view(dtype) if rows else np.zeros(0, dtype)
+
+
+def _check_finite(name: str, column: Column, values: NDArray[Any], dense: bool) -> None:
+    """Refuse NaN and infinity but for the columns where NaN stands for unknown."""
+    if column.dtype[0] != 'f':
+        return
+    if np.isnan(column.fill) and not (name == 'position' and dense):
+        bad = np.isinf(values)
+    else:
+        bad = ~np.isfinite(values)
+    if bad.any():
+        row = int(np.nonzero(bad.reshape(len(values), -1).any(axis=1))[0][0])
+        raise CodecError(f'{name} of row {row} is not finite: {values[row].tolist()!r}')
+
+
+@cache
+def _layout(kind: Any) -> _Layout:
+    """Return how a row type is packed: x, y, z, then the columns by falling element size."""
+    columns = {name: column for name, column in kind.COLUMNS.items() if name != 'position'}
+    formats: list[tuple[str, str, tuple[int, ...]]] = [(axis, '<f4', ()) for axis in 'xyz']
+    triangles = {}
+    for name, column in sorted(
+        columns.items(), key=lambda item: -np.dtype(item[1].dtype).itemsize
+    ):
+        shape = column.shape
+        if len(shape) == 2:
+            triangles[name] = np.triu_indices(shape[0])
+            shape = (len(triangles[name][0]),)
+        formats.append((name, '<' + column.dtype, shape))
+    used = np.dtype(formats).itemsize
+    offsets = np.cumsum([0] + [np.dtype((f[1], f[2])).itemsize for f in formats])[:-1]
+    dtype = np.dtype(
+        {
+            'names': [f[0] for f in formats],
+            'formats': [np.dtype((f[1], f[2])) for f in formats],
+            'offsets': [int(offset) for offset in offsets],
+            'itemsize': -(-used // 4) * 4,
+        }
+    )
+    return _Layout(dtype, triangles)
+
+
+@cache
+def _point_fields(kind: Any) -> tuple[dict[str, Any], ...]:
+    """Return the arguments of a row type's ``PointField`` messages."""
+    dtype = _layout(kind).dtype
+    fields = []
+    for name in dtype.names or ():
+        element, shape = dtype[name].subdtype or (dtype[name], ())
+        fields.append(
+            {
+                'name': name,
+                'offset': int(dtype.fields[name][1]) if dtype.fields else 0,
+                'datatype': _POINT_FIELD_TYPES[element.str[1:]],
+                'count': int(shape[0]) if shape else 1,
+            }
+        )
+    return tuple(fields)

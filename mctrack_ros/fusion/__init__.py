@@ -1,0 +1,1 @@
+"""All cameras: detections in; tracks, feedback and events out."""

@@ -1,0 +1,39 @@
+"""Frozen arrays for one instant, the words that all parts of the graph share."""
+
+from mctrack_ros.interfaces.codes import (
+    MAX_CAMERAS,
+    MEMBERS,
+    TEMPLATE_SIZE,
+    ClassCode,
+    EventCode,
+    FeedbackFlag,
+    TrackStatus,
+    code_tables,
+)
+from mctrack_ros.interfaces.detections import Detections
+from mctrack_ros.interfaces.events import NO_CAMERA, Events
+from mctrack_ros.interfaces.feedback import Feedback
+from mctrack_ros.interfaces.rows import Column, Rows
+from mctrack_ros.interfaces.ticks import CameraDetections, Tick, Ticks
+from mctrack_ros.interfaces.tracks import Tracks
+
+__all__ = [
+    'MAX_CAMERAS',
+    'MEMBERS',
+    'NO_CAMERA',
+    'TEMPLATE_SIZE',
+    'CameraDetections',
+    'ClassCode',
+    'Column',
+    'Detections',
+    'EventCode',
+    'Events',
+    'Feedback',
+    'FeedbackFlag',
+    'Rows',
+    'Tick',
+    'Ticks',
+    'TrackStatus',
+    'Tracks',
+    'code_tables',
+]

@@ -1,0 +1,79 @@
+"""What one camera sees at one instant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.interfaces.codes import MEMBERS, TEMPLATE_SIZE
+from mctrack_ros.interfaces.rows import POSITION, Column, Rows
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Detections(Rows):
+    """
+    Detections of one camera, one row each; an empty one is the camera's heartbeat.
+
+    Attributes
+    ----------
+    position : (n, 3) float32 array
+        Foot point on the ground, m, ground frame; NaN where it is not known.
+    covariance : (n, 2, 2) float32 array
+        Of the ground position, m².
+    box : (n, 4) float32 array
+        Left, top, width, height, px.
+    area : (n,) float32 array
+        Foreground area, px².
+    score : (n,) float32 array
+        Confidence, 0 to 1.
+    template : (n, 48) float32 array
+        Appearance histogram, zero where there is none.
+    local_id : (n,) uint32 array
+        The camera's own track; 0: none.
+    track_id : (n,) uint32 array
+        Global track that feedback taught the camera; 0: not known.
+    members : (n, 16) uint32 array
+        Global ids in a group, zero-padded.
+    member_count : (n,) uint8 array
+        1: a single target, more: a group, 0: a group of unknown size.
+    truncated : (n,) uint8 array
+        1 where the box touches the picture's edge.
+    class_id : (n,) uint8 array
+        A `ClassCode`.
+    kit : (n,) uint8 array
+        Cluster of clothing, 0: not known.
+
+    """
+
+    COLUMNS: ClassVar[dict[str, Column]] = {
+        'position': POSITION,
+        'covariance': Column('f4', (2, 2)),
+        'box': Column('f4', (4,)),
+        'area': Column('f4'),
+        'score': Column('f4', (), 1.0),
+        'template': Column('f4', (TEMPLATE_SIZE,)),
+        'local_id': Column('u4'),
+        'track_id': Column('u4'),
+        'members': Column('u4', (MEMBERS,)),
+        'member_count': Column('u1', (), 1),
+        'truncated': Column('u1'),
+        'class_id': Column('u1'),
+        'kit': Column('u1'),
+    }
+
+    position: NDArray[np.float32]
+    covariance: NDArray[np.float32]
+    box: NDArray[np.float32]
+    area: NDArray[np.float32]
+    score: NDArray[np.float32]
+    template: NDArray[np.float32]
+    local_id: NDArray[np.uint32]
+    track_id: NDArray[np.uint32]
+    members: NDArray[np.uint32]
+    member_count: NDArray[np.uint8]
+    truncated: NDArray[np.uint8]
+    class_id: NDArray[np.uint8]
+    kit: NDArray[np.uint8]

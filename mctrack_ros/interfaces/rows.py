@@ -1,0 +1,115 @@
+"""Parallel arrays for one instant: what every interface of the graph is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """
+    One array of a row type: its element type, its shape behind the first axis, its default.
+
+    Attributes
+    ----------
+    dtype : str
+        NumPy type code without byte order, for example ``f4``.
+    shape : tuple of int
+        Shape of one row's value; ``()`` for a number.
+    fill : float
+        What a column is filled with where nothing is known.
+
+    """
+
+    dtype: str
+    shape: tuple[int, ...] = ()
+    fill: float = 0.0
+
+
+POSITION = Column('f4', (3,), float('nan'))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rows:
+    """
+    Base of the row types: a stamp, ground positions and arrays that share their first axis.
+
+    A subclass names its columns in ``COLUMNS``, in the order of its fields, with the element
+    types that travel, so encoding loses nothing. Arrays are checked and made read-only.
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape or element type than its column.
+
+    """
+
+    COLUMNS: ClassVar[dict[str, Column]] = {}
+
+    stamp_ns: int
+    position: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        """Check every column against its declaration and freeze it."""
+        count: int | None = None
+        for name, column in self.COLUMNS.items():
+            array = getattr(self, name)
+            count = len(array) if count is None else count
+            expected = (count, *column.shape)
+            if array.shape != expected or array.dtype != column.dtype:
+                raise ValueError(
+                    f'{name} has shape {array.shape} and type {array.dtype}, '
+                    f'expected {expected} and {np.dtype(column.dtype)}'
+                )
+            view = array.view()
+            view.flags.writeable = False
+            object.__setattr__(self, name, view)
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.position)
+
+    @classmethod
+    def build(cls, stamp_ns: int, **columns: ArrayLike) -> Self:
+        """
+        Make rows from some columns; the others are filled with their defaults.
+
+        Parameters
+        ----------
+        stamp_ns : int
+            Time of the rows, ns.
+        **columns : array_like
+            Values by column name, one row each; converted to the column's element type.
+
+        Raises
+        ------
+        ValueError
+            If a column is not known or lengths differ.
+
+        """
+        unknown = columns.keys() - cls.COLUMNS.keys()
+        if unknown:
+            raise ValueError(f'{cls.__name__} has no column {sorted(unknown)[0]!r}')
+        count = len(np.asarray(next(iter(columns.values())))) if columns else 0
+        arrays: dict[str, Any] = {}
+        for name, column in cls.COLUMNS.items():
+            if name in columns:
+                given = np.asarray(columns[name], dtype=column.dtype)
+                arrays[name] = given.reshape((-1, *column.shape)) if given.size == 0 else given
+            else:
+                arrays[name] = np.full((count, *column.shape), column.fill, column.dtype)
+        return cls(stamp_ns=int(stamp_ns), **arrays)
+
+    def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Self:
+        """Return the rows that a mask or an index array picks, in its order."""
+        columns = {name: getattr(self, name)[index] for name in self.COLUMNS}
+        return type(self)(stamp_ns=self.stamp_ns, **columns)
+
+    def replace(self, **columns: ArrayLike) -> Self:
+        """Return the same rows with some columns exchanged."""
+        kept = {name: getattr(self, name) for name in self.COLUMNS} | columns
+        return type(self).build(self.stamp_ns, **kept)

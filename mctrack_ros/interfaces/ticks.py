@@ -1,0 +1,102 @@
+"""One period of fusion: what went into it, and the record of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.interfaces.detections import Detections
+from mctrack_ros.interfaces.rows import POSITION, Column, Rows
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CameraDetections:
+    """
+    Detections with the name of the camera they come from.
+
+    Attributes
+    ----------
+    camera : str
+        Name in the site's list of cameras.
+    detections : Detections
+        Stamped with the picture's capture time.
+
+    """
+
+    camera: str
+    detections: Detections
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Ticks(Rows):
+    """
+    What was admitted to one tick, one row a camera.
+
+    Attributes
+    ----------
+    position : (n, 3) float32 array
+        Not used: NaN.
+    camera : (n,) uint32 array
+        Index in the site's order.
+    admitted : (n,) uint32 array
+        Messages admitted to this tick.
+    detections : (n,) uint32 array
+        Detections in them.
+    late : (n,) uint32 array
+        Messages that came too late since the last tick, dropped.
+    dropped_detections : (n,) uint32 array
+        Detections in those.
+    feedback_missed : (n,) uint32 array
+        Pictures since the last tick for which the camera lacked its feedback.
+    missing : (n,) uint8 array
+        1 where a live camera did not report to this tick.
+    alive : (n,) uint8 array
+        1 where the camera counts as live.
+
+    """
+
+    COLUMNS: ClassVar[dict[str, Column]] = {
+        'position': POSITION,
+        'camera': Column('u4'),
+        'admitted': Column('u4'),
+        'detections': Column('u4'),
+        'late': Column('u4'),
+        'dropped_detections': Column('u4'),
+        'feedback_missed': Column('u4'),
+        'missing': Column('u1'),
+        'alive': Column('u1'),
+    }
+
+    position: NDArray[np.float32]
+    camera: NDArray[np.uint32]
+    admitted: NDArray[np.uint32]
+    detections: NDArray[np.uint32]
+    late: NDArray[np.uint32]
+    dropped_detections: NDArray[np.uint32]
+    feedback_missed: NDArray[np.uint32]
+    missing: NDArray[np.uint8]
+    alive: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tick:
+    """
+    Everything that fusion is given for one period, in canonical order.
+
+    Attributes
+    ----------
+    stamp_ns : int
+        The latest stamp admitted; what fusion makes of the tick carries it.
+    frames : tuple of CameraDetections
+        Sorted by camera name, then stamp.
+    record : Ticks
+        What was admitted, late and missing.
+
+    """
+
+    stamp_ns: int
+    frames: tuple[CameraDetections, ...]
+    record: Ticks

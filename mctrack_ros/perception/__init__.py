@@ -1,0 +1,1 @@
+"""One camera: picture and feedback in, detections out."""

@@ -1,0 +1,1 @@
+"""Bags through the pipelines in lock step, without DDS."""

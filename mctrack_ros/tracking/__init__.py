@@ -1,0 +1,1 @@
+"""What both the cameras and the fusion use: filters, appearance, association."""

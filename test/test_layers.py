@@ -1,0 +1,50 @@
+"""Imports run one way through the package."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / 'mctrack_ros'
+
+ALLOWED = {
+    'interfaces': set(),
+    'config': set(),
+    'ground': {'interfaces', 'config'},
+    'tracking': {'interfaces', 'config', 'ground'},
+    'perception': {'interfaces', 'config', 'ground', 'tracking'},
+    'fusion': {'interfaces', 'config', 'ground', 'tracking'},
+    'simulation': {'interfaces'},
+    'evaluation': {'interfaces'},
+    'codec': {'interfaces'},
+}
+ALLOWED['site_config'] = {'interfaces', 'config', 'ground', 'tracking', 'perception', 'fusion'}
+ALLOWED['recording'] = {'interfaces', 'config', 'codec'}
+ALLOWED['replay'] = ALLOWED['site_config'] | {'site_config', 'codec', 'recording'}
+ALLOWED['experiments'] = ALLOWED['replay'] | {'replay', 'simulation', 'evaluation'}
+ALLOWED['ros'] = ALLOWED['experiments']
+ALLOWED['web'] = ALLOWED['ros'] | {'experiments', 'ros'}
+ALLOWED['cli'] = ALLOWED['web'] | {'web'}
+ROS_PACKAGES = {'rclpy', 'lifecycle_msgs', 'rcl_interfaces', 'ament_index_python', 'launch'}
+LAYERS = sorted({path.stem for path in PACKAGE.iterdir() if path.stem[0] != '_'})
+
+
+def imported_names(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f'{path}: a relative import'
+            yield node.module or ''
+
+
+@pytest.mark.parametrize('layer', LAYERS)
+def test_layer_imports_only_what_lies_below(layer):
+    root = PACKAGE / layer
+    for path in root.rglob('*.py') if root.is_dir() else [root.with_suffix('.py')]:
+        for name in imported_names(path):
+            top, *rest = name.split('.')
+            if top == 'mctrack_ros' and rest:
+                assert rest[0] == layer or rest[0] in ALLOWED[layer], f'{path} imports {name}'
+            is_ros = top in ROS_PACKAGES or top.endswith('_msgs')
+            assert layer == 'ros' or not is_ros, f'{path} imports {name}'
