@@ -1,1 +1,1 @@
-"""What both the cameras and the fusion use: filters, appearance, association."""
+"""What perception and fusion share: filters and association."""

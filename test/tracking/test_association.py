@@ -1,0 +1,56 @@
+from itertools import permutations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mctrack_ros.tracking.association import assign, mahalanobis
+
+
+def best_sum(cost, limit):
+    """Try every partial one-to-one assignment."""
+    rows, columns = cost.shape
+    slots = [*range(columns), *[None] * rows]
+    return min(
+        sum(cost[row, column] - limit for row, column in enumerate(chosen) if column is not None)
+        for chosen in permutations(slots, rows)
+    )
+
+
+@given(
+    rows=st.integers(0, 4),
+    columns=st.integers(0, 4),
+    limit=st.sampled_from([0.0, 5.0]),
+    seed=st.integers(0, 10**6),
+)
+def test_assignment_is_the_cheapest_of_all(rows, columns, limit, seed):
+    rng = np.random.default_rng(seed)
+    cost = rng.normal(limit, 3, (rows, columns))
+    cost[rng.random(cost.shape) < 0.3] = np.inf
+    first, second = assign(cost, limit)
+    assert len(set(first)) == len(first)
+    assert len(set(second)) == len(second)
+    assert (cost[first, second] < limit).all()
+    finite = np.where(np.isfinite(cost), cost, 1e6)
+    np.testing.assert_allclose((cost[first, second] - limit).sum(), best_sum(finite, limit))
+
+
+def test_nothing_to_assign_gives_nothing():
+    for shape in [(0, 0), (0, 3), (3, 0)]:
+        rows, columns = assign(np.zeros(shape))
+        assert len(rows) == len(columns) == 0
+
+
+def test_mahalanobis_is_the_textbook_one():
+    rng = np.random.default_rng(1)
+    spread = rng.normal(size=(5, 2, 2))
+    covariance = spread @ spread.swapaxes(1, 2) + np.eye(2)
+    predicted, measured = rng.normal(size=(2, 2)), rng.normal(size=(3, 2))
+    squared, log_determinant = mahalanobis(predicted, covariance[:2], measured, covariance[2:])
+    for row in range(2):
+        for column in range(3):
+            total = covariance[row] + covariance[2 + column]
+            gap = measured[column] - predicted[row]
+            expected = gap @ np.linalg.solve(total, gap)
+            np.testing.assert_allclose(squared[row, column], expected)
+            np.testing.assert_allclose(log_determinant[row, column], np.log(np.linalg.det(total)))
