@@ -34,8 +34,7 @@ class ProjectiveMapping:
         if matrix.shape != (3, 4) or not np.isfinite(matrix).all():
             raise ValueError(f'image_from_world has shape {matrix.shape}, expected finite (3, 4)')
         homography = matrix[:, [0, 1, 3]]
-        if abs(np.linalg.det(homography / np.linalg.norm(homography))) < 1e-12:
-            raise ValueError('the ground plane projects to a line: the homography is singular')
+        _check_regular(homography)
         centre = np.array([image_size[0] / 2, image_size[1] * 0.75, 1.0])
         depth = homography[2] @ np.linalg.solve(homography, centre)
         on_ground = np.linalg.solve(homography, centre)
@@ -64,6 +63,7 @@ class ProjectiveMapping:
         homography = np.asarray(image_from_ground, np.float64)
         if homography.shape != (3, 3) or not np.isfinite(homography).all():
             raise ValueError(f'homography has shape {homography.shape}, expected finite (3, 3)')
+        _check_regular(homography)
         width, height = image_size
         to_centre = np.array([[1.0, 0, -width / 2], [0, 1.0, -height / 2], [0, 0, 1.0]])
         first, second = (to_centre @ homography)[:, :2].T
@@ -174,6 +174,11 @@ class ProjectiveMapping:
         """Return how many columns, (n,) px, something of that width (m) spans at (n, 2) places."""
         jacobian = self.image_jacobian(position)
         return width * np.hypot(jacobian[:, 0, 0], jacobian[:, 0, 1])
+
+
+def _check_regular(homography: Floats) -> None:
+    if np.linalg.matrix_rank(homography) < 3:
+        raise ValueError('the ground plane projects to a line: the homography is singular')
 
 
 def _homogeneous(points: ArrayLike) -> Floats:

@@ -1,0 +1,57 @@
+"""Read a calibration given as a matrix: a homography or a projection."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from mctrack_ros.ground.projective import ProjectiveMapping
+
+_SHAPES = {'image_from_ground': (3, 3), 'ground_from_image': (3, 3), 'image_from_world': (3, 4)}
+
+
+class ProjectionError(ValueError):
+    """A projection file that cannot be used; names the file and the reason."""
+
+
+def read_projection(path: str | Path, image_size: tuple[int, int]) -> ProjectiveMapping:
+    """
+    Read a YAML file that holds one matrix, as a list of rows.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file. Its one key names the matrix: ``image_from_ground`` or ``ground_from_image``,
+        3 x 3, or ``image_from_world``, 3 x 4; metres and pixels.
+    image_size : (int, int)
+        Width and height of the picture the matrix belongs to, px.
+
+    Raises
+    ------
+    ProjectionError
+        If the file cannot be read or does not hold exactly one such matrix.
+
+    """
+    try:
+        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+    except OSError as error:
+        raise ProjectionError(f'{path}: {error.strerror or error}') from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        reason = ' '.join(str(error).split())
+        raise ProjectionError(f'{path}: not a readable YAML file: {reason}') from error
+    if not isinstance(content, dict) or len(content) != 1 or not content.keys() <= _SHAPES.keys():
+        raise ProjectionError(f'{path}: expected exactly one of the keys {sorted(_SHAPES)}')
+    ((name, rows),) = content.items()
+    try:
+        matrix = np.asarray(rows, np.float64)
+        if matrix.shape != _SHAPES[name]:
+            raise ValueError(f'{name} has shape {matrix.shape}, expected {_SHAPES[name]}')
+        if name == 'image_from_world':
+            return ProjectiveMapping(matrix, image_size)
+        if name == 'ground_from_image':
+            matrix = np.linalg.inv(matrix)
+        return ProjectiveMapping.from_homography(matrix, image_size)
+    except (ValueError, TypeError, np.linalg.LinAlgError) as error:
+        raise ProjectionError(f'{path}: {error}') from error

@@ -1,0 +1,136 @@
+import shutil
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from strategies import rows
+
+from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
+from mctrack_ros.interfaces import Detections
+from mctrack_ros.recording import ROSBAGS_CLASSES, BagError, BagReader, BagWriter
+
+
+@pytest.fixture
+def bag(tmp_path):
+    """Return a bag of 200 detections' messages and one text."""
+    rng = np.random.default_rng(1)
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.write_text('/site', '{}', 0)
+        for index in range(200):
+            detections = Detections.build(
+                index, position=rng.normal(size=(5, 3)), local_id=[1, 2, 3, 4, index]
+            )
+            writer.write_rows('/cam1/detections', detections, 'map')
+    return tmp_path / 'bag'
+
+
+def test_what_was_written_is_read_in_order(bag):
+    with BagReader(bag) as reader:
+        assert reader.topics == {
+            '/site': 'std_msgs/msg/String',
+            '/cam1/detections': 'sensor_msgs/msg/PointCloud2',
+        }
+        assert reader.count('/cam1/detections') == 200
+        stamps = [
+            rows_from_cloud(message, Detections).stamp_ns
+            for _, message, _ in reader.messages(['/cam1/detections'])
+        ]
+    assert stamps == list(range(200))
+
+
+@settings(max_examples=20, deadline=None)
+@given(given_rows=rows())
+def test_rows_survive_a_bag(tmp_path_factory, given_rows):
+    path = tmp_path_factory.mktemp('bags') / 'bag'
+    with BagWriter(path) as writer:
+        writer.write_rows('/rows', given_rows, 'map')
+    with BagReader(path) as reader:
+        ((_, message, time_ns),) = reader.messages()
+    assert time_ns == given_rows.stamp_ns
+    back = rows_from_cloud(message, type(given_rows))
+    for name in given_rows.COLUMNS:
+        assert getattr(back, name).tobytes() == getattr(given_rows, name).tobytes(), name
+
+
+def test_the_same_messages_give_the_same_bytes(bag, tmp_path):
+    with BagReader(bag) as reader, BagWriter(tmp_path / 'again' / 'bag') as writer:
+        for topic, kind, data, time_ns in reader.serialized():
+            writer.write_serialized(topic, kind, data, time_ns)
+    first, second = (
+        sorted(p.read_bytes() for p in path.iterdir()) for path in (bag, tmp_path / 'again/bag')
+    )
+    assert first == second
+
+
+def test_a_bag_is_not_overwritten_unasked(bag):
+    with pytest.raises(BagError, match='exists already'):
+        BagWriter(bag)
+    BagWriter(bag, overwrite=True).close()
+
+
+def test_a_folder_that_is_no_bag_is_never_overwritten(tmp_path):
+    (tmp_path / 'thesis.txt').write_text('mine')
+    with pytest.raises(BagError, match='exists already'):
+        BagWriter(tmp_path, overwrite=True)
+    assert (tmp_path / 'thesis.txt').read_text() == 'mine'
+
+
+def test_a_missing_bag_is_named(tmp_path):
+    with pytest.raises(BagError, match='nothing does not exist'):
+        BagReader(tmp_path / 'nothing')
+
+
+def test_an_empty_bag_is_refused(tmp_path):
+    BagWriter(tmp_path / 'empty').close()
+    with pytest.raises(BagError, match='holds no messages'):
+        BagReader(tmp_path / 'empty')
+
+
+def test_a_bag_without_its_end_is_refused(bag):
+    (bag / 'metadata.yaml').unlink()
+    with pytest.raises(BagError, match='was its recording cut off'):
+        BagReader(bag)
+
+
+@pytest.mark.parametrize('kept', [0.0, 0.3, 0.7, 0.999])
+def test_a_bag_cut_off_in_the_middle_is_refused_by_name(bag, kept):
+    (data,) = bag.glob('*.mcap')
+    data.write_bytes(data.read_bytes()[: int(kept * data.stat().st_size)])
+    with pytest.raises(BagError, match='cannot be read'), BagReader(bag) as reader:
+        list(reader.messages())
+
+
+def test_noise_in_place_of_a_bag_is_refused(bag):
+    (data,) = bag.glob('*.mcap')
+    data.write_bytes(np.random.default_rng(1).bytes(5000))
+    with pytest.raises(BagError, match='cannot be read'):
+        BagReader(bag)
+
+
+def test_a_topic_that_is_not_there_is_named(bag):
+    with BagReader(bag) as reader, pytest.raises(BagError, match='has no topic /cam9'):
+        list(reader.messages(['/cam9']))
+
+
+def test_an_unknown_message_type_is_named(bag):
+    with (
+        BagWriter(bag.parent / 'other') as writer,
+        pytest.raises(BagError, match='acme/msg/Gadget'),
+    ):
+        writer.write_serialized('/gadget', 'acme/msg/Gadget', b'', 0)
+
+
+def test_sqlite_bags_are_read_too(tmp_path):
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    types = get_typestore(Stores.ROS2_JAZZY)
+    message = cloud_from_rows(Detections.build(5), ROSBAGS_CLASSES, 'map')
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        connection = writer.add_connection(
+            '/cam1/detections', message.__msgtype__, typestore=types
+        )
+        writer.write(connection, 5, types.serialize_cdr(message, message.__msgtype__))
+    shutil.copytree(tmp_path / 'bag', tmp_path / 'moved')
+    with BagReader(tmp_path / 'moved') as reader:
+        assert [time_ns for _, _, time_ns in reader.messages()] == [5]
