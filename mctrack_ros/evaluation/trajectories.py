@@ -9,10 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mctrack_ros.interfaces import Tracks, TrackStatus
-
-REPORTED = (TrackStatus.CONFIRMED, TrackStatus.COASTING, TrackStatus.GROUPED)
-"""Tracks that a tracker stands for; tentative and deleted ones are not scored."""
+from mctrack_ros.interfaces import REPORTED, Tracks
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -3,6 +3,7 @@
 from mctrack_ros.interfaces.codes import (
     MAX_CAMERAS,
     MEMBERS,
+    REPORTED,
     TEMPLATE_SIZE,
     ClassCode,
     EventCode,
@@ -21,6 +22,7 @@ __all__ = [
     'MAX_CAMERAS',
     'MEMBERS',
     'NO_CAMERA',
+    'REPORTED',
     'TEMPLATE_SIZE',
     'CameraDetections',
     'ClassCode',

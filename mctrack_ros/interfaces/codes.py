@@ -22,6 +22,10 @@ class TrackStatus(IntEnum):
     DELETED = 4
 
 
+REPORTED = (TrackStatus.CONFIRMED, TrackStatus.COASTING, TrackStatus.GROUPED)
+"""Tracks that the tracker stands for: those that are scored and exported."""
+
+
 class EventCode(IntEnum):
     """Tracking events of the event-tracking paper, Table 1, and what the graph adds."""
 

@@ -1,5 +1,20 @@
 """Bags and exports."""
 
 from mctrack_ros.recording.bag import ROSBAGS_CLASSES, BagError, BagReader, BagWriter
+from mctrack_ros.recording.mot_text import (
+    MotTextError,
+    frame_origin_ns,
+    read_mot_text,
+    write_mot_text,
+)
 
-__all__ = ['ROSBAGS_CLASSES', 'BagError', 'BagReader', 'BagWriter']
+__all__ = [
+    'ROSBAGS_CLASSES',
+    'BagError',
+    'BagReader',
+    'BagWriter',
+    'MotTextError',
+    'frame_origin_ns',
+    'read_mot_text',
+    'write_mot_text',
+]

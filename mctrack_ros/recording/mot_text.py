@@ -1,0 +1,122 @@
+"""
+MOT text on the ground plane: ``frame,id,-1,-1,-1,-1,score,x,y,z``, frames from 1.
+
+The format of the MOTChallenge benchmarks with their box fields left open, positions in metres.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+
+from mctrack_ros.interfaces import REPORTED, Tracks
+
+_FIELDS = 10
+
+
+class MotTextError(ValueError):
+    """A file that is not MOT text with ground positions; names file, line and reason."""
+
+
+def write_mot_text(
+    path: str | Path, instants: Iterable[Tracks], period_ns: int, origin_ns: int | None = None
+) -> None:
+    """
+    Write the confirmed, coasting and grouped tracks of some instants.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; its parents are made.
+    instants : iterable of Tracks
+        One for each tick, ascending.
+    period_ns : int
+        Period of the ticks, ns.
+    origin_ns : int, optional
+        Where frame 1 begins, ns; by default the period that the first instant falls in.
+
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open('w', newline='\n') as file:
+        for rows in instants:
+            if origin_ns is None:
+                origin_ns = frame_origin_ns(rows.stamp_ns, period_ns)
+            frame = (rows.stamp_ns - origin_ns) // period_ns + 1
+            file.writelines(_lines(frame, rows.select(np.isin(rows.status, REPORTED))))
+
+
+def read_mot_text(path: str | Path, period_ns: int, origin_ns: int = 0) -> list[Tracks]:
+    """
+    Read tracks, or truth in the same format.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    period_ns : int
+        Period of the frames, ns.
+    origin_ns : int
+        Where frame 1 begins, ns.
+
+    Returns
+    -------
+    list of Tracks
+        One for each frame that has rows, ascending, stamped with the middle of its period.
+
+    Raises
+    ------
+    MotTextError
+        If the file is not there or a line does not hold what it should.
+
+    """
+    try:
+        lines = Path(path).read_text().splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise MotTextError(f'{path} cannot be read: {error}') from error
+    rows = [_row(path, number, line) for number, line in enumerate(lines, 1) if line.strip()]
+    rows.sort(key=lambda row: row[0])
+    return [
+        _instant(list(group), origin_ns + (int(frame) - 1) * period_ns + period_ns // 2)
+        for frame, group in groupby(rows, key=lambda row: row[0])
+    ]
+
+
+def frame_origin_ns(stamp_ns: int, period_ns: int) -> int:
+    """Return where the period begins whose middle is the stamp, for stamps of any phase."""
+    return stamp_ns - period_ns // 2
+
+
+def _lines(frame: int, rows: Tracks) -> Iterator[str]:
+    for track_id, score, (x, y, z) in zip(
+        rows.track_id.tolist(), rows.score.tolist(), rows.position.tolist()
+    ):
+        yield f'{frame},{track_id},-1,-1,-1,-1,{score:.3f},{x:.4f},{y:.4f},{z:.4f}\n'
+
+
+def _row(path: str | Path, number: int, line: str) -> list[float]:
+    """Return the numbers of a line."""
+    try:
+        values = [float(text) for text in line.split(',')]
+    except ValueError as error:
+        raise MotTextError(f'{path}, line {number}: {error}') from error
+    if len(values) != _FIELDS:
+        raise MotTextError(f'{path}, line {number}: {len(values)} fields, expected {_FIELDS}')
+    if not all(map(math.isfinite, values)):
+        raise MotTextError(f'{path}, line {number}: a number is not finite')
+    for name, value, least in (('frame', values[0], 1), ('id', values[1], 0)):
+        if value % 1 or not least <= value < 2**32:
+            raise MotTextError(
+                f'{path}, line {number}: the {name} is {value:g}, expected a whole number '
+                f'from {least}'
+            )
+    return values
+
+
+def _instant(rows: list[list[float]], stamp_ns: int) -> Tracks:
+    table = np.array(rows)
+    return Tracks.build(stamp_ns, track_id=table[:, 1], score=table[:, 6], position=table[:, 7:10])
