@@ -1,0 +1,207 @@
+"""From the foreground mask to blobs: noise removed, fragments of one person joined."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import parameter
+from mctrack_ros.ground import ProjectiveMapping
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BlobConfig:
+    """Parameters of `find_blobs`."""
+
+    opening_px: int = parameter(3, 'what is narrower is noise [px]', minimum=1, maximum=31)
+    closing_px: int = parameter(5, 'gaps up to this are closed [px]', minimum=1, maximum=63)
+    person_height_m: float = parameter(1.75, 'height of what is tracked [m]', minimum=0.05)
+    person_width_m: float = parameter(0.6, 'width of what is tracked [m]', minimum=0.05)
+    smallest_height: float = parameter(
+        0.35, 'least height of a blob, as a share of the expected', minimum=0.0
+    )
+    smallest_area: float = parameter(
+        0.08, 'least foreground, as a share of the expected box', minimum=0.0
+    )
+    largest_height: float = parameter(
+        2.5, 'greatest height of a blob, as a share of the expected', minimum=1.0
+    )
+    join_gap: float = parameter(
+        0.25, 'greatest gap between fragments of one, as a share of its height', minimum=0.0
+    )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Blobs:
+    """
+    Connected foreground, one row each.
+
+    Attributes
+    ----------
+    box : (n, 4) float64 array
+        Left, top, width, height, px.
+    area : (n,) float64 array
+        Foreground, px².
+    foot : (n, 2) float64 array
+        Bottom centre of the box, px.
+    position : (n, 2) float64 array
+        Where the foot stands on the ground, m.
+    expected : (n, 2) float64 array
+        Width and height of one person there, px.
+    truncated : (n,) bool array
+        Touches the picture's edge.
+
+    """
+
+    box: Floats
+    area: Floats
+    foot: Floats
+    position: Floats
+    expected: Floats
+    truncated: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        """Return the number of blobs."""
+        return len(self.box)
+
+
+def foot_of(box: Floats) -> Floats:
+    """Return the (n, 2) bottom centres, px, of (n, 4) boxes (event-tracking paper, eq. (2))."""
+    return np.column_stack([box[:, 0] + box[:, 2] / 2, box[:, 1] + box[:, 3]])
+
+
+def clean_mask(mask: NDArray[np.uint8], config: BlobConfig) -> NDArray[np.uint8]:
+    """Remove specks and close gaps (event-tracking paper, section 4.2)."""
+    opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, _kernel(config.opening_px))
+    closed = cv2.morphologyEx(opened, cv2.MORPH_CLOSE, _kernel(config.closing_px))
+    return closed  # type: ignore[return-value]
+
+
+def find_blobs(
+    mask: NDArray[np.uint8], mapping: ProjectiveMapping, scale: float, config: BlobConfig
+) -> Blobs:
+    """
+    Find what may be persons or groups of them in a cleaned mask.
+
+    Parameters
+    ----------
+    mask : (h, w) uint8 array
+        Foreground, 255; the mapping's picture reduced by `scale`.
+    mapping : ProjectiveMapping
+        Tells what size a person has where.
+    scale : float
+        Pixels of the picture to one of the mask.
+    config : BlobConfig
+        Parameters.
+
+    Returns
+    -------
+    Blobs
+        From left to right; fragments joined, specks and what is impossibly large left out.
+
+    """
+    contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    box = np.array([cv2.boundingRect(contour) for contour in contours], np.float64).reshape(-1, 4)
+    keep = box[:, 2] * box[:, 3] >= config.opening_px**2
+    box = box[keep][np.lexsort(box[keep].T[::-1])]
+    box = _joined(box * scale, mapping, config)
+    area = np.array([_foreground(mask, row / scale) for row in box]) * scale**2
+    blobs = describe(box, area.reshape(-1), mapping, config)
+    width, height = blobs.expected.T
+    plausible = (
+        np.isfinite(height)
+        & (box[:, 3] >= config.smallest_height * height * np.where(blobs.truncated, 0.5, 1.0))
+        & (blobs.area >= config.smallest_area * width * height)
+        & (box[:, 3] <= config.largest_height * height)
+    )
+    return describe(box[plausible], area[plausible], mapping, config)
+
+
+def describe(box: Floats, area: Floats, mapping: ProjectiveMapping, config: BlobConfig) -> Blobs:
+    """Look up where boxes stand and how large a person would be there."""
+    foot = foot_of(box)
+    position = mapping.ground_from_image(foot)
+    expected = expected_size(position, mapping, config)
+    width, height = mapping.image_size
+    truncated = (
+        (box[:, 0] <= 1)
+        | (box[:, 1] <= 1)
+        | (box[:, 0] + box[:, 2] >= width - 1)
+        | (box[:, 1] + box[:, 3] >= height - 1)
+    )
+    return Blobs(box, area, foot, position, expected, truncated)
+
+
+def expected_size(position: Floats, mapping: ProjectiveMapping, config: BlobConfig) -> Floats:
+    """Return (n, 2) width and height, px, of one person at (n, 2) places, m."""
+    return np.column_stack(
+        [
+            mapping.width_px(position, config.person_width_m),
+            mapping.height_px(position, config.person_height_m),
+        ]
+    )
+
+
+def overlap(first: Floats, second: Floats) -> Floats:
+    """Return the (n, m) intersections, px², of (n, 4) and (m, 4) boxes."""
+    low = np.maximum(first[:, None, :2], second[None, :, :2])
+    high = np.minimum(
+        (first[:, :2] + first[:, 2:])[:, None], (second[:, :2] + second[:, 2:])[None]
+    )
+    extent: Floats = np.clip(high - low, 0.0, None)
+    result: Floats = extent[..., 0] * extent[..., 1]
+    return result
+
+
+def union(first: Floats, second: Floats) -> Floats:
+    """Return the (..., 4) boxes around pairs of (..., 4) boxes."""
+    low = np.minimum(first[..., :2], second[..., :2])
+    high = np.maximum(first[..., :2] + first[..., 2:], second[..., :2] + second[..., 2:])
+    return np.concatenate([low, high - low], axis=-1)
+
+
+def _joined(box: Floats, mapping: ProjectiveMapping, config: BlobConfig) -> Floats:
+    """Join the closest fragments while the union is no larger than one person there."""
+    while len(box) > 1:
+        pair = _closest_fragments(box, mapping, config)
+        if pair is None:
+            break
+        first, second = pair
+        whole = union(box[first], box[second])
+        box = np.vstack([np.delete(box, [first, second], axis=0), whole])
+    return box[np.lexsort(box.T[::-1])]
+
+
+def _closest_fragments(
+    box: Floats, mapping: ProjectiveMapping, config: BlobConfig
+) -> tuple[int, int] | None:
+    """Return the pair of boxes with the smallest gap that may be one person, if any."""
+    first, second = np.triu_indices(len(box), 1)
+    gap = np.maximum(box[first, :2], box[second, :2]) - np.minimum(
+        box[first, :2] + box[first, 2:], box[second, :2] + box[second, 2:]
+    )
+    whole = union(box[first], box[second])
+    size = expected_size(mapping.ground_from_image(foot_of(whole)), mapping, config)
+    fits = (
+        (whole[:, 2] <= 1.2 * size[:, 0])
+        & (whole[:, 3] <= 1.15 * size[:, 1])
+        & (gap.max(axis=1) <= config.join_gap * size[:, 1])
+    )
+    if not fits.any():
+        return None
+    best = int(np.argmin(np.where(fits, gap.max(axis=1), np.inf)))
+    return int(first[best]), int(second[best])
+
+
+def _foreground(mask: NDArray[np.uint8], box: Floats) -> float:
+    left, top, width, height = np.rint(box).astype(int)
+    return float(cv2.countNonZero(mask[top : top + height, left : left + width]))
+
+
+def _kernel(size: int) -> NDArray[np.uint8]:
+    return cv2.getStructuringElement(cv2.MORPH_RECT, (size, size))  # type: ignore[return-value]

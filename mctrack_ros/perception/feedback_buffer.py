@@ -1,0 +1,66 @@
+"""Feedback that waits until it is as old as the design says, so that pictures replay exactly."""
+
+from __future__ import annotations
+
+from mctrack_ros.interfaces import Feedback
+
+KEPT_TICKS = 64
+
+
+class FeedbackBuffer:
+    """
+    The camera's store of feedback: for each picture the one that is `delay_ns` old.
+
+    Parameters
+    ----------
+    period_ns : int
+        Length of a tick, ns.
+    delay_ns : int
+        Age of the feedback to use, ns.
+
+    Raises
+    ------
+    ValueError
+        If the period is not positive or the delay negative.
+
+    """
+
+    def __init__(self, period_ns: int, delay_ns: int) -> None:
+        if period_ns <= 0 or delay_ns < 0:
+            raise ValueError(
+                f'period_ns is {period_ns!r} and delay_ns {delay_ns!r}, '
+                'expected a positive and a non-negative number'
+            )
+        self._period_ns, self._delay_ns = int(period_ns), int(delay_ns)
+        self._by_tick: dict[int, Feedback] = {}
+        self._first_stamp_ns: int | None = None
+
+    def push(self, feedback: Feedback) -> None:
+        """Store feedback under the tick it was made from; the oldest makes room."""
+        self._by_tick[feedback.stamp_ns // self._period_ns] = feedback
+        while len(self._by_tick) > KEPT_TICKS:
+            del self._by_tick[next(iter(self._by_tick))]
+
+    def select(self, stamp_ns: int) -> tuple[Feedback | None, bool]:
+        """
+        Return the feedback for a picture, and whether it should be there but is not.
+
+        Parameters
+        ----------
+        stamp_ns : int
+            The picture's stamp, ns.
+
+        Returns
+        -------
+        feedback : Feedback or None
+            That of the tick in which the stamp less the delay falls.
+        missed : bool
+            True where there is none although the first pictures' ticks could have made it.
+
+        """
+        if self._first_stamp_ns is None or stamp_ns < self._first_stamp_ns:
+            self._first_stamp_ns = stamp_ns
+        wanted = (stamp_ns - self._delay_ns) // self._period_ns
+        feedback = self._by_tick.get(wanted)
+        possible = wanted >= self._first_stamp_ns // self._period_ns
+        return feedback, feedback is None and possible

@@ -1,0 +1,94 @@
+"""Global ids for local tracks, learned from the fusion node's feedback."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from mctrack_ros.config import parameter
+from mctrack_ros.interfaces import Feedback
+from mctrack_ros.perception.local_tracks import LocalTracks
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+TOO_FAR = 1e6
+
+
+@dataclass(frozen=True)
+class IdentityConfig:
+    """Parameters of `learn_identities`."""
+
+    learn_gate: float = parameter(
+        9.0, 'greatest squared Mahalanobis distance at which an id is learned', minimum=0.1
+    )
+    learn_distance_m: float = parameter(
+        1.5, 'greatest distance at which an id is learned [m]', minimum=0.0
+    )
+    keep_distance_m: float = parameter(
+        3.0, 'distance from the target at which its id is given up [m]', minimum=0.0
+    )
+
+
+def learn_identities(
+    tracks: LocalTracks, feedback: Feedback, stamp_ns: int, config: IdentityConfig
+) -> None:
+    """
+    Give confirmed tracks the global ids of the feedback targets that they match, one to one.
+
+    A track keeps its id while the target is known and near; a correction renames it.
+
+    Parameters
+    ----------
+    tracks : LocalTracks
+        At the picture's time; ``track_id`` is changed.
+    feedback : Feedback
+        Older than the picture by the design's delay.
+    stamp_ns : int
+        The picture's time, ns.
+    config : IdentityConfig
+        Parameters.
+
+    """
+    _rename_corrected(tracks, feedback)
+    seconds = (stamp_ns - feedback.stamp_ns) * 1e-9
+    known_id = feedback.track_id.astype(np.int64)
+    difference = (
+        tracks.mean[:, None, :2] - (feedback.position[:, :2] + feedback.velocity * seconds)[None]
+    )
+    distance = np.hypot(difference[..., 0], difference[..., 1])
+    held = tracks.track_id[:, None] == known_id[None]
+    near = (held & (distance <= config.keep_distance_m)).any(axis=1)
+    tracks.track_id[~near] = 0
+    cost = _costs(tracks, feedback, difference, seconds)
+    usable = (
+        (tracks.confirmed & (tracks.track_id == 0))[:, None]
+        & ~np.isin(known_id, tracks.track_id)[None]
+        & (cost <= config.learn_gate)
+        & (distance <= config.learn_distance_m)
+    )
+    row, column = linear_sum_assignment(np.where(usable, cost, TOO_FAR))
+    fits = usable[row, column]
+    tracks.track_id[row[fits]] = known_id[column[fits]]
+
+
+def _rename_corrected(tracks: LocalTracks, feedback: Feedback) -> None:
+    """Exchange ids that the fusion node has corrected, all at once."""
+    corrected = feedback.previous_id > 0
+    renamed = dict(
+        zip(feedback.previous_id[corrected].tolist(), feedback.track_id[corrected].tolist())
+    )
+    for row in np.flatnonzero(np.isin(tracks.track_id, list(renamed))):
+        tracks.track_id[row] = renamed[int(tracks.track_id[row])]
+
+
+def _costs(tracks: LocalTracks, feedback: Feedback, difference: Floats, seconds: float) -> Floats:
+    """Return (tracks, targets) squared Mahalanobis distances on the ground."""
+    motion = np.array([[1, 0, seconds, 0], [0, 1, 0, seconds]])
+    target = motion @ feedback.covariance.astype(np.float64) @ motion.T
+    spread = tracks.covariance[:, None, :2, :2] + target[None]
+    solved = np.linalg.solve(spread, difference[..., None])[..., 0]
+    cost: Floats = (difference * solved).sum(axis=-1)
+    return cost

@@ -1,0 +1,195 @@
+"""A camera's own tracks: extended Kalman filters on the ground, measured in pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import parameter
+from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.interfaces import TEMPLATE_SIZE
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class FilterConfig:
+    """Parameters of the local extended Kalman filters."""
+
+    acceleration: float = parameter(
+        2.5, 'standard deviation of the white acceleration [m/s² per root Hz]', minimum=0.0
+    )
+    initial_speed: float = parameter(
+        2.5, "standard deviation of a new track's velocity [m/s]", minimum=0.0
+    )
+    foot_noise_px: float = parameter(
+        1.0, 'standard deviation of the foot point, part that is the same for all [px]',
+        minimum=0.01,
+    )  # fmt: skip
+    foot_noise_share: float = parameter(
+        0.05, 'part that grows with the box, as a share of its height', minimum=0.0
+    )
+    size_time_s: float = parameter(
+        0.5, 'time constant with which the tracked size follows the box [s]', minimum=0.0
+    )
+
+
+class LocalTracks:
+    """
+    All local tracks of one camera as parallel arrays; rows are ordered by id.
+
+    Attributes
+    ----------
+    local_id : (n,) int64 array
+        Never reused.
+    mean : (n, 4) float64 array
+        x, y (m), vx, vy (m/s) on the ground.
+    covariance : (n, 4, 4) float64 array
+        Of the mean.
+    extent : (n, 2) float64 array
+        Width and height, m, as if upright.
+    template : (n, 48) float64 array
+        Appearance.
+    track_id : (n,) int64 array
+        Global id that feedback taught; 0: none.
+    first_ns, seen_ns : (n,) int64 array
+        First and last time with a detection of its own, or in a group.
+    group : (n,) int64 array
+        Number of the group that it is in, 0: none.
+    confirmed : (n,) bool array
+        Old enough to be believed.
+
+    """
+
+    ARRAYS = (
+        'local_id', 'mean', 'covariance', 'extent', 'template', 'track_id', 'first_ns',
+        'seen_ns', 'group', 'confirmed',
+    )  # fmt: skip
+
+    def __init__(self, config: FilterConfig, mapping: ProjectiveMapping) -> None:
+        self._config, self._mapping = config, mapping
+        self._next_id = 1
+        self.clear()
+
+    def __len__(self) -> int:
+        """Return the number of tracks."""
+        return len(self.local_id)
+
+    def clear(self) -> None:
+        """Forget all tracks; ids go on."""
+        self.local_id: Ints = np.zeros(0, np.int64)
+        self.mean: Floats = np.zeros((0, 4))
+        self.covariance: Floats = np.zeros((0, 4, 4))
+        self.extent: Floats = np.zeros((0, 2))
+        self.template: Floats = np.zeros((0, TEMPLATE_SIZE))
+        self.track_id: Ints = np.zeros(0, np.int64)
+        self.first_ns: Ints = np.zeros(0, np.int64)
+        self.seen_ns: Ints = np.zeros(0, np.int64)
+        self.group: Ints = np.zeros(0, np.int64)
+        self.confirmed: NDArray[np.bool_] = np.zeros(0, np.bool_)
+
+    def predict(self, seconds: float) -> None:
+        """Move all tracks on with constant velocity and white acceleration."""
+        transition = np.eye(4)
+        transition[[0, 1], [2, 3]] = seconds
+        block = np.array([[seconds**3 / 3, seconds**2 / 2], [seconds**2 / 2, seconds]])
+        noise = np.kron(block, np.eye(2)) * self._config.acceleration**2
+        self.mean = self.mean @ transition.T
+        self.covariance = transition @ self.covariance @ transition.T + noise
+
+    def boxes(self) -> Floats:
+        """Return the (n, 4) predicted boxes, px (the paper's KBB)."""
+        position = self.mean[:, :2]
+        foot = self._mapping.image_from_ground(position)
+        width = self.extent[:, 0] * self._mapping.width_px(position, 1.0)
+        height = self._mapping.height_px(position, 1.0) * self.extent[:, 1]
+        return np.column_stack([foot[:, 0] - width / 2, foot[:, 1] - height, width, height])
+
+    def innovation_covariance(self, noise: Floats) -> Floats:
+        """Return (n, 2, 2), px², of the predicted foot points measured with (n, 2, 2) noise."""
+        jacobian = self._mapping.image_jacobian(self.mean[:, :2])
+        return jacobian @ self.covariance[:, :2, :2] @ jacobian.swapaxes(1, 2) + noise
+
+    def update(self, rows: Ints, foot: Floats, noise: Floats) -> None:
+        """
+        Correct some tracks with measured foot points.
+
+        Parameters
+        ----------
+        rows : (k,) int array
+            Tracks.
+        foot : (k, 2) array
+            Measured foot points, px.
+        noise : (k, 2, 2) array
+            Their covariance, px².
+
+        """
+        if not len(rows):
+            return
+        mean, covariance = self.mean[rows], self.covariance[rows]
+        jacobian = np.zeros((len(rows), 2, 4))
+        jacobian[:, :, :2] = self._mapping.image_jacobian(mean[:, :2])
+        innovation = foot - self._mapping.image_from_ground(mean[:, :2])
+        spread = jacobian @ covariance @ jacobian.swapaxes(1, 2) + noise
+        gain = np.linalg.solve(spread, jacobian @ covariance).swapaxes(1, 2)
+        keep = np.eye(4) - gain @ jacobian
+        self.mean[rows] = mean + (gain @ innovation[:, :, None])[:, :, 0]
+        self.covariance[rows] = keep @ covariance @ keep.swapaxes(
+            1, 2
+        ) + gain @ noise @ gain.swapaxes(1, 2)
+
+    def follow_size(self, rows: Ints, box: Floats, seconds: float) -> None:
+        """Let the tracked sizes follow (k, 4) measured boxes, px."""
+        position = self.mean[rows, :2]
+        measured = np.column_stack(
+            [
+                box[:, 2] / self._mapping.width_px(position, 1.0),
+                box[:, 3] / self._mapping.height_px(position, 1.0),
+            ]
+        )
+        share = 1 - np.exp(-seconds / max(self._config.size_time_s, 1e-9))
+        self.extent[rows] += share * (measured - self.extent[rows])
+
+    def start(
+        self, position: Floats, box: Floats, noise: Floats, template: Floats, stamp_ns: int
+    ) -> Ints:
+        """Start tracks at (k, 2) places, m, and return their rows."""
+        count, old = len(position), len(self)
+        covariance = np.zeros((count, 4, 4))
+        covariance[:, :2, :2] = self._mapping.ground_covariance(position, noise)
+        covariance[:, [2, 3], [2, 3]] = self._config.initial_speed**2
+        extent = np.column_stack(
+            [
+                box[:, 2] / self._mapping.width_px(position, 1.0),
+                box[:, 3] / self._mapping.height_px(position, 1.0),
+            ]
+        )
+        added = {
+            'local_id': np.arange(self._next_id, self._next_id + count),
+            'mean': np.column_stack([position, np.zeros((count, 2))]),
+            'covariance': covariance,
+            'extent': extent,
+            'template': template,
+            'track_id': np.zeros(count, np.int64),
+            'first_ns': np.full(count, stamp_ns, np.int64),
+            'seen_ns': np.full(count, stamp_ns, np.int64),
+            'group': np.zeros(count, np.int64),
+            'confirmed': np.zeros(count, np.bool_),
+        }
+        for name in self.ARRAYS:
+            setattr(self, name, np.concatenate([getattr(self, name), added[name]]))
+        self._next_id += count
+        return np.arange(old, old + count)
+
+    def keep(self, mask: NDArray[np.bool_]) -> None:
+        """Keep some tracks and drop the others."""
+        for name in self.ARRAYS:
+            setattr(self, name, getattr(self, name)[mask])
+
+    def foot_noise(self, box: Floats) -> Floats:
+        """Return the (n, 2, 2) covariance, px², of the foot points of (n, 4) boxes."""
+        deviation = self._config.foot_noise_px + self._config.foot_noise_share * box[:, 3]
+        return np.asarray(deviation[:, None, None] ** 2 * np.eye(2))

@@ -1,0 +1,136 @@
+"""Which blob is which local track: gated assignment, then merges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from mctrack_ros.config import parameter
+from mctrack_ros.perception.blobs import Blobs, overlap
+from mctrack_ros.perception.local_tracks import LocalTracks
+from mctrack_ros.tracking.appearance import bhattacharyya_distance
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+TOO_FAR = 1e6
+
+
+@dataclass(frozen=True)
+class MatchingConfig:
+    """Parameters of `match`."""
+
+    gate: float = parameter(
+        12.0, 'greatest squared Mahalanobis distance of a foot point', minimum=0.1
+    )
+    appearance_weight: float = parameter(
+        8.0, 'cost of wholly different colours, in squared Mahalanobis distances', minimum=0.0
+    )
+    size_weight: float = parameter(
+        4.0, 'cost of a height twice or half the predicted, likewise', minimum=0.0
+    )
+    inside_share: float = parameter(
+        0.5, 'share of a predicted box inside a blob from which the track may be in it',
+        minimum=0.0, maximum=1.0,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Matches:
+    """
+    Outcome of one picture's matching.
+
+    Attributes
+    ----------
+    single_track, single_blob : (s,) int64 array
+        Pairs in which one blob is one track.
+    group_blob : (g,) int64 array
+        Blobs that hold several tracks.
+    group_tracks : tuple of (k,) int64 array
+        Their tracks.
+    free_blob : (f,) int64 array
+        Blobs that no track explains.
+
+    """
+
+    single_track: Ints
+    single_blob: Ints
+    group_blob: Ints
+    group_tracks: tuple[Ints, ...]
+    free_blob: Ints
+
+
+def match(tracks: LocalTracks, blobs: Blobs, template: Floats, config: MatchingConfig) -> Matches:
+    """
+    Match predicted tracks to blobs.
+
+    Each blob first takes the track that fits it best; a track left over whose predicted box lies
+    in a blob is hidden in it: the blob is a group (event-tracking paper, events E5 and E3).
+
+    Parameters
+    ----------
+    tracks : LocalTracks
+        Predicted to the picture's time.
+    blobs : Blobs
+        Of the picture.
+    template : (n, 48) array
+        Colours of the blobs.
+    config : MatchingConfig
+        Parameters.
+
+    """
+    cost = _costs(tracks, blobs, template, config)
+    row, column = linear_sum_assignment(np.minimum(cost, TOO_FAR))
+    fits = cost[row, column] < TOO_FAR
+    blob_of = np.full(len(tracks), -1, np.int64)
+    blob_of[row[fits]] = column[fits]
+    _hide(blob_of, tracks, blobs, config)
+    members = np.bincount(blob_of[blob_of >= 0], minlength=len(blobs))
+    alone = np.isin(blob_of, np.flatnonzero(members == 1))
+    group_blob = np.flatnonzero(members > 1)
+    return Matches(
+        single_track=np.flatnonzero(alone),
+        single_blob=blob_of[alone],
+        group_blob=group_blob,
+        group_tracks=tuple(np.flatnonzero(blob_of == blob) for blob in group_blob),
+        free_blob=np.flatnonzero(members == 0),
+    )
+
+
+def _costs(tracks: LocalTracks, blobs: Blobs, template: Floats, config: MatchingConfig) -> Floats:
+    """Return (tracks, blobs) costs, `TOO_FAR` beyond the gate."""
+    predicted = tracks.boxes()
+    foot = np.column_stack(
+        [predicted[:, 0] + predicted[:, 2] / 2, predicted[:, 1] + predicted[:, 3]]
+    )
+    spread = tracks.innovation_covariance(tracks.foot_noise(predicted))
+    innovation = blobs.foot[None] - foot[:, None]
+    precision = np.linalg.inv(spread)
+    distance = np.einsum('tbi,tij,tbj->tb', innovation, precision, innovation)
+    ratio = np.log2(
+        np.maximum(blobs.box[None, :, 3], 1.0) / np.maximum(predicted[:, None, 3], 1.0)
+    )
+    colour = bhattacharyya_distance(tracks.template, template)
+    cost = (
+        distance
+        + config.appearance_weight * colour
+        + config.size_weight * ratio**2
+        + np.linalg.slogdet(spread)[1][:, None]
+    )
+    cost -= cost.min(initial=0.0)
+    return np.where(distance <= config.gate, cost, TOO_FAR)
+
+
+def _hide(blob_of: Ints, tracks: LocalTracks, blobs: Blobs, config: MatchingConfig) -> None:
+    """Put confirmed tracks without a blob into the blob that covers their predicted box."""
+    hidden = np.flatnonzero((blob_of < 0) & tracks.confirmed)
+    if not len(hidden) or not len(blobs):
+        return
+    predicted = tracks.boxes()[hidden]
+    area = np.maximum(predicted[:, 2] * predicted[:, 3], 1e-9)
+    inside = overlap(predicted, blobs.box) / area[:, None]
+    best = inside.argmax(axis=1)
+    covered = inside[np.arange(len(hidden)), best] >= config.inside_share
+    blob_of[hidden[covered]] = best[covered]

@@ -1,0 +1,162 @@
+"""One camera, one picture after another: foreground, blobs, local tracks, detections."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import parameter
+from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.interfaces import Detections, Events, Feedback
+from mctrack_ros.perception.background import BackgroundConfig, MedianBackground
+from mctrack_ros.perception.blobs import BlobConfig, clean_mask, find_blobs
+from mctrack_ros.perception.identity import IdentityConfig
+from mctrack_ros.perception.local_tracks import FilterConfig
+from mctrack_ros.perception.matching import MatchingConfig
+from mctrack_ros.perception.tracker import LocalTracker, TrackerConfig
+
+Image = NDArray[np.uint8]
+RESET_NS = 1_000_000_000
+
+
+class BackwardStampError(ValueError):
+    """A picture that is not later than the one before; drop it and go on."""
+
+
+@dataclass(frozen=True)
+class CameraConfig:
+    """Parameters of `CameraPipeline`."""
+
+    reduction: int = parameter(
+        1, 'pictures are reduced by this factor before the background', minimum=1, maximum=4
+    )
+    background: BackgroundConfig = field(default_factory=BackgroundConfig)
+    blobs: BlobConfig = field(default_factory=BlobConfig)
+    filter: FilterConfig = field(default_factory=FilterConfig)
+    matching: MatchingConfig = field(default_factory=MatchingConfig)
+    identity: IdentityConfig = field(default_factory=IdentityConfig)
+    tracker: TrackerConfig = field(default_factory=TrackerConfig)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CameraOutput:
+    """
+    What one picture gave.
+
+    Attributes
+    ----------
+    detections : Detections
+        What is seen; empty while the background is learned.
+    events : Events
+        What happened to the camera's own tracks; ``others`` are local ids.
+
+    """
+
+    detections: Detections
+    events: Events
+
+
+class CameraPipeline:
+    """
+    Picture and feedback in, detections and events out (event-tracking paper, section 4.2).
+
+    Parameters
+    ----------
+    config : CameraConfig
+        Parameters.
+    mapping : ProjectiveMapping
+        Of the camera; fixes the size of its pictures.
+    mask : (h, w) uint8 array, optional
+        0 where the picture is to be ignored.
+
+    Raises
+    ------
+    ValueError
+        If the mask has another size than the mapping's pictures.
+
+    """
+
+    def __init__(
+        self, config: CameraConfig, mapping: ProjectiveMapping, mask: Image | None = None
+    ) -> None:
+        self._config, self._mapping = config, mapping
+        width, height = mapping.image_size
+        if mask is not None and (mask.shape != (height, width) or mask.dtype != np.uint8):
+            raise ValueError(
+                f'mask has shape {mask.shape} and type {mask.dtype}, '
+                f'expected {(height, width)} and uint8'
+            )
+        self._mask = None if mask is None else self._reduced(mask)
+        self._background = MedianBackground(config.background)
+        self._tracker = LocalTracker(
+            config.tracker, config.filter, config.matching, config.identity, mapping
+        )
+        self._last_ns: int | None = None
+
+    def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
+        """
+        Process one picture.
+
+        Parameters
+        ----------
+        image : (h, w, 3) uint8 array
+            BGR picture of the mapping's size.
+        stamp_ns : int
+            Its capture time, ns. A gap or a step back of more than a second restarts the local
+            tracks; local ids go on.
+        feedback : Feedback or None
+            The fusion node's, of the design's age; see `FeedbackBuffer`.
+
+        Raises
+        ------
+        BackwardStampError
+            If the stamp is at or up to a second before the last one; nothing is changed.
+        ValueError
+            If the picture has another size or type; nothing is changed.
+
+        """
+        self._check(image)
+        self._advance(stamp_ns)
+        small = self._reduced(image)
+        raw = self._background.apply(small, stamp_ns)
+        if raw is None:
+            self._tracker.restart()
+            return CameraOutput(Detections.build(stamp_ns), Events.build(stamp_ns))
+        if self._mask is not None:
+            raw = cv2.bitwise_and(raw, self._mask)  # type: ignore[assignment]
+        mask = clean_mask(raw, self._config.blobs)
+        scale = float(self._config.reduction)
+        blobs = find_blobs(mask, self._mapping, scale, self._config.blobs)
+        detections, events = self._tracker.step(blobs, small, mask, scale, stamp_ns, feedback)
+        return CameraOutput(detections, events)
+
+    def _check(self, image: Image) -> None:
+        width, height = self._mapping.image_size
+        if image.shape != (height, width, 3) or image.dtype != np.uint8:
+            raise ValueError(
+                f'picture has shape {image.shape} and type {image.dtype}, '
+                f'expected {(height, width, 3)} and uint8'
+            )
+
+    def _advance(self, stamp_ns: int) -> None:
+        last = self._last_ns
+        if last is not None and last - RESET_NS <= stamp_ns <= last:
+            raise BackwardStampError(
+                f'stamp {stamp_ns} is not later than the last, {last}: the picture is not used'
+            )
+        if last is not None and abs(stamp_ns - last) > RESET_NS:
+            self._tracker.restart()
+            if stamp_ns < last:
+                self._background.restart()
+        self._last_ns = stamp_ns
+
+    def _reduced(self, image: Image) -> Image:
+        factor = self._config.reduction
+        if factor == 1:
+            return image
+        height, width = image.shape[:2]
+        size = (width // factor, height // factor)
+        return cv2.resize(image, size, interpolation=cv2.INTER_AREA)  # type: ignore[return-value]

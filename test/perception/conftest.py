@@ -1,0 +1,71 @@
+import cv2
+import numpy as np
+import pytest
+
+from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.perception import CameraConfig, CameraPipeline
+
+SIZE = (320, 240)
+PERIOD_NS = 40_000_000
+
+
+@pytest.fixture(scope='session')
+def mapping():
+    """Camera 6 m above the ground at (0, -12) that looks at the origin."""
+    eye = np.array([0.0, -12.0, 6.0])
+    forward = -eye / np.linalg.norm(eye)
+    right = np.array([1.0, 0, 0])
+    rotation = np.stack([right, np.cross(forward, right), forward])
+    intrinsics = np.array([[300.0, 0, 160], [0, 300, 120], [0, 0, 1]])
+    return ProjectiveMapping(intrinsics @ np.column_stack([rotation, -rotation @ eye]), SIZE)
+
+
+class Stage:
+    """Draws upright people on a noisy ground and drives a pipeline with the pictures."""
+
+    def __init__(self, mapping, config=None, seed=0):
+        self.mapping = mapping
+        self.pipeline = CameraPipeline(config or CameraConfig(), mapping)
+        self.rng = np.random.default_rng(seed)
+        self.index = 0
+
+    def picture(self, people):
+        image = np.full((SIZE[1], SIZE[0], 3), (60, 120, 60), np.uint8)
+        for (x, y), colour in sorted(people, key=lambda one: -one[0][1]):
+            place = np.array([[x, y]], float)
+            foot = self.mapping.image_from_ground(place)[0]
+            height = self.mapping.height_px(place, 1.75)[0]
+            width = self.mapping.width_px(place, 0.6)[0]
+            low = (round(foot[0] - width / 2), round(foot[1] - height))
+            high = (round(foot[0] + width / 2) - 1, round(foot[1]) - 1)
+            cv2.rectangle(image, low, high, colour, -1)
+        noisy = image + self.rng.normal(0, 2, image.shape)
+        return np.clip(noisy, 0, 255).astype(np.uint8)
+
+    def show(self, people, feedback=None):
+        self.index += 1
+        stamp_ns = self.index * PERIOD_NS
+        if callable(feedback):
+            feedback = feedback(stamp_ns)
+        return self.pipeline.step(self.picture(people), stamp_ns, feedback)
+
+    def empty(self, seconds=1.2):
+        for _ in range(int(seconds / (PERIOD_NS * 1e-9))):
+            self.show([])
+
+
+@pytest.fixture
+def new_stage(mapping):
+    def make():
+        stage = Stage(mapping)
+        stage.empty()
+        return stage
+
+    return make
+
+
+@pytest.fixture
+def stage(mapping):
+    stage = Stage(mapping)
+    stage.empty()
+    return stage

@@ -1,0 +1,54 @@
+import pytest
+
+from mctrack_ros.interfaces import Feedback
+from mctrack_ros.perception import FeedbackBuffer
+
+PERIOD, DELAY = 40, 80
+
+
+def feedback(stamp_ns):
+    return Feedback.build(stamp_ns)
+
+
+def test_picture_gets_the_feedback_of_the_tick_before_the_delay():
+    buffer = FeedbackBuffer(PERIOD, DELAY)
+    buffer.select(20)
+    for stamp in (20, 60, 100):
+        buffer.push(feedback(stamp))
+    found, missed = buffer.select(140)
+    assert found.stamp_ns == 60
+    assert not missed
+
+
+def test_newer_feedback_does_not_stand_in_for_the_wanted():
+    buffer = FeedbackBuffer(PERIOD, DELAY)
+    buffer.select(20)
+    buffer.push(feedback(100))
+    assert buffer.select(140) == (None, True)
+
+
+def test_nothing_is_missed_before_the_first_feedback_can_exist():
+    buffer = FeedbackBuffer(PERIOD, DELAY)
+    assert [buffer.select(stamp) for stamp in (20, 60)] == [(None, False)] * 2
+    assert buffer.select(100) == (None, True)
+
+
+def test_order_of_arrival_does_not_matter():
+    buffer = FeedbackBuffer(PERIOD, DELAY)
+    buffer.select(20)
+    for stamp in (100, 20, 60):
+        buffer.push(feedback(stamp))
+    assert buffer.select(100)[0].stamp_ns == 20
+
+
+def test_last_feedback_of_a_tick_counts():
+    buffer = FeedbackBuffer(PERIOD, DELAY)
+    buffer.push(feedback(20))
+    buffer.push(feedback(30))
+    assert buffer.select(100)[0].stamp_ns == 30
+
+
+@pytest.mark.parametrize(('period', 'delay'), [(0, 1), (-5, 1), (5, -1)])
+def test_bad_times_are_refused(period, delay):
+    with pytest.raises(ValueError, match='period_ns'):
+        FeedbackBuffer(period, delay)

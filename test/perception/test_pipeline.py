@@ -1,0 +1,154 @@
+import numpy as np
+import pytest
+
+from mctrack_ros.interfaces import EventCode, Feedback
+from mctrack_ros.perception import BackwardStampError, CameraConfig, CameraPipeline
+
+RED, BLUE, WHITE = (30, 30, 220), (220, 60, 30), (240, 240, 240)
+
+
+def events_of(outputs):
+    return [int(event) for output in outputs for event in output.events.event]
+
+
+def test_person_is_found_where_it_stands(stage):
+    for step in range(20):
+        output = stage.show([((0.1 * step, 1.0), RED)])
+    detections = output.detections
+    assert len(detections) == 1
+    assert np.allclose(detections.position[0, :2], [1.9, 1.0], atol=0.25)
+    assert detections.score[0] == 1
+    assert detections.local_id[0] == 1
+
+
+def test_empty_scene_gives_empty_detections(stage):
+    assert len(stage.show([]).detections) == 0
+
+
+def test_covariance_is_honest_and_positive_definite(stage):
+    errors = []
+    for step in range(60):
+        x, y = -3 + 0.1 * step, -2 + 0.1 * step
+        detections = stage.show([((x, y), RED)]).detections
+        if len(detections):
+            assert (np.linalg.eigvalsh(detections.covariance) > 0).all()
+            difference = detections.position[0, :2] - [x, y]
+            errors.append(difference @ np.linalg.solve(detections.covariance[0], difference))
+    assert np.mean(errors) < 3.0
+
+
+def test_known_target_enters_and_unknown_is_new(stage):
+    def known(stamp_ns):
+        return Feedback.build(
+            stamp_ns - 80_000_000,
+            position=[[-2.0, 1.0, 0.0]],
+            covariance=[np.eye(4) * 0.1],
+            track_id=[77],
+        )
+
+    outputs = [stage.show([((-2.0, 1.0), RED), ((2.0, 1.0), BLUE)], known) for _ in range(12)]
+    found = {
+        int(output.events.event[row]): int(output.events.track_id[row])
+        for output in outputs
+        for row in range(len(output.events))
+    }
+    assert found == {EventCode.ENTER: 77, EventCode.NEW: 0}
+    assert sorted(outputs[-1].detections.track_id.tolist()) == [0, 77]
+
+
+def walk_past(stage, steps=80):
+    """Two people cross, one close behind the other."""
+    return [
+        stage.show([((-3 + 0.075 * step, 0.0), RED), ((3 - 0.075 * step, 0.6), BLUE)])
+        for step in range(steps)
+    ]
+
+
+def test_crossing_is_one_merge_and_one_split_and_ids_survive(stage):
+    outputs = walk_past(stage)
+    events = events_of(outputs)
+    assert events.count(EventCode.MERGE) == 1
+    assert events.count(EventCode.SPLIT) >= 1
+    before, after = outputs[15].detections, outputs[-1].detections
+    assert np.argsort(before.position[:, 0]).tolist() == [0, 1]
+    left, right = before.local_id[np.argsort(before.position[:, 0])]
+    assert after.local_id[np.argsort(after.position[:, 0])].tolist() == [right, left]
+
+
+def test_merged_people_are_one_row_that_names_its_members(stage):
+    rows = [output.detections for output in walk_past(stage)]
+    assert any(len(row) == 1 and row.member_count[0] == 2 for row in rows)
+
+
+def test_leaving_the_picture_is_an_exit(stage):
+    outputs = [stage.show([((2 + 0.12 * step, -2.0), RED)]) for step in range(60)]
+    assert EventCode.EXIT in events_of(outputs)
+    assert not len(outputs[-1].detections)
+
+
+def test_local_ids_are_never_reused(stage):
+    seen = []
+    for _ in range(3):
+        for _ in range(10):
+            output = stage.show([((0.0, 0.0), RED)])
+        seen += output.detections.local_id.tolist()
+        stage.empty(2.0)
+    assert len(set(seen)) == 3
+
+
+def test_gap_restarts_tracks_but_not_ids(stage):
+    for _ in range(10):
+        first = stage.show([((0.0, 0.0), RED)])
+    stage.index += 100
+    for _ in range(10):
+        second = stage.show([((0.0, 0.0), RED)])
+    assert second.detections.local_id[0] > first.detections.local_id[0]
+
+
+def test_same_pictures_give_the_same_output(new_stage):
+    first, second = walk_past(new_stage(), 30), walk_past(new_stage(), 30)
+    for one, other in zip(first, second):
+        for name in one.detections.COLUMNS:
+            assert np.array_equal(getattr(one.detections, name), getattr(other.detections, name))
+
+
+@pytest.mark.parametrize(
+    'picture',
+    [
+        np.zeros((100, 320, 3), np.uint8),
+        np.zeros((240, 320), np.uint8),
+        np.zeros((0, 0, 3), np.uint8),
+        np.zeros((240, 320, 3), np.float32),
+    ],
+    ids=['size', 'grey', 'empty', 'type'],
+)
+def test_bad_picture_is_refused_with_its_shape(mapping, picture):
+    with pytest.raises(ValueError, match=r'picture has shape .* expected \(240, 320, 3\)'):
+        CameraPipeline(CameraConfig(), mapping).step(picture, 1, None)
+
+
+@pytest.mark.parametrize('back_ns', [0, 1, 900_000_000])
+def test_repeated_or_backward_stamp_is_refused_and_changes_nothing(stage, back_ns):
+    stage.show([])
+    last = stage.index * 40_000_000
+    with pytest.raises(BackwardStampError, match='not later'):
+        stage.pipeline.step(stage.picture([]), last - back_ns, None)
+    stage.show([])
+
+
+def test_far_step_back_starts_over(stage):
+    stage.index = 0
+    assert not len(stage.show([((0.0, 0.0), WHITE)]).detections)
+
+
+def test_mask_of_wrong_size_is_refused(mapping):
+    with pytest.raises(ValueError, match='mask has shape'):
+        CameraPipeline(CameraConfig(), mapping, np.zeros((3, 3), np.uint8))
+
+
+def test_masked_part_is_ignored(mapping, new_stage):
+    stage = new_stage()
+    mask = np.zeros((240, 320), np.uint8)
+    stage.pipeline = CameraPipeline(CameraConfig(), mapping, mask)
+    stage.empty()
+    assert not len(stage.show([((0.0, 0.0), RED)]).detections)
