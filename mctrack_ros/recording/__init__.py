@@ -3,6 +3,7 @@
 from mctrack_ros.recording.bag import ROSBAGS_CLASSES, BagError, BagReader, BagWriter
 from mctrack_ros.recording.mot_text import (
     MotTextError,
+    MotTextWriter,
     frame_origin_ns,
     read_mot_text,
     write_mot_text,
@@ -14,6 +15,7 @@ __all__ = [
     'BagReader',
     'BagWriter',
     'MotTextError',
+    'MotTextWriter',
     'frame_origin_ns',
     'read_mot_text',
     'write_mot_text',

@@ -10,6 +10,8 @@ import math
 from collections.abc import Iterable, Iterator
 from itertools import groupby
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
 import numpy as np
 
@@ -22,32 +24,59 @@ class MotTextError(ValueError):
     """A file that is not MOT text with ground positions; names file, line and reason."""
 
 
-def write_mot_text(
-    path: str | Path, instants: Iterable[Tracks], period_ns: int, origin_ns: int | None = None
-) -> None:
+class MotTextWriter:
     """
-    Write the confirmed, coasting and grouped tracks of some instants.
+    Write the confirmed, coasting and grouped tracks, one instant at a time.
 
     Parameters
     ----------
     path : str or Path
-        The file; its parents are made.
-    instants : iterable of Tracks
-        One for each tick, ascending.
+        The file, replaced if it is there; its parents are made.
     period_ns : int
         Period of the ticks, ns.
     origin_ns : int, optional
-        Where frame 1 begins, ns; by default the period that the first instant falls in.
+        Where frame 1 begins, ns; by default half a period before the first instant.
 
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open('w', newline='\n') as file:
+
+    def __init__(self, path: str | Path, period_ns: int, origin_ns: int | None = None) -> None:
+        self._period_ns = period_ns
+        self._origin_ns = origin_ns
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        self._file = Path(path).open('w', newline='\n')
+
+    def write(self, rows: Tracks) -> None:
+        """Append one instant; its frame is the period that its stamp falls in."""
+        if self._origin_ns is None:
+            self._origin_ns = frame_origin_ns(rows.stamp_ns, self._period_ns)
+        frame = (rows.stamp_ns - self._origin_ns) // self._period_ns + 1
+        self._file.writelines(_lines(frame, rows.select(np.isin(rows.status, REPORTED))))
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        """Return the writer itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Finish the file."""
+        self.close()
+
+
+def write_mot_text(
+    path: str | Path, instants: Iterable[Tracks], period_ns: int, origin_ns: int | None = None
+) -> None:
+    """Write all instants with a `MotTextWriter`."""
+    with MotTextWriter(path, period_ns, origin_ns) as writer:
         for rows in instants:
-            if origin_ns is None:
-                origin_ns = frame_origin_ns(rows.stamp_ns, period_ns)
-            frame = (rows.stamp_ns - origin_ns) // period_ns + 1
-            file.writelines(_lines(frame, rows.select(np.isin(rows.status, REPORTED))))
+            writer.write(rows)
 
 
 def read_mot_text(path: str | Path, period_ns: int, origin_ns: int = 0) -> list[Tracks]:
