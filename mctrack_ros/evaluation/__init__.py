@@ -1,6 +1,14 @@
 """Metrics: arrays in, numbers out."""
 
 from mctrack_ros.evaluation.scores import Scores, evaluate_boxes, evaluate_ground
+from mctrack_ros.evaluation.timeline import Timeline, ground_timeline
 from mctrack_ros.evaluation.trajectories import Trajectories
 
-__all__ = ['Scores', 'Trajectories', 'evaluate_boxes', 'evaluate_ground']
+__all__ = [
+    'Scores',
+    'Timeline',
+    'Trajectories',
+    'evaluate_boxes',
+    'evaluate_ground',
+    'ground_timeline',
+]

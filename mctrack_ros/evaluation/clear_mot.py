@@ -53,14 +53,20 @@ def clear_mot(frames: Sequence[Frame], gate: float) -> dict[str, Any]:
         ``recall``, and counts; NaN where nothing is there to divide by.
 
     """
+    host = motmetrics.metrics.create()
+    events = accumulated(frames, gate).events
+    values = host.compute(events, metrics=list(_METRICS), return_dataframe=False)
+    scores = {ours: float(values[theirs]) for theirs, ours in _METRICS.items()}
+    return {name: value if name in _RATIOS else int(value) for name, value in scores.items()}
+
+
+def accumulated(frames: Sequence[Frame], gate: float) -> Any:
+    """Return a `motmetrics.MOTAccumulator` that has seen the frames."""
     accumulator = motmetrics.MOTAccumulator()
     for frame in frames:
         gated = np.where(frame.distance <= gate, frame.distance, np.nan)
         accumulator.update(frame.truth, frame.tracks, gated, frameid=frame.number)
-    host = motmetrics.metrics.create()
-    values = host.compute(accumulator, metrics=list(_METRICS), return_dataframe=False)
-    scores = {ours: float(values[theirs]) for theirs, ours in _METRICS.items()}
-    return {name: value if name in _RATIOS else int(value) for name, value in scores.items()}
+    return accumulator
 
 
 def detection_scores(

@@ -43,7 +43,7 @@ class MotTextWriter:
         self._period_ns = period_ns
         self._origin_ns = origin_ns
         Path(path).parent.mkdir(parents=True, exist_ok=True)
-        self._file = Path(path).open('w', newline='\n')
+        self._file = Path(path).open('w', newline='\n')  # noqa: SIM115
 
     def write(self, rows: Tracks) -> None:
         """Append one instant; its frame is the period that its stamp falls in."""
