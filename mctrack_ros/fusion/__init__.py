@@ -1,1 +1,7 @@
-"""All cameras: detections in; tracks, feedback and events out."""
+"""All cameras: ticks of detections -> tracks, feedback and events."""
+
+from mctrack_ros.fusion.batcher import Batcher
+from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.pipeline import FusionOutput, FusionPipeline
+
+__all__ = ['Batcher', 'FusionConfig', 'FusionOutput', 'FusionPipeline']

@@ -35,8 +35,8 @@ def mahalanobis(
         Natural logarithm of the determinant of the innovation's covariance.
 
     """
-    total = (predicted_covariance[:, None] + noise[None]).reshape(len(predicted), -1, 4)
-    xx, xy, yy = total[..., 0], total[..., 1], total[..., 3]
+    total = predicted_covariance[:, None] + noise[None]
+    xx, xy, yy = total[..., 0, 0], total[..., 0, 1], total[..., 1, 1]
     gap = measured[None] - predicted[:, None]
     x, y = gap[..., 0], gap[..., 1]
     determinant = xx * yy - xy * xy

@@ -1,0 +1,223 @@
+"""Sorts the cameras' messages into ticks; is given the time and reads no clock."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mctrack_ros.fusion.admission import usable_rows
+from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.interfaces import CameraDetections, Detections, Tick, Ticks
+
+SECOND_NS = 1_000_000_000
+RESET_NS = SECOND_NS
+"""A camera whose stamps step back by more than this has begun anew, ns."""
+
+INTERVALS = 5
+"""Over how many of its last pictures a camera's interval is judged."""
+
+
+@dataclass
+class _Camera:
+    """What is known of one camera, and what to record of it in the next tick."""
+
+    last_stamp_ns: int | None = None
+    heard_ns: int | None = None
+    intervals_ns: deque[int] = field(default_factory=lambda: deque(maxlen=INTERVALS))
+    late: int = 0
+    dropped_detections: int = 0
+    feedback_missed: int = 0
+
+    def hear(self, stamp_ns: int, now_ns: int) -> None:
+        self.heard_ns = now_ns
+        if self.last_stamp_ns is not None and stamp_ns > self.last_stamp_ns:
+            self.intervals_ns.append(stamp_ns - self.last_stamp_ns)
+        self.last_stamp_ns = max(stamp_ns, self.last_stamp_ns or stamp_ns)
+
+    def has_passed(self, start_ns: int, end_ns: int) -> bool:
+        """Tell whether no more pictures are to be expected from a period."""
+        last = self.last_stamp_ns
+        if last is None or last >= end_ns:
+            return last is not None
+        if not self.intervals_ns:
+            return last >= start_ns
+        interval = int(np.median(self.intervals_ns))
+        slack = interval // 8
+        return last + interval + (slack if last >= start_ns else -slack) >= end_ns
+
+    def take_counts(self) -> tuple[int, int, int]:
+        counts = self.late, self.dropped_detections, self.feedback_missed
+        self.late = self.dropped_detections = self.feedback_missed = 0
+        return counts
+
+
+@dataclass
+class _Pending:
+    first_arrival_ns: int
+    frames: dict[tuple[str, int], Detections] = field(default_factory=dict)
+
+
+class Batcher:
+    """
+    Groups messages into ticks: a message belongs to the period that its own stamp falls in.
+
+    A tick closes when no live camera is expected to add to it, or `max_wait` after its first
+    message arrived. Ticks close in order; what comes for a closed one is late: dropped and
+    counted. At the start each camera counts as live for one `camera_timeout`.
+
+    Parameters
+    ----------
+    config : FusionConfig
+        Its `batching` is used.
+    cameras : tuple of str
+        Names in the site's order.
+
+    Raises
+    ------
+    ValueError
+        If a name occurs twice.
+
+    """
+
+    def __init__(self, config: FusionConfig, cameras: tuple[str, ...]) -> None:
+        if len(set(cameras)) != len(cameras):
+            raise ValueError(f'cameras are {cameras!r}, expected distinct names')
+        settings = config.batching
+        self.period_ns = round(settings.period * SECOND_NS)
+        self._max_wait_ns = round(settings.max_wait * settings.period * SECOND_NS)
+        self._timeout_ns = round(settings.camera_timeout * SECOND_NS)
+        self._cameras = {name: _Camera() for name in cameras}
+        self._pending: dict[int, _Pending] = {}
+        self._closed_index: int | None = None
+        self._started_ns: int | None = None
+        self._admitted_ns = 0
+
+    def add(self, camera: str, detections: Detections, now_ns: int) -> list[Tick]:
+        """
+        Take a camera's message and return the ticks that it completes.
+
+        Parameters
+        ----------
+        camera : str
+            Who sent it.
+        detections : Detections
+            The message; an empty one is a heartbeat.
+        now_ns : int
+            Its arrival on any clock that does not step back, ns.
+
+        Raises
+        ------
+        ValueError
+            If the camera is not known.
+
+        """
+        if camera not in self._cameras:
+            raise ValueError(f'camera is {camera!r}, expected one of {list(self._cameras)}')
+        closed = self.poll(now_ns)
+        if self._started_ns is None:
+            self._started_ns = self._admitted_ns = now_ns
+        if self._has_begun_anew(camera, detections.stamp_ns, now_ns):
+            closed += self._reset()
+        self._admit(camera, detections, now_ns)
+        return closed + self.poll(now_ns)
+
+    def poll(self, now_ns: int) -> list[Tick]:
+        """Return the ticks that are due by now."""
+        due = [index for index in self._pending if self._is_due(index, now_ns)]
+        return self._close_up_to(max(due), now_ns) if due else []
+
+    def deadline_ns(self) -> int | None:
+        """Return when `poll` must be called at the latest; None: nothing is pending."""
+        arrivals = [pending.first_arrival_ns for pending in self._pending.values()]
+        return min(arrivals) + self._max_wait_ns if arrivals else None
+
+    def flush(self) -> list[Tick]:
+        """Close all that is pending."""
+        if not self._pending:
+            return []
+        latest = max(pending.first_arrival_ns for pending in self._pending.values())
+        return self._close_up_to(max(self._pending), latest)
+
+    def feedback_missed(self, camera: str, count: int) -> None:
+        """Record that a camera went without feedback for so many pictures."""
+        self._cameras[camera].feedback_missed += count
+
+    def _has_begun_anew(self, camera: str, stamp_ns: int, now_ns: int) -> bool:
+        last = self._cameras[camera].last_stamp_ns
+        steps_back = last is not None and stamp_ns < last - RESET_NS
+        starved = now_ns - self._admitted_ns >= self._timeout_ns
+        return steps_back or (starved and self._is_closed(stamp_ns + RESET_NS))
+
+    def _is_closed(self, stamp_ns: int) -> bool:
+        closed = self._closed_index
+        return closed is not None and stamp_ns // self.period_ns <= closed
+
+    def _reset(self) -> list[Tick]:
+        closed = self.flush()
+        self._closed_index = None
+        for state in self._cameras.values():
+            state.last_stamp_ns = None
+            state.intervals_ns.clear()
+        return closed
+
+    def _admit(self, camera: str, detections: Detections, now_ns: int) -> None:
+        state, stamp_ns = self._cameras[camera], detections.stamp_ns
+        index = stamp_ns // self.period_ns
+        state.hear(stamp_ns, now_ns)
+        known = self._pending.get(index)
+        if self._is_closed(stamp_ns) or (known and (camera, stamp_ns) in known.frames):
+            state.late += 1
+            state.dropped_detections += len(detections)
+            return
+        pending = self._pending.setdefault(index, _Pending(now_ns))
+        pending.frames[camera, stamp_ns] = detections
+        self._admitted_ns = now_ns
+        state.dropped_detections += int((~usable_rows(detections)).sum())
+
+    def _is_live(self, state: _Camera, now_ns: int) -> bool:
+        heard = self._started_ns if state.heard_ns is None else state.heard_ns
+        return heard is not None and now_ns - heard < self._timeout_ns
+
+    def _is_due(self, index: int, now_ns: int) -> bool:
+        if now_ns >= self._pending[index].first_arrival_ns + self._max_wait_ns:
+            return True
+        start_ns = index * self.period_ns
+        return all(
+            state.has_passed(start_ns, start_ns + self.period_ns)
+            for state in self._cameras.values()
+            if self._is_live(state, now_ns)
+        )
+
+    def _close_up_to(self, last: int, now_ns: int) -> list[Tick]:
+        indices = sorted(index for index in self._pending if index <= last)
+        self._closed_index = last
+        return [self._tick(self._pending.pop(index), now_ns) for index in indices]
+
+    def _tick(self, pending: _Pending, now_ns: int) -> Tick:
+        order = sorted(pending.frames)
+        frames = tuple(CameraDetections(key[0], pending.frames[key]) for key in order)
+        stamp_ns = max(frame.detections.stamp_ns for frame in frames)
+        return Tick(stamp_ns, frames, self._record(stamp_ns, frames, now_ns))
+
+    def _record(self, stamp_ns: int, frames: tuple[CameraDetections, ...], now_ns: int) -> Ticks:
+        names = list(self._cameras)
+        admitted, counted = np.zeros(len(names), int), np.zeros(len(names), int)
+        for frame in frames:
+            admitted[names.index(frame.camera)] += 1
+            counted[names.index(frame.camera)] += len(frame.detections)
+        live = np.array([self._is_live(state, now_ns) for state in self._cameras.values()], bool)
+        counts = [state.take_counts() for state in self._cameras.values()]
+        late, dropped, missed = np.array(counts, int).reshape(-1, 3).T
+        return Ticks.build(
+            stamp_ns,
+            camera=np.arange(len(names)),
+            admitted=admitted,
+            detections=counted,
+            late=late,
+            dropped_detections=dropped,
+            feedback_missed=missed,
+            missing=live & (admitted == 0),
+            alive=live,
+        )

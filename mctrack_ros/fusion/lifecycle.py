@@ -1,0 +1,108 @@
+"""When tracks are confirmed, hidden, merged and deleted; all in seconds."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.interfaces import MAX_CAMERAS
+
+LONGEST_STEP_S = 0.25
+"""A detection speaks for no more time than this, however slow the cameras, s."""
+
+GROUP_MEMORY_S = 0.2
+"""A track has left its group when no camera has seen it in one for so long, s."""
+
+Mask = NDArray[np.bool_]
+
+
+def count_support(table: TrackTable, seconds: float, config: FusionConfig) -> Mask:
+    """Credit what was seen this tick, and confirm; return the mask of the newly confirmed."""
+    seconds = min(seconds, LONGEST_STEP_S)
+    cameras = ((table.cameras[:, None] >> np.arange(MAX_CAMERAS, dtype=np.uint32)) & 1).sum(axis=1)
+    gain = np.where(cameras > 1, config.life.shared_gain, cameras.astype(np.float64))
+    table.support += seconds * np.where(cameras > 0, gain, -1.0)
+    table.support = np.clip(table.support, 0.0, config.life.confirm_time)
+    confirmed = ~table.confirmed & (table.support >= config.life.confirm_time)
+    table.confirmed |= confirmed
+    return confirmed
+
+
+def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
+    """Return for how long, (n,) s, nothing has supported each track."""
+    return (stamp_ns - table.kept_ns) / 1e9
+
+
+def is_over(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
+    """Return the mask of the tracks that end now."""
+    life = config.life
+    limit = np.where(table.confirmed, life.coast_time, life.tentative_time)
+    return silence(table, stamp_ns) > np.maximum(limit, 1.5 * config.batching.period)
+
+
+def is_published(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
+    """Return the mask of the tracks that are told to others, not only remembered."""
+    limit = max(config.life.report_time, 1.5 * config.batching.period)
+    return silence(table, stamp_ns) <= limit
+
+
+def leave_groups(table: TrackTable, stamp_ns: int) -> None:
+    """Forget the group of what has not been seen in one for a while."""
+    table.group[stamp_ns - table.group_ns > GROUP_MEMORY_S * 1e9] = 0
+
+
+class DuplicateWatch:
+    """Notices two tracks that follow one target: near for a while, told apart by no camera."""
+
+    def __init__(self, config: FusionConfig) -> None:
+        self._distance = config.life.merge_distance
+        self._time_ns = round(config.life.merge_time * 1e9)
+        self._since_ns: dict[tuple[int, int], int] = {}
+
+    def find(self, table: TrackTable, stamp_ns: int) -> list[tuple[int, int]]:
+        """Return pairs of rows (kept, dropped) that are one target by now."""
+        near = [
+            (int(table.track_id[one]), int(table.track_id[other]), one, other)
+            for one, other in self._near_pairs(table, stamp_ns)
+        ]
+        self._since_ns = {pair[:2]: self._since_ns.get(pair[:2], stamp_ns) for pair in near}
+        due = [
+            (one, other)
+            for first, second, one, other in near
+            if stamp_ns - self._since_ns[first, second] >= self._time_ns
+        ]
+        chosen, used = [], set[int]()
+        for one, other in due:
+            if not used & {one, other}:
+                used |= {one, other}
+                newer_is_better = table.confirmed[other] and not table.confirmed[one]
+                chosen.append((other, one) if newer_is_better else (one, other))
+        return chosen
+
+    def _near_pairs(self, table: TrackTable, stamp_ns: int) -> list[tuple[int, int]]:
+        gap = table.mean[:, None, :2] - table.mean[None, :, :2]
+        near = np.triu((gap**2).sum(axis=2) < self._distance**2, 1)
+        one, other = np.nonzero(near)
+        recent_ns = stamp_ns - self._time_ns
+        both = np.minimum(table.seen_by_ns[one], table.seen_by_ns[other]) > recent_ns
+        unresolved = ~both.any(axis=1) & (table.group[one] == 0) & (table.group[other] == 0)
+        return list(zip(one[unresolved].tolist(), other[unresolved].tolist()))
+
+
+def absorb(table: TrackTable, kept: int, dropped: int) -> None:
+    """Give a track what is known of its duplicate."""
+    newer = table.seen_by_ns[dropped] > table.seen_by_ns[kept]
+    table.local_id[kept] = np.where(newer, table.local_id[dropped], table.local_id[kept])
+    table.seen_by_ns[kept] = np.maximum(table.seen_by_ns[kept], table.seen_by_ns[dropped])
+    for name in ('seen_ns', 'kept_ns', 'support'):
+        values = getattr(table, name)
+        values[kept] = max(values[kept], values[dropped])
+    table.cameras[kept] |= table.cameras[dropped]
+    if np.trace(table.covariance[dropped]) < np.trace(table.covariance[kept]):
+        table.mean[kept] = table.mean[dropped]
+        table.covariance[kept] = table.covariance[dropped]
+    if not table.template[kept].any():
+        table.template[kept] = table.template[dropped]
+    table.previous_id[kept] = table.track_id[dropped]

@@ -1,0 +1,124 @@
+"""What fusion publishes: tracks, feedback, events, each in canonical order."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.interfaces import (
+    MEMBERS,
+    EventCode,
+    Events,
+    Feedback,
+    FeedbackFlag,
+    Tracks,
+    TrackStatus,
+)
+
+SEEN_MEMORY_NS = 500_000_000
+"""A camera counts as seeing a target for so long after it did, ns."""
+
+
+def tracks_of(
+    table: TrackTable, deleted: TrackTable, stamp_ns: int, full_support: float
+) -> Tracks:
+    """Return the published tracks and, once, those that ended, sorted by id."""
+    status = np.concatenate(
+        [status_of(table, stamp_ns), np.full(len(deleted), TrackStatus.DELETED)]
+    )
+    every = table.extended(deleted)
+    order = np.argsort(every.track_id)
+    every, status = every.select(order), status[order]
+    score = every.support / full_support if full_support > 0 else np.ones(len(every))
+    return Tracks.build(
+        stamp_ns,
+        position=ground_points(every),
+        velocity=every.mean[:, 2:],
+        covariance=every.covariance,
+        age=(stamp_ns - every.first_ns) / 1e9,
+        score=np.where(every.confirmed, 1.0, score),
+        track_id=every.track_id,
+        group=every.group,
+        cameras=every.cameras,
+        status=status,
+        class_id=every.class_id,
+        kit=every.kit,
+    )
+
+
+def status_of(table: TrackTable, stamp_ns: int) -> NDArray[np.uint8]:
+    """Return the `TrackStatus` of tracks at a tick."""
+    seen, grouped = table.cameras > 0, (table.group > 0)
+    status = np.where(grouped, TrackStatus.GROUPED, TrackStatus.COASTING)
+    status = np.where(seen, TrackStatus.CONFIRMED, status)
+    return np.where(table.confirmed, status, TrackStatus.TENTATIVE).astype(np.uint8)
+
+
+def feedback_of(table: TrackTable, stamp_ns: int) -> Feedback:
+    """Return what cameras are told: the confirmed tracks at the tick's stamp, sorted by id."""
+    table = table.select(table.confirmed)
+    table = table.select(np.argsort(table.track_id))
+    recent = table.seen_by_ns > stamp_ns - SEEN_MEMORY_NS
+    bits = np.left_shift(np.uint32(1), np.arange(recent.shape[1], dtype=np.uint32))
+    resolved = (table.group > 0) & (table.cameras > 0)
+    flags = np.where(resolved, FeedbackFlag.GROUP_RESOLVED, 0)
+    flags = flags | np.where(table.previous_id > 0, FeedbackFlag.CORRECTED, 0)
+    return Feedback.build(
+        stamp_ns,
+        position=ground_points(table),
+        velocity=table.mean[:, 2:],
+        covariance=table.covariance,
+        template=table.template,
+        track_id=table.track_id,
+        previous_id=table.previous_id,
+        group=table.group,
+        seen_by=(recent * bits).sum(axis=1, dtype=np.uint32),
+        flags=flags,
+    )
+
+
+class EventLog:
+    """Collects the events of one tick."""
+
+    def __init__(self) -> None:
+        self._rows: list[tuple[EventCode, int, tuple[float, float], int, int, list[int]]] = []
+
+    def add(
+        self,
+        code: EventCode,
+        table: TrackTable,
+        row: int,
+        *,
+        old_id: int = 0,
+        others: NDArray[np.uint32] | None = None,
+    ) -> None:
+        """Note an event of one track; a correction says what it was called."""
+        track_id = int(table.track_id[row])
+        x, y = table.mean[row, :2].tolist()
+        rest = [] if others is None else others[others != track_id][:MEMBERS].tolist()
+        new_id = track_id if old_id else 0
+        self._rows.append((code, track_id, (x, y), old_id, new_id, rest))
+
+    def add_all(self, code: EventCode, table: TrackTable, mask: NDArray[np.bool_]) -> None:
+        """Note one event for each track of a mask."""
+        for row in np.flatnonzero(mask).tolist():
+            self.add(code, table, row)
+
+    def events(self, stamp_ns: int) -> Events:
+        """Return the events sorted by code, then track."""
+        rows = sorted(self._rows)
+        return Events.build(
+            stamp_ns,
+            position=[(*row[2], 0.0) for row in rows],
+            track_id=[row[1] for row in rows],
+            old_id=[row[3] for row in rows],
+            new_id=[row[4] for row in rows],
+            others=[row[5] + [0] * (MEMBERS - len(row[5])) for row in rows],
+            event=[row[0] for row in rows],
+        )
+
+
+def ground_points(table: TrackTable) -> NDArray[np.float64]:
+    """Return the (n, 3) positions of tracks, on the ground, m."""
+    return np.column_stack([table.mean[:, :2], np.zeros(len(table))])

@@ -1,0 +1,128 @@
+"""Every parameter of fusion: names, units, ranges, defaults."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mctrack_ros.config import parameter
+
+
+@dataclass(frozen=True)
+class BatchingConfig:
+    """When a tick is closed."""
+
+    period: float = parameter(
+        0.04, 'Length of a tick, that of the fastest camera [s]', minimum=0.001, maximum=10.0
+    )
+    max_wait: float = parameter(
+        0.8,
+        'Longest wait for a camera after the first arrival [periods]',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    camera_timeout: float = parameter(
+        1.0, 'A camera silent for so long is not waited for [s]', minimum=0.01, maximum=600.0
+    )
+
+
+@dataclass(frozen=True)
+class MotionConfig:
+    """How targets move and how well they are measured."""
+
+    acceleration_density: float = parameter(
+        2.0,
+        'Power spectral density of the acceleration [m^2/s^3]',
+        minimum=1e-4,
+        maximum=1000.0,
+    )
+    initial_speed_sigma: float = parameter(
+        2.0,
+        'Standard deviation of the velocity of a new target [m/s]',
+        minimum=0.01,
+        maximum=100.0,
+    )
+    sensor_sigma: float = parameter(
+        0.1,
+        'Error that every detection has beside its own covariance (calibration, feet) [m]',
+        minimum=0.001,
+        maximum=100.0,
+    )
+
+
+@dataclass(frozen=True)
+class AssociationConfig:
+    """Which detection belongs to which track."""
+
+    gate: float = parameter(
+        13.8, 'Largest squared Mahalanobis distance of a pair', minimum=0.1, maximum=1000.0
+    )
+    false_density: float = parameter(
+        0.002,
+        'Detections that belong to no known target, per camera and picture [1/m^2]',
+        minimum=1e-9,
+        maximum=100.0,
+    )
+    tentative_cost: float = parameter(
+        4.0, 'What a track that is not confirmed costs more [-2 log]', minimum=0.0, maximum=100.0
+    )
+    identity_bonus: float = parameter(
+        6.0,
+        'What a pair gains if the camera believes it is the same target [-2 log]',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    appearance_weight: float = parameter(
+        4.0,
+        'What the squared Hellinger distance of two templates costs [-2 log]',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+
+
+@dataclass(frozen=True)
+class LifeConfig:
+    """When a track begins and ends."""
+
+    cluster_distance: float = parameter(
+        1.5,
+        'Unassigned detections of two cameras farther apart start no common track [m]',
+        minimum=0.01,
+        maximum=100.0,
+    )
+    confirm_time: float = parameter(
+        0.5, 'Support by one camera that confirms a track [s]', minimum=0.0, maximum=100.0
+    )
+    shared_gain: float = parameter(
+        4.0, 'What a second camera multiplies the support by', minimum=1.0, maximum=100.0
+    )
+    tentative_time: float = parameter(
+        0.15, 'A tentative track without support for so long ends [s]', minimum=0.0, maximum=100.0
+    )
+    report_time: float = parameter(
+        0.5, 'A track without support is published for so long [s]', minimum=0.0, maximum=100.0
+    )
+    coast_time: float = parameter(
+        1.0, 'A track without support is kept for so long [s]', minimum=0.0, maximum=1000.0
+    )
+    merge_distance: float = parameter(
+        0.5,
+        'Two tracks that no camera tells apart become one when so near [m]',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    merge_time: float = parameter(
+        0.5, 'How long they must have been so near [s]', minimum=0.0, maximum=100.0
+    )
+    template_time: float = parameter(
+        2.0, 'Time constant of the appearance template [s]', minimum=0.01, maximum=1000.0
+    )
+
+
+@dataclass(frozen=True)
+class FusionConfig:
+    """Parameters of fusion."""
+
+    batching: BatchingConfig = BatchingConfig()
+    motion: MotionConfig = MotionConfig()
+    association: AssociationConfig = AssociationConfig()
+    life: LifeConfig = LifeConfig()

@@ -1,0 +1,188 @@
+"""Fusion of all cameras' detections: one step a tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.fusion import lifecycle
+from mctrack_ros.fusion.admission import usable_rows
+from mctrack_ros.fusion.initiation import Leftover, new_tracks
+from mctrack_ros.fusion.matching import CameraMatcher
+from mctrack_ros.fusion.output import EventLog, feedback_of, tracks_of
+from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.interfaces import (
+    MAX_CAMERAS,
+    CameraDetections,
+    EventCode,
+    Events,
+    Feedback,
+    Tick,
+    Tracks,
+)
+from mctrack_ros.tracking.kalman import predict
+
+RESET_S = 1.0
+"""Time that steps back by more than this begins anew, s."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FusionOutput:
+    """
+    What one tick yields, all stamped with it.
+
+    Attributes
+    ----------
+    tracks : Tracks
+        Published tracks, and those that ended, sorted by id.
+    feedback : Feedback
+        What the cameras are told.
+    events : Events
+        What happened, sorted by code and track.
+
+    """
+
+    tracks: Tracks
+    feedback: Feedback
+    events: Events
+
+
+class FusionPipeline:
+    """
+    Tracks targets on the ground from the detections of all cameras.
+
+    A constant-velocity Kalman filter a target; each picture is assigned on its own (global
+    nearest neighbour), the cameras of a tick one after the other in canonical order; what no
+    track explains starts tracks where cameras agree or one persists.
+
+    Parameters
+    ----------
+    config : FusionConfig
+        Parameters.
+    cameras : tuple of str
+        Names in the site's order, at most 32.
+
+    Raises
+    ------
+    ValueError
+        If there are too many cameras or a name occurs twice.
+
+    """
+
+    def __init__(self, config: FusionConfig, cameras: tuple[str, ...]) -> None:
+        if len(cameras) > MAX_CAMERAS or len(set(cameras)) != len(cameras):
+            raise ValueError(f'cameras are {cameras!r}, expected at most {MAX_CAMERAS}, distinct')
+        self._config = config
+        self._index = {name: index for index, name in enumerate(cameras)}
+        self._table = TrackTable.blank(0, len(cameras))
+        self._watch = lifecycle.DuplicateWatch(config)
+        self._stamp_ns: int | None = None
+        self._next_id = 1
+
+    def step(self, tick: Tick) -> FusionOutput:
+        """
+        Process one tick.
+
+        Parameters
+        ----------
+        tick : Tick
+            Later than the last one, or more than a second earlier: then all tracks end.
+
+        Raises
+        ------
+        ValueError
+            If a camera is not known or the tick's stamp steps back by less than a second.
+
+        """
+        events = EventLog()
+        deleted = self._begin(tick.stamp_ns, events)
+        groups = self._table.group.copy()
+        leftovers = self._associate(tick)
+        self._note_groups(groups, tick.stamp_ns, events)
+        self._initiate(leftovers, tick.stamp_ns)
+        confirmed = lifecycle.count_support(self._table, self._seconds, self._config)
+        events.add_all(EventCode.NEW, self._table, confirmed)
+        deleted = deleted.extended(self._merge_duplicates(tick.stamp_ns, events))
+        deleted = deleted.extended(self._delete(tick.stamp_ns, events))
+        told = self._table.select(lifecycle.is_published(self._table, tick.stamp_ns, self._config))
+        return FusionOutput(
+            tracks_of(told, deleted, tick.stamp_ns, self._config.life.confirm_time),
+            feedback_of(told, tick.stamp_ns),
+            events.events(tick.stamp_ns),
+        )
+
+    def _begin(self, stamp_ns: int, events: EventLog) -> TrackTable:
+        """Predict to the tick, or begin anew; return the tracks that end by that."""
+        period = self._config.batching.period
+        last_ns = stamp_ns - round(period * 1e9) if self._stamp_ns is None else self._stamp_ns
+        self._seconds = (stamp_ns - last_ns) / 1e9
+        self._stamp_ns = stamp_ns
+        if self._seconds < -RESET_S:
+            self._seconds = period
+            return self._remove(np.ones(len(self._table), bool), events)
+        if self._seconds < 0:
+            raise ValueError(f'the tick is stamped {stamp_ns}, expected at least {last_ns}')
+        table = self._table
+        table.mean, table.covariance = predict(
+            table.mean,
+            table.covariance,
+            self._seconds,
+            self._config.motion.acceleration_density,
+        )
+        table.cameras[:] = 0
+        table.previous_id[:] = 0
+        return self._remove(np.zeros(len(table), bool), events)
+
+    def _associate(self, tick: Tick) -> list[Leftover]:
+        """Give every picture its tracks; return what the last one of each camera has left."""
+        leftovers: dict[int, Leftover] = {}
+        for frame in tick.frames:
+            camera = self._camera_index(frame)
+            detections = frame.detections.select(usable_rows(frame.detections))
+            matcher = CameraMatcher(self._table, detections, camera, tick.stamp_ns, self._config)
+            left = matcher.run()
+            leftovers[camera] = Leftover(camera, detections.select(left))
+        return [left for left in leftovers.values() if len(left.detections)]
+
+    def _camera_index(self, frame: CameraDetections) -> int:
+        if frame.camera not in self._index:
+            raise ValueError(f'camera is {frame.camera!r}, expected one of {list(self._index)}')
+        return self._index[frame.camera]
+
+    def _note_groups(self, before: NDArray[np.uint32], stamp_ns: int, events: EventLog) -> None:
+        table = self._table
+        lifecycle.leave_groups(table, stamp_ns)
+        for row in np.flatnonzero((before == 0) & (table.group > 0)).tolist():
+            members = table.track_id[table.group == table.group[row]]
+            events.add(EventCode.MERGE, table, row, others=members)
+        events.add_all(EventCode.SPLIT, table, (before > 0) & (table.group == 0))
+
+    def _initiate(self, leftovers: list[Leftover], stamp_ns: int) -> None:
+        fresh = new_tracks(leftovers, stamp_ns, len(self._index), self._config)
+        count = len(fresh)
+        fresh.track_id[:] = np.arange(self._next_id, self._next_id + count)
+        self._next_id += count
+        self._table = self._table.extended(fresh)
+
+    def _merge_duplicates(self, stamp_ns: int, events: EventLog) -> TrackTable:
+        table = self._table
+        dropped = np.zeros(len(table), bool)
+        for keep, drop in self._watch.find(table, stamp_ns):
+            lifecycle.absorb(table, keep, drop)
+            dropped[drop] = True
+            if table.confirmed[drop]:
+                old_id = int(table.track_id[drop])
+                events.add(EventCode.CORRECTION, table, keep, old_id=old_id)
+        return self._remove(dropped, events)
+
+    def _delete(self, stamp_ns: int, events: EventLog) -> TrackTable:
+        return self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)
+
+    def _remove(self, mask: NDArray[np.bool_], events: EventLog) -> TrackTable:
+        removed = self._table.select(mask)
+        events.add_all(EventCode.EXIT, removed, removed.confirmed)
+        self._table = self._table.select(~mask)
+        return removed

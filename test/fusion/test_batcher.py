@@ -1,0 +1,192 @@
+import numpy as np
+import pytest
+from fusion_scenes import PERIOD_NS, detections
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mctrack_ros.fusion import Batcher, FusionConfig
+
+MS = 1_000_000
+CAMERAS = ('one', 'three', 'two')
+
+
+def stamp(index, offset_ms=20):
+    return index * PERIOD_NS + offset_ms * MS
+
+
+def feed(batcher, messages):
+    """Give (arrival, camera, stamp) in turn; return the ticks."""
+    ticks = []
+    for arrival, camera, stamp_ns in messages:
+        ticks += batcher.add(camera, detections(stamp_ns, [[0, 0]]), arrival)
+    return ticks
+
+
+def shape(ticks):
+    return [
+        (tick.stamp_ns, tuple((frame.camera, frame.detections.stamp_ns) for frame in tick.frames))
+        for tick in ticks
+    ]
+
+
+def test_tick_closes_at_once_when_every_camera_has_reported():
+    batcher = Batcher(FusionConfig(), CAMERAS)
+    assert feed(batcher, [(0, 'two', stamp(5)), (1, 'one', stamp(5, 10))]) == []
+    (tick,) = feed(batcher, [(2, 'three', stamp(5, 30))])
+    assert tick.stamp_ns == stamp(5, 30)
+    assert [frame.camera for frame in tick.frames] == ['one', 'three', 'two']
+    np.testing.assert_array_equal(tick.record.admitted, [1, 1, 1])
+    assert batcher.deadline_ns() is None
+
+
+def test_missing_camera_is_waited_for_and_recorded():
+    batcher = Batcher(FusionConfig(), CAMERAS)
+    feed(batcher, [(7, 'two', stamp(5)), (8, 'one', stamp(5))])
+    deadline = 7 + 32 * MS
+    assert batcher.deadline_ns() == deadline
+    assert batcher.poll(deadline - 1) == []
+    (tick,) = batcher.poll(deadline)
+    np.testing.assert_array_equal(tick.record.missing, [0, 1, 0])
+
+
+def test_late_data_is_dropped_and_counted_in_the_next_tick():
+    batcher = Batcher(FusionConfig(), CAMERAS)
+    feed(batcher, [(0, 'two', stamp(5)), (0, 'one', stamp(5))])
+    batcher.poll(40 * MS)
+    assert feed(batcher, [(41 * MS, 'three', stamp(5))]) == []
+    (tick,) = feed(batcher, [(42 * MS, name, stamp(6)) for name in CAMERAS])
+    np.testing.assert_array_equal(tick.record.late, [0, 1, 0])
+    np.testing.assert_array_equal(tick.record.dropped_detections, [0, 1, 0])
+
+
+def test_dead_camera_is_not_waited_for_once_it_has_timed_out():
+    batcher = Batcher(FusionConfig(), CAMERAS)
+    for index in range(50):
+        now = index * PERIOD_NS
+        feed(batcher, [(now, name, stamp(index)) for name in ('one', 'two')])
+        waits = batcher.deadline_ns() is not None
+        assert waits == (now < 10**9)
+        batcher.poll(now + 39 * MS)
+
+
+def test_slow_camera_is_waited_for_only_where_it_is_due():
+    batcher = Batcher(FusionConfig(), ('fast', 'slow'))
+    waited = []
+    for index in range(20):
+        now = stamp(index)
+        messages = [(now, 'fast', stamp(index))]
+        if index % 2 == 0:
+            messages.append((now + MS, 'slow', stamp(index)))
+        feed(batcher, messages)
+        waited.append(batcher.deadline_ns() is not None)
+        batcher.poll(now + 39 * MS)
+    assert not any(waited[6:])
+
+
+def test_fast_camera_may_report_twice_in_a_tick():
+    batcher = Batcher(FusionConfig(), ('fast', 'slow'))
+    ticks = []
+    for index in range(10):
+        now = index * PERIOD_NS
+        ticks += feed(batcher, [(now + 5 * MS, 'slow', stamp(index, 5))])
+        ticks += feed(batcher, [(now + off * MS, 'fast', stamp(index, off)) for off in (6, 26)])
+    assert [len(tick.frames) for tick in ticks[2:]] == [3] * (len(ticks) - 2)
+    assert sum(int(tick.record.late.sum()) for tick in ticks[2:]) == 0
+
+
+def test_duplicates_are_dropped_and_counted():
+    batcher = Batcher(FusionConfig(), ('one', 'two'))
+    (tick,) = feed(batcher, [(0, 'one', stamp(1)), (1, 'one', stamp(1)), (2, 'two', stamp(1))])
+    assert len(tick.frames) == 2
+    np.testing.assert_array_equal(tick.record.late, [1, 0])
+
+
+def test_stamps_that_step_back_a_little_are_late_and_by_much_begin_anew():
+    batcher = Batcher(FusionConfig(), ('one',))
+    assert len(feed(batcher, [(0, 'one', stamp(100)), (1, 'one', stamp(90))])) == 1
+    (again,) = feed(batcher, [(2, 'one', stamp(10))])
+    assert again.stamp_ns == stamp(10)
+    np.testing.assert_array_equal(again.record.late, [1])
+
+
+def test_one_camera_that_runs_late_for_good_resets_nothing():
+    batcher = Batcher(FusionConfig(), ('late', 'good'))
+    ticks = []
+    for index in range(100, 200):
+        now = index * PERIOD_NS
+        ticks += feed(batcher, [(now, 'good', stamp(index)), (now, 'late', stamp(index - 60))])
+        ticks += batcher.poll(now + 39 * MS)
+    stamps = [tick.stamp_ns for tick in ticks[1:]]
+    assert stamps == [stamp(index) for index in range(100, 200)]
+
+
+def test_it_begins_anew_when_the_camera_that_was_ahead_is_gone():
+    batcher = Batcher(FusionConfig(), ('ahead', 'good'))
+    feed(batcher, [(0, 'ahead', stamp(1000))])
+    batcher.poll(50 * MS)
+    ticks = [
+        tick
+        for index in range(40)
+        for tick in feed(batcher, [(60 * MS + index * PERIOD_NS, 'good', stamp(index))])
+    ]
+    assert len(ticks) > 5
+
+
+def test_unusable_detections_are_counted():
+    batcher = Batcher(FusionConfig(), ('one',))
+    rows = detections(stamp(1), [[0, 0], [np.nan, 0], [1, 1]])
+    (tick,) = batcher.add('one', rows, 0)
+    np.testing.assert_array_equal(tick.record.dropped_detections, [1])
+
+
+def test_missed_feedback_is_recorded_once():
+    batcher = Batcher(FusionConfig(), ('one',))
+    batcher.feedback_missed('one', 3)
+    ticks = feed(batcher, [(0, 'one', stamp(1)), (1, 'one', stamp(2))])
+    assert [int(tick.record.feedback_missed[0]) for tick in ticks] == [3, 0]
+
+
+def test_unknown_camera_is_refused():
+    with pytest.raises(ValueError, match="camera is 'four', expected one of"):
+        Batcher(FusionConfig(), CAMERAS).add('four', detections(0, []), 0)
+
+
+def test_flush_closes_what_is_pending():
+    batcher = Batcher(FusionConfig(), CAMERAS)
+    feed(batcher, [(0, 'one', stamp(1)), (0, 'one', stamp(2))])
+    assert [tick.stamp_ns for tick in batcher.flush()] == [stamp(1), stamp(2)]
+    assert batcher.flush() == []
+
+
+@given(st.data())
+def test_arrival_order_does_not_change_ticks(data):
+    """Messages that come within the wait give the same ticks in whatever order."""
+    batcher, reference = (Batcher(FusionConfig(), CAMERAS) for _ in range(2))
+    ticks, expected = [], []
+    for index in range(4):
+        now = index * PERIOD_NS
+        messages = [(now, name, stamp(index)) for name in CAMERAS]
+        ticks += feed(batcher, data.draw(st.permutations(messages)))
+        expected += feed(reference, messages)
+    assert shape(ticks) == shape(expected)
+    assert len(ticks) == 4
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 60), st.sampled_from(CAMERAS), st.integers(0, 400)), max_size=60
+    )
+)
+def test_ticks_close_in_order_and_nothing_vanishes_uncounted(arrivals):
+    batcher = Batcher(FusionConfig(), CAMERAS)
+    now, ticks = 0, []
+    for wait, camera, stamp_ms in arrivals:
+        now += wait * MS
+        ticks += batcher.add(camera, detections(stamp_ms * MS, [[0, 0]]), now)
+    ticks += batcher.flush()
+    indices = [tick.stamp_ns // PERIOD_NS for tick in ticks]
+    assert indices == sorted(set(indices))
+    admitted = sum(int(tick.record.admitted.sum()) for tick in ticks)
+    late = sum(int(tick.record.late.sum()) for tick in ticks)
+    assert admitted == sum(len(tick.frames) for tick in ticks)
+    assert admitted + late <= len(arrivals)

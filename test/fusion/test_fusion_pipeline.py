@@ -1,0 +1,186 @@
+import numpy as np
+import pytest
+from fusion_scenes import PERIOD_NS, detections, published, tick
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mctrack_ros.fusion import FusionConfig, FusionPipeline
+from mctrack_ros.interfaces import EventCode, Rows, TrackStatus
+
+CAMERAS = ('one', 'two')
+
+
+def run(frames_of, ticks, pipeline=None, start=0):
+    pipeline = pipeline or FusionPipeline(FusionConfig(), CAMERAS)
+    return [pipeline.step(tick(index, frames_of(index))) for index in range(start, start + ticks)]
+
+
+def everything(outputs):
+    return [
+        getattr(rows, name).tobytes()
+        for output in outputs
+        for rows in (output.tracks, output.feedback, output.events)
+        for name in rows.COLUMNS
+    ]
+
+
+def walkers(index, count=4):
+    """Positions of people who walk side by side, 3 m apart."""
+    return np.column_stack([np.full(count, index * 0.06), np.arange(count) * 3.0])
+
+
+def noisy(index, seed=0):
+    rng = np.random.default_rng([seed, index])
+    return {name: walkers(index) + rng.normal(0, 0.1, (4, 2)) for name in CAMERAS}
+
+
+def test_walkers_are_tracked_with_one_id_each():
+    outputs = run(noisy, 50)
+    last = published(outputs[-1])
+    assert sorted(last) == sorted(published(outputs[10]))
+    truth = walkers(49)
+    for position in last.values():
+        assert np.linalg.norm(truth - position, axis=1).min() < 0.3
+    new = sum(int((output.events.event == EventCode.NEW).sum()) for output in outputs)
+    assert new == len(last) == 4
+
+
+def test_one_camera_alone_must_see_longer():
+    together = run(lambda index: {'one': [[0, 0]], 'two': [[0.1, 0]]}, 30)
+    alone = run(lambda index: {'one': [[0, 0]], 'two': []}, 30)
+    first = [next(i for i, out in enumerate(outs) if published(out)) for outs in (together, alone)]
+    assert first[0] < first[1]
+
+
+def test_short_loss_keeps_the_id_and_a_long_one_ends_it_once():
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    before = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 25, pipeline)
+    lost = run(lambda index: {'one': [], 'two': []}, 10, pipeline, 25)
+    assert (lost[-1].tracks.status == TrackStatus.COASTING).all()
+    after = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 5, pipeline, 35)
+    assert published(after[-1]).keys() == published(before[-1]).keys()
+    ended = run(lambda index: {'one': [], 'two': []}, 60, pipeline, 40)
+    deleted = [int((out.tracks.status == TrackStatus.DELETED).sum()) for out in ended]
+    exits = [int((out.events.event == EventCode.EXIT).sum()) for out in ended]
+    assert sum(deleted) == sum(exits) == 1
+    again = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 25, pipeline, 100)
+    assert not published(again[-1]).keys() & published(before[-1]).keys()
+
+
+def test_everything_is_sorted_by_id_and_stamped_with_the_tick():
+    for index, output in enumerate(run(noisy, 30)):
+        for rows in (output.tracks, output.feedback, output.events):
+            assert rows.stamp_ns == index * PERIOD_NS + PERIOD_NS // 2
+        for rows in (output.tracks, output.feedback):
+            assert (np.diff(rows.track_id.astype(int)) > 0).all()
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 10**6))
+def test_permuting_detections_changes_nothing(seed):
+    def shuffled(index):
+        rng = np.random.default_rng([seed, 1, index])
+        return {name: rng.permutation(rows) for name, rows in noisy(index, seed).items()}
+
+    straight, mixed = run(lambda index: noisy(index, seed), 15), run(shuffled, 15)
+    for one, other in zip(straight, mixed):
+        first = np.array(sorted(map(tuple, published(one).values()))).reshape(-1, 2)
+        second = np.array(sorted(map(tuple, published(other).values()))).reshape(-1, 2)
+        np.testing.assert_allclose(first, second, atol=1e-5)
+    assert len(published(straight[-1])) == 4
+
+
+def test_two_runs_agree_to_the_byte():
+    assert everything(run(noisy, 20)) == everything(run(noisy, 20))
+
+
+def test_covariances_stay_positive_definite():
+    for output in run(noisy, 40):
+        assert (np.linalg.eigvalsh(output.tracks.covariance.astype(float)) > 0).all()
+
+
+def group_row(stamp_ns, position, members):
+    padded = [*members, *[0] * (16 - len(members))]
+    return detections(stamp_ns, [position], 0.5, member_count=[len(members)], members=[padded])
+
+
+def test_a_group_keeps_its_members_alive_and_moves_none_of_them_far():
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    pair = [[0, 0], [0.8, 0]]
+    ids = sorted(published(run(lambda index: {'one': pair, 'two': pair}, 25, pipeline)[-1]))
+
+    def merged(index):
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        return {'one': group_row(stamp_ns, [0.4, 0], ids), 'two': []}
+
+    outputs = run(merged, 75, pipeline, 25)
+    assert sorted(published(outputs[-1])) == ids
+    assert (outputs[-1].tracks.status == TrackStatus.GROUPED).all()
+    assert (outputs[-1].tracks.group == min(ids)).all()
+    merges = np.concatenate([out.events.event for out in outputs]) == EventCode.MERGE
+    assert merges.sum() == 2
+    after = run(lambda index: {'one': pair, 'two': pair}, 10, pipeline, 100)
+    assert sorted(published(after[-1])) == ids
+    splits = np.concatenate([out.events.event for out in after]) == EventCode.SPLIT
+    assert splits.sum() == 2
+
+
+def test_a_group_starts_no_track():
+    def merged(index):
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        return {name: group_row(stamp_ns, [0.4, 0], [7, 8]) for name in CAMERAS}
+
+    assert all(len(output.tracks) == 0 for output in run(merged, 20))
+
+
+def test_two_tracks_of_one_target_become_one():
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    run(lambda index: {'one': [[0, 0]], 'two': [[2, 0]]}, 30, pipeline)
+
+    def approaching(index):
+        return {'one': [[0, 0]], 'two': [[max(0.2, 2 - 0.04 * (index - 30)), 0]]}
+
+    outputs = run(approaching, 90, pipeline, 30)
+    assert len(published(outputs[-1])) == 1
+    codes = np.concatenate([output.events.event for output in outputs])
+    assert (codes == EventCode.CORRECTION).sum() == 1
+
+
+def test_two_targets_that_a_camera_tells_apart_stay_two():
+    near = [[0, 0], [0.4, 0]]
+    outputs = run(lambda index: {'one': near, 'two': near}, 60)
+    assert len(published(outputs[-1])) == 2
+
+
+def test_unusable_rows_are_left_out():
+    def bad(index):
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        rows = detections(stamp_ns, [[0, 0], [np.nan, 1], [5, 5], [9, 9]])
+        covariance = rows.covariance.copy()
+        covariance[2] = -1
+        covariance[3, 0, 0] = np.inf
+        return {'one': rows.replace(covariance=covariance), 'two': [[0, 0]]}
+
+    outputs = run(bad, 20)
+    assert len(published(outputs[-1])) == 1
+    assert np.isfinite(outputs[-1].tracks.position).all()
+
+
+def test_time_that_steps_back_ends_all_tracks_and_ids_go_on():
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    before = run(noisy, 60, pipeline)
+    again = run(noisy, 20, pipeline)
+    assert (again[0].tracks.status == TrackStatus.DELETED).sum() == 4
+    assert min(published(again[-1])) > max(published(before[-1]))
+    with pytest.raises(ValueError, match='the tick is stamped'):
+        pipeline.step(tick(18, {}))
+
+
+def test_empty_ticks_are_no_trouble():
+    outputs = run(lambda index: {'one': [], 'two': []}, 3)
+    assert all(isinstance(output.tracks, Rows) and len(output.tracks) == 0 for output in outputs)
+
+
+def test_camera_that_is_not_of_the_site_is_refused():
+    with pytest.raises(ValueError, match="camera is 'three'"):
+        FusionPipeline(FusionConfig(), CAMERAS).step(tick(0, {'three': [[0, 0]]}))
