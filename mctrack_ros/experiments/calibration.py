@@ -1,0 +1,57 @@
+"""Calibration files of the simulated cameras: scene and transformation grids as XML."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from mctrack_ros.ground import TransformationGrid, write_grid
+from mctrack_ros.simulation import LENGTH_M, WIDTH_M, Camera, Scenario, landmarks, pitch5_cameras
+
+CELL_M = 8.0
+"""Side of a grid cell, m."""
+
+_CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+
+
+def write_calibration(scenario: Scenario, folder: str | Path) -> None:
+    """
+    Write ``scene.xml`` and one ``<camera>.xml`` a camera (event-tracking, Algorithms 1 and 2).
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Says the size of the pictures and the lenses.
+    folder : str or Path
+        Made where it is missing; files in it are replaced.
+
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    _write_scene(folder / 'scene.xml')
+    for camera in pitch5_cameras(scenario):
+        write_grid(camera_grid(camera), folder / f'{camera.name}.xml')
+
+
+def camera_grid(camera: Camera) -> TransformationGrid:
+    """Return the cells of an 8 m grid whose four corners are in the camera's picture."""
+    columns, rows = int(LENGTH_M // CELL_M), int(WIDTH_M // CELL_M)
+    cells = np.stack(np.meshgrid(np.arange(columns), np.arange(rows), indexing='ij'), -1)
+    corners = cells.reshape(-1, 1, 2) + _CORNERS
+    origin = (np.array([LENGTH_M, WIDTH_M]) - CELL_M * np.array([columns, rows])) / 2
+    ground = origin + CELL_M * corners
+    world = np.concatenate([ground, np.zeros((*ground.shape[:2], 1))], axis=2)
+    seen = camera.sees(world).all(axis=1)
+    image = np.round(camera.project(world[seen]), 2)
+    names = tuple(tuple(f'{x}-{y}' for x, y in cell) for cell in corners[seen].tolist())
+    return TransformationGrid(camera.name, names, ground[seen], image)
+
+
+def _write_scene(path: Path) -> None:
+    lines = ['<?xml version="1.0" encoding="utf-8"?>', '<scene>']
+    for name, (x, y) in landmarks().items():
+        lines.append(f'  <point name={quoteattr(name)} x="{x!r}" y="{y!r}"/>')
+    lines.append('</scene>')
+    path.write_text('\n'.join(lines) + '\n', encoding='utf-8')

@@ -1,0 +1,109 @@
+"""True tracking events of a camera: new, enter, exit, merge, split (event-tracking, Table 1)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.interfaces import MEMBERS, EventCode, Events
+from mctrack_ros.simulation.intent import PLAYERS
+from mctrack_ros.simulation.render import View
+from mctrack_ros.simulation.world import World
+
+HOLD_S = 0.2
+"""A split and an exit count once they have lasted this long, s; a merge and an entry at once."""
+
+Booleans = NDArray[np.bool_]
+Indices = NDArray[np.int64]
+
+
+class EventWatcher:
+    """
+    Watch one camera's views in order and tell what happened.
+
+    A person is in view while the foot point is in the picture. People whose silhouettes overlap
+    or touch form one blob; a blob that joins others is a merge, one that falls apart a split.
+    Somebody whom no camera has seen before is new, otherwise enters.
+
+    Parameters
+    ----------
+    world : World
+        The match.
+    camera_index : int
+        Which of its cameras.
+
+    """
+
+    def __init__(self, world: World, camera_index: int) -> None:
+        self._world, self._index = world, camera_index
+        self._hold = max(math.ceil(HOLD_S * world.scenario.rate_hz - 1e-9), 1)
+        self._inside = np.zeros(PLAYERS, np.bool_)
+        self._out_for = np.zeros(PLAYERS, np.int64)
+        self._joined = np.zeros((PLAYERS, PLAYERS), np.bool_)
+        self._apart_for = np.zeros((PLAYERS, PLAYERS), np.int64)
+        self._blob = np.arange(PLAYERS)
+
+    def step(self, step: int, view: View) -> Events:
+        """Return what happened between the previous step and this one."""
+        seen = np.zeros(PLAYERS, np.bool_)
+        seen[view.person] = self._world.feet_in_view[step, self._index, view.person]
+        was_inside, was_blob = self._inside, self._blob
+        self._out_for = np.where(seen, 0, self._out_for + 1)
+        self._inside = seen | (was_inside & (self._out_for < self._hold))
+        self._blob = self._blobs(view)
+        rows: list[tuple[EventCode, int, Indices]] = []
+        for person in np.flatnonzero(self._inside & ~was_inside).tolist():
+            known = self._world.feet_in_view[:step, :, person].any()
+            rows.append((EventCode.ENTER if known else EventCode.NEW, person, np.array([person])))
+        for person in np.flatnonzero(was_inside & ~self._inside).tolist():
+            rows.append((EventCode.EXIT, person, np.array([person])))
+        rows += _parted(EventCode.MERGE, self._blob, was_blob, self._inside)
+        rows += _parted(EventCode.SPLIT, was_blob, self._blob, was_inside & self._inside)
+        rows.sort(key=lambda row: row[:2])
+        return self._events(step, rows)
+
+    def _blobs(self, view: View) -> Indices:
+        """Return for each person the first person of the blob, after the hold time."""
+        touching = np.zeros_like(self._joined)
+        one, other = view.person[view.touching.T]
+        touching[one, other] = touching[other, one] = True
+        self._apart_for = np.where(touching, 0, self._apart_for + 1)
+        self._joined = touching | (self._joined & (self._apart_for < self._hold))
+        self._joined &= self._inside[:, None] & self._inside[None]
+        reach = self._joined | np.eye(PLAYERS, dtype=np.bool_)
+        for _ in range(math.ceil(math.log2(PLAYERS))):
+            reach = reach @ reach
+        return np.asarray(reach.argmax(axis=1), np.int64)
+
+    def _events(self, step: int, rows: list[tuple[EventCode, int, Indices]]) -> Events:
+        place = self._world.motion.position[step]
+        position = np.zeros((len(rows), 3))
+        others = np.zeros((len(rows), MEMBERS), np.uint32)
+        for row, (_, person, members) in enumerate(rows):
+            position[row, :2] = place[members].mean(axis=0)
+            rest = self._world.ids[members[members != person]][:MEMBERS]
+            others[row, : len(rest)] = rest
+        people = np.array([person for _, person, _ in rows], np.int64)
+        return Events.build(
+            self._world.scenario.stamp_ns(step),
+            position=position,
+            track_id=self._world.ids[people],
+            others=others,
+            event=np.array([code for code, *_ in rows], np.uint16),
+            camera=np.full(len(rows), self._index, np.uint16),
+        )
+
+
+def _parted(
+    code: EventCode, whole: Indices, parts: Indices, counted: Booleans
+) -> list[tuple[EventCode, int, Indices]]:
+    """Return an event for every part of a blob but the largest: what joins it or leaves it."""
+    rows = []
+    for blob in np.unique(whole[counted]).tolist():
+        members = np.flatnonzero(counted & (whole == blob))
+        labels, sizes = np.unique(parts[members], return_counts=True)
+        for label in labels[np.argsort(-sizes, kind='stable')][1:].tolist():
+            rows.append((code, int(members[parts[members] == label][0]), members))
+    return rows
