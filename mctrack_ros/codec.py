@@ -171,6 +171,31 @@ def rows_from_cloud(message: Any, kind: type[AnyRows]) -> AnyRows:
     return kind(stamp_ns=stamp_ns_of(message), **columns)
 
 
+def fields_of_cloud(message: Any) -> dict[str, NDArray[Any]]:
+    """
+    Read every field of a cloud by the message's own description.
+
+    Returns
+    -------
+    dict of str to array
+        By field name, (n,) or (n, count).
+
+    Raises
+    ------
+    CodecError
+        If sizes disagree or a field's type is not known.
+
+    """
+    formats = []
+    for field in message.fields:
+        if int(field.datatype) not in _NUMPY_TYPES:
+            raise CodecError(f'field {field.name!r} has the unknown datatype {field.datatype}')
+        element, count = '<' + _NUMPY_TYPES[int(field.datatype)], int(field.count)
+        formats.append((str(field.name), element, (count,) if count > 1 else ()))
+    packed = _packed_array(message, np.dtype(formats), 'rows')
+    return {name: np.ascontiguousarray(packed[name]) for name, _, _ in formats}
+
+
 def image_from_message(message: Any) -> NDArray[np.uint8]:
     """
     Return the picture of a ``sensor_msgs/Image`` or ``CompressedImage``.
