@@ -1,0 +1,154 @@
+"""What one camera gives at each stamp of a bag: from its pictures, or as it was recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from mctrack_ros.codec import image_from_message, rows_from_cloud, stamp_ns_of
+from mctrack_ros.interfaces import Detections, Events, Feedback
+from mctrack_ros.perception import CameraPipeline, FeedbackBuffer
+from mctrack_ros.recording import BagError, BagReader
+from mctrack_ros.site_config import CameraSettings
+
+
+@dataclass(frozen=True, slots=True)
+class CameraTask:
+    """
+    One camera of a bag.
+
+    Attributes
+    ----------
+    bag : Path
+        The bag.
+    camera : str
+        Name of the camera.
+    settings : CameraSettings
+        Its topics, calibration and pipeline.
+    period_ns, delay_ns : int
+        Tick period and feedback delay, ns.
+
+    """
+
+    bag: Path
+    camera: str
+    settings: CameraSettings
+    period_ns: int
+    delay_ns: int
+
+    @property
+    def image_topic(self) -> str:
+        """Topic of the pictures."""
+        return f'/{self.camera}/{self.settings.image_topic}'
+
+    @property
+    def detections_topic(self) -> str:
+        """Topic of recorded detections."""
+        return f'/{self.camera}/detections'
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CameraResult:
+    """
+    What a camera made of one picture.
+
+    Attributes
+    ----------
+    camera : str
+        Its name.
+    detections : Detections
+        What it publishes.
+    events : Events
+        Its own events.
+    feedback_missed : bool
+        Whether it had to do without feedback.
+
+    """
+
+    camera: str
+    detections: Detections
+    events: Events
+    feedback_missed: bool
+
+
+def topic_of(task: CameraTask, reader: BagReader) -> str:
+    """
+    Return the topic that a camera is replayed from: pictures, else recorded detections.
+
+    Raises
+    ------
+    BagError
+        If the bag holds neither.
+
+    """
+    for topic in (task.image_topic, task.detections_topic):
+        if reader.count(topic):
+            return topic
+    raise BagError(
+        f'{task.bag} has no messages on {task.image_topic} nor on {task.detections_topic}'
+    )
+
+
+class CameraSource:
+    """
+    Step one camera through a bag.
+
+    ``next_stamp_ns`` is the stamp of the picture that `step` takes next; None at the end.
+
+    Parameters
+    ----------
+    task : CameraTask
+        Which camera of which bag.
+
+    """
+
+    def __init__(self, task: CameraTask) -> None:
+        self._task = task
+        self._reader = BagReader(task.bag)
+        topic = topic_of(task, self._reader)
+        self._from_pictures = topic == task.image_topic
+        if self._from_pictures:
+            settings = task.settings
+            self._pipeline = CameraPipeline(
+                settings.pipeline, settings.mapping(), settings.ignore_mask()
+            )
+        self._buffer = FeedbackBuffer(task.period_ns, task.delay_ns)
+        self._messages: Iterator[tuple[str, object, int]] = self._reader.messages([topic])
+        self.next_stamp_ns: int | None = None
+        self._advance()
+
+    @property
+    def wanted_tick(self) -> int:
+        """Index of the tick whose feedback the next picture uses."""
+        assert self.next_stamp_ns is not None
+        return (self.next_stamp_ns - self._task.delay_ns) // self._task.period_ns
+
+    def push(self, feedback: Feedback) -> None:
+        """Hand over feedback of a tick."""
+        self._buffer.push(feedback)
+
+    def step(self) -> CameraResult:
+        """Process the next picture."""
+        message, stamp_ns = self._message, self.next_stamp_ns
+        assert stamp_ns is not None
+        if self._from_pictures:
+            feedback, missed = self._buffer.select(stamp_ns)
+            output = self._pipeline.step(image_from_message(message), stamp_ns, feedback)
+            result = CameraResult(self._task.camera, output.detections, output.events, missed)
+        else:
+            detections = rows_from_cloud(message, Detections)
+            result = CameraResult(self._task.camera, detections, Events.build(stamp_ns), False)
+        self._advance()
+        return result
+
+    def _advance(self) -> None:
+        """Read ahead by one message; one whose stamp does not go forward is passed over."""
+        last = self.next_stamp_ns
+        for _, message, _ in self._messages:
+            stamp_ns = stamp_ns_of(message)
+            if last is None or stamp_ns > last:
+                self._message, self.next_stamp_ns = message, stamp_ns
+                return
+        self.next_stamp_ns = None
+        self._reader.close()

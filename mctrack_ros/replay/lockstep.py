@@ -1,0 +1,155 @@
+"""
+The whole system over a bag, in lock step: the same cores that the nodes drive, without DDS.
+
+A tick is fused once every camera has passed it, and a picture is processed once the feedback it
+uses is known, so the outcome depends on the bag and the configuration alone, however many
+processes share the work.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+
+from mctrack_ros.fusion import Batcher, FusionOutput, FusionPipeline
+from mctrack_ros.interfaces import Tick
+from mctrack_ros.replay.camera_source import CameraResult, CameraTask
+from mctrack_ros.replay.workers import CameraWorkers
+from mctrack_ros.site_config import SiteConfig
+
+_NEVER = 1 << 62
+
+
+class ReplayError(RuntimeError):
+    """A replay that cannot go on."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TickOutput:
+    """
+    Everything that came of one tick.
+
+    Attributes
+    ----------
+    tick : Tick
+        What fusion was given.
+    results : tuple of CameraResult
+        What the cameras published in this period, by camera and stamp.
+    output : FusionOutput
+        What fusion made of it.
+
+    """
+
+    tick: Tick
+    results: tuple[CameraResult, ...]
+    output: FusionOutput
+
+
+def camera_tasks(bag: str | Path, site: SiteConfig) -> list[CameraTask]:
+    """Return the tasks of a site's cameras over a bag."""
+    period_ns = round(site.fusion.batching.period * 1e9)
+    delay_ns = round(site.feedback_delay * 1e9)
+    if delay_ns < period_ns:
+        raise ReplayError(
+            f'feedback_delay is {site.feedback_delay} s, expected at least the period, '
+            f'{site.fusion.batching.period} s: feedback of the running tick does not exist yet'
+        )
+    return [
+        CameraTask(Path(bag), name, settings, period_ns, delay_ns)
+        for name, settings in site.cameras.items()
+    ]
+
+
+def run_lockstep(bag: str | Path, site: SiteConfig, processes: int) -> Iterator[TickOutput]:
+    """
+    Run a bag through the cameras and the fusion of a site.
+
+    Parameters
+    ----------
+    bag : str or Path
+        With the pictures, or the detections, of every camera of the site.
+    site : SiteConfig
+        Cameras and settings.
+    processes : int
+        Processes for the cameras; fusion runs in the caller's.
+
+    Yields
+    ------
+    TickOutput
+        One a tick, in order.
+
+    Raises
+    ------
+    BagError, ConfigError, GridError, ProjectionError, ReplayError, ValueError
+        If the input cannot be used.
+
+    """
+    tasks = camera_tasks(bag, site)
+    workers = CameraWorkers(tasks, processes)
+    try:
+        yield from _run(workers, site, tasks[0].period_ns)
+    finally:
+        workers.stop()
+
+
+def _run(workers: CameraWorkers, site: SiteConfig, period_ns: int) -> Iterator[TickOutput]:
+    batcher = Batcher(site.fusion, site.camera_names)
+    fusion = FusionPipeline(site.fusion, site.camera_names)
+    next_tick = dict.fromkeys(site.camera_names, -1)
+    pending: dict[int, list[CameraResult]] = defaultdict(list)
+    complete_to = -1
+    open_connections = list(workers.connections)
+    while open_connections or pending:
+        for connection in wait(open_connections):
+            assert isinstance(connection, Connection)
+            if not _receive(connection, next_tick, pending, period_ns):
+                open_connections.remove(connection)
+        passed = min(next_tick.values()) - 1
+        feedback = []
+        for index in sorted(index for index in pending if index <= passed):
+            results = tuple(pending.pop(index))
+            for ticked in _fused(batcher, fusion, results):
+                feedback.append(ticked.output.feedback)
+                yield ticked
+        if passed > complete_to:
+            complete_to = passed
+            workers.announce(complete_to, feedback)
+
+
+def _receive(
+    connection: Connection,
+    next_tick: dict[str, int],
+    pending: dict[int, list[CameraResult]],
+    period_ns: int,
+) -> bool:
+    """Take one message of a process; return whether more will come."""
+    try:
+        kind, camera, stamp_ns, content = connection.recv()
+    except EOFError as error:
+        raise ReplayError('a camera process died') from error
+    if kind == 'error':
+        raise content
+    if kind == 'done':
+        return False
+    if content is not None:
+        pending[content.detections.stamp_ns // period_ns].append(content)
+    next_tick[camera] = _NEVER if stamp_ns is None else stamp_ns // period_ns
+    return True
+
+
+def _fused(
+    batcher: Batcher, fusion: FusionPipeline, results: tuple[CameraResult, ...]
+) -> Iterator[TickOutput]:
+    """Batch the results of one period in canonical order and fuse them; nothing is late."""
+    ordered = tuple(sorted(results, key=lambda r: (r.camera, r.detections.stamp_ns)))
+    now_ns = min(result.detections.stamp_ns for result in ordered)
+    ticks = []
+    for result in ordered:
+        batcher.feedback_missed(result.camera, int(result.feedback_missed))
+        ticks += batcher.add(result.camera, result.detections, now_ns)
+    ticks += batcher.flush()
+    for tick in ticks:
+        yield TickOutput(tick, ordered, fusion.step(tick))

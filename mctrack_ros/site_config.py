@@ -1,0 +1,251 @@
+"""A site: one YAML that names the cameras, their calibrations and the settings of every part."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from mctrack_ros.config import ConfigError, config_from, parameter, values_of
+from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.ground import ProjectiveMapping, read_grid, read_projection
+from mctrack_ros.interfaces import MAX_CAMERAS, code_tables
+from mctrack_ros.perception import CameraConfig
+
+LAYOUT_VERSION = 1
+"""Of the clouds' fields; counts up when a field changes its meaning."""
+
+_FILES = ('grid', 'projection', 'mask')
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSettings:
+    """One camera: its pictures, its calibration, its pipeline."""
+
+    image_topic: str = parameter(
+        'image_raw/compressed',
+        'pictures, relative to the camera; a name ending in /compressed holds JPEG or PNG',
+    )
+    image_width: int = parameter(768, 'width of the pictures [px]', minimum=16, maximum=16384)
+    image_height: int = parameter(576, 'height of the pictures [px]', minimum=16, maximum=16384)
+    grid: str = parameter('', 'transformation-grid XML file')
+    projection: str = parameter('', 'YAML file with a homography or projection, instead of a grid')
+    mask: str = parameter('', 'picture whose black pixels are ignored; empty: none')
+    pipeline: CameraConfig = CameraConfig()
+
+    def mapping(self) -> ProjectiveMapping:
+        """
+        Read the calibration.
+
+        Raises
+        ------
+        ConfigError
+            If neither a grid nor a projection is named, or both.
+        GridError, ProjectionError
+            If the file cannot be used.
+
+        """
+        size = (self.image_width, self.image_height)
+        if bool(self.grid) == bool(self.projection):
+            raise ConfigError('name either a grid or a projection file of the camera')
+        if self.projection:
+            return read_projection(self.projection, size)
+        return ProjectiveMapping.from_points(*read_grid(self.grid).points(), size)
+
+    def ignore_mask(self) -> NDArray[np.uint8] | None:
+        """
+        Read the mask, (height, width) uint8 with 0 where the picture is ignored.
+
+        Raises
+        ------
+        ConfigError
+            If the file is no picture or has another size than the camera's.
+
+        """
+        if not self.mask:
+            return None
+        picture = cv2.imread(self.mask, cv2.IMREAD_GRAYSCALE)
+        expected = (self.image_height, self.image_width)
+        if picture is None or picture.shape != expected:
+            found = 'no picture' if picture is None else f'a picture of shape {picture.shape}'
+            raise ConfigError(f'mask {self.mask} is {found}, expected shape {expected}')
+        return np.asarray(picture, np.uint8)
+
+
+@dataclass(frozen=True, slots=True)
+class SiteConfig:
+    """
+    A whole site.
+
+    Attributes
+    ----------
+    name : str
+        Of the site.
+    ground_frame : str
+        ``frame_id`` of everything on the ground.
+    feedback_delay : float
+        Age of the feedback that a camera uses, s.
+    cameras : dict of str to CameraSettings
+        By name, in the order of the camera bits: sorted.
+    fusion : FusionConfig
+        Of the fusion node.
+
+    """
+
+    name: str
+    ground_frame: str
+    feedback_delay: float
+    cameras: Mapping[str, CameraSettings]
+    fusion: FusionConfig
+
+    @property
+    def camera_names(self) -> tuple[str, ...]:
+        """Names in the order of the camera bits."""
+        return tuple(self.cameras)
+
+    def description(self) -> str:
+        """Return what `/site` says, as JSON: enough to decode a bag years later."""
+        values = {
+            'name': self.name,
+            'ground_frame': self.ground_frame,
+            'cameras': {name: _without_paths(camera) for name, camera in self.cameras.items()},
+            'feedback_delay': self.feedback_delay,
+            'fusion': values_of(self.fusion),
+        }
+        return site_description(values, list(self.cameras))
+
+
+@dataclass(frozen=True, slots=True)
+class _SiteScalars:
+    name: str = parameter('site', 'name of the site')
+    ground_frame: str = parameter('map', 'frame_id of positions on the ground')
+    feedback_delay: float = parameter(
+        0.08, 'age of the feedback that a camera uses [s]', minimum=0.0, maximum=10.0
+    )
+    fusion: FusionConfig = FusionConfig()
+
+
+def site_description(configuration: Mapping[str, Any], cameras: list[str]) -> str:
+    """Return the JSON of `/site`: layout version, camera order, codes, configuration hash."""
+    canonical = json.dumps(configuration, sort_keys=True)
+    return json.dumps(
+        {
+            'layout_version': LAYOUT_VERSION,
+            'cameras': cameras,
+            'codes': code_tables(),
+            'configuration_hash': hashlib.sha256(canonical.encode()).hexdigest(),
+        },
+        sort_keys=True,
+    )
+
+
+def load_site(path: str | Path) -> SiteConfig:
+    """
+    Read and check a site YAML; paths in it are relative to the file.
+
+    Raises
+    ------
+    ConfigError
+        If the file cannot be read, a key is unknown or a value wrong; names file and key.
+
+    """
+    path = Path(path)
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except OSError as error:
+        raise ConfigError(f'{path}: {error.strerror or error}') from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        reason = ' '.join(str(error).split())
+        raise ConfigError(f'{path}: not a readable YAML file: {reason}') from error
+    try:
+        return site_from(content, path.parent)
+    except ConfigError as error:
+        raise ConfigError(f'{path}: {error}') from error
+
+
+def site_from(content: Any, directory: Path) -> SiteConfig:
+    """
+    Build a site from nested values.
+
+    Parameters
+    ----------
+    content : object
+        A mapping with ``name``, ``ground_frame``, ``feedback_delay``, ``fusion``, ``cameras``
+        and ``pipeline``, the settings that all cameras share.
+    directory : Path
+        What paths are relative to.
+
+    Raises
+    ------
+    ConfigError
+        If a key is unknown or a value wrong; says which.
+
+    """
+    if not isinstance(content, Mapping):
+        raise ConfigError('expected a mapping with the key cameras')
+    values = dict(content)
+    cameras, shared = values.pop('cameras', None), values.pop('pipeline', {})
+    if not isinstance(cameras, Mapping) or not cameras:
+        raise ConfigError('cameras is missing or empty: name at least one camera')
+    if not isinstance(shared, Mapping):
+        raise ConfigError(f'pipeline is {shared!r}, expected a mapping')
+    if len(cameras) > MAX_CAMERAS:
+        raise ConfigError(f'{len(cameras)} cameras, expected at most {MAX_CAMERAS}')
+    scalars = config_from(_SiteScalars, values)
+    settings = {}
+    for name in sorted(cameras):
+        if not (isinstance(name, str) and name.isidentifier() and name.islower()):
+            raise ConfigError(
+                f'camera {name!r}: expected lower-case letters, digits and underscores, '
+                'a letter first'
+            )
+        own = cameras[name]
+        if not isinstance(own, Mapping):
+            raise ConfigError(f'cameras.{name} is {own!r}, expected a mapping')
+        merged = dict(own) | {'pipeline': _merged(shared, own.get('pipeline', {}))}
+        camera = config_from(CameraSettings, merged, f'cameras.{name}.')
+        settings[name] = _with_paths(camera, directory)
+    return SiteConfig(
+        name=scalars.name,
+        ground_frame=scalars.ground_frame,
+        feedback_delay=scalars.feedback_delay,
+        cameras=settings,
+        fusion=scalars.fusion,
+    )
+
+
+def _with_paths(camera: CameraSettings, directory: Path) -> CameraSettings:
+    """Return the settings with their file names made absolute."""
+    files: dict[str, Any] = {
+        name: str((directory / getattr(camera, name)).resolve()) if getattr(camera, name) else ''
+        for name in _FILES
+    }
+    return dataclasses.replace(camera, **files)
+
+
+def _without_paths(camera: CameraSettings) -> dict[str, Any]:
+    """Return the settings with bare file names: the same on every machine."""
+    files = {name: Path(getattr(camera, name)).name for name in _FILES}
+    return values_of(camera) | files
+
+
+def _merged(shared: Mapping[str, Any], own: Any) -> Any:
+    """Return nested mappings laid over one another; what is not a mapping replaces."""
+    if not isinstance(own, Mapping):
+        return own
+    return dict(shared) | {
+        key: _merged(_mapping(shared.get(key)), value) for key, value in own.items()
+    }
+
+
+def _mapping(value: Any) -> Mapping[str, Any]:
+    return value if isinstance(value, Mapping) else {}

@@ -1,0 +1,135 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from drawn_hall import walkers, write_hall
+
+from mctrack_ros.codec import rows_from_cloud
+from mctrack_ros.fusion import FusionPipeline
+from mctrack_ros.interfaces import REPORTED, CameraDetections, Detections, Tick, Ticks, Tracks
+from mctrack_ros.recording import BagError, BagReader, BagWriter
+from mctrack_ros.replay import ReplayError, run_lockstep, track_bag
+
+pytestmark = pytest.mark.xdist_group('replay')
+
+
+@pytest.fixture(scope='module')
+def hall(tmp_path_factory):
+    """Return a bag of two cameras in step, and its site."""
+    return write_hall(tmp_path_factory.mktemp('hall'))
+
+
+@pytest.fixture(scope='module')
+def tracked(hall, tmp_path_factory):
+    """Return the folder of results made by two processes."""
+    out = tmp_path_factory.mktemp('out')
+    summary = track_bag(*hall_arguments(hall, out), processes=2)
+    assert summary.ticks == 188
+    assert summary.pictures == 376
+    return out
+
+
+def hall_arguments(hall, out):
+    bag, site = hall
+    return bag, out, site
+
+
+def results(folder):
+    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob('*') if p.is_file()}
+
+
+def rows_of(bag, topic, kind):
+    with BagReader(bag) as reader:
+        return [rows_from_cloud(message, kind) for _, message, _ in reader.messages([topic])]
+
+
+def test_people_are_found_where_they_walk_with_one_id_each(tracked):
+    instants = rows_of(tracked / 'bag', '/tracks', Tracks)[90:]
+    ids = [set() for _ in range(3)]
+    for tracks in instants:
+        shown = tracks.select(np.isin(tracks.status, REPORTED))
+        truth = walkers(tracks.stamp_ns * 1e-9 - 1000)
+        distance = np.linalg.norm(shown.position[None, :, :2] - truth[:, None], axis=2)
+        assert (distance.min(axis=1) < 0.6).all()
+        for person, nearest in enumerate(distance.argmin(axis=1)):
+            ids[person].add(int(shown.track_id[nearest]))
+    assert [len(each) for each in ids] == [1, 1, 1]
+
+
+@pytest.mark.parametrize('processes', [1, 2])
+def test_two_runs_give_the_same_bytes_whatever_the_processes(hall, tracked, tmp_path, processes):
+    track_bag(*hall_arguments(hall, tmp_path), processes=processes)
+    assert results(tmp_path) == results(tracked)
+
+
+def test_replaying_the_recorded_detections_gives_the_same_tracks(hall, tracked, tmp_path):
+    _, site = hall
+    track_bag(tracked / 'bag', tmp_path, site, processes=1)
+    assert (tmp_path / 'tracks.txt').read_bytes() == (tracked / 'tracks.txt').read_bytes()
+
+
+def test_the_record_of_ticks_repeats_the_fusion(hall, tracked):
+    _, site = hall
+    fusion = FusionPipeline(site.fusion, site.camera_names)
+    tracks = rows_of(tracked / 'bag', '/tracks', Tracks)
+    detections = {
+        name: rows_of(tracked / 'bag', f'/{name}/detections', Detections) for name in site.cameras
+    }
+    for index, record in enumerate(rows_of(tracked / 'bag', '/ticks', Ticks)):
+        assert record.admitted.tolist() == [1, 1]
+        frames = tuple(CameraDetections(name, detections[name][index]) for name in site.cameras)
+        again = fusion.step(Tick(record.stamp_ns, frames, record)).tracks
+        recorded = tracks[index]
+        assert again.position.tobytes() == recorded.position.tobytes()
+        assert again.track_id.tolist() == recorded.track_id.tolist()
+
+
+def test_cameras_need_not_be_triggered_together(tmp_path):
+    bag, site = write_hall(tmp_path, seconds=3.0, offset_ns=29_000_000)
+    ticked = list(run_lockstep(bag, site, 2))
+    assert len(ticked) == 75
+    assert all(each.tick.record.admitted.tolist() == [1, 1] for each in ticked)
+    assert sum(int(each.tick.record.late.sum()) for each in ticked) == 0
+
+
+def test_a_camera_that_ends_early_does_not_stop_the_rest(hall, tmp_path):
+    bag, site = hall
+    with BagReader(bag) as reader, BagWriter(tmp_path / 'bag') as writer:
+        start = None
+        for topic, kind, data, time_ns in reader.serialized():
+            start = start or time_ns
+            if topic.startswith('/north') or time_ns < start + 1_000_000_000:
+                writer.write_serialized(topic, kind, data, time_ns)
+    ticked = list(run_lockstep(tmp_path / 'bag', site, 2))
+    assert len(ticked) == 188
+    assert ticked[-1].tick.record.alive.tolist() == [1, 0]
+
+
+def test_a_camera_without_pictures_is_named(hall, tmp_path):
+    bag, site = hall
+    with BagReader(bag) as reader, BagWriter(tmp_path / 'bag') as writer:
+        for topic, kind, data, time_ns in reader.serialized(['/north/image_raw/compressed']):
+            writer.write_serialized(topic, kind, data, time_ns)
+    with pytest.raises(BagError, match='no messages on /south/image_raw/compressed'):
+        track_bag(tmp_path / 'bag', tmp_path / 'out', site)
+
+
+def test_pictures_of_another_size_stop_the_run_with_the_reason(hall, tmp_path):
+    bag, site = hall
+    camera = dataclasses.replace(site.cameras['north'], image_width=640)
+    wrong = dataclasses.replace(site, cameras={**site.cameras, 'north': camera})
+    with pytest.raises(ValueError, match=r'picture has shape \(240, 320, 3\)'):
+        track_bag(bag, tmp_path / 'out', wrong)
+
+
+def test_feedback_of_the_running_tick_is_refused(hall, tmp_path):
+    bag, site = hall
+    impatient = dataclasses.replace(site, feedback_delay=0.01)
+    with pytest.raises(ReplayError, match='expected at least the period'):
+        track_bag(bag, tmp_path / 'out', impatient)
+
+
+def test_earlier_results_are_kept_unless_asked(hall, tracked):
+    bag, site = hall
+    with pytest.raises(BagError, match='exists already'):
+        track_bag(bag, tracked, site)
