@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 Config = TypeVar('Config')
-Value = bool | int | float | str
+Value = bool | int | float | str | tuple[str, ...]
 
 
 class ConfigError(ValueError):
@@ -33,8 +33,8 @@ class Parameter:
     name : str
         Dotted name.
     kind : type
-        ``bool``, ``int``, ``float`` or ``str``.
-    default : bool, int, float or str
+        ``bool``, ``int``, ``float``, ``str`` or ``tuple`` (of strings).
+    default : bool, int, float, str or tuple of str
         Its default.
     description : str
         What it does, with its unit.
@@ -55,6 +55,8 @@ class Parameter:
 
     def checked(self, value: Any) -> Value:
         """Return the value in the parameter's type, or raise `ConfigError`."""
+        if self.kind is tuple:
+            return self._checked_strings(value)
         fits = isinstance(value, self.kind) and not (
             isinstance(value, bool) and self.kind is not bool
         )
@@ -70,6 +72,12 @@ class Parameter:
         if self.choices and value not in self.choices:
             raise ConfigError(f'{self.name} is {value!r}, expected one of {list(self.choices)}')
         return typing.cast(Value, value)
+
+    def _checked_strings(self, value: Any) -> tuple[str, ...]:
+        listed = isinstance(value, (list, tuple)) and all(isinstance(item, str) for item in value)
+        if not listed:
+            raise ConfigError(f'{self.name} is {value!r}, expected a list of strings')
+        return tuple(value)
 
 
 _ARTICLED = {bool: 'true or false', int: 'a whole number', float: 'a number', str: 'a string'}
@@ -88,7 +96,7 @@ def parameter(
 
     Parameters
     ----------
-    default : bool, int, float or str
+    default : bool, int, float, str or tuple of str
         The default.
     description : str
         What it does, its unit in brackets at the end.
@@ -174,7 +182,8 @@ def values_of(config: Any) -> dict[str, Any]:
 
 
 def _declared(name: str, kind: type, field: dataclasses.Field[Any]) -> Parameter:
-    return Parameter(name, kind, typing.cast(Value, field.default), **field.metadata)
+    plain = typing.get_origin(kind) or kind
+    return Parameter(name, plain, typing.cast(Value, field.default), **field.metadata)
 
 
 def _range_text(low: float | None, high: float | None) -> str:

@@ -22,12 +22,17 @@ class Inner:
 class Outer:
     count: int = parameter(3, 'how many', minimum=1, maximum=5)
     enabled: bool = parameter(True, 'whether')
+    names: tuple[str, ...] = parameter(('one',), 'names')
     inner: Inner = Inner()
 
 
 def test_what_is_not_given_keeps_its_default():
     config = config_from(Outer, {'inner': {'gate': 4.0}})
     assert config == Outer(inner=Inner(gate=4.0))
+
+
+def test_a_list_of_strings_becomes_a_tuple():
+    assert config_from(Outer, {'names': ['two', 'three']}).names == ('two', 'three')
 
 
 def test_a_whole_number_serves_as_a_number():
@@ -49,6 +54,8 @@ def test_a_whole_number_serves_as_a_number():
         ({'inner': {'method': 'best'}}, r"inner.method is 'best', expected one of \['gnn'"),
         ({'inner': 3}, 'inner is 3, expected a mapping'),
         ({'enabled': 1}, 'enabled is 1, expected true or false'),
+        ({'names': 'two'}, "names is 'two', expected a list of strings"),
+        ({'names': ['two', 2]}, 'expected a list of strings'),
         ([1], r'the file is \[1\], expected a mapping'),
     ],
 )
@@ -59,6 +66,6 @@ def test_wrong_values_are_refused_by_their_dotted_name(values, reason):
 
 def test_parameters_have_dotted_names_and_lead_back_to_the_configuration():
     flat = {p.name: p.default for p in parameters_of(Outer)}
-    assert list(flat) == ['count', 'enabled', 'inner.gate', 'inner.method']
+    assert list(flat) == ['count', 'enabled', 'names', 'inner.gate', 'inner.method']
     assert config_from(Outer, nested(flat)) == Outer()
     assert values_of(Outer()) == nested(flat)

@@ -10,6 +10,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / 'mctrack_ros'
 ALLOWED = {
     'interfaces': set(),
     'config': set(),
+    'resources': set(),
     'ground': {'interfaces', 'config'},
     'tracking': {'interfaces', 'config', 'ground'},
     'perception': {'interfaces', 'config', 'ground', 'tracking'},
@@ -21,7 +22,12 @@ ALLOWED = {
 ALLOWED['site_config'] = {'interfaces', 'config', 'ground', 'tracking', 'perception', 'fusion'}
 ALLOWED['recording'] = {'interfaces', 'config', 'codec'}
 ALLOWED['replay'] = ALLOWED['site_config'] | {'site_config', 'codec', 'recording'}
-ALLOWED['experiments'] = ALLOWED['replay'] | {'replay', 'simulation', 'evaluation'}
+ALLOWED['experiments'] = ALLOWED['replay'] | {
+    'replay',
+    'simulation',
+    'evaluation',
+    'resources',
+}
 ALLOWED['ros'] = ALLOWED['experiments']
 ALLOWED['web'] = ALLOWED['ros'] | {'experiments', 'ros'}
 ALLOWED['cli'] = ALLOWED['web'] | {'web'}

@@ -51,7 +51,7 @@ def read_projection(path: str | Path, image_size: tuple[int, int]) -> Projective
         if name == 'image_from_world':
             return ProjectiveMapping(matrix, image_size)
         if name == 'ground_from_image':
-            matrix = np.linalg.inv(matrix)
+            matrix = np.asarray(np.linalg.inv(matrix), np.float64)
         return ProjectiveMapping.from_homography(matrix, image_size)
     except (ValueError, TypeError, np.linalg.LinAlgError) as error:
         raise ProjectionError(f'{path}: {error}') from error

@@ -1,0 +1,52 @@
+"""Start the camera nodes and the fusion node of a site."""
+
+import tempfile
+from pathlib import Path
+
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+from launch import LaunchDescription
+from mctrack_ros.ros.graph import ENVIRONMENT, site_nodes
+from mctrack_ros.site_config import load_site
+
+
+def site(context):
+    values = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
+    directory = Path(tempfile.mkdtemp(prefix='mctrack_'))
+    return [
+        Node(
+            package='mctrack_ros',
+            executable=spec.executable,
+            name=spec.name,
+            namespace=values['namespace'],
+            parameters=[str(spec.write(directory))],
+            respawn=values['respawn'] == 'true',
+            respawn_delay=1.0,
+            output='screen',
+        )
+        for spec in site_nodes(load_site(values['site']), values['use_sim_time'] == 'true')
+    ]
+
+
+ARGUMENTS = {
+    'site': 'site YAML',
+    'namespace': 'namespace of all nodes',
+    'use_sim_time': 'whether time comes from /clock',
+    'respawn': 'start again what dies',
+}
+DEFAULTS = {'namespace': '', 'use_sim_time': 'false', 'respawn': 'true'}
+
+
+def generate_launch_description():
+    return LaunchDescription(
+        [
+            *[
+                DeclareLaunchArgument(name, description=text, default_value=DEFAULTS.get(name))
+                for name, text in ARGUMENTS.items()
+            ],
+            *[SetEnvironmentVariable(name, value) for name, value in ENVIRONMENT.items()],
+            OpaqueFunction(function=site),
+        ]
+    )

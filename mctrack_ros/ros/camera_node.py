@@ -1,0 +1,131 @@
+"""One camera: pictures and feedback in, detections and events out."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from rclpy.lifecycle import LifecyclePublisher
+from sensor_msgs.msg import CompressedImage, Image, PointCloud2
+
+from mctrack_ros.codec import (
+    cloud_from_rows,
+    image_from_message,
+    rows_from_cloud,
+    stamp_ns_of,
+)
+from mctrack_ros.interfaces import Feedback, Rows
+from mctrack_ros.perception import CameraPipeline, FeedbackBuffer, feedback_missed
+from mctrack_ros.ros import quality
+from mctrack_ros.ros.diagnostics import Diagnostics, StreamHealth
+from mctrack_ros.ros.lifecycle import GraphNode, run
+from mctrack_ros.ros.messages import RCLPY_CLASSES
+from mctrack_ros.ros.node_config import CameraNodeConfig
+
+_RESTART_NS = 1_000_000_000
+"""Stamps that step back by more than this are a new run, not late pictures."""
+
+
+class CameraNode(GraphNode):
+    """The workstation of the event-tracking paper, section 4.1, as a node."""
+
+    CONFIG = CameraNodeConfig
+    config: CameraNodeConfig
+
+    def __init__(self) -> None:
+        super().__init__('camera_node')
+
+    def open(self) -> None:
+        """Build the pipeline and the publishers."""
+        self.build()
+        camera = self.config.camera
+        self.last_stamp_ns = -1
+        self.health = StreamHealth()
+        self.diagnostics = Diagnostics(self, {camera: self.health})
+        reliable = quality.reliable
+        self.detections = self.publisher(PointCloud2, f'{camera}/detections', reliable(10))
+        self.events = self.publisher(PointCloud2, f'{camera}/events', reliable(100))
+
+    def build(self) -> None:
+        """Begin with an empty background and no tracks."""
+        settings = self.config.settings
+        self.pipeline = CameraPipeline(
+            settings.pipeline, settings.mapping(), settings.ignore_mask()
+        )
+        self.feedback = FeedbackBuffer(
+            round(self.config.period * 1e9), round(self.config.feedback_delay * 1e9)
+        )
+
+    def start(self) -> None:
+        """Subscribe."""
+        topic = f'{self.config.camera}/{self.config.settings.image_topic}'
+        kind = CompressedImage if topic.endswith('/compressed') else Image
+        self.create_subscription(PointCloud2, 'feedback', self.on_feedback, quality.reliable(10))
+        pictures = quality.images(self.config.reliable, self.config.depth)
+        self.create_subscription(kind, topic, self.on_image, pictures)
+        self.diagnostics.begin()
+
+    def on_feedback(self, message: PointCloud2) -> None:
+        """Keep what the fusion node believes."""
+        try:
+            self.feedback.push(rows_from_cloud(message, Feedback))
+        except ValueError as error:
+            self.refuse(f'feedback refused: {error}')
+
+    def on_image(self, message: Any) -> None:
+        """Take one picture through the pipeline."""
+        stamp_ns = stamp_ns_of(message)
+        self.health.arrived(stamp_ns, self.get_clock().now().nanoseconds)
+        try:
+            self.check_stamp(stamp_ns)
+            image = image_from_message(message)
+            self.check_size(image.shape[1], image.shape[0])
+        except ValueError as error:
+            self.refuse(f'picture refused: {error}')
+            return
+        self.last_stamp_ns = stamp_ns
+        feedback, missed = self.feedback.select(stamp_ns)
+        if missed:
+            self.health.count('feedback missed')
+            self.send(self.events, feedback_missed(stamp_ns))
+        output = self.pipeline.step(image, stamp_ns, feedback)
+        if len(output.events):
+            self.send(self.events, output.events)
+        self.send(self.detections, output.detections)
+
+    def check_stamp(self, stamp_ns: int) -> None:
+        """Refuse a picture that is no newer than the last; a long step back begins anew."""
+        if stamp_ns > self.last_stamp_ns:
+            return
+        if self.last_stamp_ns - stamp_ns <= _RESTART_NS:
+            word = 'again' if stamp_ns == self.last_stamp_ns else 'backwards'
+            raise ValueError(f'its stamp {stamp_ns} ns comes {word} after {self.last_stamp_ns}')
+        self.get_logger().warning('stamps step back by more than a second: the camera begins anew')
+        self.build()
+
+    def check_size(self, width: int, height: int) -> None:
+        """Refuse a picture that the calibration is not made for."""
+        settings = self.config.settings
+        if (width, height) != (settings.image_width, settings.image_height):
+            raise ValueError(
+                f'it is {width} x {height}, expected '
+                f'{settings.image_width} x {settings.image_height}'
+            )
+
+    def refuse(self, reason: str) -> None:
+        """Count and report input that cannot be used; the node lives on."""
+        self.health.count('refused')
+        self.get_logger().warning(reason, throttle_duration_sec=5.0)
+
+    def send(self, publisher: LifecyclePublisher, rows: Rows) -> None:
+        """Publish rows as a cloud."""
+        publisher.publish(cloud_from_rows(rows, RCLPY_CLASSES, self.config.ground_frame))
+
+
+def main() -> int:
+    """Run the node."""
+    return run(CameraNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,68 @@
+"""The shipped parameter files; ``python -m mctrack_ros.ros.default_files config`` writes them."""
+
+from __future__ import annotations
+
+import sys
+import textwrap
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from mctrack_ros.config import Parameter, parameters_of
+from mctrack_ros.ros.node_config import NODE_CONFIGS
+
+_WIDTH = 95
+
+
+def default_text(node: str) -> str:
+    """Return a node's parameter file: every parameter with its default, unit and range."""
+    lines = [f'# Every parameter of {node} with its default.', '/**:', '  ros__parameters:']
+    section: tuple[str, ...] = ()
+    for parameter in parameters_of(NODE_CONFIGS[node]):
+        *parents, leaf = parameter.name.split('.')
+        shared = 0
+        while shared < len(parents) and parents[: shared + 1] == list(section[: shared + 1]):
+            shared += 1
+        for depth in range(shared, len(parents)):
+            lines.append('  ' * (2 + depth) + parents[depth] + ':')
+        section = tuple(parents)
+        indent = '  ' * (2 + len(parents))
+        lines += _comment(parameter, indent)
+        lines.append(f'{indent}{leaf}: {_value(parameter.default)}')
+    return '\n'.join(lines) + '\n'
+
+
+def write_defaults(directory: Path) -> Iterator[Path]:
+    """Write the parameter file of every node; yield its path."""
+    for node in NODE_CONFIGS:
+        path = directory / f'{node}.yaml'
+        path.write_text(default_text(node), encoding='utf-8')
+        yield path
+
+
+def _comment(parameter: Parameter, indent: str) -> list[str]:
+    text = parameter.description
+    if parameter.choices:
+        text += f' ({" or ".join(parameter.choices)})'
+    low, high = parameter.minimum, parameter.maximum
+    if low is not None and high is not None:
+        text += f' ({low:g} to {high:g})'
+    elif low is not None:
+        text += f' (at least {low:g})'
+    elif high is not None:
+        text += f' (at most {high:g})'
+    start = indent + '# '
+    return textwrap.wrap(text, _WIDTH, initial_indent=start, subsequent_indent=start)
+
+
+def _value(value: Any) -> str:
+    """Return a value as YAML writes it in one line."""
+    plain = list(value) if isinstance(value, tuple) else value
+    return yaml.safe_dump(plain, default_flow_style=True, width=1000).removesuffix('...\n').strip()
+
+
+if __name__ == '__main__':
+    for written in write_defaults(Path(sys.argv[1])):
+        print(written)

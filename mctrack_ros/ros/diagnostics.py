@@ -1,0 +1,103 @@
+"""Health of the streams that a node receives, on `/diagnostics` once a second."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.lifecycle import LifecyclePublisher
+
+from mctrack_ros.codec import header
+from mctrack_ros.ros.lifecycle import GraphNode
+from mctrack_ros.ros.messages import RCLPY_CLASSES
+from mctrack_ros.ros.quality import reliable
+
+_PERIOD_S = 1.0
+
+
+@dataclass(slots=True)
+class StreamHealth:
+    """
+    Counts of one stream; those of the last second are reported, then begun anew.
+
+    Attributes
+    ----------
+    received, latency_ns, worst_ns : int
+        Messages since the last report, the sum and the largest of their ages on arrival.
+    totals : dict of str to int
+        What went wrong since the start, by kind: ``late``, ``refused``, ``missed feedback`` ...
+
+    """
+
+    received: int = 0
+    latency_ns: int = 0
+    worst_ns: int = 0
+    totals: dict[str, int] = field(default_factory=dict)
+
+    def arrived(self, stamp_ns: int, now_ns: int) -> None:
+        """Count a message."""
+        self.received += 1
+        self.latency_ns += now_ns - stamp_ns
+        self.worst_ns = max(self.worst_ns, now_ns - stamp_ns)
+
+    def count(self, kind: str, number: int = 1) -> None:
+        """Count what went wrong."""
+        self.totals[kind] = self.totals.get(kind, 0) + number
+
+    def report(self, name: str) -> DiagnosticStatus:
+        """Return the state of the last second and begin the next."""
+        mean_ns = self.latency_ns / max(self.received, 1)
+        values = {
+            'rate [Hz]': f'{self.received / _PERIOD_S:.1f}',
+            'mean latency [ms]': f'{mean_ns / 1e6:.1f}',
+            'worst latency [ms]': f'{self.worst_ns / 1e6:.1f}',
+            **{kind: str(number) for kind, number in self.totals.items()},
+        }
+        silent = self.received == 0
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.STALE if silent else DiagnosticStatus.OK,
+            name=name,
+            message='no data' if silent else 'receiving',
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        )
+        self.received = self.latency_ns = self.worst_ns = 0
+        return status
+
+
+class Diagnostics:
+    """
+    Publish the health of a node's streams once a second.
+
+    Parameters
+    ----------
+    node : GraphNode
+        Opened just now; its `start` calls `begin`.
+    streams : mapping of str to StreamHealth
+        By name.
+
+    """
+
+    def __init__(self, node: GraphNode, streams: Mapping[str, StreamHealth]) -> None:
+        self._node = node
+        self._streams = streams
+        self._publisher: LifecyclePublisher = node.publisher(
+            DiagnosticArray, '/diagnostics', reliable(10)
+        )
+
+    def begin(self) -> None:
+        """Start the timer; the node destroys it when it is deactivated."""
+        self._node.create_timer(_PERIOD_S, self.publish)
+
+    def publish(self) -> None:
+        """Report now."""
+        stamp_ns = self._node.get_clock().now().nanoseconds
+        name = self._node.get_name()
+        self._publisher.publish(
+            DiagnosticArray(
+                header=header(RCLPY_CLASSES, stamp_ns, ''),
+                status=[
+                    health.report(f'{name}: {stream}') for stream, health in self._streams.items()
+                ],
+            )
+        )

@@ -1,0 +1,170 @@
+"""All cameras: detections in, tracks, feedback and events out."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+
+from geometry_msgs.msg import PoseArray
+from rclpy.clock import Clock, ClockType
+from rclpy.lifecycle import LifecyclePublisher
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
+
+from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
+from mctrack_ros.config import ConfigError, values_of
+from mctrack_ros.fusion import Batcher, FusionPipeline
+from mctrack_ros.interfaces import MAX_CAMERAS, Detections, EventCode, Events, Rows, Tick, Tracks
+from mctrack_ros.ros import markers, quality
+from mctrack_ros.ros.diagnostics import Diagnostics, StreamHealth
+from mctrack_ros.ros.lifecycle import GraphNode, run
+from mctrack_ros.ros.messages import RCLPY_CLASSES
+from mctrack_ros.ros.node_config import FusionNodeConfig
+from mctrack_ros.site_config import site_description
+
+
+class FusionNode(GraphNode):
+    """The server of the event-tracking paper, section 4.3, as a node."""
+
+    CONFIG = FusionNodeConfig
+    config: FusionNodeConfig
+
+    def __init__(self) -> None:
+        super().__init__('fusion_node')
+
+    def open(self) -> None:
+        """Build batcher and pipeline and the publishers."""
+        cameras = self.config.cameras
+        if not 1 <= len(set(cameras)) == len(cameras) <= MAX_CAMERAS:
+            raise ConfigError(
+                f'cameras is {list(cameras)}, expected 1 to {MAX_CAMERAS} different names'
+            )
+        self.batcher = Batcher(self.config.fusion, cameras)
+        self.pipeline = FusionPipeline(self.config.fusion, cameras)
+        self.health = {camera: StreamHealth() for camera in cameras}
+        self.diagnostics = Diagnostics(self, self.health)
+        cloud, reliable = PointCloud2, quality.reliable
+        self.tracks = self.publisher(cloud, 'tracks', reliable(10))
+        self.feedback = self.publisher(cloud, 'feedback', reliable(10))
+        self.events = self.publisher(cloud, 'events', reliable(100))
+        self.ticks = self.publisher(cloud, 'ticks', reliable(100))
+        self.site = self.publisher(String, 'site', quality.latched())
+        self.markers = self.publisher(MarkerArray, 'tracks/markers', reliable(1))
+        self.poses = self.publisher(PoseArray, 'tracks/poses', reliable(1))
+        self.obstacles = self.publisher(cloud, 'tracks/obstacles', reliable(1))
+
+    def start(self) -> None:
+        """Subscribe to every camera, and say what the site is."""
+        values = {'cameras': list(self.config.cameras), 'fusion': values_of(self.config.fusion)}
+        description = site_description(values, list(self.config.cameras))
+        self.site.publish(String(data=description))
+        for camera in self.config.cameras:
+            for kind, depth in ((self.on_events, 100), (self.on_detections, 10)):
+                topic = f'{camera}/{kind.__name__.removeprefix("on_")}'
+                self.create_subscription(
+                    PointCloud2, topic, partial(kind, camera), quality.reliable(depth)
+                )
+        # Waiting is measured on a clock that no time service moves, unless time is simulated.
+        simulated = self.get_parameter('use_sim_time').value
+        self.clock = self.get_clock() if simulated else Clock(clock_type=ClockType.STEADY_TIME)
+        self.after_arrivals = self.create_guard_condition(self.on_overdue)
+        self.deadline = self.create_timer(3600.0, self.after_deadline, clock=self.clock)
+        self.diagnostics.begin()
+
+    def stop(self) -> None:
+        """Fuse what waits."""
+        self.fuse(self.batcher.flush())
+        self.destroy_guard_condition(self.after_arrivals)
+
+    def on_events(self, camera: str, message: PointCloud2) -> None:
+        """Note for which pictures a camera had no feedback."""
+        try:
+            events = rows_from_cloud(message, Events)
+        except ValueError as error:
+            self.refuse(camera, f'events of {camera} refused: {error}')
+            return
+        missed = int((events.event == EventCode.FEEDBACK_MISSED).sum())
+        if missed:
+            self.batcher.feedback_missed(camera, missed)
+            self.health[camera].count('feedback missed', missed)
+
+    def on_detections(self, camera: str, message: PointCloud2) -> None:
+        """Give one camera's detections to the batcher, and fuse what is complete."""
+        try:
+            detections = rows_from_cloud(message, Detections)
+        except ValueError as error:
+            self.refuse(camera, f'detections of {camera} refused: {error}')
+            return
+        self.health[camera].arrived(detections.stamp_ns, self.get_clock().now().nanoseconds)
+        self.fuse(self.batcher.add(camera, detections, self.clock.now().nanoseconds))
+        self.set_deadline()
+
+    def after_deadline(self) -> None:
+        """Let what has arrived already be admitted first: a timer runs before subscriptions."""
+        self.deadline.cancel()
+        self.after_arrivals.trigger()
+
+    def on_overdue(self) -> None:
+        """Fuse what has waited long enough."""
+        self.fuse(self.batcher.poll(self.clock.now().nanoseconds))
+        self.set_deadline()
+
+    def set_deadline(self) -> None:
+        """Let the timer fire when the oldest waiting tick is due."""
+        deadline_ns = self.batcher.deadline_ns()
+        if deadline_ns is None:
+            self.deadline.cancel()
+            return
+        wait_ns = max(deadline_ns - self.clock.now().nanoseconds, 0) + 1
+        self.deadline.timer_period_ns = wait_ns
+        self.deadline.reset()
+
+    def fuse(self, ticks: list[Tick]) -> None:
+        """Take ticks through the pipeline and publish what comes out."""
+        for tick in ticks:
+            output = self.pipeline.step(tick)
+            self.send(self.tracks, output.tracks)
+            self.send(self.feedback, output.feedback)
+            if len(output.events):
+                self.send(self.events, output.events)
+            self.send(self.ticks, tick.record)
+            self.count(tick)
+            self.show(output.tracks)
+
+    def count(self, tick: Tick) -> None:
+        """Add what was late or missing to the diagnostics."""
+        record = tick.record
+        for index, late, missing in zip(record.camera, record.late, record.missing):
+            health = self.health[self.config.cameras[int(index)]]
+            health.count('late', int(late))
+            health.count('missing', int(missing))
+
+    def show(self, tracks: Tracks) -> None:
+        """Publish what people look at, while they do."""
+        frame = self.config.ground_frame
+        if self.markers.get_subscription_count():
+            self.markers.publish(markers.marker_array(tracks, frame))
+        if self.poses.get_subscription_count():
+            self.poses.publish(markers.pose_array(tracks, frame))
+        if self.obstacles.get_subscription_count():
+            height = self.config.obstacle_height
+            self.obstacles.publish(markers.obstacle_cloud(tracks, frame, height))
+
+    def refuse(self, camera: str, reason: str) -> None:
+        """Count and report a message that cannot be used; the node lives on."""
+        self.health[camera].count('refused')
+        self.get_logger().warning(reason, throttle_duration_sec=5.0)
+
+    def send(self, publisher: LifecyclePublisher, rows: Rows) -> None:
+        """Publish rows as a cloud."""
+        publisher.publish(cloud_from_rows(rows, RCLPY_CLASSES, self.config.ground_frame))
+
+
+def main() -> int:
+    """Run the node."""
+    return run(FusionNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,103 @@
+"""Parameters of a node, declared from its configuration dataclass and checked against it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+
+from mctrack_ros.config import ConfigError, Parameter, config_from, nested, parameters_of
+
+Config = TypeVar('Config')
+
+_OF_RCLPY = ('use_sim_time', 'start_type_description_service')
+_LARGEST = 2**63 - 1
+
+
+def declare(node: Node, kind: type[Any]) -> None:
+    """
+    Declare every field of a configuration dataclass, with its description and range.
+
+    The node must have been made with ``automatically_declare_parameters_from_overrides``, so
+    that what the user gave can be seen, whether known or not.
+
+    Raises
+    ------
+    ConfigError
+        If a parameter was given that is not known, of the wrong type or out of range.
+
+    """
+    given = {name: item.value for name, item in node.get_parameters_by_prefix('').items()}
+    given = {name: value for name, value in given.items() if not _is_of_rclpy(name)}
+    known = {parameter.name: parameter for parameter in parameters_of(kind)}
+    for name in given:
+        if name not in known:
+            raise ConfigError(f'unknown parameter {name}, expected one of {sorted(known)}')
+        node.undeclare_parameter(name)
+    for name, parameter in known.items():
+        value = parameter.checked(given.get(name, parameter.default))
+        node.declare_parameter(name, _as_ros(value), descriptor(parameter), ignore_override=True)
+
+
+def read(node: Node, kind: type[Config]) -> Config:
+    """Return the configuration that a node's parameters hold now."""
+    flat = {item.name: node.get_parameter(item.name).value for item in parameters_of(kind)}
+    return config_from(kind, nested(flat))
+
+
+def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[], bool]) -> None:
+    """Let parameters change only while the node is not configured, and only to what is valid."""
+    known = {parameter.name: parameter for parameter in parameters_of(kind)}
+
+    def judge(changes: list[Any]) -> SetParametersResult:
+        for change in changes:
+            if change.name not in known:
+                continue
+            if fixed():
+                reason = f'{change.name} takes effect on configuration: clean the node up first'
+                return SetParametersResult(successful=False, reason=reason)
+            try:
+                known[change.name].checked(change.value)
+            except ConfigError as error:
+                return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    node.add_on_set_parameters_callback(judge)
+
+
+def descriptor(parameter: Parameter) -> ParameterDescriptor:
+    """Return a parameter's description and range as ROS states them."""
+    low, high = parameter.minimum, parameter.maximum
+    described = ParameterDescriptor(description=parameter.description)
+    if parameter.choices:
+        described.additional_constraints = 'one of ' + ', '.join(parameter.choices)
+    if low is None and high is None:
+        return described
+    if parameter.kind is int:
+        first = -_LARGEST - 1 if low is None else int(low)
+        last = _LARGEST if high is None else int(high)
+        described.integer_range = [IntegerRange(from_value=first, to_value=last)]
+    elif parameter.kind is float:
+        first_real = -sys.float_info.max if low is None else float(low)
+        last_real = sys.float_info.max if high is None else float(high)
+        described.floating_point_range = [
+            FloatingPointRange(from_value=first_real, to_value=last_real)
+        ]
+    return described
+
+
+def _as_ros(value: Any) -> Any:
+    """Return a value as rclpy types it; it takes lists, not tuples, for arrays."""
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _is_of_rclpy(name: str) -> bool:
+    return name in _OF_RCLPY or name.startswith('qos_overrides.')

@@ -1,0 +1,239 @@
+"""A bag to topics, at its own pace."""
+
+from __future__ import annotations
+
+import struct
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from rclpy.duration import Duration
+from rclpy.lifecycle import LifecyclePublisher
+from rosgraph_msgs.msg import Clock
+
+from mctrack_ros.codec import header
+from mctrack_ros.config import ConfigError
+from mctrack_ros.recording import BagError, BagReader
+from mctrack_ros.ros import quality
+from mctrack_ros.ros.lifecycle import GraphNode, run
+from mctrack_ros.ros.messages import RCLPY_CLASSES, message_class, starts_with_header
+from mctrack_ros.ros.node_config import PlayerConfig
+from mctrack_ros.ros.recorder import pattern
+
+_STAMP_OFFSET = 4
+"""A header's stamp follows the four bytes that open every serialised message."""
+
+_SECOND_NS = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """One topic of the bag: where it goes, and whether its messages begin with a stamp."""
+
+    publisher: LifecyclePublisher
+    stamped: bool
+
+
+class Player(GraphNode):
+    """Publish a bag's messages when they are due, from a thread of its own."""
+
+    CONFIG = PlayerConfig
+    config: PlayerConfig
+
+    def __init__(self) -> None:
+        super().__init__('player')
+
+    def open(self) -> None:
+        """Open the bag and create a publisher for every topic that is played."""
+        if not self.config.path:
+            raise ConfigError('path is empty: name the directory of the bag')
+        if self.config.restamp and self.config.rate != 1.0:
+            raise ConfigError(f'restamp needs the rate 1.0, got {self.config.rate}')
+        self.bag = BagReader(self.config.path)
+        wanted = [pattern(text) for text in self.config.topics]
+        self.awaited = pattern(self.config.wait_for) if self.config.wait_for else None
+        self.played: dict[str, Played] = {}
+        for topic, kind in self.bag.topics.items():
+            if topic != '/clock' and any(one.fullmatch(topic) for one in wanted):
+                self.add(topic, kind)
+        if not self.played:
+            raise BagError(f'{self.config.path} has no topic that is wanted and known')
+        if not self.config.restamp:
+            self.clock = self.publisher(Clock, '/clock', quality.reliable(10))
+        self.ending = threading.Event()
+
+    def add(self, topic: str, kind: str) -> None:
+        """Create the publisher of one topic, unless its type is not there."""
+        try:
+            message = message_class(kind)
+        except ValueError as error:
+            self.get_logger().warning(f'{topic} is not played: {error}')
+            return
+        latched = kind == 'std_msgs/msg/String'
+        offered = quality.latched() if latched else quality.reliable(self.config.depth)
+        self.played[topic] = Played(
+            self.publisher(message, topic, offered), starts_with_header(message)
+        )
+
+    def start(self) -> None:
+        """Begin to play."""
+        self.ending.clear()
+        self.thread = threading.Thread(target=self.play, name='play')
+        self.thread.start()
+
+    def stop(self) -> None:
+        """End in the middle."""
+        self.ending.set()
+        self.thread.join()
+
+    def close(self) -> None:
+        """Close the bag."""
+        if hasattr(self, 'bag'):
+            self.bag.close()
+
+    def play(self) -> None:
+        """Wait for those who listen, play, and end the process."""
+        try:
+            self.wait_for_subscribers()
+            while not self.ending.is_set():
+                self.play_once()
+                if not self.config.loop:
+                    break
+            for played in self.played.values():
+                played.publisher.wait_for_all_acked(Duration(seconds=1))
+        except Exception as error:
+            self.fail(str(error))
+        self.finish()
+
+    def wait_for_subscribers(self) -> None:
+        """Wait until each awaited topic has a subscriber, so that nothing is lost."""
+        if self.awaited is None:
+            return
+        until = time.monotonic() + self.config.wait
+        lonely = {topic for topic in self.played if self.awaited.fullmatch(topic)}
+        while lonely and time.monotonic() < until and not self.ending.wait(0.05):
+            lonely = {t for t in lonely if not self.played[t].publisher.get_subscription_count()}
+        if lonely:
+            self.get_logger().warning(f'nobody listens to {sorted(lonely)}: playing anyway')
+        self.ending.wait(self.config.settle)
+
+    def messages(self) -> Iterator[tuple[str, bytes, int]]:
+        """Yield topic, serialised message and log time (ns) of the part that is played."""
+        first_ns: int | None = None
+        last_s = self.config.start + self.config.duration
+        for topic, _, data, time_ns in self.bag.serialized(list(self.played)):
+            first_ns = time_ns if first_ns is None else first_ns
+            since_s = (time_ns - first_ns) * 1e-9
+            if self.config.duration and since_s > last_s:
+                return
+            if since_s >= self.config.start:
+                yield topic, data, time_ns
+
+    def play_once(self) -> None:
+        """Play the bag from its start, and say how well time was kept."""
+        pace: Pace | None = None
+        worst_ns = count = 0
+        for topic, data, time_ns in self.messages():
+            if pace is None:
+                pace = self.pace_from(time_ns)
+            if not self.wait_until(pace, time_ns):
+                return
+            worst_ns = max(worst_ns, time.monotonic_ns() - pace.due_ns(time_ns))
+            played = self.played[topic]
+            if self.config.restamp and played.stamped:
+                data = shifted(data, pace.shift_ns)
+            self.send_clock(time_ns)
+            played.publisher.publish(data)
+            count += 1
+        if pace is None:
+            raise BagError(f'{self.config.path} holds nothing after {self.config.start} s')
+        elapsed_ns = time.monotonic_ns() - pace.began_ns
+        factor = (time_ns - pace.first_ns) / max(elapsed_ns, 1)
+        self.get_logger().info(
+            f'played {count} messages: real-time factor {factor:.3f}, '
+            f'at most {worst_ns * 1e-6:.1f} ms behind'
+        )
+
+    def pace_from(self, first_ns: int) -> Pace:
+        """
+        Let the first message be due now.
+
+        Stamps are shifted by whole seconds, so that they keep their place in the fusion node's
+        periods and a replay gives the same ticks; the first message waits for its second.
+
+        """
+        began_ns, shift_ns = time.monotonic_ns(), 0
+        if self.config.restamp:
+            now_ns = self.get_clock().now().nanoseconds
+            shift_ns = -((first_ns - now_ns) // _SECOND_NS) * _SECOND_NS
+            began_ns += first_ns + shift_ns - now_ns
+        return Pace(first_ns, self.config.rate, began_ns, shift_ns)
+
+    def wait_until(self, pace: Pace, time_ns: int) -> bool:
+        """Sleep until a message is due, with `/clock` meanwhile; false: told to end."""
+        step_ns = round(1e9 / self.config.clock_rate)
+        while not self.ending.is_set():
+            wait_ns = pace.due_ns(time_ns) - time.monotonic_ns()
+            if wait_ns <= 0:
+                return True
+            self.ending.wait(min(wait_ns, step_ns) * 1e-9)
+            self.send_clock(min(pace.bag_ns(time.monotonic_ns()), time_ns))
+        return False
+
+    def send_clock(self, time_ns: int) -> None:
+        """Say what time it is in the bag."""
+        if not self.config.restamp:
+            self.clock.publish(Clock(clock=header(RCLPY_CLASSES, time_ns, '').stamp))
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """
+    Time in the bag against the steady clock.
+
+    Attributes
+    ----------
+    first_ns : int
+        Log time of the first message.
+    rate : float
+        Speed; 1: as recorded.
+    began_ns : int
+        Steady time at which the first message is due.
+    shift_ns : int
+        What is added to the stamps.
+
+    """
+
+    first_ns: int
+    rate: float
+    began_ns: int
+    shift_ns: int
+
+    def due_ns(self, time_ns: int) -> int:
+        """Return the steady time at which a message is due."""
+        return self.began_ns + round((time_ns - self.first_ns) / self.rate)
+
+    def bag_ns(self, steady_ns: int) -> int:
+        """Return the time in the bag at a steady time."""
+        return self.first_ns + round((steady_ns - self.began_ns) * self.rate)
+
+
+def shifted(data: bytes, shift_ns: int) -> bytes:
+    """Return a serialised message with the stamp of its header moved."""
+    order = '<' if data[1] & 1 else '>'
+    stamp = struct.Struct(order + 'iI')
+    seconds, nanoseconds = stamp.unpack_from(data, _STAMP_OFFSET)
+    moved = divmod(seconds * _SECOND_NS + nanoseconds + shift_ns, _SECOND_NS)
+    end = _STAMP_OFFSET + stamp.size
+    return data[:_STAMP_OFFSET] + stamp.pack(*moved) + data[end:]
+
+
+def main() -> int:
+    """Run the node."""
+    return run(Player)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,128 @@
+"""Topics to a bag, as they come, still serialised."""
+
+from __future__ import annotations
+
+import re
+import sys
+from functools import partial
+
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from mctrack_ros.config import ConfigError
+from mctrack_ros.recording import BagError, BagWriter
+from mctrack_ros.ros.lifecycle import GraphNode, run
+from mctrack_ros.ros.messages import message_class
+from mctrack_ros.ros.node_config import RecorderConfig
+
+_LOOK_S = 0.2
+_REPORT_S = 10.0
+
+
+class Recorder(GraphNode):
+    """Record every topic that fits, from the moment it appears; finish the bag at the end."""
+
+    CONFIG = RecorderConfig
+    config: RecorderConfig
+
+    def __init__(self) -> None:
+        super().__init__('recorder')
+
+    def open(self) -> None:
+        """Create the bag."""
+        if not self.config.path:
+            raise ConfigError('path is empty: name the directory of the bag')
+        self.wanted = [pattern(text) for text in self.config.topics]
+        self.excluded = pattern(self.config.exclude)
+        self.known: set[str] = set()
+        self.messages = self.bytes = 0
+        self.writer = BagWriter(self.config.path, overwrite=self.config.overwrite)
+        self.writing = True
+
+    def start(self) -> None:
+        """Look for topics, now and again."""
+        self.known.clear()
+        self.look()
+        self.create_timer(_LOOK_S, self.look)
+        self.create_timer(_REPORT_S, self.report)
+
+    def close(self) -> None:
+        """Finish the bag; after a failure too."""
+        if getattr(self, 'writing', False):
+            self.writing = False
+            self.writer.close()
+            self.report()
+
+    def report(self) -> None:
+        """Say how far it is."""
+        self.get_logger().info(
+            f'{self.config.path}: {self.messages} messages of {len(self.known)} topics, '
+            f'{self.bytes / 1e6:.1f} MB'
+        )
+
+    def look(self) -> None:
+        """Subscribe to what has appeared and fits."""
+        for topic, kinds in self.get_topic_names_and_types():
+            if topic in self.known or self.excluded.fullmatch(topic):
+                continue
+            if any(wanted.fullmatch(topic) for wanted in self.wanted):
+                self.known.add(topic)
+                self.subscribe(topic, kinds[0])
+
+    def subscribe(self, topic: str, kind: str) -> None:
+        """Record one topic from now on."""
+        try:
+            message = message_class(kind)
+        except ValueError as error:
+            self.get_logger().warning(f'{topic} is not recorded: {error}')
+            return
+        callback = partial(self.on_message, topic, kind)
+        self.create_subscription(message, topic, callback, self.quality_of(topic), raw=True)
+
+    def quality_of(self, topic: str) -> QoSProfile:
+        """Return what all that publish on a topic can give."""
+        offered = [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]
+        quality = QoSProfile(depth=self.config.depth)
+        if any(offer.reliability == ReliabilityPolicy.BEST_EFFORT for offer in offered):
+            quality.reliability = ReliabilityPolicy.BEST_EFFORT
+        if offered and all(o.durability == DurabilityPolicy.TRANSIENT_LOCAL for o in offered):
+            quality.durability = DurabilityPolicy.TRANSIENT_LOCAL
+        return quality
+
+    def on_message(self, topic: str, kind: str, data: bytes, info: dict[str, int]) -> None:
+        """Write one message, logged at the time it was received."""
+        simulated = self.get_parameter('use_sim_time').value
+        now_ns = self.get_clock().now().nanoseconds
+        try:
+            self.writer.write_serialized(
+                topic, kind, data, now_ns if simulated else info['received_timestamp']
+            )
+        except (BagError, OSError) as error:
+            self.fail(f'{topic}: {error}')
+            return
+        self.messages += 1
+        self.bytes += len(data)
+
+
+def pattern(text: str) -> re.Pattern[str]:
+    """
+    Compile a regular expression of topic names.
+
+    Raises
+    ------
+    ConfigError
+        If it is none.
+
+    """
+    try:
+        return re.compile(text)
+    except re.error as error:
+        raise ConfigError(f'{text!r} is not a regular expression: {error}') from error
+
+
+def main() -> int:
+    """Run the node."""
+    return run(Recorder)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

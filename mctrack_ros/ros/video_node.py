@@ -1,0 +1,159 @@
+"""A video file, a camera device or a stream to pictures."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import cv2
+from sensor_msgs.msg import CompressedImage, Image
+
+from mctrack_ros.codec import compressed_message, image_message, jpeg_from_image
+from mctrack_ros.config import ConfigError
+from mctrack_ros.ros import quality
+from mctrack_ros.ros.lifecycle import GraphNode, run
+from mctrack_ros.ros.messages import RCLPY_CLASSES
+from mctrack_ros.ros.node_config import VideoNodeConfig
+
+_USUAL_RATE_HZ = 25.0
+_ATTEMPTS = 50
+_PAUSE_S = 0.2
+
+
+class VideoNode(GraphNode):
+    """Publish pictures as they come, from a thread of its own; a file ends the process."""
+
+    CONFIG = VideoNodeConfig
+    config: VideoNodeConfig
+
+    def __init__(self) -> None:
+        super().__init__('video_node')
+
+    def open(self) -> None:
+        """Open the source."""
+        source = self.config.source
+        if not source:
+            raise ConfigError('source is empty: name a video file, a device or a stream')
+        self.is_file = '://' not in source and not source.isdigit() and '/dev/' not in source
+        if self.is_file and not Path(source).is_file():
+            raise ConfigError(f'source {source} does not exist')
+        self.capture = self.opened()
+        stated = self.capture.get(cv2.CAP_PROP_FPS)
+        self.rate = self.config.rate or (stated if 1 <= stated <= 1000 else _USUAL_RATE_HZ)
+        topic = f'{self.config.camera}/{self.config.image_topic}'
+        self.compressed = topic.endswith('/compressed')
+        kind = CompressedImage if self.compressed else Image
+        qos = quality.images(self.config.reliable, self.config.depth)
+        self.pictures = self.publisher(kind, topic, qos)
+        self.ending = threading.Event()
+
+    def opened(self) -> cv2.VideoCapture:
+        """
+        Open the source.
+
+        Raises
+        ------
+        ConfigError
+            If OpenCV cannot.
+
+        """
+        source = self.config.source
+        capture = cv2.VideoCapture(int(source) if source.isdigit() else source)
+        if not capture.isOpened():
+            raise ConfigError(f'source {source} cannot be opened as a video')
+        return capture
+
+    def start(self) -> None:
+        """Begin to play."""
+        self.ending.clear()
+        self.thread = threading.Thread(target=self.play, name='play')
+        self.thread.start()
+
+    def stop(self) -> None:
+        """End in the middle."""
+        self.ending.set()
+        self.thread.join()
+
+    def close(self) -> None:
+        """Release the source."""
+        if hasattr(self, 'capture'):
+            self.capture.release()
+
+    def play(self) -> None:
+        """Publish until the end, then end the process."""
+        try:
+            if self.is_file:
+                self.wait_for_subscriber()
+                self.play_file()
+            else:
+                self.play_live()
+        except Exception as error:
+            self.fail(str(error))
+        self.finish()
+
+    def wait_for_subscriber(self) -> None:
+        """Wait until somebody listens, so that a file's first pictures are not lost."""
+        until = time.monotonic() + self.config.wait
+        while time.monotonic() < until and not self.pictures.get_subscription_count():
+            if self.ending.wait(0.05):
+                return
+
+    def play_file(self) -> None:
+        """Publish a file's pictures, stamped one period apart."""
+        began_ns = time.monotonic_ns()
+        first_ns = self.get_clock().now().nanoseconds
+        count = 0
+        while not self.ending.is_set():
+            read, image = self.capture.read()
+            if not read:
+                if not (self.config.loop and count):
+                    break
+                self.capture.release()
+                self.capture = self.opened()
+                continue
+            since_ns = round(count * 1e9 / self.rate)
+            wait_s = (began_ns + since_ns - time.monotonic_ns()) * 1e-9
+            if self.config.realtime and wait_s > 0 and self.ending.wait(wait_s):
+                break
+            self.send(image, first_ns + since_ns)
+            count += 1
+        if not count:
+            raise ConfigError(f'source {self.config.source} holds no pictures')
+        self.get_logger().info(f'{self.config.source}: {count} pictures')
+
+    def play_live(self) -> None:
+        """Publish what a device or stream gives; open it again when it falls silent."""
+        while not self.ending.is_set():
+            read, image = self.capture.read()
+            if read:
+                self.send(image, self.get_clock().now().nanoseconds)
+                continue
+            self.get_logger().warning(f'{self.config.source} fell silent: opening it again')
+            self.capture.release()
+            self.ending.wait(_PAUSE_S * 5)
+            self.capture.open(self.config.source)
+
+    def send(self, image: Any, stamp_ns: int) -> None:
+        """Publish one picture."""
+        size = (self.config.width or image.shape[1], self.config.height or image.shape[0])
+        if size != (image.shape[1], image.shape[0]):
+            image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+        frame = f'{self.config.camera}_optical_frame'
+        if self.compressed:
+            jpeg = jpeg_from_image(image, self.config.quality)
+            message = compressed_message(jpeg, RCLPY_CLASSES, stamp_ns, frame)
+        else:
+            message = image_message(image, RCLPY_CLASSES, stamp_ns, frame)
+        self.pictures.publish(message)
+
+
+def main() -> int:
+    """Run the node."""
+    return run(VideoNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

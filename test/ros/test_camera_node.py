@@ -1,0 +1,127 @@
+"""The camera node over DDS: pictures to detections, and what cannot stop it."""
+
+import numpy as np
+import pytest
+from sensor_msgs.msg import CompressedImage, Image, PointCloud2
+from walker import PERIOD_NS, SIZE, camera_parameters, picture_message
+
+from mctrack_ros.codec import cloud_from_rows, image_message, jpeg_from_image
+from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
+from mctrack_ros.ros.camera_node import CameraNode
+from mctrack_ros.ros.messages import RCLPY_CLASSES
+
+pytestmark = pytest.mark.live
+
+START_NS = 1_700_000_000 * 10**9 + PERIOD_NS // 2
+
+
+class Pictures:
+    """What a camera would publish, and what its node makes of it."""
+
+    def __init__(self, bench, kind=CompressedImage, topic='/cam1/image_raw/compressed'):
+        self.bench = bench
+        self.detections = bench.rows(Detections, '/cam1/detections')
+        self.events = bench.rows(Events, '/cam1/events')
+        self.pictures = bench.publisher(kind, topic)
+        bench.heard('/cam1/detections')
+        bench.heard('/cam1/events')
+
+    def show(self, indices, start_ns=START_NS):
+        """Send walker pictures, each processed before the next."""
+        for index in indices:
+            self.send(picture_message(index, start_ns + index * PERIOD_NS))
+
+    def send(self, message):
+        """Send a picture that gives detections."""
+        before = len(self.detections)
+        self.pictures.publish(message)
+        self.bench.until(lambda: len(self.detections) > before)
+
+    def refused(self, message):
+        """Send a picture that is refused, and say how many were."""
+        health = self.bench.nodes[0].health
+        before = health.totals.get('refused', 0)
+        self.pictures.publish(message)
+        self.bench.until(lambda: health.totals.get('refused', 0) > before)
+
+
+@pytest.fixture
+def camera(bench, projection):
+    bench.make(CameraNode, **camera_parameters(projection))
+    return Pictures(bench)
+
+
+def test_each_picture_gives_detections_with_its_stamp(camera):
+    camera.show(range(30))
+    stamps = [detections.stamp_ns for detections in camera.detections]
+    assert stamps == [START_NS + index * PERIOD_NS for index in range(30)]
+    assert len(camera.detections[0]) == 0
+    assert len(camera.detections[-1]) == 1
+
+
+def test_raw_pictures_are_taken_too(bench, projection):
+    parameters = camera_parameters(projection)
+    parameters['settings']['image_topic'] = 'image_raw'
+    bench.make(CameraNode, **parameters)
+    camera = Pictures(bench, Image, '/cam1/image_raw')
+    blank = np.full((SIZE[1], SIZE[0], 3), 99, np.uint8)
+    camera.send(image_message(blank, RCLPY_CLASSES, START_NS, 'cam1_optical_frame'))
+    assert camera.detections[0].stamp_ns == START_NS
+
+
+def bad_pictures(stamp_ns):
+    empty = picture_message(1, stamp_ns)
+    empty.data = b''
+    garbled = picture_message(1, stamp_ns)
+    garbled.data = b'not a picture'
+    small = CompressedImage(header=empty.header, format='jpeg')
+    small.data = jpeg_from_image(np.zeros((20, 30, 3), np.uint8)).tobytes()
+    return {
+        'empty': empty,
+        'garbled': garbled,
+        'of another size': small,
+        'again': picture_message(2, START_NS + 2 * PERIOD_NS),
+        'backwards': picture_message(1, START_NS + PERIOD_NS),
+    }
+
+
+def test_bad_pictures_are_refused_and_the_node_lives_on(camera):
+    camera.show(range(3))
+    for picture in bad_pictures(START_NS + 3 * PERIOD_NS).values():
+        camera.refused(picture)
+    camera.show(range(3, 5))
+    assert len(camera.detections) == 5
+
+
+def test_stamps_that_step_far_back_begin_anew(camera):
+    camera.show(range(3))
+    camera.show(range(3), START_NS - 10**10)
+    assert len(camera.detections) == 6
+
+
+def missed_stamps(events):
+    missed = EventCode.FEEDBACK_MISSED
+    return [one.stamp_ns for one in events if missed in one.event.tolist()]
+
+
+def test_missed_feedback_is_an_event(bench, camera):
+    camera.show(range(20))
+    bench.until(lambda: len(missed_stamps(camera.events)) == 18)
+    assert missed_stamps(camera.events)[0] == START_NS + 2 * PERIOD_NS
+    assert bench.nodes[0].health.totals['feedback missed'] == 18
+
+
+def test_feedback_in_time_is_not_missed(bench, camera):
+    feedback = bench.publisher(PointCloud2, '/feedback')
+    for index in range(20):
+        empty = Feedback.build(START_NS + index * PERIOD_NS)
+        feedback.publish(cloud_from_rows(empty, RCLPY_CLASSES, 'map'))
+        camera.show([index])
+    assert 'feedback missed' not in bench.nodes[0].health.totals
+
+
+def test_broken_feedback_is_refused(bench, camera):
+    feedback = bench.publisher(PointCloud2, '/feedback')
+    feedback.publish(cloud_from_rows(Detections.build(START_NS), RCLPY_CLASSES, 'map'))
+    bench.until(lambda: bench.nodes[0].health.totals.get('refused') == 1)
+    camera.show([0])

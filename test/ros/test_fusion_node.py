@@ -1,0 +1,192 @@
+"""The fusion node over DDS: what it publishes, and what cannot stop it."""
+
+import json
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseArray
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
+
+from mctrack_ros.codec import cloud_from_rows
+from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback, Ticks, Tracks
+from mctrack_ros.ros.fusion_node import FusionNode
+from mctrack_ros.ros.messages import RCLPY_CLASSES
+from mctrack_ros.ros.quality import latched
+
+pytestmark = pytest.mark.live
+
+PERIOD_NS = 40_000_000
+CAMERAS = ['cam1', 'cam2']
+
+
+def seen(index, count=1):
+    """Return detections of people who stand still."""
+    return Detections.build(
+        index * PERIOD_NS + PERIOD_NS // 2,
+        position=[[10.0 * person, 5.0, 0.0] for person in range(count)],
+        covariance=np.tile(np.eye(2) * 0.04, (count, 1, 1)),
+        box=np.tile([10.0, 10.0, 20.0, 50.0], (count, 1)),
+    )
+
+
+def cloud(rows):
+    return cloud_from_rows(rows, RCLPY_CLASSES, 'map')
+
+
+class Cameras:
+    """What two camera nodes would publish, and what the fusion node makes of it."""
+
+    def __init__(self, bench, prefix=''):
+        self.bench = bench
+        self.tracks = bench.rows(Tracks, f'{prefix}/tracks')
+        self.ticks = bench.rows(Ticks, f'{prefix}/ticks')
+        self.feedback = bench.rows(Feedback, f'{prefix}/feedback')
+        self.detections = {
+            camera: bench.publisher(PointCloud2, f'{prefix}/{camera}/detections')
+            for camera in CAMERAS
+        }
+        for topic in ('tracks', 'ticks', 'feedback'):
+            bench.heard(f'{prefix}/{topic}')
+
+    def send(self, camera, index, count=1):
+        self.detections[camera].publish(cloud(seen(index, count)))
+
+    def both(self, indices):
+        """Send both cameras' detections tick by tick, each fused before the next."""
+        for index in indices:
+            before = len(self.ticks)
+            for camera in CAMERAS:
+                self.send(camera, index)
+            self.bench.until(lambda before=before: len(self.ticks) > before)
+
+
+def open_fusion(bench, **parameters):
+    bench.make(FusionNode, cameras=CAMERAS, **parameters)
+    return Cameras(bench)
+
+
+def test_people_become_tracks_that_are_fed_back(bench):
+    graph = open_fusion(bench)
+    graph.both(range(100, 130))
+    bench.until(lambda: len(graph.feedback) == 30 and len(graph.tracks) == 30)
+    assert len(graph.tracks[-1]) == 1
+    assert graph.tracks[-1].stamp_ns == seen(129).stamp_ns
+    assert graph.feedback[-1].track_id.tolist() == graph.tracks[-1].track_id.tolist()
+
+
+def test_late_data_are_dropped_and_counted(bench):
+    graph = open_fusion(bench)
+    graph.both(range(100, 105))
+    graph.send('cam1', 102, count=3)
+    bench.until(lambda: bench.nodes[0].health['cam1'].received >= 6)
+    graph.both([105])
+    assert graph.ticks[-1].late.tolist() == [1, 0]
+    assert graph.ticks[-1].dropped_detections.tolist() == [3, 0]
+    assert [tick.stamp_ns // PERIOD_NS for tick in graph.ticks] == list(range(100, 106))
+
+
+def test_out_of_order_data_of_open_ticks_are_fused_in_order(bench):
+    graph = open_fusion(bench, fusion={'batching': {'max_wait': 50.0}})
+    graph.both([100])
+    for camera, index in (('cam2', 102), ('cam1', 102), ('cam1', 101), ('cam2', 101)):
+        graph.send(camera, index)
+    bench.until(lambda: len(graph.ticks) >= 2)
+    graph.both([103])
+    indices = [tick.stamp_ns // PERIOD_NS for tick in graph.ticks]
+    assert indices == sorted(indices)
+
+
+def test_a_silent_camera_does_not_stop_fusion(bench):
+    graph = open_fusion(bench)
+    graph.both(range(100, 103))
+    for index in range(103, 108):
+        graph.send('cam1', index)
+        bench.until(lambda index=index: graph.ticks[-1].stamp_ns // PERIOD_NS == index)
+    assert graph.ticks[-1].missing.tolist() == [0, 1]
+
+
+def test_missed_feedback_is_on_ticks(bench):
+    graph = open_fusion(bench)
+    events = bench.publisher(PointCloud2, '/cam2/events')
+    missed = Events.build(0, event=[EventCode.FEEDBACK_MISSED, EventCode.FEEDBACK_MISSED])
+    events.publish(cloud(missed))
+    bench.until(lambda: bench.nodes[0].health['cam2'].totals.get('feedback missed') == 2)
+    graph.both([100])
+    assert graph.ticks[-1].feedback_missed.tolist() == [0, 2]
+
+
+def broken_clouds():
+    lacking = cloud(seen(101))
+    lacking.fields = lacking.fields[:-1]
+    cut = cloud(seen(101))
+    cut.data = cut.data[:-8]
+    wrong = cloud(seen(101))
+    wrong.fields[3].datatype = 2
+    infinite = cloud(
+        Detections.build(0, position=[[np.inf, 0, 0]], covariance=[np.eye(2)], box=[[0, 0, 1, 1]])
+    )
+    return {'lacking': lacking, 'cut': cut, 'wrong': wrong, 'not finite': infinite}
+
+
+def test_broken_clouds_are_refused_and_the_node_lives_on(bench):
+    graph = open_fusion(bench)
+    graph.both([100])
+    for message in broken_clouds().values():
+        graph.detections['cam1'].publish(message)
+    health = bench.nodes[0].health['cam1']
+    bench.until(lambda: health.totals.get('refused') == len(broken_clouds()))
+    graph.both([101])
+    assert graph.ticks[-1].admitted.tolist() == [1, 1]
+
+
+def test_site_is_latched_and_decodes_the_bits(bench):
+    open_fusion(bench)
+    sites = bench.messages(String, '/site', latched())
+    bench.until(lambda: sites)
+    site = json.loads(sites[0].data)
+    assert site['cameras'] == CAMERAS
+    assert site['codes']['EventCode']['FEEDBACK_MISSED'] == EventCode.FEEDBACK_MISSED
+    assert len(site['configuration_hash']) == 64
+
+
+def test_diagnostics_report_each_camera(bench):
+    graph = open_fusion(bench)
+    reports = bench.messages(DiagnosticArray, '/diagnostics')
+    graph.both(range(100, 103))
+    bench.until(lambda: reports and reports[-1].status[0].message == 'receiving')
+    assert [status.name for status in reports[-1].status] == [
+        'fusion_node: cam1',
+        'fusion_node: cam2',
+    ]
+
+
+def test_what_people_look_at_is_published_while_they_look(bench):
+    graph = open_fusion(bench)
+    markers = bench.messages(MarkerArray, '/tracks/markers')
+    poses = bench.messages(PoseArray, '/tracks/poses')
+    obstacles = bench.messages(PointCloud2, '/tracks/obstacles')
+    for topic in ('markers', 'poses', 'obstacles'):
+        bench.heard(f'/tracks/{topic}')
+    graph.both(range(100, 130))
+    bench.until(lambda: markers and markers[-1].markers and poses[-1].poses)
+    bench.until(lambda: obstacles and obstacles[-1].width)
+    assert {marker.ns for marker in markers[-1].markers} == {'body', 'name'}
+    assert poses[-1].header.frame_id == 'map'
+
+
+def test_namespace_and_remapping_move_its_topics(bench):
+    path = bench.parameter_file('fusion', {'cameras': CAMERAS})
+    bench.open(
+        '-r', '__ns:=/hall', '-r', 'tracks:=people', '-r', '__node:=server', '--params-file',
+        str(path),
+    )  # fmt: skip
+    node = bench.add(FusionNode())
+    tracks = bench.rows(Tracks, '/hall/people')
+    detections = bench.publisher(PointCloud2, '/hall/cam1/detections')
+    bench.heard('/hall/people')
+    detections.publish(cloud(seen(100)))
+    bench.until(lambda: tracks)
+    assert node.get_fully_qualified_name() == '/hall/server'

@@ -1,0 +1,126 @@
+"""The package's files agree with one another, and an installed package finds its own."""
+
+import ast
+import os
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from mctrack_ros import resources
+
+ROOT = Path(__file__).resolve().parents[1]
+SOURCES = ('mctrack_ros', 'config', 'launch', 'resource')
+FILES = ('setup.py', 'setup.cfg', 'package.xml', 'pyproject.toml')
+EXECUTABLES = {
+    'camera_node',
+    'fusion_node',
+    'mctrack',
+    'player',
+    'recorder',
+    'simulator_node',
+    'video_node',
+}
+ROSDEP_KEY_OF_IMPORT = {
+    'cv2': 'python3-opencv',
+    'defusedxml': 'python3-defusedxml',
+    'h5py': 'python3-h5py',
+    'jinja2': 'python3-jinja2',
+    'matplotlib': 'python3-matplotlib',
+    'numpy': 'python3-numpy',
+    'rich': 'python3-rich',
+    'rosbags': 'python3-rosbags-pip',
+    'scipy': 'python3-scipy',
+    'typer': 'python3-typer',
+    'yaml': 'python3-yaml',
+}
+WITHOUT_KEY = {'motmetrics'}
+
+
+@pytest.fixture(scope='module')
+def wheel(tmp_path_factory):
+    copy = tmp_path_factory.mktemp('source')
+    for name in SOURCES:
+        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns('__pycache__'))
+    for name in FILES:
+        shutil.copy(ROOT / name, copy / name)
+    out = tmp_path_factory.mktemp('wheel')
+    command = [sys.executable, '-m', 'pip', 'wheel', '-q', '--no-deps', '--no-build-isolation']
+    subprocess.run([*command, '--no-index', '-w', str(out), str(copy)], check=True)
+    return next(out.glob('*.whl'))
+
+
+@pytest.fixture(scope='module')
+def prefix(wheel, tmp_path_factory):
+    path = tmp_path_factory.mktemp('prefix')
+    command = [sys.executable, '-m', 'pip', 'install', '-q', '--no-deps', '--no-index']
+    command += ['--ignore-installed', '--no-warn-script-location', '--prefix', str(path)]
+    subprocess.run([*command, str(wheel)], check=True)
+    return path
+
+
+def test_manifest_is_an_ament_python_package_of_format_3():
+    root = ElementTree.parse(ROOT / 'package.xml').getroot()
+    assert root.get('format') == '3'
+    assert root.findtext('export/build_type') == 'ament_python'
+    assert root.findtext('license') == 'Apache-2.0'
+    assert re.fullmatch(r'[\w.+-]+@[\w-]+\.[\w.-]+', root.find('maintainer').get('email'))
+
+
+def test_manifest_and_setup_state_the_same_version():
+    version = ElementTree.parse(ROOT / 'package.xml').getroot().findtext('version')
+    assert f"version='{version}'" in (ROOT / 'setup.py').read_text()
+
+
+def test_manifest_depends_on_all_that_is_imported():
+    manifest = ElementTree.parse(ROOT / 'package.xml').getroot()
+    stated = {element.text for element in manifest.findall('exec_depend')}
+    imported = set()
+    for path in (ROOT / 'mctrack_ros').rglob('*.py'):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                imported |= {alias.name.split('.')[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                imported.add(node.module.split('.')[0])
+    imported -= set(sys.stdlib_module_names) | {'mctrack_ros'} | WITHOUT_KEY
+    needed = {ROSDEP_KEY_OF_IMPORT.get(name, name) for name in imported}
+    assert needed <= stated
+
+
+def test_wheel_holds_what_ros2_run_and_launch_look_for(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        names = [name.split('.data/data/')[-1] for name in archive.namelist()]
+    assert 'share/ament_index/resource_index/packages/mctrack_ros' in names
+    assert 'share/mctrack_ros/package.xml' in names
+    assert {f'lib/mctrack_ros/{name}' for name in EXECUTABLES} <= set(names)
+    for folder in ('config', 'launch'):
+        for path in (ROOT / folder).rglob('*.*'):
+            if '__pycache__' not in path.parts:
+                assert f'share/mctrack_ros/{path.relative_to(ROOT)}' in names
+
+
+def test_installed_wrappers_lead_to_the_executables(prefix):
+    for name in EXECUTABLES:
+        wrapper = prefix / 'lib' / 'mctrack_ros' / name
+        assert os.access(wrapper, os.X_OK)
+        assert os.access(prefix / 'bin' / name, os.X_OK)
+
+
+def test_share_directory_is_found_in_a_checkout_and_in_a_prefix(prefix):
+    assert resources.share_directory() == ROOT
+    library = next(prefix.rglob('site-packages'))
+    code = 'from mctrack_ros import resources; print(resources.share_directory())'
+    found = subprocess.run(
+        [sys.executable, '-c', code],
+        env={**os.environ, 'PYTHONPATH': str(library)},
+        cwd=prefix,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert Path(found.stdout.strip()) == prefix / 'share' / 'mctrack_ros'
