@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from numpy.typing import NDArray
 
 from mctrack_ros.ground.projective import ProjectiveMapping
 
@@ -45,7 +46,7 @@ def read_projection(path: str | Path, image_size: tuple[int, int]) -> Projective
         raise ProjectionError(f'{path}: expected exactly one of the keys {sorted(_SHAPES)}')
     ((name, rows),) = content.items()
     try:
-        matrix = np.asarray(rows, np.float64)
+        matrix: NDArray[np.float64] = np.asarray(rows, np.float64)
         if matrix.shape != _SHAPES[name]:
             raise ValueError(f'{name} has shape {matrix.shape}, expected {_SHAPES[name]}')
         if name == 'image_from_world':

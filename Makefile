@@ -1,0 +1,54 @@
+# Set up, test and show mctrack_ros. Everything is installed into .venv; nothing else is touched.
+
+PYTHON ?= $(shell for p in python3.12 python3.11 python3; do \
+	$$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 12))' 2>/dev/null \
+	&& command -v $$p && break; done)
+VENV := .venv
+BIN := $(VENV)/bin
+SOURCES := setup.py setup.cfg package.xml pyproject.toml \
+	$(shell find mctrack_ros config launch resource -type f -not -name '*.pyc')
+RESULTS := lab6p cmc wildtrack pets terrace
+
+.PHONY: all demo test check unit lock results clean help
+
+all: $(VENV)/.package ## install into .venv
+
+demo: all ## track a five-camera pitch live; results in out/demo
+	$(BIN)/mctrack demo
+
+test: check unit ## everything that CI runs
+
+check: all ## style, types
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+unit: all ## the tests
+	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup
+
+results: all ## measure the real-data figures again; writes docs/results
+	for name in $(RESULTS); do \
+		$(BIN)/mctrack reproduce $$name --json docs/results/$$name.json || exit 1; done
+	$(BIN)/mctrack results
+
+lock: all ## resolve requirements.in into requirements.lock again
+	$(BIN)/pip install -q uv
+	$(BIN)/uv pip compile --universal --python-version 3.11 --generate-hashes --upgrade \
+		--no-header --no-emit-index-url --no-emit-find-links -q requirements.in -o requirements.lock
+
+clean: ## remove what make made
+	rm -rf $(VENV) build out *.egg-info
+
+help: ## this list
+	@grep -E '^[a-z]+:.*##' Makefile | sed 's/:.*## /\t/'
+
+$(VENV)/.requirements: requirements.lock
+	@test -n "$(PYTHON)" || { echo 'Python 3.11 or 3.12 with venv is needed: install python3.12 or set PYTHON=...'; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
+	touch $@
+
+$(VENV)/.package: $(VENV)/.requirements $(SOURCES)
+	rm -rf build
+	$(BIN)/pip install -q --disable-pip-version-check --no-deps --no-build-isolation --force-reinstall .
+	touch $@

@@ -1,0 +1,22 @@
+"""Which errors are the user's to mend: they are shown as one line."""
+
+
+def expected_errors() -> tuple[type[BaseException], ...]:
+    """Return the exceptions that bad input raises."""
+    from mctrack_ros.codec import CodecError
+    from mctrack_ros.config import ConfigError
+    from mctrack_ros.ground import GridError, ProjectionError
+    from mctrack_ros.recording import BagError, MotTextError
+    from mctrack_ros.replay import ReplayError
+
+    return (
+        BagError,
+        CodecError,
+        ConfigError,
+        GridError,
+        MotTextError,
+        ProjectionError,
+        ReplayError,
+        OSError,
+        ValueError,
+    )

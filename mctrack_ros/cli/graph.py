@@ -1,0 +1,87 @@
+"""Commands that start ROS processes: run, record, play."""
+
+from __future__ import annotations
+
+import signal
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from mctrack_ros.cli.sites import named_site
+
+if TYPE_CHECKING:
+    from mctrack_ros.ros.graph import NodeSpec
+
+_DOMAIN = typer.Option(
+    None, min=0, max=232, help='ROS domain; unless given, that of ROS_DOMAIN_ID.'
+)
+
+
+def run(
+    site: str = typer.Argument(..., help='Site YAML, or the name of a shipped site.'),
+    namespace: str = typer.Option('', help='Namespace of all nodes, for example /hall.'),
+    use_sim_time: bool = typer.Option(False, '--use-sim-time', help='Take time from /clock.'),
+    domain: int | None = _DOMAIN,
+) -> None:
+    """Run the graph of a site: a camera node a camera, and the fusion node. Ctrl-C stops it."""
+    from mctrack_ros.ros.graph import site_nodes
+
+    _run_nodes(site_nodes(named_site(site), use_sim_time), namespace, domain)
+
+
+def record(
+    out: Path = typer.Argument(..., help='The bag to write.'),
+    topics: list[str] = typer.Option(
+        ['.*'], '--topic', help='Regular expression of topics to record; may be repeated.'
+    ),
+    overwrite: bool = typer.Option(False, '--overwrite', help='Replace an earlier bag.'),
+    domain: int | None = _DOMAIN,
+) -> None:
+    """Record topics of the running graph into a bag until Ctrl-C."""
+    from mctrack_ros.ros.graph import recorder_node
+
+    _run_nodes([recorder_node(out.absolute(), topics, overwrite=overwrite)], '', domain)
+
+
+def play(
+    bag: Path = typer.Argument(..., help='The bag.'),
+    topics: list[str] = typer.Option(
+        ['.*'], '--topic', help='Regular expression of topics to play; may be repeated.'
+    ),
+    rate: float = typer.Option(1.0, min=0.001, max=1000.0, help='Speed; 1: as recorded.'),
+    start: float = typer.Option(0.0, min=0.0, help='Where in the bag to begin [s].'),
+    loop: bool = typer.Option(False, '--loop', help='Begin again at the end.'),
+    restamp: bool = typer.Option(
+        False, '--restamp', help='Shift all stamps as if captured now, and publish no /clock.'
+    ),
+    domain: int | None = _DOMAIN,
+) -> None:
+    """Play a bag into the running graph, with /clock."""
+    from mctrack_ros.recording import BagReader
+    from mctrack_ros.ros.graph import player_node
+
+    BagReader(bag).close()
+    node = player_node(
+        bag.absolute(), topics=list(topics), rate=rate, start=start, loop=loop, restamp=restamp
+    )
+    _run_nodes([node], '', domain)
+
+
+def _run_nodes(nodes: Sequence[NodeSpec], namespace: str, domain: int | None) -> None:
+    """Run nodes as processes until they end or a signal comes; leave with their verdict."""
+    from mctrack_ros.ros.graph import ENVIRONMENT
+    from mctrack_ros.ros.supervise import Supervisor
+
+    environment = dict(ENVIRONMENT)
+    if domain is not None:
+        environment['ROS_DOMAIN_ID'] = str(domain)
+    with tempfile.TemporaryDirectory(prefix='mctrack_') as directory:
+        processes = [node.process(Path(directory), namespace) for node in nodes]
+        supervisor = Supervisor(processes, typer.echo, environment)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: supervisor.stop())
+        code = supervisor.run()
+    raise typer.Exit(code)

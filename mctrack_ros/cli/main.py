@@ -1,0 +1,57 @@
+"""`mctrack`: every command; what a command needs is imported when it runs."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from mctrack_ros import __version__
+from mctrack_ros.cli import graph, offline
+
+app = typer.Typer(
+    name='mctrack',
+    help='Track people and vehicles with several static cameras on the ground plane.',
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={'help_option_names': ['-h', '--help']},
+)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f'mctrack {__version__}')
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: bool = typer.Option(
+        False, '--version', callback=_show_version, is_eager=True, help='Show the version.'
+    ),
+) -> None:
+    """Track people and vehicles with several static cameras on the ground plane."""
+
+
+app.command('simulate')(offline.simulate)
+app.command('track')(offline.track)
+app.command('echo')(offline.echo)
+app.command('run')(graph.run)
+app.command('record')(graph.record)
+app.command('play')(graph.play)
+
+
+def main() -> None:
+    """Run the command line; an expected error is one line and exit code 1."""
+    from mctrack_ros.cli.errors import expected_errors
+
+    try:
+        app()
+    except expected_errors() as error:
+        print(f'mctrack: {error}', file=sys.stderr)
+        sys.exit(1)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,147 @@
+"""Commands that need no ROS: simulate, track, echo."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import typer
+
+_TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
+_OVERWRITE = typer.Option(False, '--overwrite', help='Replace earlier results.')
+_PROCESSES = typer.Option(2, min=1, max=64, help='Processes to share the cameras among.')
+
+
+def simulate(
+    out: Path = typer.Argument(..., help='The bag to write.'),
+    seconds: float = typer.Option(120.0, min=0.04, help='Length of the match [s].'),
+    seed: int = typer.Option(1, min=0, help='The same seed gives the same bytes.'),
+    noise: float = typer.Option(2.0, min=0.1, max=50.0, help='Sensor noise [grey levels].'),
+    shadows: bool = typer.Option(False, '--shadows', help='Players throw shadows.'),
+    distortion: float = typer.Option(
+        0.0, min=-0.5, max=0.5, help='First radial coefficient of the lenses.'
+    ),
+    lighting_drift: float = typer.Option(
+        0.0, min=0.0, max=0.9, help='Amplitude of a slow change of brightness.'
+    ),
+    processes: int = _PROCESSES,
+    overwrite: bool = _OVERWRITE,
+    calibration: Path | None = typer.Option(
+        None, help='Also write scene and transformation grids into this folder.'
+    ),
+    json_file: Path | None = typer.Option(None, '--json', help='Also write the difficulty here.'),
+) -> None:
+    """Render the five-camera football pitch, with exact truth, into a bag."""
+    from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.experiments import calibration as calibration_files
+    from mctrack_ros.experiments import simulate as rendering
+    from mctrack_ros.experiments.figures import Figures
+    from mctrack_ros.simulation import Scenario
+
+    scenario = Scenario(
+        seed=seed,
+        duration_s=seconds,
+        noise=noise,
+        shadows=shadows,
+        distortion=distortion,
+        lighting_drift=lighting_drift,
+    )
+    if calibration is not None:
+        calibration_files.write_calibration(scenario, calibration)
+    with progress_bar('rendering') as progress:
+        difficulty = rendering.simulate(
+            scenario, out, processes=processes, overwrite=overwrite, progress=progress
+        )
+    figures = Figures(
+        name='simulate',
+        command=f'mctrack simulate {out.name} --seconds {seconds:g} --seed {seed}',
+        protocol=asdict(scenario),
+        figures=difficulty.figures(),
+    )
+    typer.echo(figures.table())
+    typer.echo(f'wrote {out}')
+    if json_file is not None:
+        figures.write(json_file)
+
+
+def track(
+    bag: Path = typer.Argument(..., help='Bag with the pictures, or detections, of every camera.'),
+    out: Path = typer.Option(..., help='Folder for the bag of results and tracks.txt.'),
+    site: str = typer.Option('pitch5', help='Site YAML, or the name of a shipped site.'),
+    processes: int = _PROCESSES,
+    overwrite: bool = _OVERWRITE,
+    json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
+) -> None:
+    """Track a bag offline, in lock step; the same bag gives the same bytes."""
+    from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.experiments.figures import Figures
+    from mctrack_ros.replay import track_bag
+
+    config = named_site(site)
+    started = time.perf_counter()
+    with progress_bar('tracking') as progress:
+        summary = track_bag(
+            bag, out, config, processes=processes, overwrite=overwrite, progress=progress
+        )
+    wall_seconds = time.perf_counter() - started
+    figures = Figures(
+        name='track',
+        command=f'mctrack track {bag.name} --site {config.name} --processes {processes}',
+        protocol={'site': config.name, 'cameras': len(config.cameras), 'processes': processes},
+        figures={
+            'ticks': summary.ticks,
+            'pictures': summary.pictures,
+            'track_ids': len(summary.track_ids),
+            'bag_seconds': summary.bag_seconds,
+            'wall_seconds': wall_seconds,
+            'realtime_factor': summary.bag_seconds / wall_seconds,
+            'peak_memory_mb': summary.peak_memory_mb,
+        },
+    )
+    typer.echo(figures.table())
+    typer.echo(f'wrote {out / "bag"} and {out / "tracks.txt"}')
+    if json_file is not None:
+        figures.write(json_file)
+
+
+def echo(
+    topic: str = typer.Argument(..., help='Topic of one of the clouds, for example /tracks.'),
+    bag: Path | None = typer.Option(None, help='Read a bag instead of the running graph.'),
+    count: int = typer.Option(0, min=0, help='Stop after so many messages; 0: go on.'),
+    as_json: bool = typer.Option(False, '--json', help='One JSON object a message.'),
+) -> None:
+    """Print any of the clouds as a table."""
+    from rich.console import Console
+
+    from mctrack_ros.cli.tables import cloud_table, cloud_values
+
+    console = Console(width=_TABLE_WIDTH)
+    for index, message in enumerate(_messages(topic, bag)):
+        if as_json:
+            typer.echo(json.dumps(cloud_values(topic, message)))
+        else:
+            console.print(cloud_table(topic, message))
+        if index + 1 == count:
+            return
+
+
+def _messages(topic: str, bag: Path | None) -> Iterator[Any]:
+    """Yield the clouds of a topic, from a bag or from the running graph."""
+    if bag is None:
+        from mctrack_ros.ros.subscribe import clouds
+
+        yield from clouds(topic)
+        return
+    from mctrack_ros.recording import BagError, BagReader
+
+    with BagReader(bag) as reader:
+        kind = reader.topics.get(topic)
+        if kind not in (None, 'sensor_msgs/msg/PointCloud2'):
+            raise BagError(f'{bag}: {topic} holds {kind}, expected sensor_msgs/msg/PointCloud2')
+        for _, message, _ in reader.messages([topic]):
+            yield message

@@ -1,0 +1,105 @@
+import json
+import re
+import subprocess
+import sys
+
+import pytest
+from drawn_hall import write_hall
+from typer.testing import CliRunner
+
+from mctrack_ros import __version__
+from mctrack_ros.cli.main import app
+
+COMMANDS = [command.name for command in app.registered_commands]
+pytestmark = pytest.mark.xdist_group('replay')
+
+
+def mctrack(*arguments):
+    """Run the command line as a user does; return exit code, output and errors."""
+    done = subprocess.run(
+        [sys.executable, '-m', 'mctrack_ros.cli.main', *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.fixture(scope='module')
+def tracked(tmp_path_factory):
+    """Return the folder with a tracked bag of one and a half seconds and its site."""
+    folder = tmp_path_factory.mktemp('hall')
+    bag, _ = write_hall(folder, seconds=3.0)
+    figures = folder / 'figures.json'
+    code, output, errors = mctrack(
+        *('track', bag, '--out', folder / 'out', '--site', folder / 'site.yaml'),
+        *('--json', figures),
+    )
+    assert code == 0, errors
+    assert 'realtime_factor' in output
+    return folder
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+def test_every_command_explains_itself(command):
+    result = CliRunner().invoke(app, [command, '--help'])
+    assert result.exit_code == 0
+    assert 'Usage:' in result.output
+
+
+def test_the_version_is_shown():
+    assert CliRunner().invoke(app, ['--version']).output.split() == ['mctrack', __version__]
+
+
+def test_track_writes_figures_that_a_machine_reads(tracked):
+    content = json.loads((tracked / 'figures.json').read_text())
+    assert content['figures']['ticks'] == 75
+    assert content['figures']['pictures'] == 150
+    assert content['protocol']['site'] == 'hall'
+
+
+def test_echo_prints_a_cloud_of_a_bag_as_a_table(tracked):
+    code, output, _ = mctrack('echo', '/ticks', '--bag', tracked / 'out/bag', '--count', 1)
+    assert code == 0
+    assert re.search(r'/ticks  t = 1000\.\d+ s  2 rows', output)
+    assert 'dropped_detections' in output
+
+
+def test_echo_prints_json_without_nan(tracked):
+    code, output, _ = mctrack('echo', '/ticks', '--bag', tracked / 'out/bag', '--json')
+    lines = [json.loads(line, parse_constant=pytest.fail) for line in output.splitlines()]
+    assert code == 0
+    assert len(lines) == 75
+    assert lines[0]['fields']['x'] == [None, None]
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'reason'),
+    [
+        (['track', 'nowhere', '--out', 'out'], 'nowhere does not exist'),
+        (['track', '{bag}', '--out', '{out}', '--site', '{site}'], 'exists already'),
+        (['track', '{bag}', '--out', 'x', '--site', 'atlantis'], 'atlantis.yaml: No such file'),
+        (['track', '{bag}', '--out', 'x'], 'has no messages on /cam1/image_raw/compressed'),
+        (['echo', '/nothing', '--bag', '{bag}'], 'has no topic /nothing'),
+        (['echo', '/site', '--bag', '{out}/bag'], '/site holds std_msgs/msg/String'),
+        (['play', 'nowhere'], 'nowhere does not exist'),
+        (['run', 'nowhere.yaml'], 'nowhere.yaml: No such file'),
+    ],
+)
+def test_bad_input_is_one_clear_line(tracked, tmp_path, arguments, reason):
+    names = {'bag': tracked / 'bag', 'out': tracked / 'out', 'site': tracked / 'site.yaml'}
+    names = {key: str(value) for key, value in names.items()}
+    filled = [a.format(**names) for a in arguments]
+    code, _, errors = mctrack(*[tmp_path / 'x' if a == 'x' else a for a in filled])
+    assert code == 1
+    lines = [line for line in errors.splitlines() if line.startswith('mctrack: ')]
+    assert len(lines) == 1
+    assert reason in lines[0]
+    assert 'Traceback' not in errors
+
+
+def test_a_number_out_of_range_is_refused_by_its_option():
+    result = CliRunner().invoke(app, ['play', 'bag', '--rate', '-1'])
+    assert result.exit_code == 2
+    assert '--rate' in re.sub(r'\x1b\[[0-9;]*m', '', result.output)
