@@ -99,10 +99,12 @@ def machine() -> str:
 
 
 def text_of(value: float) -> str:
-    """Return a figure as people read it: whole numbers whole, others with three decimals."""
+    """Return a figure as people read it: whole numbers whole, others with up to 3 decimals."""
     if not math.isfinite(value):
         return '-'
-    return str(int(value)) if isinstance(value, int) else f'{value:.3f}'
+    if isinstance(value, int):
+        return str(value)
+    return f'{value:.3f}' if abs(value) < 10 else f'{value:.1f}'
 
 
 def _plain(value: Any) -> float:

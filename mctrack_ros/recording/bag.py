@@ -168,9 +168,16 @@ class BagReader:
         """Return how many messages a topic holds."""
         return sum(c.msgcount for c in self._reader.connections if c.topic == topic)
 
-    def messages(self, topics: Collection[str] | None = None) -> Iterator[tuple[str, Any, int]]:
+    def messages(
+        self,
+        topics: Collection[str] | None = None,
+        start_ns: int | None = None,
+        stop_ns: int | None = None,
+    ) -> Iterator[tuple[str, Any, int]]:
         """
         Yield topic, message and log time (ns); of some topics, or of all with a known type.
+
+        With a start or a stop, only what was logged from the one until before the other.
 
         Raises
         ------
@@ -179,7 +186,7 @@ class BagReader:
             is not known.
 
         """
-        for topic, kind, data, time_ns in self.serialized(topics):
+        for topic, kind, data, time_ns in self.serialized(topics, start_ns, stop_ns):
             if kind not in _TYPES.types:
                 if topics is None:
                     continue
@@ -187,14 +194,17 @@ class BagReader:
             yield topic, self._guarded(_TYPES.deserialize_cdr, data, kind), time_ns
 
     def serialized(
-        self, topics: Collection[str] | None = None
+        self,
+        topics: Collection[str] | None = None,
+        start_ns: int | None = None,
+        stop_ns: int | None = None,
     ) -> Iterator[tuple[str, str, bytes, int]]:
-        """Yield topic, type, serialised message and log time (ns)."""
+        """Yield topic, type, serialised message and log time (ns), as `messages` does."""
         missing = set(topics or ()) - self.topics.keys()
         if missing:
             raise BagError(f'{self.path} has no topic {sorted(missing)[0]}')
         wanted = [c for c in self._reader.connections if topics is None or c.topic in topics]
-        stream = self._reader.messages(connections=wanted)
+        stream = self._reader.messages(wanted, start_ns, stop_ns)
         while True:
             item = self._guarded(next, stream, None)
             if item is None:

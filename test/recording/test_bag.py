@@ -62,6 +62,12 @@ def test_the_same_messages_give_the_same_bytes(bag, tmp_path):
     assert first == second
 
 
+def test_part_of_a_bag_is_read_by_log_time(bag):
+    with BagReader(bag) as reader:
+        times = [time for _, _, time in reader.messages(['/cam1/detections'], 50, 53)]
+    assert times == [50, 51, 52]
+
+
 def test_a_bag_is_not_overwritten_unasked(bag):
     with pytest.raises(BagError, match='exists already'):
         BagWriter(bag)

@@ -1,0 +1,97 @@
+"""What the figures should reach, and what others reach."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """
+    What a figure is held against.
+
+    Attributes
+    ----------
+    experiment : str
+        Name of the figures it is in.
+    figure : str
+        Its dotted name there.
+    label : str
+        What it is, with its unit.
+    least, most : float or None
+        Bounds to reach; both `None`: the figure is only reported.
+    anchor : str
+        What a peer reaches on the same, or what is known about it.
+
+    """
+
+    experiment: str
+    figure: str
+    label: str
+    least: float | None = None
+    most: float | None = None
+    anchor: str = ''
+
+    @property
+    def text(self) -> str:
+        """Return the bound as people write it."""
+        if self.least is not None:
+            return f'≥ {self.least:g}'
+        return '' if self.most is None else f'≤ {self.most:g}'
+
+    def is_met(self, value: float) -> bool | None:
+        """Return whether a value, rounded to three decimals, reaches the bound."""
+        if self.least is None and self.most is None:
+            return None
+        if not math.isfinite(value):
+            return False
+        shown = round(value, 3)
+        above = self.least is None or shown >= self.least
+        return above and (self.most is None or shown <= self.most)
+
+
+_GLUE = 'OpenCV and norfair'
+
+TARGETS = (
+    Target('demo', 'mota', 'MOTA at 1 m', least=0.85),
+    Target('demo', 'idf1', 'IDF1 at 1 m', least=0.80),
+    Target('demo', 'hota', 'HOTA'),
+    Target('demo', 'moda', 'MODA at 1 m'),
+    Target('demo', 'position_error_m', 'mean position error, m'),
+    Target('demo', 'latency_p50_ms', 'latency, median, ms', most=30),
+    Target('demo', 'latency_p99_ms', 'latency, 99th percentile, ms', most=80),
+    Target('demo', 'realtime_factor', 'real-time factor', least=1.0),
+    Target('demo', 'late_ticks', 'late ticks after 2 s', most=0),
+    Target('demo', 'dropped_detections', 'detections dropped after 2 s', most=0),
+    Target('track', 'realtime_factor', 'offline, times real time', least=3.0),
+    Target('pets', 'pets.pixels.moda', 'PETS, one camera from pixels, MODA', 0.82, None,
+           f'{_GLUE}: .817'),
+    Target('pets', 'pets.pixels.mota', 'PETS, one camera from pixels, MOTA', None, None,
+           f'{_GLUE}: .810; published trackers: .77 to .83'),
+    Target('pets', 'pets.pixels.idf1', 'PETS, one camera from pixels, IDF1', None, None,
+           f'{_GLUE}: .652; published trackers: .67 to .80'),
+    Target('pets', 'pets.pixels.switches', 'PETS, one camera from pixels, switches', None, None,
+           f'{_GLUE}: 16'),
+    Target('pets', 'pets.multiview.moda', 'PETS, six views, MODA', 0.88, None,
+           'MOTA of classical multi-view work: said to be .80 to .98'),
+    Target('pets', 'pets.multiview.idf1', 'PETS, six views, IDF1'),
+    Target('lab6p', 'lab6p.moda', 'lab6p, four cameras, MODA at 0.5 m', 0.95, None,
+           'clustering and norfair: MOTA .947; clustering alone: MODA .93'),
+    Target('lab6p', 'lab6p.idf1', 'lab6p, four cameras, IDF1', None, None,
+           'clustering and norfair: .891'),
+    Target('lab6p', 'lab6p.best_single.moda', 'lab6p, best single camera, MODA', None, None,
+           'clustering: .88'),
+    Target('cmc', 'cmc1.mota', 'CMC1, MOTA at 1 m', 0.98, None,
+           'clustering and norfair: .880; MS-GLMB: 1.000'),
+    Target('cmc', 'cmc1.idf1', 'CMC1, IDF1', None, None, 'MS-GLMB: 1.000'),
+    Target('cmc', 'cmc2.mota', 'CMC2, MOTA at 1 m', 0.90, None,
+           'clustering and norfair: .754; MS-GLMB: .985'),
+    Target('cmc', 'cmc2.idf1', 'CMC2, IDF1', None, None,
+           'clustering and norfair: .34; MS-GLMB: .993'),
+    Target('wildtrack', 'wildtrack.mota', 'WILDTRACK, training split, MOTA', None, None,
+           'model-based trackers, test split: .70 to .75'),
+    Target('wildtrack', 'wildtrack.idf1', 'WILDTRACK, training split, IDF1', None, None,
+           'model-based trackers, test split: .73 to .82'),
+)  # fmt: skip
+"""In the order in which results are listed."""
