@@ -44,6 +44,7 @@ help: ## this list
 
 $(VENV)/.requirements: requirements.lock
 	@test -n "$(PYTHON)" || { echo 'Python 3.11 or 3.12 with venv is needed: install python3.12 or set PYTHON=...'; exit 1; }
+	@echo "installing into $(VENV): a minute or two"
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
 	touch $@
