@@ -60,7 +60,7 @@ class CameraNode(GraphNode):
         """Subscribe."""
         topic = f'{self.config.camera}/{self.config.settings.image_topic}'
         kind = CompressedImage if topic.endswith('/compressed') else Image
-        self.create_subscription(PointCloud2, 'feedback', self.on_feedback, quality.reliable(10))
+        self.subscribe(PointCloud2, 'feedback', self.on_feedback, quality.reliable(10))
         pictures = quality.images(self.config.reliable, self.config.depth)
         self.create_subscription(kind, topic, self.on_image, pictures)
         self.diagnostics.begin()

@@ -62,9 +62,7 @@ class FusionNode(GraphNode):
         for camera in self.config.cameras:
             for kind, depth in ((self.on_events, 100), (self.on_detections, 10)):
                 topic = f'{camera}/{kind.__name__.removeprefix("on_")}'
-                self.create_subscription(
-                    PointCloud2, topic, partial(kind, camera), quality.reliable(depth)
-                )
+                self.subscribe(PointCloud2, topic, partial(kind, camera), quality.reliable(depth))
         # Waiting is measured on a clock that no time service moves, unless time is simulated.
         simulated = self.get_parameter('use_sim_time').value
         self.clock = self.get_clock() if simulated else Clock(clock_type=ClockType.STEADY_TIME)

@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 import cv2
 import rclpy
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import (
     LifecycleNode,
@@ -85,9 +86,23 @@ class GraphNode(LifecycleNode):
 
     def publisher(self, kind: type[Any], topic: str, quality: QoSProfile) -> LifecyclePublisher:
         """Create a publisher that lives from `open` to `close`."""
-        made = self.create_lifecycle_publisher(kind, topic, quality)
+        silent = PublisherEventCallbacks(use_default_callbacks=False)
+        made = self.create_lifecycle_publisher(kind, topic, quality, event_callbacks=silent)
         self._publishers_made.append(made)
         return made
+
+    def subscribe(
+        self, kind: type[Any], topic: str, callback: Callable[..., None], quality: QoSProfile
+    ) -> None:
+        """
+        Create a subscription that lives from `start` to `stop`.
+
+        It has no handlers of QoS events: each would be waited on with every message, and they
+        are most of what waiting costs. Only picture topics, made without this, warn of mismatch.
+
+        """
+        silent = SubscriptionEventCallbacks(use_default_callbacks=False)
+        self.create_subscription(kind, topic, callback, quality, event_callbacks=silent)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read the parameters and build; a failure leaves the node unconfigured."""

@@ -26,6 +26,7 @@ _STAMP_OFFSET = 4
 """A header's stamp follows the four bytes that open every serialised message."""
 
 _SECOND_NS = 1_000_000_000
+_ARRIVAL_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +102,7 @@ class Player(GraphNode):
                 self.play_once()
                 if not self.config.loop:
                     break
-            for played in self.played.values():
-                played.publisher.wait_for_all_acked(Duration(seconds=1))
+            self.wait_for_arrival()
         except Exception as error:
             self.fail(str(error))
         self.finish()
@@ -118,6 +118,13 @@ class Player(GraphNode):
         if lonely:
             self.get_logger().warning(f'nobody listens to {sorted(lonely)}: playing anyway')
         self.ending.wait(self.config.settle)
+
+    def wait_for_arrival(self) -> None:
+        """Leave the subscribers time to ask again for what got lost."""
+        until = time.monotonic() + _ARRIVAL_S
+        for played in self.played.values():
+            left_s = max(until - time.monotonic(), 0.0)
+            played.publisher.wait_for_all_acked(Duration(seconds=left_s))
 
     def messages(self) -> Iterator[tuple[str, bytes, int]]:
         """Yield topic, serialised message and log time (ns) of the part that is played."""

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import re
 import sys
-from functools import partial
+from dataclasses import dataclass
+from typing import Any
 
+from rclpy.callback_groups import CallbackGroup
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 
 from mctrack_ros.config import ConfigError
 from mctrack_ros.recording import BagError, BagWriter
@@ -15,7 +19,45 @@ from mctrack_ros.ros.messages import message_class
 from mctrack_ros.ros.node_config import RecorderConfig
 
 _LOOK_S = 0.2
+_DRAIN_S = 0.02
 _REPORT_S = 10.0
+
+
+class _Drained(CallbackGroup):
+    """
+    Subscriptions that the executor leaves alone.
+
+    Their messages wait in DDS, with the time of their arrival, until a timer takes them all.
+    Waiting on dozens of subscriptions for each message would cost several times as much.
+
+    """
+
+    def can_execute(self, entity: Any) -> bool:
+        """Never."""
+        return False
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Never."""
+        return False
+
+    def ending_execution(self, entity: Any) -> None:
+        """Nothing began."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A topic that is recorded, with the name of its message type."""
+
+    topic: str
+    kind: str
+    subscription: Subscription[Any]
+
+    def take(self) -> tuple[bytes, int] | None:
+        """Return the next message, serialised, and when it arrived (ns); None: there is none."""
+        subscription = self.subscription
+        with subscription.handle:
+            taken = subscription.handle.take_message(subscription.msg_type, True)
+        return None if taken is None else (taken[0], int(taken[1]['received_timestamp']))
 
 
 class Recorder(GraphNode):
@@ -40,10 +82,17 @@ class Recorder(GraphNode):
 
     def start(self) -> None:
         """Look for topics, now and again."""
+        self.simulated = bool(self.get_parameter('use_sim_time').value)
         self.known.clear()
+        self.sources: list[Source] = []
         self.look()
+        self.create_timer(_DRAIN_S, self.drain)
         self.create_timer(_LOOK_S, self.look)
         self.create_timer(_REPORT_S, self.report)
+
+    def stop(self) -> None:
+        """Write what is left."""
+        self.drain()
 
     def close(self) -> None:
         """Finish the bag; after a failure too."""
@@ -66,17 +115,25 @@ class Recorder(GraphNode):
                 continue
             if any(wanted.fullmatch(topic) for wanted in self.wanted):
                 self.known.add(topic)
-                self.subscribe(topic, kinds[0])
+                self.record(topic, kinds[0])
 
-    def subscribe(self, topic: str, kind: str) -> None:
+    def record(self, topic: str, kind: str) -> None:
         """Record one topic from now on."""
         try:
             message = message_class(kind)
         except ValueError as error:
             self.get_logger().warning(f'{topic} is not recorded: {error}')
             return
-        callback = partial(self.on_message, topic, kind)
-        self.create_subscription(message, topic, callback, self.quality_of(topic), raw=True)
+        subscription = self.create_subscription(
+            message,
+            topic,
+            lambda _: None,
+            self.quality_of(topic),
+            callback_group=_Drained(),
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
+            raw=True,
+        )
+        self.sources.append(Source(topic, kind, subscription))
 
     def quality_of(self, topic: str) -> QoSProfile:
         """Return what all that publish on a topic can give."""
@@ -88,17 +145,20 @@ class Recorder(GraphNode):
             quality.durability = DurabilityPolicy.TRANSIENT_LOCAL
         return quality
 
-    def on_message(self, topic: str, kind: str, data: bytes, info: dict[str, int]) -> None:
-        """Write one message, logged at the time it was received."""
-        simulated = self.get_parameter('use_sim_time').value
-        now_ns = self.get_clock().now().nanoseconds
+    def drain(self) -> None:
+        """Write all that has arrived, logged at the time it was received."""
+        now_ns = self.get_clock().now().nanoseconds if self.simulated else None
+        for source in self.sources:
+            while (taken := source.take()) is not None:
+                data, received_ns = taken
+                self.write(source, data, received_ns if now_ns is None else now_ns)
+
+    def write(self, source: Source, data: bytes, time_ns: int) -> None:
+        """Write one message; what cannot be written ends the recording."""
         try:
-            self.writer.write_serialized(
-                topic, kind, data, now_ns if simulated else info['received_timestamp']
-            )
+            self.writer.write_serialized(source.topic, source.kind, data, time_ns)
         except (BagError, OSError) as error:
-            self.fail(f'{topic}: {error}')
-            return
+            self.fail(f'{source.topic}: {error}')
         self.messages += 1
         self.bytes += len(data)
 

@@ -150,7 +150,7 @@ class Supervisor:
                 text=True,
                 errors='replace',
                 env=self._environment,
-                start_new_session=True,
+                process_group=0,
             )
         except OSError as error:
             self.failed = True

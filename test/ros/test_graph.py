@@ -1,0 +1,131 @@
+"""A site's nodes live: players, cameras and fusion as processes of their own over DDS."""
+
+import os
+import signal
+import threading
+
+import pytest
+import yaml
+from sensor_msgs.msg import CompressedImage
+from walker import PERIOD_NS, SIZE, picture_message
+
+from mctrack_ros.config import config_from
+from mctrack_ros.interfaces import Detections, Ticks, Tracks
+from mctrack_ros.recording import BagReader
+from mctrack_ros.ros.graph import ENVIRONMENT, player_node, recorder_node, site_nodes
+from mctrack_ros.ros.node_config import NODE_CONFIGS
+from mctrack_ros.ros.supervise import Supervisor
+from mctrack_ros.site_config import load_site
+
+CAMERAS = ('cam1', 'cam2')
+
+
+@pytest.fixture
+def site(tmp_path, projection):
+    """Return a site of two cameras that see the same walker from the same place."""
+    camera = {'image_width': SIZE[0], 'image_height': SIZE[1], 'projection': projection.name}
+    content = {
+        'cameras': {name: camera for name in CAMERAS},
+        'pipeline': {'background': {'learning_s': 0.2}},
+    }
+    path = tmp_path / 'site.yaml'
+    path.write_text(yaml.safe_dump(content))
+    return load_site(path)
+
+
+@pytest.fixture
+def supervised(bench, tmp_path):
+    """Return a function that runs nodes under a supervisor in a thread."""
+    running = []
+
+    def start(nodes):
+        folder = tmp_path / 'parameters'
+        folder.mkdir()
+        lines = []
+        supervisor = Supervisor([n.process(folder) for n in nodes], lines.append, ENVIRONMENT)
+        thread = threading.Thread(target=supervisor.run)
+        thread.start()
+        running.append((supervisor, thread))
+        return supervisor, thread, lines
+
+    yield start
+    for supervisor, thread in running:
+        supervisor.stop()
+        thread.join()
+
+
+def test_a_site_becomes_a_node_a_camera_and_one_for_fusion(site, tmp_path):
+    nodes = site_nodes(site, use_sim_time=True)
+    assert [node.name for node in nodes] == ['fusion', 'cam1_camera', 'cam2_camera']
+    for node in nodes:
+        content = yaml.safe_load(node.write(tmp_path).read_text())
+        values = content['/**']['ros__parameters']
+        assert values.pop('use_sim_time') is True
+        config_from(NODE_CONFIGS[node.executable], values)
+
+
+@pytest.mark.live
+def test_a_bag_is_tracked_live_and_recorded(bench, site, supervised, walker_bag, tmp_path):
+    nodes = [
+        *site_nodes(site),
+        recorder_node(tmp_path / 'out', ['/tracks', '/ticks', '/cam./detections']),
+        player_node(walker_bag, restamp=True),
+    ]
+    supervisor, thread, lines = supervised(nodes)
+    thread.join(timeout=40)
+    assert not thread.is_alive(), lines
+    assert not supervisor.failed, lines
+    with BagReader(tmp_path / 'out') as bag:
+        counts = {topic: bag.count(topic) for topic in bag.topics}
+        widths = [message.width for _, message, _ in bag.messages(['/tracks'])]
+    assert counts['/cam1/detections'] == counts['/cam2/detections'] == 50
+    assert counts['/ticks'] == 50
+    assert max(widths) == 1
+
+
+@pytest.mark.live
+def test_a_killed_camera_node_does_not_stop_fusion_and_comes_back(bench, site, supervised):
+    supervisor, _, lines = supervised(site_nodes(site))
+    bench.open()
+    ticks, tracks = bench.rows(Ticks, '/ticks'), bench.rows(Tracks, '/tracks')
+    returned = bench.rows(Detections, '/cam2/detections')
+    pictures = [
+        bench.publisher(CompressedImage, f'/{camera}/image_raw/compressed') for camera in CAMERAS
+    ]
+    shown = [0]
+
+    def show():
+        for camera, publisher in zip(CAMERAS, pictures):
+            publisher.publish(picture_message(shown[0], now_ns(bench), camera))
+        shown[0] += 1
+
+    bench.observer.create_timer(PERIOD_NS * 1e-9, show)
+    bench.until(lambda: tracks and len(tracks[-1]) == 1)
+    os.kill(supervisor.pids()['cam2_camera'], signal.SIGKILL)
+    del ticks[:], tracks[:], returned[:]
+    bench.until(lambda: ticks and ticks[-1].alive.tolist() == [1, 0])
+    assert len(tracks) > 5
+    assert all(len(one) >= 1 for one in tracks[:10])
+    bench.until(lambda: ticks[-1].alive.tolist() == [1, 1] and returned)
+    assert supervisor.starts() == {'fusion': 1, 'cam1_camera': 1, 'cam2_camera': 2}, lines
+
+
+def now_ns(bench):
+    return bench.observer.get_clock().now().nanoseconds
+
+
+@pytest.mark.live
+def test_nodes_on_simulated_time_track_a_bag(bench, site, supervised, walker_bag, tmp_path):
+    nodes = [
+        *site_nodes(site, use_sim_time=True),
+        recorder_node(tmp_path / 'out', ['/tracks', '/ticks'], use_sim_time=True),
+        player_node(walker_bag),
+    ]
+    _, thread, lines = supervised(nodes)
+    thread.join(timeout=40)
+    assert not thread.is_alive(), lines
+    with BagReader(tmp_path / 'out') as bag:
+        times = [time_ns for _, _, time_ns in bag.messages(['/tracks'])]
+    start_ns = 1_700_000_000 * 10**9
+    assert all(start_ns <= time_ns <= start_ns + 3 * 10**9 for time_ns in times)
+    assert len(times) >= 45

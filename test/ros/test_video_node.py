@@ -1,0 +1,59 @@
+"""The video node: a file's pictures, once or again and again."""
+
+import cv2
+import numpy as np
+import pytest
+from sensor_msgs.msg import CompressedImage, Image
+from walker import SIZE
+
+from mctrack_ros.codec import image_from_message, stamp_ns_of
+from mctrack_ros.ros.quality import reliable
+from mctrack_ros.ros.video_node import VideoNode
+
+pytestmark = pytest.mark.live
+
+
+@pytest.fixture
+def film(tmp_path):
+    """Return a video file of 20 ever brighter pictures at 50 Hz."""
+    path = tmp_path / 'film.avi'
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*'MJPG'), 50.0, SIZE)
+    for index in range(20):
+        writer.write(np.full((SIZE[1], SIZE[0], 3), 10 * index, np.uint8))
+    writer.release()
+    return path
+
+
+def show(bench, film, kind=CompressedImage, **parameters):
+    path = bench.parameter_file('video', {'source': str(film), **parameters})
+    bench.open('--params-file', str(path))
+    topic = '/cam1/' + parameters.get('image_topic', 'image_raw/compressed')
+    pictures = bench.messages(kind, topic, reliable(200))
+    return bench.add(VideoNode()), pictures
+
+
+def test_a_file_is_played_to_its_end_at_its_rate(bench, film):
+    node, pictures = show(bench, film)
+    bench.until(lambda: node.finished and len(pictures) == 20)
+    steps = np.diff([stamp_ns_of(picture) for picture in pictures])
+    assert set(steps.tolist()) == {20_000_000}
+    levels = [float(image_from_message(picture).mean()) for picture in pictures]
+    assert levels == sorted(levels)
+    assert not node.failure
+
+
+def test_a_file_is_repeated_with_rising_stamps(bench, film):
+    node, pictures = show(bench, film, loop=True, realtime=False, rate=100.0, depth=100)
+    bench.until(lambda: len(pictures) >= 45)
+    node.trigger_deactivate()
+    stamps = [stamp_ns_of(picture) for picture in pictures]
+    assert stamps == sorted(set(stamps))
+
+
+def test_raw_and_scaled_pictures(bench, film):
+    node, pictures = show(
+        bench, film, Image, image_topic='image_raw', width=96, height=72, realtime=False
+    )
+    bench.until(lambda: node.finished and pictures)
+    assert (pictures[0].width, pictures[0].height) == (96, 72)
+    assert pictures[0].header.frame_id == 'cam1_optical_frame'
