@@ -14,6 +14,9 @@ Image = NDArray[np.uint8]
 SAMPLES = 9
 MEDIAN_OF_LARGEST = 1.26  # median of the largest of three |N(0, 1)|
 NOISE_SHARE = 0.05
+KERNEL = np.ones((3, 3), np.uint8)
+WINDOW_PX = 13  # about the width of a person
+EDGE_MARGIN = 3.0  # grey levels
 # Compare-exchange network whose middle element is the median of nine (Smith 1996).
 MEDIAN_OF_NINE = (
     (1, 2), (4, 5), (7, 8), (0, 1), (3, 4), (6, 7), (1, 2), (4, 5), (7, 8), (0, 3),
@@ -26,10 +29,12 @@ class BackgroundConfig:
     """Parameters of `MedianBackground`."""
 
     learning_s: float = parameter(
-        0.8, 'length of the first samples; nothing is seen before they end [s]', minimum=0.0
+        0.8, 'time in which the first background is learned; nothing is seen [s]', minimum=0.0
     )
-    refinement_s: float = parameter(
-        8.0, 'length of the samples that then replace the first background [s]', minimum=0.0
+    renewal_s: float = parameter(
+        20.0,
+        'time over which later backgrounds are learned; the first ones are shorter [s]',
+        minimum=0.0,
     )
     update_period_s: float = parameter(
         0.2, 'time between steps of one grey level towards the picture [s]', minimum=0.001
@@ -58,14 +63,43 @@ def median_of_nine(images: list[Image]) -> Image:
     return work[4]
 
 
+def smoother(model: Image, candidate: Image) -> Image:
+    """
+    Return the model, exchanged for the candidate where the latter has clearly weaker edges.
+
+    Whoever stands in one of the two adds edges to it; what belongs to the scene is in both.
+    """
+    energy = [
+        cv2.blur(
+            cv2.cvtColor(
+                cv2.morphologyEx(image, cv2.MORPH_GRADIENT, KERNEL), cv2.COLOR_BGR2GRAY
+            ).astype(np.float32),
+            (WINDOW_PX, WINDOW_PX),
+        )
+        for image in (model, candidate)
+    ]
+    better = (energy[0] - energy[1] > EDGE_MARGIN).astype(np.uint8)
+    chosen = model.copy()
+    cv2.copyTo(candidate, better, chosen)
+    return chosen
+
+
 class MedianBackground:
     """
     Approximate median: each step moves every pixel of the model one grey level to the picture.
 
-    A first model is the median of nine pictures, a second one, over a longer time, replaces it:
-    who stood still at the start leaves no hole. Foreground pixels move more slowly. The threshold
-    follows the noise that is measured in the background (event-tracking paper, sections 3.1, 4.2;
-    equation (1) with the largest of the three channels' differences).
+    The first model is the median of nine pictures. Medians over longer times correct it where
+    they are smoother, so who stood still at the start leaves no hole. Foreground pixels move more
+    slowly. The threshold follows the noise that is measured in the background (event-tracking
+    paper, sections 3.1 and 4.2; equation (1) with the largest of the channels' differences).
+
+    Attributes
+    ----------
+    model : (h, w, 3) uint8 array or None
+        The background.
+    noise : float or None
+        Standard deviation of a channel's noise, grey levels.
+
     """
 
     def __init__(self, config: BackgroundConfig) -> None:
@@ -77,10 +111,10 @@ class MedianBackground:
         self.model: Image | None = None
         self.noise: float | None = None
         self._samples: list[Image] = []
-        self._next_sample_ns: int | None = None
+        self._next_sample_ns = 0
+        self._length_s = self._config.learning_s
         self._next_update_ns = 0
         self._updates = 0
-        self._refined = False
 
     @property
     def threshold(self) -> float:
@@ -105,15 +139,12 @@ class MedianBackground:
             255 where the picture differs from the background; None while it is learned.
 
         """
-        if not self._refined:
-            self._sample(image, stamp_ns)
+        self._sample(image, stamp_ns)
         if self.model is None:
             return None
         difference = cv2.absdiff(image, self.model)
-        largest = cv2.max(
-            cv2.max(cv2.extractChannel(difference, 0), cv2.extractChannel(difference, 1)),
-            cv2.extractChannel(difference, 2),
-        )
+        blue, green, red = cv2.split(difference)
+        largest = cv2.max(cv2.max(blue, green), red)
         measured = float(np.median(largest[::16, ::16])) / MEDIAN_OF_LARGEST
         self.noise = measured if self.noise is None else self.noise
         _, mask = cv2.threshold(largest, self.threshold, 255, cv2.THRESH_BINARY)
@@ -127,19 +158,17 @@ class MedianBackground:
         return mask  # type: ignore[return-value]
 
     def _sample(self, image: Image, stamp_ns: int) -> None:
-        """Collect nine pictures, evenly in time, and take their median."""
-        length = self._config.learning_s if self.model is None else self._config.refinement_s
-        if self._next_sample_ns is None:
-            self._next_sample_ns = stamp_ns
+        """Collect nine pictures, evenly in time, and take their median; then nine more."""
         if stamp_ns < self._next_sample_ns:
             return
         self._samples.append(image.copy())
-        self._next_sample_ns += round(length / (SAMPLES - 1) * 1e9)
+        self._next_sample_ns = stamp_ns + round(self._length_s / SAMPLES * 1e9)
         if len(self._samples) < SAMPLES:
             return
-        self._refined = self.model is not None
-        self.model = median_of_nine(self._samples)
-        self._samples, self._next_sample_ns = [], None
+        median = median_of_nine(self._samples)
+        self._samples = []
+        self.model = median if self.model is None else smoother(self.model, median)
+        self._length_s = min(3 * self._length_s, max(self._config.renewal_s, self._length_s))
 
     def _update(self, image: Image, mask: cv2.typing.MatLike) -> None:
         """Move the model one grey level; foreground only now and then."""

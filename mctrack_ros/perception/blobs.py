@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.perception.sizes import SizeTable
 
 Floats = NDArray[np.float64]
 
@@ -30,6 +31,9 @@ class BlobConfig:
     )
     largest_height: float = parameter(
         2.5, 'greatest height of a blob, as a share of the expected', minimum=1.0
+    )
+    widest_stride: float = parameter(
+        1.8, 'width of one person in full stride, in usual widths', minimum=1.0
     )
     join_gap: float = parameter(
         0.25, 'greatest gap between fragments of one, as a share of its height', minimum=0.0
@@ -69,6 +73,17 @@ class Blobs:
         """Return the number of blobs."""
         return len(self.box)
 
+    def select(self, mask: NDArray[np.bool_]) -> Blobs:
+        """Return the rows that a mask picks."""
+        return Blobs(
+            self.box[mask],
+            self.area[mask],
+            self.foot[mask],
+            self.position[mask],
+            self.expected[mask],
+            self.truncated[mask],
+        )
+
 
 def foot_of(box: Floats) -> Floats:
     """Return the (n, 2) bottom centres, px, of (n, 4) boxes (event-tracking paper, eq. (2))."""
@@ -83,7 +98,11 @@ def clean_mask(mask: NDArray[np.uint8], config: BlobConfig) -> NDArray[np.uint8]
 
 
 def find_blobs(
-    mask: NDArray[np.uint8], mapping: ProjectiveMapping, scale: float, config: BlobConfig
+    mask: NDArray[np.uint8],
+    mapping: ProjectiveMapping,
+    sizes: SizeTable,
+    scale: float,
+    config: BlobConfig,
 ) -> Blobs:
     """
     Find what may be persons or groups of them in a cleaned mask.
@@ -93,6 +112,8 @@ def find_blobs(
     mask : (h, w) uint8 array
         Foreground, 255; the mapping's picture reduced by `scale`.
     mapping : ProjectiveMapping
+        Of the camera.
+    sizes : SizeTable
         Tells what size a person has where.
     scale : float
         Pixels of the picture to one of the mask.
@@ -109,9 +130,9 @@ def find_blobs(
     box = np.array([cv2.boundingRect(contour) for contour in contours], np.float64).reshape(-1, 4)
     keep = box[:, 2] * box[:, 3] >= config.opening_px**2
     box = box[keep][np.lexsort(box[keep].T[::-1])]
-    box = _joined(box * scale, mapping, config)
+    box = _joined(box * scale, sizes, config)
     area = np.array([_foreground(mask, row / scale) for row in box]) * scale**2
-    blobs = describe(box, area.reshape(-1), mapping, config)
+    blobs = describe(box, area.reshape(-1), mapping, sizes, config)
     width, height = blobs.expected.T
     plausible = (
         np.isfinite(height)
@@ -119,14 +140,16 @@ def find_blobs(
         & (blobs.area >= config.smallest_area * width * height)
         & (box[:, 3] <= config.largest_height * height)
     )
-    return describe(box[plausible], area[plausible], mapping, config)
+    return blobs.select(plausible)
 
 
-def describe(box: Floats, area: Floats, mapping: ProjectiveMapping, config: BlobConfig) -> Blobs:
+def describe(
+    box: Floats, area: Floats, mapping: ProjectiveMapping, sizes: SizeTable, config: BlobConfig
+) -> Blobs:
     """Look up where boxes stand and how large a person would be there."""
     foot = foot_of(box)
     position = mapping.ground_from_image(foot)
-    expected = expected_size(position, mapping, config)
+    expected = expected_size(foot, sizes, config)
     width, height = mapping.image_size
     truncated = (
         (box[:, 0] <= 1)
@@ -137,14 +160,9 @@ def describe(box: Floats, area: Floats, mapping: ProjectiveMapping, config: Blob
     return Blobs(box, area, foot, position, expected, truncated)
 
 
-def expected_size(position: Floats, mapping: ProjectiveMapping, config: BlobConfig) -> Floats:
-    """Return (n, 2) width and height, px, of one person at (n, 2) places, m."""
-    return np.column_stack(
-        [
-            mapping.width_px(position, config.person_width_m),
-            mapping.height_px(position, config.person_height_m),
-        ]
-    )
+def expected_size(foot: Floats, sizes: SizeTable, config: BlobConfig) -> Floats:
+    """Return (n, 2) width and height, px, of one person at (n, 2) foot points, px."""
+    return sizes.per_metre(foot) * [config.person_width_m, config.person_height_m]
 
 
 def overlap(first: Floats, second: Floats) -> Floats:
@@ -165,10 +183,10 @@ def union(first: Floats, second: Floats) -> Floats:
     return np.concatenate([low, high - low], axis=-1)
 
 
-def _joined(box: Floats, mapping: ProjectiveMapping, config: BlobConfig) -> Floats:
+def _joined(box: Floats, sizes: SizeTable, config: BlobConfig) -> Floats:
     """Join the closest fragments while the union is no larger than one person there."""
     while len(box) > 1:
-        pair = _closest_fragments(box, mapping, config)
+        pair = _closest_fragments(box, sizes, config)
         if pair is None:
             break
         first, second = pair
@@ -178,7 +196,7 @@ def _joined(box: Floats, mapping: ProjectiveMapping, config: BlobConfig) -> Floa
 
 
 def _closest_fragments(
-    box: Floats, mapping: ProjectiveMapping, config: BlobConfig
+    box: Floats, sizes: SizeTable, config: BlobConfig
 ) -> tuple[int, int] | None:
     """Return the pair of boxes with the smallest gap that may be one person, if any."""
     first, second = np.triu_indices(len(box), 1)
@@ -186,9 +204,10 @@ def _closest_fragments(
         box[first, :2] + box[first, 2:], box[second, :2] + box[second, 2:]
     )
     whole = union(box[first], box[second])
-    size = expected_size(mapping.ground_from_image(foot_of(whole)), mapping, config)
+    size = expected_size(foot_of(whole), sizes, config)
+    stacked = -gap[:, 0] >= 0.5 * np.minimum(box[first, 2], box[second, 2])
     fits = (
-        (whole[:, 2] <= 1.2 * size[:, 0])
+        (whole[:, 2] <= np.where(stacked, config.widest_stride, 1.2) * size[:, 0])
         & (whole[:, 3] <= 1.15 * size[:, 1])
         & (gap.max(axis=1) <= config.join_gap * size[:, 1])
     )

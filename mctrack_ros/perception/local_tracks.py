@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import TEMPLATE_SIZE
+from mctrack_ros.perception.blobs import foot_of
+from mctrack_ros.perception.sizes import SizeTable
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -26,11 +28,11 @@ class FilterConfig:
         2.5, "standard deviation of a new track's velocity [m/s]", minimum=0.0
     )
     foot_noise_px: float = parameter(
-        1.0, 'standard deviation of the foot point, part that is the same for all [px]',
+        0.7, 'standard deviation of the foot point, part that is the same for all [px]',
         minimum=0.01,
     )  # fmt: skip
     foot_noise_share: float = parameter(
-        0.05, 'part that grows with the box, as a share of its height', minimum=0.0
+        0.025, 'part that grows with the box, as a share of its height', minimum=0.0
     )
     size_time_s: float = parameter(
         0.5, 'time constant with which the tracked size follows the box [s]', minimum=0.0
@@ -57,6 +59,8 @@ class LocalTracks:
         Global id that feedback taught; 0: none.
     first_ns, seen_ns : (n,) int64 array
         First and last time with a detection of its own, or in a group.
+    clear_ns : (n,) int64 array
+        Last time that enough of it was seen to be sure that it is there.
     group : (n,) int64 array
         Number of the group that it is in, 0: none.
     confirmed : (n,) bool array
@@ -66,11 +70,11 @@ class LocalTracks:
 
     ARRAYS = (
         'local_id', 'mean', 'covariance', 'extent', 'template', 'track_id', 'first_ns',
-        'seen_ns', 'group', 'confirmed',
+        'seen_ns', 'clear_ns', 'group', 'confirmed',
     )  # fmt: skip
 
-    def __init__(self, config: FilterConfig, mapping: ProjectiveMapping) -> None:
-        self._config, self._mapping = config, mapping
+    def __init__(self, config: FilterConfig, mapping: ProjectiveMapping, sizes: SizeTable) -> None:
+        self._config, self._mapping, self._sizes = config, mapping, sizes
         self._next_id = 1
         self.clear()
 
@@ -88,6 +92,7 @@ class LocalTracks:
         self.track_id: Ints = np.zeros(0, np.int64)
         self.first_ns: Ints = np.zeros(0, np.int64)
         self.seen_ns: Ints = np.zeros(0, np.int64)
+        self.clear_ns: Ints = np.zeros(0, np.int64)
         self.group: Ints = np.zeros(0, np.int64)
         self.confirmed: NDArray[np.bool_] = np.zeros(0, np.bool_)
 
@@ -102,11 +107,9 @@ class LocalTracks:
 
     def boxes(self) -> Floats:
         """Return the (n, 4) predicted boxes, px (the paper's KBB)."""
-        position = self.mean[:, :2]
-        foot = self._mapping.image_from_ground(position)
-        width = self.extent[:, 0] * self._mapping.width_px(position, 1.0)
-        height = self._mapping.height_px(position, 1.0) * self.extent[:, 1]
-        return np.column_stack([foot[:, 0] - width / 2, foot[:, 1] - height, width, height])
+        foot = self._mapping.image_from_ground(self.mean[:, :2])
+        size = self.extent * self._sizes.per_metre(foot)
+        return np.column_stack([foot[:, 0] - size[:, 0] / 2, foot[:, 1] - size[:, 1], size])
 
     def innovation_covariance(self, noise: Floats) -> Floats:
         """Return (n, 2, 2), px², of the predicted foot points measured with (n, 2, 2) noise."""
@@ -143,13 +146,7 @@ class LocalTracks:
 
     def follow_size(self, rows: Ints, box: Floats, seconds: float) -> None:
         """Let the tracked sizes follow (k, 4) measured boxes, px."""
-        position = self.mean[rows, :2]
-        measured = np.column_stack(
-            [
-                box[:, 2] / self._mapping.width_px(position, 1.0),
-                box[:, 3] / self._mapping.height_px(position, 1.0),
-            ]
-        )
+        measured = box[:, 2:] / self._sizes.per_metre(foot_of(box))
         share = 1 - np.exp(-seconds / max(self._config.size_time_s, 1e-9))
         self.extent[rows] += share * (measured - self.extent[rows])
 
@@ -161,12 +158,7 @@ class LocalTracks:
         covariance = np.zeros((count, 4, 4))
         covariance[:, :2, :2] = self._mapping.ground_covariance(position, noise)
         covariance[:, [2, 3], [2, 3]] = self._config.initial_speed**2
-        extent = np.column_stack(
-            [
-                box[:, 2] / self._mapping.width_px(position, 1.0),
-                box[:, 3] / self._mapping.height_px(position, 1.0),
-            ]
-        )
+        extent = box[:, 2:] / self._sizes.per_metre(foot_of(box))
         added = {
             'local_id': np.arange(self._next_id, self._next_id + count),
             'mean': np.column_stack([position, np.zeros((count, 2))]),
@@ -176,6 +168,7 @@ class LocalTracks:
             'track_id': np.zeros(count, np.int64),
             'first_ns': np.full(count, stamp_ns, np.int64),
             'seen_ns': np.full(count, stamp_ns, np.int64),
+            'clear_ns': np.full(count, stamp_ns, np.int64),
             'group': np.zeros(count, np.int64),
             'confirmed': np.zeros(count, np.bool_),
         }

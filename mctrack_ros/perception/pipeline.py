@@ -13,9 +13,12 @@ from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import Detections, Events, Feedback
 from mctrack_ros.perception.background import BackgroundConfig, MedianBackground
 from mctrack_ros.perception.blobs import BlobConfig, clean_mask, find_blobs
+from mctrack_ros.perception.ghosts import GhostConfig, heal_ghosts
 from mctrack_ros.perception.identity import IdentityConfig
 from mctrack_ros.perception.local_tracks import FilterConfig
 from mctrack_ros.perception.matching import MatchingConfig
+from mctrack_ros.perception.partition import PartitionConfig
+from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.perception.tracker import LocalTracker, TrackerConfig
 
 Image = NDArray[np.uint8]
@@ -35,8 +38,10 @@ class CameraConfig:
     )
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
     blobs: BlobConfig = field(default_factory=BlobConfig)
+    ghosts: GhostConfig = field(default_factory=GhostConfig)
     filter: FilterConfig = field(default_factory=FilterConfig)
     matching: MatchingConfig = field(default_factory=MatchingConfig)
+    partition: PartitionConfig = field(default_factory=PartitionConfig)
     identity: IdentityConfig = field(default_factory=IdentityConfig)
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
 
@@ -90,11 +95,20 @@ class CameraPipeline:
                 f'expected {(height, width)} and uint8'
             )
         self._mask = None if mask is None else self._reduced(mask)
+        self._sizes = SizeTable(mapping)
         self._background = MedianBackground(config.background)
         self._tracker = LocalTracker(
-            config.tracker, config.filter, config.matching, config.identity, mapping
+            config.tracker,
+            config.filter,
+            config.matching,
+            config.identity,
+            config.blobs,
+            config.partition,
+            mapping,
+            self._sizes,
         )
         self._last_ns: int | None = None
+        self._next_healing_ns = 0
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
         """
@@ -129,9 +143,18 @@ class CameraPipeline:
             raw = cv2.bitwise_and(raw, self._mask)  # type: ignore[assignment]
         mask = clean_mask(raw, self._config.blobs)
         scale = float(self._config.reduction)
-        blobs = find_blobs(mask, self._mapping, scale, self._config.blobs)
+        blobs = find_blobs(mask, self._mapping, self._sizes, scale, self._config.blobs)
         detections, events = self._tracker.step(blobs, small, mask, scale, stamp_ns, feedback)
+        self._heal(small, mask, np.vstack([blobs.box, detections.box]) / scale, stamp_ns)
         return CameraOutput(detections, events)
+
+    def _heal(self, image: Image, mask: Image, box: NDArray[np.floating], stamp_ns: int) -> None:
+        """Fill holes of the background from the picture."""
+        background, cells = self._background, np.rint(box).astype(int)
+        assert background.model is not None
+        if stamp_ns >= self._next_healing_ns:
+            heal_ghosts(background.model, image, mask, cells, self._config.ghosts)
+            self._next_healing_ns = stamp_ns + round(self._config.ghosts.period_s * 1e9)
 
     def _check(self, image: Image) -> None:
         width, height = self._mapping.image_size
@@ -149,6 +172,7 @@ class CameraPipeline:
             )
         if last is not None and abs(stamp_ns - last) > RESET_NS:
             self._tracker.restart()
+            self._next_healing_ns = 0
             if stamp_ns < last:
                 self._background.restart()
         self._last_ns = stamp_ns

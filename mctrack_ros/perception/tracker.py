@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import ProjectiveMapping
-from mctrack_ros.interfaces import MEMBERS, TEMPLATE_SIZE, Detections, EventCode, Events, Feedback
-from mctrack_ros.perception.blobs import Blobs
+from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
+from mctrack_ros.perception.blobs import BlobConfig, Blobs
 from mctrack_ros.perception.identity import IdentityConfig, learn_identities
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.local_tracks import FilterConfig, LocalTracks
-from mctrack_ros.perception.matching import Matches, MatchingConfig, match
-from mctrack_ros.tracking.appearance import colour_template
+from mctrack_ros.perception.matching import MatchingConfig, match
+from mctrack_ros.perception.observations import NEW, Observations, observe
+from mctrack_ros.perception.partition import PartitionConfig
+from mctrack_ros.perception.sizes import SizeTable
+from mctrack_ros.tracking.appearance import colour_templates
 
 Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -54,7 +57,13 @@ class LocalTracker:
         Of their matching to blobs.
     identity : IdentityConfig
         Of learning global ids.
+    blobs : BlobConfig
+        A person's usual size.
+    partition : PartitionConfig
+        Of telling persons in one blob apart.
     mapping : ProjectiveMapping
+        Of the camera.
+    sizes : SizeTable
         Of the camera.
 
     """
@@ -65,11 +74,15 @@ class LocalTracker:
         filtering: FilterConfig,
         matching: MatchingConfig,
         identity: IdentityConfig,
+        blobs: BlobConfig,
+        partition: PartitionConfig,
         mapping: ProjectiveMapping,
+        sizes: SizeTable,
     ) -> None:
         self._config, self._matching, self._identity = config, matching, identity
-        self._mapping = mapping
-        self.tracks = LocalTracks(filtering, mapping)
+        self._blobs, self._partition, self._mapping = blobs, partition, mapping
+        self._sizes = sizes
+        self.tracks = LocalTracks(filtering, mapping, sizes)
         self._next_group = 1
         self._last_ns: int | None = None
 
@@ -110,20 +123,27 @@ class LocalTracker:
         seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9
         self._last_ns = stamp_ns
         tracks.predict(seconds)
-        self._drop_lost(stamp_ns, log)
-        template = _templates(blobs, image, mask, scale)
+        self._drop_lost(stamp_ns, seconds, log)
+        template = colour_templates(image, mask, np.rint(blobs.box / scale).astype(int))
         matches = match(tracks, blobs, template, self._matching)
-        self._update_singles(matches, blobs, template, seconds, stamp_ns, log)
-        self._update_groups(matches, blobs, stamp_ns, log)
-        started = self._start(matches, blobs, template, stamp_ns)
+        seen = observe(
+            matches, tracks, blobs, mask, scale, self._sizes, self._blobs, self._partition
+        )
+        self._note_groups(seen, log)
+        self._update(seen, blobs, template, seconds, stamp_ns)
+        seen = self._start(seen, template, stamp_ns)
+        seen = seen.select(
+            (seen.visible >= self._partition.least_visible)
+            & (seen.proven >= self._partition.least_proven)
+        )
         self._confirm(stamp_ns)
         if feedback is not None:
             learn_identities(tracks, feedback, stamp_ns, self._identity)
         self._announce(log)
-        detections = self._detections(matches, started, blobs, template, stamp_ns)
+        detections = self._detections(seen, blobs, template, stamp_ns)
         return detections, log.rows()
 
-    def _drop_lost(self, stamp_ns: int, log: EventLog) -> None:
+    def _drop_lost(self, stamp_ns: int, seconds: float, log: EventLog) -> None:
         """Drop tracks that left the picture or were not seen for too long (E4)."""
         tracks = self.tracks
         width, height = self._mapping.image_size
@@ -132,55 +152,76 @@ class LocalTracker:
             inside = (foot >= 0).all(axis=1) & (foot[:, 0] < width) & (foot[:, 1] < height * 1.1)
         unseen = (stamp_ns - tracks.seen_ns) * 1e-9
         patience = np.where(tracks.confirmed, self._config.coast_s, self._config.confirm_s)
+        obscure = (stamp_ns - tracks.clear_ns) * 1e-9
         left = ~inside & (unseen > 0.0)
         for row in np.flatnonzero(left & tracks.confirmed):
             log.add(EventCode.EXIT, tracks, int(row))
-        tracks.keep(~left & (unseen <= patience))
+        hope = np.where(tracks.confirmed, self._config.hidden_s, 0.0)
+        obscure -= seconds  # the last picture's
+        tracks.keep(~left & (unseen <= patience) & (obscure <= hope))
 
-    def _update_singles(
-        self,
-        matches: Matches,
-        blobs: Blobs,
-        template: Floats,
-        seconds: float,
-        stamp_ns: int,
-        log: EventLog,
-    ) -> None:
-        """Correct the tracks that have a blob to themselves (E6), note splits (E3)."""
-        tracks, rows, column = self.tracks, matches.single_track, matches.single_blob
-        for row in rows[tracks.group[rows] > 0]:
-            shared = tracks.group == tracks.group[row]
-            shared[row] = False
-            log.add(EventCode.SPLIT, tracks, int(row), tracks.local_id[shared])
-        box = blobs.box[column]
-        tracks.update(rows, blobs.foot[column], tracks.foot_noise(box))
-        whole = ~blobs.truncated[column]
-        tracks.follow_size(rows[whole], box[whole], seconds)
-        share = 1 - np.exp(-seconds / max(self._config.template_time_s, 1e-9))
-        tracks.template[rows] += share * (template[column] - tracks.template[rows])
-        tracks.group[rows] = 0
-        tracks.seen_ns[rows] = stamp_ns
-
-    def _update_groups(self, matches: Matches, blobs: Blobs, stamp_ns: int, log: EventLog) -> None:
-        """Carry the members of groups by prediction; note merges (E5)."""
+    def _note_groups(self, seen: Observations, log: EventLog) -> None:
+        """Give groups numbers; note who joined one (E5) and who left (E3)."""
         tracks = self.tracks
-        for rows in matches.group_tracks:
-            known = tracks.group[rows]
-            if (known == 0).any():
-                number = int(known.max()) or self._next_group
-                self._next_group = max(self._next_group, number + 1)
-                first = int(rows[known == 0][0])
-                log.add(EventCode.MERGE, tracks, first, tracks.local_id[rows[rows != first]])
-                tracks.group[rows] = number
-            tracks.seen_ns[rows] = stamp_ns
+        for blob in np.unique(seen.blob):
+            rows = seen.track[(seen.blob == blob) & (seen.track != NEW)]
+            rows = rows[tracks.confirmed[rows]]
+            if len(rows) > 1:
+                self._note_merge(rows, log)
+            elif len(rows) == 1 and tracks.group[rows[0]]:
+                shared = tracks.group == tracks.group[rows[0]]
+                shared[rows] = False
+                log.add(EventCode.SPLIT, tracks, int(rows[0]), tracks.local_id[shared])
+                tracks.group[rows] = 0
 
-    def _start(self, matches: Matches, blobs: Blobs, template: Floats, stamp_ns: int) -> Ints:
-        """Start a track for each blob that none explains."""
-        free = matches.free_blob
-        noise = self.tracks.foot_noise(blobs.box[free])
-        return self.tracks.start(
-            blobs.position[free], blobs.box[free], noise, template[free], stamp_ns
-        )
+    def _note_merge(self, rows: Ints, log: EventLog) -> None:
+        tracks = self.tracks
+        joined = rows[tracks.group[rows] == 0]
+        if not len(joined):
+            return
+        number = int(tracks.group[rows].max()) or self._next_group
+        self._next_group = max(self._next_group, number + 1)
+        first = int(joined[0])
+        log.add(EventCode.MERGE, tracks, first, tracks.local_id[rows[rows != first]])
+        tracks.group[rows] = number
+
+    def _update(
+        self, seen: Observations, blobs: Blobs, template: Floats, seconds: float, stamp_ns: int
+    ) -> None:
+        """Correct the tracks with what is seen of them (E6); learn sizes and colours alone."""
+        tracks, known = self.tracks, seen.track != NEW
+        tracks.seen_ns[seen.track[known]] = stamp_ns
+        clear = known & (seen.proven >= self._partition.least_proven)
+        tracks.clear_ns[seen.track[clear]] = stamp_ns
+        measured = known & (~seen.fitted | (seen.visible >= self._partition.least_visible))
+        noise = self._noise(seen, blobs)
+        tracks.update(seen.track[measured], seen.foot[measured], noise[measured])
+        alone = known & ~seen.fitted
+        whole = alone & ~blobs.truncated[seen.blob]
+        tracks.follow_size(seen.track[whole], seen.box[whole], seconds)
+        share = 1 - np.exp(-seconds / max(self._config.template_time_s, 1e-9))
+        rows = seen.track[alone]
+        tracks.template[rows] += share * (template[seen.blob[alone]] - tracks.template[rows])
+
+    def _noise(self, seen: Observations, blobs: Blobs) -> Floats:
+        """Return the (n, 2, 2) covariance, px², of the foot points."""
+        noise = self.tracks.foot_noise(seen.box)
+        hidden = 1 / np.clip(seen.visible, self._partition.least_visible, 1.0)
+        noise *= np.where(seen.fitted, hidden**2, 1.0)[:, None, None]
+        missing = np.clip(blobs.expected[seen.blob] - blobs.box[seen.blob, 2:], 0.0, None)
+        missing[~blobs.truncated[seen.blob]] = 0.0
+        noise[:, [0, 1], [0, 1]] += missing**2
+        return noise
+
+    def _start(self, seen: Observations, template: Floats, stamp_ns: int) -> Observations:
+        """Start a track for each person who has none."""
+        new = seen.track == NEW
+        position = self._mapping.ground_from_image(seen.foot[new])
+        noise = self.tracks.foot_noise(seen.box[new])
+        colours = np.where(seen.fitted[new, None], 0.0, template[seen.blob[new]])
+        track = seen.track.copy()
+        track[new] = self.tracks.start(position, seen.box[new], noise, colours, stamp_ns)
+        return replace(seen, track=track)
 
     def _confirm(self, stamp_ns: int) -> None:
         tracks = self.tracks
@@ -196,50 +237,25 @@ class LocalTracker:
             log.add(EventCode.ENTER if known else EventCode.NEW, self.tracks, int(row))
 
     def _detections(
-        self, matches: Matches, started: Ints, blobs: Blobs, template: Floats, stamp_ns: int
+        self, seen: Observations, blobs: Blobs, template: Floats, stamp_ns: int
     ) -> Detections:
-        """Write one row a blob."""
-        tracks, count = self.tracks, len(blobs)
-        owner = np.full(count, -1, np.int64)
-        owner[matches.single_blob] = matches.single_track
-        owner[matches.free_blob] = started
-        member_count = np.ones(count, np.uint8)
-        members = np.zeros((count, MEMBERS), np.uint32)
-        for blob, rows in zip(matches.group_blob, matches.group_tracks):
-            member_count[blob] = len(rows)
-            known = tracks.track_id[rows]
-            known = known[known > 0][:MEMBERS]
-            members[blob, : len(known)] = known
-        single = owner >= 0
-        age = np.full(count, np.inf)
-        age[single] = (stamp_ns - tracks.first_ns[owner[single]]) * 1e-9
+        """Write one row a person."""
+        tracks, rows = self.tracks, seen.track
+        position = self._mapping.ground_from_image(seen.foot)
+        age = (stamp_ns - tracks.first_ns[rows]) * 1e-9
         score = np.clip(age / max(self._config.confirm_s, 1e-9), 0.1, 1.0)
-        local_id, track_id = np.zeros((2, count), np.int64)
-        local_id[single] = tracks.local_id[owner[single]]
-        track_id[single] = tracks.track_id[owner[single]]
-        noise = tracks.foot_noise(blobs.box)
-        noise[:, 0, 0] += np.where(single, 0.0, (blobs.box[:, 2] / 4) ** 2)
+        colours = np.where(seen.fitted[:, None], tracks.template[rows], template[seen.blob])
         return Detections.build(
             stamp_ns,
-            position=np.column_stack([blobs.position, np.zeros(count)]),
-            covariance=self._mapping.ground_covariance(blobs.position, noise),
-            box=blobs.box,
-            area=blobs.area,
+            position=np.column_stack([position, np.zeros(len(seen))]),
+            covariance=self._mapping.ground_covariance(position, self._noise(seen, blobs)),
+            box=seen.box,
+            area=np.where(
+                seen.fitted, seen.visible * seen.box[:, 2] * seen.box[:, 3], blobs.area[seen.blob]
+            ),
             score=score,
-            template=template,
-            local_id=local_id,
-            track_id=track_id,
-            members=members,
-            member_count=member_count,
-            truncated=blobs.truncated,
+            template=colours,
+            local_id=tracks.local_id[rows],
+            track_id=tracks.track_id[rows],
+            truncated=blobs.truncated[seen.blob],
         )
-
-
-def _templates(blobs: Blobs, image: Image, mask: Image, scale: float) -> Floats:
-    """Return the (n, 48) colours of the blobs' foreground."""
-    result = np.zeros((len(blobs), TEMPLATE_SIZE))
-    for row, box in enumerate(np.rint(blobs.box / scale).astype(int)):
-        left, top, width, height = box
-        part = np.s_[top : top + height, left : left + width]
-        result[row] = colour_template(image[part], mask[part])
-    return result

@@ -12,9 +12,11 @@ HUE_BINS = 36
 GREY_BINS = TEMPLATE_SIZE - HUE_BINS
 
 
-def colour_template(image: NDArray[np.uint8], mask: NDArray[np.uint8]) -> NDArray[np.float32]:
+def colour_templates(
+    image: NDArray[np.uint8], mask: NDArray[np.uint8], box: NDArray[np.integer]
+) -> NDArray[np.float64]:
     """
-    Count the colours of the foreground.
+    Count the colours of the foreground in boxes.
 
     Parameters
     ----------
@@ -22,22 +24,32 @@ def colour_template(image: NDArray[np.uint8], mask: NDArray[np.uint8]) -> NDArra
         BGR picture.
     mask : (h, w) uint8 array
         Not zero where a pixel counts.
+    box : (n, 4) int array
+        Left, top, width, height, px.
 
     Returns
     -------
-    (48,) float32 array
-        Sums to 1: 36 bins of hue, each pixel weighted by its saturation, and 12 of brightness,
-        weighted by the rest. Zero where nothing counts.
+    (n, 48) float64 array
+        Each sums to 1: 36 bins of hue, each pixel weighted by its saturation, and 12 of
+        brightness, weighted by the rest. Zero where nothing counts.
 
     """
-    pixels = image[mask > 0]
-    if not len(pixels):
-        return np.zeros(TEMPLATE_SIZE, np.float32)
-    hsv = cv2.cvtColor(pixels[None], cv2.COLOR_BGR2HSV)[0]
+    pixels = []
+    for left, top, width, height in box.tolist():
+        part = np.s_[max(top, 0) : top + height, max(left, 0) : left + width]
+        pixels.append(image[part][mask[part] > 0])
+    count = np.array([len(each) for each in pixels], np.int64)
+    if not count.sum():
+        return np.zeros((len(box), TEMPLATE_SIZE))
+    hsv = cv2.cvtColor(np.concatenate(pixels)[None], cv2.COLOR_BGR2HSV)[0]
+    first_bin = np.repeat(np.arange(len(box)) * TEMPLATE_SIZE, count)
     saturation = hsv[:, 1] / 255.0
-    hue = np.bincount(hsv[:, 0] // (180 // HUE_BINS), saturation, HUE_BINS)
-    grey = np.bincount((hsv[:, 2].astype(np.intp) * GREY_BINS) // 256, 1 - saturation, GREY_BINS)
-    return (np.concatenate([hue, grey]) / len(pixels)).astype(np.float32)
+    hue = first_bin + hsv[:, 0] // (180 // HUE_BINS)
+    grey = first_bin + HUE_BINS + (hsv[:, 2].astype(np.int64) * GREY_BINS) // 256
+    size = len(box) * TEMPLATE_SIZE
+    total = np.bincount(hue, saturation, size) + np.bincount(grey, 1 - saturation, size)
+    result: NDArray[np.float64] = total.reshape(-1, TEMPLATE_SIZE) / np.maximum(count, 1)[:, None]
+    return result
 
 
 def bhattacharyya_distance(

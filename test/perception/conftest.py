@@ -38,7 +38,9 @@ class Stage:
             width = self.mapping.width_px(place, 0.6)[0]
             low = (round(foot[0] - width / 2), round(foot[1] - height))
             high = (round(foot[0] + width / 2) - 1, round(foot[1]) - 1)
-            cv2.rectangle(image, low, high, colour, -1)
+            centre = ((low[0] + high[0]) // 2, (low[1] + high[1]) // 2)
+            axes = ((high[0] - low[0]) // 2, (high[1] - low[1]) // 2)
+            cv2.ellipse(image, centre, axes, 0, 0, 360, colour, -1)
         noisy = image + self.rng.normal(0, 2, image.shape)
         return np.clip(noisy, 0, 255).astype(np.uint8)
 

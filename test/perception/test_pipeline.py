@@ -75,9 +75,24 @@ def test_crossing_is_one_merge_and_one_split_and_ids_survive(stage):
     assert after.local_id[np.argsort(after.position[:, 0])].tolist() == [right, left]
 
 
-def test_merged_people_are_one_row_that_names_its_members(stage):
-    rows = [output.detections for output in walk_past(stage)]
-    assert any(len(row) == 1 and row.member_count[0] == 2 for row in rows)
+def test_people_in_one_blob_are_told_apart(stage):
+    for step in range(40):
+        x = -2 + 0.05 * step
+        output = stage.show([((x, 0.0), RED), ((x + 0.65, 0.1), BLUE)])
+    position = output.detections.position
+    assert len(position) == 2
+    assert np.allclose(np.sort(position[:, 0]), [x, x + 0.65], atol=0.3)
+
+
+def test_who_stood_still_at_first_leaves_no_ghost(new_stage, mapping):
+    stage = new_stage()
+    stage.pipeline = CameraPipeline(CameraConfig(), mapping)
+    for _ in range(40):
+        stage.show([((-1.0, 0.0), RED)])
+    for step in range(60):
+        output = stage.show([((-1.0 + 0.05 * step, 0.0), RED)])
+    assert len(output.detections) == 1
+    assert abs(output.detections.position[0, 0] - 1.95) < 0.3
 
 
 def test_leaving_the_picture_is_an_exit(stage):

@@ -1,0 +1,175 @@
+"""What of a picture belongs to which local track: blobs, and bodies in shared blobs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.perception.blobs import BlobConfig, Blobs
+from mctrack_ros.perception.local_tracks import LocalTracks
+from mctrack_ros.perception.matching import Matches
+from mctrack_ros.perception.partition import Bodies, PartitionConfig, partition
+from mctrack_ros.perception.sizes import SizeTable
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+NEW = -1
+COLUMNS = ('track', 'blob', 'box', 'foot', 'visible', 'proven', 'fitted')
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Observations:
+    """
+    Persons seen in one picture, one row each.
+
+    Attributes
+    ----------
+    track : (n,) int64 array
+        Row of the local track, -1: none yet.
+    blob : (n,) int64 array
+        Blob that it is in.
+    box : (n, 4) float64 array
+        Left, top, width, height, px.
+    foot : (n, 2) float64 array
+        Foot point, px.
+    visible : (n,) float64 array
+        Share of the body that is seen.
+    proven : (n,) float64 array
+        Share of the body that explains what no older track does.
+    fitted : (n,) bool array
+        A body was placed in the blob; else the blob is the person.
+
+    """
+
+    track: Ints
+    blob: Ints
+    box: Floats
+    foot: Floats
+    visible: Floats
+    proven: Floats
+    fitted: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        """Return the number of persons."""
+        return len(self.track)
+
+    def select(self, mask: NDArray[np.bool_]) -> Observations:
+        """Return the rows that a mask picks."""
+        return Observations(*(getattr(self, name)[mask] for name in COLUMNS))
+
+
+def observe(
+    matches: Matches,
+    tracks: LocalTracks,
+    blobs: Blobs,
+    mask: NDArray[np.uint8],
+    scale: float,
+    sizes: SizeTable,
+    blob_config: BlobConfig,
+    config: PartitionConfig,
+) -> Observations:
+    """
+    Tell persons from blobs: a blob of usual size is one, in others bodies are placed.
+
+    Parameters
+    ----------
+    matches : Matches
+        Which tracks are in which blobs.
+    tracks : LocalTracks
+        Predicted to the picture's time.
+    blobs : Blobs
+        Of the picture.
+    mask : (h, w) uint8 array
+        Its cleaned foreground, reduced by `scale`.
+    scale : float
+        Pixels of the picture to one of the mask.
+    sizes : SizeTable
+        Of the camera.
+    blob_config : BlobConfig
+        A person's usual size.
+    config : PartitionConfig
+        Parameters.
+
+    """
+    predicted = tracks.boxes()
+    spread = tracks.innovation_covariance(tracks.foot_noise(predicted))
+    feet = np.column_stack(
+        [predicted[:, 0] + predicted[:, 2] / 2, predicted[:, 1] + predicted[:, 3]]
+    )
+    parts = []
+    for blob, rows in enumerate(_tracks_in(matches, len(blobs))):
+        if len(rows) < 2 and _is_one(blobs, blob, predicted[rows], config):
+            parts.append(_whole(blobs, blob, rows))
+            continue
+        heights = blob_config.person_height_m * np.clip(
+            tracks.extent[rows, 1] / blob_config.person_height_m, 0.85, 1.15
+        )
+        bodies = partition(
+            mask, blobs.box[blob], scale, sizes, feet[rows], spread[rows], heights,
+            blob_config.person_height_m, config,
+        )  # fmt: skip
+        parts.append(_placed(bodies, blob, rows))
+    return _stacked(parts)
+
+
+def _tracks_in(matches: Matches, count: int) -> list[Ints]:
+    """Return the rows of the tracks in each blob."""
+    inside = [np.zeros(0, np.int64)] * count
+    for row, blob in zip(matches.single_track, matches.single_blob):
+        inside[blob] = np.array([row])
+    for rows, blob in zip(matches.group_tracks, matches.group_blob):
+        inside[blob] = rows
+    return inside
+
+
+def _is_one(blobs: Blobs, blob: int, predicted: Floats, config: PartitionConfig) -> bool:
+    """Whether a blob with at most one track looks like one whole person."""
+    width, height = blobs.box[blob, 2:]
+    usual_width, usual_height = blobs.expected[blob]
+    if blobs.truncated[blob]:
+        return True
+    if width > config.odd_width * usual_width or height > config.odd_height * usual_height:
+        return False
+    return not len(predicted) or bool(height > predicted[0, 3] / config.odd_height)
+
+
+def _whole(blobs: Blobs, blob: int, rows: Ints) -> Observations:
+    track = rows if len(rows) else np.array([NEW])
+    part = slice(blob, blob + 1)
+    return Observations(
+        track,
+        np.array([blob]),
+        blobs.box[part],
+        blobs.foot[part],
+        np.ones(1),
+        np.ones(1),
+        np.zeros(1, bool),
+    )
+
+
+def _placed(bodies: Bodies, blob: int, rows: Ints) -> Observations:
+    count = len(bodies.foot)
+    track = np.full(count, NEW)
+    track[: len(rows)] = rows
+    return Observations(
+        track,
+        np.full(count, blob),
+        bodies.box,
+        bodies.foot,
+        bodies.visible,
+        bodies.proven,
+        np.ones(count, bool),
+    )
+
+
+def _stacked(parts: list[Observations]) -> Observations:
+    empty = Observations(
+        np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros((0, 2)),
+        np.zeros(0), np.zeros(0), np.zeros(0, bool),
+    )  # fmt: skip
+    every = [empty, *parts]
+    return Observations(
+        *(np.concatenate([getattr(part, name) for part in every]) for name in COLUMNS)
+    )
