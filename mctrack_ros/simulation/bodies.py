@@ -154,7 +154,7 @@ def _limbs(effort: Floats, walks: Floats, stride: Floats) -> Floats:
         lift = np.maximum(np.cos(stride + np.pi * leg), 0) * walks
         reach = walks * (0.10 * swing * (lift == 0) + (0.12 + 0.3 * effort) * swing * (lift > 0))
         ankle = _point(
-            reach, side * _STANCE_M * (1 - 0.5 * effort), 0.06 + lift * (0.08 + 0.3 * effort)
+            reach, side * _STANCE_M * (1 - 0.5 * effort), 0.09 + lift * (0.08 + 0.3 * effort)
         )
         top = _point(0 * lean, side * 0.10, hip)
         bend = 0.04 + lift * (0.10 + 0.22 * effort)

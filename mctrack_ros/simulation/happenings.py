@@ -12,7 +12,7 @@ from mctrack_ros.simulation.intent import PLAYERS
 from mctrack_ros.simulation.render import View
 from mctrack_ros.simulation.world import World
 
-HOLD_S = 0.2
+HOLD_S = 0.4
 """A split and an exit count once they have lasted this long, s; a merge and an entry at once."""
 
 Booleans = NDArray[np.bool_]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from mctrack_ros.simulation.pitch import LENGTH_M, WIDTH_M
 from mctrack_ros.simulation.play import Play, Situation, goal_of
@@ -25,8 +26,10 @@ _FORMATION = np.array(
     ],
     np.float64,
 )
-_BALL_PULL = np.array([0.42, 0.32])
-_MARK_WITHIN_M, _MARK_AT_M = 9.0, 0.9
+_BALL_PULL = np.array([0.74, 0.62])
+_FOLLOW_S = 8.0
+_MARK_WITHIN_M, _MARK_AT_M = 20.0, 0.6
+_CROWD_M = np.array([2.2, 4.5])
 _WALL_M, _WALL_SPACING_M = 9.15, 0.62
 _REFEREE_OFF_M = np.array([6.0, 7.0])
 _WANDER_M, _WANDER_S = 0.9, 3.0
@@ -51,6 +54,7 @@ class Intent:
         self._play, self._rng, self._period = play, rng, scenario.period_s
         mirrored = np.array([LENGTH_M, WIDTH_M]) - _FORMATION
         self._home = np.concatenate([_FORMATION, mirrored])
+        self._focus = play.ball[0]
         self._slots = rng.uniform(-1, 1, (PLAYERS, 2))
         self._wander = rng.normal(scale=_WANDER_M, size=(PLAYERS, 2))
 
@@ -64,7 +68,8 @@ class Intent:
         kick = self._rng.normal(scale=_WANDER_M * np.sqrt(1 - keep**2), size=(PLAYERS, 2))
         self._wander = keep * self._wander + kick
         ball = self._play.ball[step]
-        places = self._home + _BALL_PULL * (ball - self._home)
+        self._focus = self._focus + (ball - self._focus) * self._period / _FOLLOW_S
+        places = self._home + _BALL_PULL * (self._focus - self._home)
         for team in (0, 1):
             places[11 * team] = goal_of(team) + 0.08 * (ball - goal_of(team))
         situation = Situation(self._play.situation[step])
@@ -74,7 +79,7 @@ class Intent:
         else:
             self._set_piece(places, situation, attackers, self._play.spot[step])
         wander = self._wander * (1.0 if situation == Situation.OPEN_PLAY else 0.25)
-        wanted = self._with_referees(places, ball) + wander
+        wanted = self._with_referees(places, self._focus) + wander
         return np.clip(wanted, [0.5, 0.5], [LENGTH_M - 0.5, WIDTH_M - 0.5])
 
     def _play_on(self, places: Floats, ball: Floats, attackers: int, position: Floats) -> None:
@@ -82,11 +87,12 @@ class Intent:
         marking = _field(1 - attackers)
         opponents = _field(attackers)
         apart = np.linalg.norm(places[marking][:, None] - position[opponents][None], axis=2)
-        nearest = position[opponents][apart.argmin(axis=1)]
-        goal_side = goal_of(1 - attackers) - nearest
+        marker, marked = linear_sum_assignment(apart)
+        opponent = position[opponents[marked]]
+        goal_side = goal_of(1 - attackers) - opponent
         goal_side /= np.linalg.norm(goal_side, axis=1, keepdims=True)
-        marks = apart.min(axis=1) < _MARK_WITHIN_M
-        places[marking[marks]] = (nearest + _MARK_AT_M * goal_side)[marks]
+        marks = apart[marker, marked] < _MARK_WITHIN_M
+        places[marking[marker[marks]]] = (opponent + _MARK_AT_M * goal_side)[marks]
         for team, count in ((attackers, 1), (1 - attackers, 2)):
             field = _field(team)
             distance = np.linalg.norm(position[field] - ball, axis=1)
@@ -106,9 +112,9 @@ class Intent:
             return
         depth = 7.5 if situation == Situation.CORNER else 14.0
         crowd = attack[3:9]
-        places[crowd] = goal + depth * inward + self._slots[crowd] * [4.0, 8.0]
+        places[crowd] = goal + depth * inward + self._slots[crowd] * _CROWD_M
         guards = defence[:6]
-        places[guards] = places[crowd] - 0.7 * inward
+        places[guards] = places[crowd] - _MARK_AT_M * inward
         places[attack[9]] = spot
         if situation == Situation.FREE_KICK:
             places[defence[6:]] = self._wall(spot, goal, len(defence[6:]))

@@ -13,10 +13,10 @@ from mctrack_ros.simulation.scenario import Scenario
 
 Floats = NDArray[np.float64]
 
-_OPEN_PLAY_S = (7.0, 13.0)
-_SET_PIECE_S = (7.0, 10.0)
-_PASS_S = (1.0, 3.0)
-_PASS_LENGTH_M = 14.0
+_OPEN_PLAY_S = (7.0, 11.0)
+_SET_PIECE_S = (12.0, 17.0)
+_PASS_S = (2.0, 5.0)
+_PASS_LENGTH_M = 9.0
 
 
 class Situation(IntEnum):
@@ -26,6 +26,14 @@ class Situation(IntEnum):
     CORNER = 1
     FREE_KICK = 2
     CELEBRATION = 3
+
+
+_SET_PIECES = (
+    Situation.CORNER,
+    Situation.FREE_KICK,
+    Situation.CORNER,
+    Situation.CELEBRATION,
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,12 +64,12 @@ def course_of_play(scenario: Scenario, rng: np.random.Generator) -> Play:
     """Draw open play and set pieces in turn until the time is over."""
     times, places = [0.0], [CENTRE_M]
     phases: list[tuple[float, Situation, int, Floats]] = []
-    clock = 0.0
+    clock, turn = 0.0, int(rng.integers(4))
     while clock < scenario.duration_s:
         attackers = int(rng.integers(2))
         phases.append((clock, Situation.OPEN_PLAY, attackers, places[-1]))
         clock = _pass_around(times, places, clock + rng.uniform(*_OPEN_PLAY_S), attackers, rng)
-        situation = Situation(int(rng.choice([1, 2, 3], p=[0.45, 0.4, 0.15])))
+        situation, turn = _SET_PIECES[turn % 4], turn + 1
         spot = _set_piece_spot(situation, attackers, rng)
         phases.append((clock, situation, attackers, spot))
         times.extend([clock + 1.5, clock + rng.uniform(*_SET_PIECE_S)])

@@ -19,7 +19,8 @@ MAX_SPEED = 8.0
 MAX_ACCELERATION = 4.0
 """Nobody speeds up or brakes harder, m/s²."""
 
-_START_M, _STOP_M = 1.2, 0.35
+_START_M, _STOP_M = 0.8, 0.3
+_WALK_PER_M, _RUN_PER_M, _NEAR_M = 0.45, 0.2, 5.0
 _ROOM_M, _LOOK_AHEAD_S, _STEP_ASIDE = 0.75, 0.3, 5.0
 _TURN_S = 0.25
 
@@ -64,6 +65,7 @@ class _Walker:
         self._intent = Intent(scenario, play, rng)
         self._top_speed = rng.uniform(6.4, MAX_SPEED, PLAYERS)
         self._position = self._intent.start()
+        self._target = self._position
         self._velocity = np.zeros((PLAYERS, 2))
         self._facing = self._unit(play.ball[0] - self._position)
         self._stride = rng.uniform(0, 2 * np.pi, PLAYERS)
@@ -83,10 +85,14 @@ class _Walker:
     def _velocity_towards(self, target: Floats) -> Floats:
         """Stand when there, walk to what is near, run to what is far."""
         gap = target - self._position
+        drift = (target - self._target) / self._period
+        self._target = target
+        drift *= np.linalg.norm(drift, axis=1, keepdims=True) < MAX_SPEED
         distance = np.linalg.norm(gap, axis=1)
         self._moving = np.where(self._moving, distance > _STOP_M, distance > _START_M)
-        speed = np.minimum(0.4 + 0.6 * distance, self._top_speed) * self._moving
-        return np.asarray(self._unit(gap) * speed[:, None])
+        walk, hurry = 0.4 + _WALK_PER_M * distance, _RUN_PER_M * (distance - _NEAR_M)
+        speed = np.minimum(walk + np.maximum(hurry, 0), self._top_speed) * self._moving
+        return np.asarray(self._unit(gap) * speed[:, None] + drift * self._moving[:, None])
 
     def _stepping_aside(self) -> Floats:
         """Return the velocity that keeps people from walking through one another."""

@@ -11,25 +11,37 @@ from mctrack_ros.simulation.cameras import Camera
 
 Floats = NDArray[np.float64]
 
-_SUBPIXELS = 3
+_SUBPIXELS = 5
 _LIGHT, _DARK, _VERGE = (62.0, 146.0, 92.0), (52.0, 126.0, 78.0), (46.0, 104.0, 66.0)
 _PAINT, _TRACK, _STAND = (222.0, 230.0, 226.0), (72.0, 84.0, 148.0), (104.0, 104.0, 108.0)
 _VERGE_M, _TRACK_M = 5.0, 12.0
-_GRAIN, _PATCHES = 4.0, 5.0
+_GRAIN, _PATCHES = 2.5, 5.0
 
 
 def empty_picture(camera: Camera, rng: np.random.Generator) -> NDArray[np.uint8]:
     """Return what a camera sees of the empty pitch: (height, width, 3) blue, green, red."""
     width, height = camera.size
-    grid = (np.arange(width * _SUBPIXELS) + 0.5) / _SUBPIXELS
-    picture = np.empty((height, width, 3), np.float32)
-    for row in range(height):
-        rows = row + (np.arange(_SUBPIXELS) + 0.5) / _SUBPIXELS
-        pixel = np.stack(np.meshgrid(grid, rows), axis=-1)
-        colour = _surface(camera.ground(pixel))
-        picture[row] = colour.reshape(_SUBPIXELS, width, _SUBPIXELS, 3).mean(axis=(0, 2))
+    columns, rows = np.arange(width + 1.0), np.arange(height + 1.0)
+    corners = camera.ground(np.stack(np.meshgrid(columns, rows), axis=-1))
+    colour = _surface(corners)
+    picture = colour[:-1, :-1].copy()
+    mixed = _mixed(corners, colour)
+    offsets = (np.arange(_SUBPIXELS) + 0.5) / _SUBPIXELS
+    inside = np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)
+    pixel = np.argwhere(mixed)[:, None, ::-1] + inside
+    picture[mixed] = _surface(camera.ground(pixel)).mean(axis=1)
     picture += _texture(height, width, rng)[..., None]
     return np.clip(np.round(picture), 0, 255).astype(np.uint8)
+
+
+def _mixed(corners: Floats, colour: Floats) -> NDArray[np.bool_]:
+    """Return the (height, width) pixels that may hold more than one colour."""
+    across = np.linalg.norm(corners[1:, 1:] - corners[:-1, :-1], axis=2)
+    nearest = pitch.line_distance(corners[:-1, :-1, 0], corners[:-1, :-1, 1])
+    mixed = nearest <= across + pitch.LINE_WIDTH_M / 2
+    for other in (colour[1:, :-1], colour[:-1, 1:], colour[1:, 1:]):
+        mixed |= (other != colour[:-1, :-1]).any(axis=2)
+    return np.asarray(mixed)
 
 
 def _surface(ground: Floats) -> Floats:
