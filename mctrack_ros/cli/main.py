@@ -7,7 +7,7 @@ import sys
 import typer
 
 from mctrack_ros import __version__
-from mctrack_ros.cli import graph, offline
+from mctrack_ros.cli import compare, demo, graph, offline
 
 app = typer.Typer(
     name='mctrack',
@@ -34,12 +34,15 @@ def _root(
     """Track people and vehicles with several static cameras on the ground plane."""
 
 
+app.command('demo')(demo.demo)
 app.command('simulate')(offline.simulate)
 app.command('track')(offline.track)
 app.command('echo')(offline.echo)
 app.command('run')(graph.run)
 app.command('record')(graph.record)
 app.command('play')(graph.play)
+app.command('evaluate')(compare.evaluate)
+app.command('results')(compare.results)
 
 
 def main() -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -71,7 +73,8 @@ def write_birdseye(
     rate = 1e9 / session.period_ns / step
     height, width = background.shape[:2]
     fourcc = cv2.VideoWriter.fourcc(*'VP80')
-    writer = cv2.VideoWriter(str(path), fourcc, rate, (width, height))
+    with _silent_ffmpeg():
+        writer = cv2.VideoWriter(str(path), fourcc, rate, (width, height))
     if not writer.isOpened():
         raise OSError(
             f'{path} cannot be written: OpenCV has no VP8 encoder, or the folder is not there'
@@ -91,6 +94,19 @@ def write_birdseye(
             progress(index + 1, len(frames))
     finally:
         writer.release()
+
+
+@contextmanager
+def _silent_ffmpeg() -> Iterator[None]:
+    """Keep back what FFmpeg's wrapper prints although all is well: WebM has no such tag."""
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
 
 
 class _Tails:
