@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
 from mctrack_ros.evaluation import Timeline, Trajectories, ground_timeline
 from mctrack_ros.experiments.figures import Figures, text_of
@@ -79,7 +78,7 @@ def _template() -> Any:
 
 def _charts(
     session: Session, truth: Trajectories, tracks: Trajectories, line: Timeline, drops: Drops
-) -> dict[str, Markup]:
+) -> dict[str, str]:
     """Return the page's SVG by name; without latencies, as offline, there is no such chart."""
     period_s = session.period_ns * 1e-9
     latency = session.latency_ms()
@@ -94,7 +93,7 @@ def _charts(
     }
     if np.any(latency):
         made['latency'] = charts.latency_chart(latency)
-    return {name: Markup(svg) for name, svg in made.items()}
+    return made
 
 
 def _figure_rows(figures: Figures) -> tuple[list[FigureRow], list[FigureRow]]:
@@ -126,7 +125,7 @@ def _dropped_table(session: Session, drops: Drops) -> list[tuple[str, list[int]]
     return [*rows, ('all', sums.sum(axis=0).tolist())]
 
 
-def _json(value: Any) -> Markup:
+def _json(value: Any) -> str:
     """Return JSON that may stand in a script element."""
     text = json.dumps(value, separators=(',', ':'))
-    return Markup(text.replace('<', '\\u003c').replace('>', '\\u003e').replace('&', '\\u0026'))
+    return text.replace('<', '\\u003c').replace('>', '\\u003e').replace('&', '\\u0026')
