@@ -102,7 +102,7 @@ def count_chart(line: Timeline, period_s: float) -> str:
     axes.set_ylim(bottom=0)
     axes.set_xlabel('time [s]')
     axes.set_ylabel('number')
-    axes.legend(frameon=False, labelcolor=_INK, loc='lower right')
+    _put_legend(axes)
     return _svg(figure, 'Number of targets and tracks over time')
 
 
@@ -121,7 +121,7 @@ def drop_chart(seconds: Floats, late: Floats, missing: Floats, missed: Floats) -
     axes.set_ylim(bottom=0)
     axes.set_xlabel('time [s]')
     axes.set_ylabel('pictures a second')
-    axes.legend(frameon=False, labelcolor=_INK, loc='upper right')
+    _put_legend(axes)
     return _svg(figure, 'What was dropped over time')
 
 
@@ -140,6 +140,18 @@ def _chart(name: str, width: float, height: float) -> tuple[Figure, Axes]:
     axes.grid(True, color=_INK, alpha=0.12, linewidth=0.7)
     axes.set_axisbelow(True)
     return figure, axes
+
+
+def _put_legend(axes: Axes) -> None:
+    """Name the lines above the chart, where they hide nothing."""
+    axes.legend(
+        loc='lower left',
+        bbox_to_anchor=(0, 1),
+        borderaxespad=0.2,
+        frameon=False,
+        labelcolor=_INK,
+        ncols=3,
+    )
 
 
 def _svg(figure: Figure, title: str) -> str:

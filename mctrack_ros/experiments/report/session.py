@@ -66,7 +66,7 @@ class Session:
     @property
     def duration_s(self) -> float:
         """Length of the truth, s."""
-        return len(self.truth) * self.period_ns * 1e-9
+        return round(len(self.truth) * self.period_ns * 1e-9, 6)
 
     def seconds(self, stamp_ns: int) -> float:
         """Return a stamp in s since the start."""
