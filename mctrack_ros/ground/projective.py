@@ -127,10 +127,11 @@ class ProjectiveMapping:
             Height above the ground, m: a number or (n,).
 
         """
-        position = np.asarray(position, np.float64).reshape(-1, 2)
-        column = np.broadcast_to(np.asarray(height, np.float64), (len(position),))
-        world = np.column_stack([position, column, np.ones(len(position))])
-        points = world @ self.image_from_world.T
+        points = _homogeneous(position) @ self.image_from_ground_homography.T
+        if np.any(height):
+            points += np.multiply.outer(
+                np.asarray(height, np.float64), self.image_from_world[:, 2]
+            )
         ahead = points[:, 2:] > 0
         return np.where(ahead, points[:, :2] / np.where(ahead, points[:, 2:], 1), np.nan)
 
@@ -183,7 +184,9 @@ def _check_regular(homography: Floats) -> None:
 
 def _homogeneous(points: ArrayLike) -> Floats:
     points = np.asarray(points, np.float64).reshape(-1, 2)
-    return np.column_stack([points, np.ones(len(points))])
+    homogeneous = np.ones((len(points), 3))
+    homogeneous[:, :2] = points
+    return homogeneous
 
 
 def _focal_length(first: Floats, second: Floats, fallback: float) -> float:
