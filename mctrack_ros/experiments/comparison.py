@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from mctrack_ros.codec import rows_from_cloud
 from mctrack_ros.evaluation import Trajectories, evaluate_ground
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.interfaces import Tracks
@@ -67,8 +66,7 @@ def read_instants(path: str | Path, topics: tuple[str, ...]) -> Recording:
         present = [topic for topic in topics if topic in reader.topics]
         if not present:
             raise BagError(f'{path} has no topic {" or ".join(topics)}')
-        clouds = reader.messages([present[0]])
-        instants = [rows_from_cloud(message, Tracks) for _, message, _ in clouds]
+        instants = [rows for rows, _ in reader.rows(present[0], Tracks)]
     return Recording(tuple(sorted(instants, key=lambda rows: rows.stamp_ns)), False)
 
 

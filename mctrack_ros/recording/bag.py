@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from rosbags.interfaces import (
@@ -21,8 +21,10 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer, WriterError
 from rosbags.typesys import Stores, get_typestore
 
-from mctrack_ros.codec import MessageClasses, cloud_from_rows
+from mctrack_ros.codec import CodecError, MessageClasses, cloud_from_rows, rows_from_cloud
 from mctrack_ros.interfaces import Rows
+
+AnyRows = TypeVar('AnyRows', bound=Rows)
 
 _TYPES = get_typestore(Stores.ROS2_JAZZY)
 _FOREVER = QosTime(2147483647, 4294967295)
@@ -192,6 +194,31 @@ class BagReader:
                     continue
                 raise BagError(f'{self.path}: message type {kind!r} of {topic} is not known')
             yield topic, self._guarded(_TYPES.deserialize_cdr, data, kind), time_ns
+
+    def rows(
+        self,
+        topic: str,
+        kind: type[AnyRows],
+        start_ns: int | None = None,
+        stop_ns: int | None = None,
+    ) -> Iterator[tuple[AnyRows, int]]:
+        """
+        Yield a topic's clouds as rows, each with its log time (ns); the part as in `messages`.
+
+        Raises
+        ------
+        BagError
+            As `messages`, or if a message does not hold such rows.
+
+        """
+        for _, message, time_ns in self.messages([topic], start_ns, stop_ns):
+            try:
+                rows = rows_from_cloud(message, kind)
+            except (CodecError, AttributeError) as error:
+                raise BagError(
+                    f'{self.path}: {topic} holds no {kind.__name__}: {error}'
+                ) from error
+            yield rows, time_ns
 
     def serialized(
         self,

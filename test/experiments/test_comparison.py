@@ -1,6 +1,5 @@
 import pytest
 
-from mctrack_ros.codec import rows_from_cloud
 from mctrack_ros.experiments.comparison import compare
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import BagError, BagReader, MotTextError, write_mot_text
@@ -10,7 +9,7 @@ def texts(match, folder):
     """Write the recording's tracks and truth as text."""
     with BagReader(match.recorded) as reader:
         for topic, name in (('/tracks', 'tracks.txt'), ('/truth/tracks', 'truth.txt')):
-            instants = [rows_from_cloud(m, Tracks) for _, m, _ in reader.messages([topic])]
+            instants = [rows for rows, _ in reader.rows(topic, Tracks)]
             origin_ns = match.offset_ns + match.period_ns
             write_mot_text(folder / name, instants, match.period_ns, origin_ns)
     lines = (folder / 'tracks.txt').read_text().splitlines(keepends=True)

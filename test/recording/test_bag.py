@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from strategies import rows
 
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.interfaces import Detections
+from mctrack_ros.interfaces import Detections, Tracks
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagError, BagReader, BagWriter
 
 
@@ -66,6 +66,19 @@ def test_part_of_a_bag_is_read_by_log_time(bag):
     with BagReader(bag) as reader:
         times = [time for _, _, time in reader.messages(['/cam1/detections'], 50, 53)]
     assert times == [50, 51, 52]
+
+
+def test_clouds_are_read_as_rows(bag):
+    with BagReader(bag) as reader:
+        read = list(reader.rows('/cam1/detections', Detections, 10, 12))
+    assert [(rows.stamp_ns, time_ns) for rows, time_ns in read] == [(10, 10), (11, 11)]
+    assert read[0][0].local_id.tolist() == [1, 2, 3, 4, 10]
+
+
+@pytest.mark.parametrize(('topic', 'kind'), [('/cam1/detections', Tracks), ('/site', Detections)])
+def test_what_is_not_such_rows_is_named(bag, topic, kind):
+    with BagReader(bag) as reader, pytest.raises(BagError, match=f'{topic} holds no'):
+        list(reader.rows(topic, kind))
 
 
 def test_a_bag_is_not_overwritten_unasked(bag):

@@ -14,12 +14,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mctrack_ros.evaluation import Timeline, Trajectories
-from mctrack_ros.experiments.report.ground_plan import (
-    LENGTH_M,
-    WIDTH_M,
-    hex_colour,
-    pitch_lines,
-)
+from mctrack_ros.experiments.report.ground_plan import hex_colour, pitch_lines
+from mctrack_ros.simulation import LENGTH_M, WIDTH_M
 
 Floats = NDArray[np.float64]
 

@@ -7,9 +7,10 @@ import colorsys
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.simulation import LENGTH_M, WIDTH_M
+
 Floats = NDArray[np.float64]
 
-LENGTH_M, WIDTH_M = 105.0, 68.0
 _CIRCLE_M = 9.15
 _SPOT_M = 11.0
 

@@ -7,12 +7,8 @@ from typing import Any
 import numpy as np
 
 from mctrack_ros.evaluation import Timeline, Trajectories
-from mctrack_ros.experiments.report.ground_plan import (
-    LENGTH_M,
-    WIDTH_M,
-    hex_colour,
-    pitch_lines,
-)
+from mctrack_ros.experiments.report.ground_plan import hex_colour, pitch_lines
+from mctrack_ros.simulation import LENGTH_M, WIDTH_M
 
 _PER_SECOND = 5
 

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.codec import image_from_message, rows_from_cloud, stamp_ns_of
+from mctrack_ros.codec import image_from_message, stamp_ns_of
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.interfaces import Detections, Rows, Ticks, Tracks
 from mctrack_ros.recording import BagError, BagReader, frame_origin_ns
@@ -131,11 +131,7 @@ def load_session(source: str | Path, recorded: str | Path) -> Session:
 def read_rows(bag: str | Path, topic: str, kind: type[AnyRows]) -> tuple[list[AnyRows], list[int]]:
     """Return all clouds of a topic in the order of their stamps, and their log times, ns."""
     with BagReader(bag) as reader:
-        read = [
-            (rows_from_cloud(message, kind), time_ns)
-            for _, message, time_ns in reader.messages([topic])
-        ]
-    read.sort(key=lambda item: item[0].stamp_ns)
+        read = sorted(reader.rows(topic, kind), key=lambda item: item[0].stamp_ns)
     return [rows for rows, _ in read], [time_ns for _, time_ns in read]
 
 
@@ -145,11 +141,9 @@ def detections_near(session: Session, camera: str, stamp_ns: int) -> Detections 
     with BagReader(session.recorded) as reader:
         if topic not in reader.topics:
             return None
-        window = reader.messages([topic], stamp_ns - second, stamp_ns + 2 * second)
-        near = min((m for _, m, _ in window), key=lambda m: _apart(m, stamp_ns), default=None)
-    if near is None or _apart(near, stamp_ns) > second:
-        return None
-    return rows_from_cloud(near, Detections)
+        window = reader.rows(topic, Detections, stamp_ns - second, stamp_ns + 2 * second)
+        near = [rows for rows, _ in window if abs(rows.stamp_ns - stamp_ns) <= second]
+    return min(near, key=lambda rows: abs(rows.stamp_ns - stamp_ns), default=None)
 
 
 def picture_at(session: Session, camera: str, stamp_ns: int) -> NDArray[np.uint8] | None:
@@ -163,10 +157,6 @@ def picture_at(session: Session, camera: str, stamp_ns: int) -> NDArray[np.uint8
             if stamp_ns_of(message) == wanted:
                 return image_from_message(message)
     return None
-
-
-def _apart(message: Any, stamp_ns: int) -> int:
-    return abs(stamp_ns_of(message) - stamp_ns)
 
 
 def _offset_ns(truth: Sequence[Tracks], restamped: Sequence[Tracks], recorded: Path) -> int:
