@@ -23,8 +23,9 @@ check: all ## style, types
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-unit: all ## the tests
-	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup
+unit: all ## the tests; those that start nodes alone, so that nothing holds them up
+	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup -m 'not live'
+	ROS_PYTHON_CHECK_FIELDS=1 env -u MCTRACK_REQUIRE_DATA $(BIN)/python -m pytest -m live
 
 results: all ## measure the real-data figures again; writes docs/results
 	for name in $(RESULTS); do \
