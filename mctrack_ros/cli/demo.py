@@ -7,7 +7,7 @@ import signal
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -52,7 +52,7 @@ def demo(
         _track_live(options, site, domain)
     mappings = [settings.mapping() for settings in site.cameras.values()]
     with progress_bar('evaluating') as progress:
-        figures = evaluate_demo(options, mappings, wall_seconds, progress=progress)
+        figures = evaluate_demo(options, mappings, wall_seconds, _settings(site), progress)
     typer.echo(figures.table())
     typer.echo(f'\nopen {(out / "report.html").resolve().as_uri()}')
     if json_file is not None:
@@ -66,6 +66,19 @@ def _site(cameras: int) -> SiteConfig:
     site = named_site('pitch5')
     kept = dict(list(site.cameras.items())[:cameras])
     return dataclasses.replace(site, cameras=kept)
+
+
+def _settings(site: SiteConfig) -> dict[str, Any]:
+    """Return what the page shows of the site; the paths of its files are left out."""
+    from mctrack_ros.config import values_of
+
+    pipelines = {name: values_of(camera.pipeline) for name, camera in site.cameras.items()}
+    return {
+        'site': site.name,
+        'feedback_delay': site.feedback_delay,
+        'fusion': values_of(site.fusion),
+        'cameras': pipelines,
+    }
 
 
 def _track_offline(options: DemoOptions, site: SiteConfig) -> float:

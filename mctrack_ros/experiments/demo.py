@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mctrack_ros.evaluation import Scores, evaluate_ground
+from mctrack_ros.evaluation import Scores, evaluate_ground, ground_timeline
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.report import (
     Session,
@@ -78,7 +78,7 @@ def evaluate_demo(
     options: DemoOptions,
     mappings: Sequence[ProjectiveMapping] = (),
     wall_seconds: float | None = None,
-    protocol: Mapping[str, Any] | None = None,
+    settings: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Figures:
     """
@@ -94,8 +94,8 @@ def evaluate_demo(
         The cameras', for the video.
     wall_seconds : float, optional
         How long tracking took; by default the recording's own time.
-    protocol : mapping, optional
-        What else the figures hold for.
+    settings : mapping, optional
+        What the site was set to, for the page.
     progress : callable
         Told how much of the video is written.
 
@@ -108,33 +108,37 @@ def evaluate_demo(
     session = load_session(options.source, options.recorded)
     truth, tracks = session.trajectories()
     scores = evaluate_ground(truth, tracks, GATE_M)
+    duplicates = int(ground_timeline(truth, tracks, GATE_M).duplicates.sum())
     figures = Figures(
         name='demo',
         command=options.command,
-        protocol={
-            'gate_m': GATE_M,
-            'frames': len(session.truth),
-            'seconds': session.duration_s,
-            'area': 'the whole pitch',
-            'seed': options.seed,
-            'cameras': options.cameras,
-            'mode': 'offline, in lock step' if options.offline else 'live, over DDS',
-            'late_and_dropped': f'counted after the first {START_S:g} s',
-            'latency': 'capture stamp to reception of /tracks, all ticks',
-        }
-        | dict(protocol or {}),
-        figures=_quality(scores) | _timing(session, wall_seconds) | _losses(session),
+        protocol=_protocol(options, session),
+        figures=_quality(scores, duplicates) | _timing(session, wall_seconds) | _losses(session),
     )
     figures.write(options.out / 'summary.json')
     origin_ns = session.start_ns
     write_mot_text(options.out / 'tracks.txt', session.tracks, session.period_ns, origin_ns)
     write_mot_text(options.out / 'truth.txt', session.truth, session.period_ns, origin_ns)
-    write_report(options.out / 'report.html', session, figures, GATE_M)
+    write_report(options.out / 'report.html', session, figures, GATE_M, settings or {})
     write_birdseye(options.out / 'birdseye.webm', session, mappings, progress)
     return figures
 
 
-def _quality(scores: Scores) -> dict[str, float]:
+def _protocol(options: DemoOptions, session: Session) -> dict[str, Any]:
+    return {
+        'gate_m': GATE_M,
+        'frames': len(session.truth),
+        'seconds': session.duration_s,
+        'area': 'the whole pitch',
+        'seed': options.seed,
+        'cameras': options.cameras,
+        'mode': 'offline, in lock step' if options.offline else 'live, over DDS',
+        'late_and_dropped': f'counted after the first {START_S:g} s',
+        'latency': 'capture stamp to reception of /tracks, all ticks',
+    }
+
+
+def _quality(scores: Scores, duplicates: int) -> dict[str, float]:
     return {
         'mota': scores.mota,
         'idf1': scores.idf1,
@@ -143,6 +147,8 @@ def _quality(scores: Scores) -> dict[str, float]:
         'position_error_m': scores.mean_distance,
         'switches': scores.switches,
         'false_positives': scores.false_positives,
+        'duplicates': duplicates,
+        'ghosts': scores.false_positives - duplicates,
         'misses': scores.misses,
         'fragmentations': scores.fragmentations,
         'precision': scores.precision,

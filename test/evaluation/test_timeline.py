@@ -32,6 +32,14 @@ def test_timeline_adds_up_to_the_scores():
     assert (line.tracks - line.matched).sum() == scores.false_positives
 
 
+def test_track_on_someone_who_has_one_already_is_a_duplicate():
+    truth = Trajectories([1, 1], [1, 2], [[0, 0], [5, 0]])
+    tracks = Trajectories([1] * 4, [1, 2, 3, 4], [[0, 0], [0.5, 0], [5, 0], [9, 0]])
+    line = ground_timeline(truth, tracks, 1.0)
+    assert (line.tracks - line.matched).tolist() == [2]
+    assert line.duplicates.tolist() == [1]
+
+
 def test_nothing_gives_an_empty_timeline():
     empty = Trajectories([], [])
     assert len(ground_timeline(empty, empty, 1.0).frame) == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,7 +32,13 @@ class FigureRow:
     met: bool | None
 
 
-def write_report(path: str | Path, session: Session, figures: Figures, gate_m: float) -> None:
+def write_report(
+    path: str | Path,
+    session: Session,
+    figures: Figures,
+    gate_m: float,
+    settings: Mapping[str, Any],
+) -> None:
     """
     Write the page.
 
@@ -45,6 +52,8 @@ def write_report(path: str | Path, session: Session, figures: Figures, gate_m: f
         What it scored.
     gate_m : float
         Gate of the comparison with truth, m.
+    settings : mapping
+        What the site was set to, nested.
 
     """
     truth, tracks = session.trajectories()
@@ -66,6 +75,7 @@ def write_report(path: str | Path, session: Session, figures: Figures, gate_m: f
         dropped=_dropped_table(session, drops),
         switches=len(line.switch_frame),
         site=json.dumps(session.site, indent=2, sort_keys=True),
+        settings=json.dumps(settings, indent=2),
     )
     Path(path).write_text(text, encoding='utf-8')
 
