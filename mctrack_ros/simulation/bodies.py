@@ -12,7 +12,7 @@ from mctrack_ros.simulation.cameras import Camera
 
 Floats = NDArray[np.float64]
 
-_SHIN, _THIGH, _HIP, _SHOULDER = 0.45, 0.45, 0.92, 1.45
+_HIP, _SHOULDER, _ANKLE_M = 0.92, 1.45, 0.09
 _STANCE_M = 0.10
 _LIMBS = 14
 _DRAWN_WIDER_PX = 0.5
@@ -149,38 +149,46 @@ def _limbs(effort: Floats, walks: Floats, stride: Floats) -> Floats:
     lean = 0.12 * effort
     bob = 0.02 * walks * np.abs(np.cos(stride))
     hip, shoulder = _HIP - 0.04 * effort - bob, _SHOULDER - 0.05 * effort - bob
-    for leg, side in ((0, 1.0), (1, -1.0)):
-        swing = np.sin(stride + np.pi * leg)
-        lift = np.maximum(np.cos(stride + np.pi * leg), 0) * walks
-        reach = walks * (0.10 * swing * (lift == 0) + (0.12 + 0.3 * effort) * swing * (lift > 0))
-        ankle = _point(
-            reach, side * _STANCE_M * (1 - 0.5 * effort), 0.09 + lift * (0.08 + 0.3 * effort)
-        )
-        top = _point(0 * lean, side * 0.10, hip)
-        bend = 0.04 + lift * (0.10 + 0.22 * effort)
-        knee = (ankle + top) / 2 + _point(bend, 0 * bend, 0.06 * lift)
-        toe = ankle + _point(0.16, 0, -0.02)
-        heel = ankle + _point(-0.06, 0, -0.02)
-        limbs[:, leg] = np.stack([heel, toe], axis=1)
-        limbs[:, 2 + leg] = np.stack([knee, ankle], axis=1)
-        limbs[:, 4 + leg] = np.stack([top, knee], axis=1)
-        arm = _point(lean, side * 0.2, shoulder - 0.03)
-        swung = -swing * walks * (0.12 + 0.18 * effort)
-        elbow = arm + _point(swung - 0.03, side * 0.06, -0.27 + 0.04 * effort)
-        hand = elbow + _point(
-            swung * 0.6 + 0.05 + 0.16 * effort, -side * 0.02, -0.24 + 0.16 * effort
-        )
-        limbs[:, 8 + leg] = np.stack([arm, elbow], axis=1)
-        limbs[:, 10 + leg] = np.stack([elbow, hand], axis=1)
-    limbs[:, 6] = np.stack([_point(0 * lean, 0, hip - 0.06), _point(lean * 0.3, 0, hip + 0.14)], 1)
-    limbs[:, 7] = np.stack([_point(lean * 0.3, 0, hip + 0.1), _point(lean, 0, shoulder + 0.03)], 1)
-    limbs[:, 12] = np.stack(
-        [_point(lean, 0, shoulder + 0.06), _point(lean * 1.3, 0, shoulder + 0.28)], 1
-    )
-    limbs[:, 13] = np.stack(
-        [_point(lean * 1.25, 0, shoulder + 0.25), _point(lean * 1.3, 0, shoulder + 0.34)], 1
+    for side, left in ((0, 1.0), (1, -1.0)):
+        phase = stride + np.pi * side
+        limbs[:, [side, 2 + side, 4 + side]] = _leg(effort, walks, phase, left, hip)
+        limbs[:, [8 + side, 10 + side]] = _arm(effort, walks, phase, left, lean, shoulder)
+    limbs[:, 6] = _bar(_point(0, 0, hip - 0.06), _point(lean * 0.3, 0, hip + 0.14))
+    limbs[:, 7] = _bar(_point(lean * 0.3, 0, hip + 0.1), _point(lean, 0, shoulder + 0.03))
+    limbs[:, 12] = _bar(_point(lean, 0, shoulder + 0.06), _point(lean * 1.3, 0, shoulder + 0.28))
+    limbs[:, 13] = _bar(
+        _point(lean * 1.25, 0, shoulder + 0.25), _point(lean * 1.3, 0, shoulder + 0.34)
     )
     return limbs
+
+
+def _leg(effort: Floats, walks: Floats, phase: Floats, left: float, hip: Floats) -> Floats:
+    """Return foot, shin and thigh: (n, 3, 2, 3)."""
+    swing, lift = np.sin(phase), np.maximum(np.cos(phase), 0) * walks
+    reach = walks * swing * np.where(lift > 0, 0.12 + 0.3 * effort, 0.10)
+    sideways = left * _STANCE_M * (1 - 0.5 * effort)
+    ankle = _point(reach, sideways, _ANKLE_M + lift * (0.08 + 0.3 * effort))
+    top = _point(0, left * 0.10, hip)
+    bend = _point(0.04 + lift * (0.10 + 0.22 * effort), 0, 0.06 * lift)
+    knee = (ankle + top) / 2 + bend
+    heel, toe = ankle + _point(-0.06, 0, -0.02), ankle + _point(0.16, 0, -0.02)
+    return np.stack([_bar(heel, toe), _bar(knee, ankle), _bar(top, knee)], axis=1)
+
+
+def _arm(
+    effort: Floats, walks: Floats, phase: Floats, left: float, lean: Floats, shoulder: Floats
+) -> Floats:
+    """Return upper arm and forearm, which swing against the legs: (n, 2, 2, 3)."""
+    top = _point(lean, left * 0.2, shoulder - 0.03)
+    swung = -np.sin(phase) * walks * (0.12 + 0.18 * effort)
+    elbow = top + _point(swung - 0.03, left * 0.06, -0.27 + 0.04 * effort)
+    hand = elbow + _point(swung * 0.6 + 0.05 + 0.16 * effort, -left * 0.02, -0.24 + 0.16 * effort)
+    return np.stack([_bar(top, elbow), _bar(elbow, hand)], axis=1)
+
+
+def _bar(first: Floats, second: Floats) -> Floats:
+    """Return (n, 2, 3) ends of a limb."""
+    return np.stack(np.broadcast_arrays(first, second), axis=1)
 
 
 def _point(forward: Floats | float, left: Floats | float, up: Floats | float) -> Floats:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import MEMBERS, EventCode, Events
 from mctrack_ros.simulation.intent import PLAYERS
-from mctrack_ros.simulation.render import View
+from mctrack_ros.simulation.sight import View
 from mctrack_ros.simulation.world import World
 
 HOLD_S = 0.4

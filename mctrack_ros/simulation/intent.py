@@ -26,10 +26,10 @@ _FORMATION = np.array(
     ],
     np.float64,
 )
-_BALL_PULL = np.array([0.74, 0.62])
+_BALL_PULL = np.array([0.73, 0.61])
 _FOLLOW_S = 8.0
 _MARK_WITHIN_M, _MARK_AT_M = 20.0, 0.6
-_CROWD_M = np.array([2.2, 4.5])
+_CROWD_M = np.array([2.4, 5.0])
 _WALL_M, _WALL_SPACING_M = 9.15, 0.62
 _REFEREE_OFF_M = np.array([6.0, 7.0])
 _WANDER_M, _WANDER_S = 0.9, 3.0

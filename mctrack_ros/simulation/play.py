@@ -13,10 +13,11 @@ from mctrack_ros.simulation.scenario import Scenario
 
 Floats = NDArray[np.float64]
 
-_OPEN_PLAY_S = (7.0, 11.0)
-_SET_PIECE_S = (12.0, 17.0)
-_PASS_S = (2.0, 5.0)
-_PASS_LENGTH_M = 9.0
+_OPEN_PLAY_S = (6.0, 10.0)
+_SET_PIECE_S = (13.0, 19.0)
+_PASS_S = (2.5, 5.0)
+_PASS_LENGTH_M = 8.0
+_TURNOVER = 0.3
 
 
 class Situation(IntEnum):
@@ -64,9 +65,9 @@ def course_of_play(scenario: Scenario, rng: np.random.Generator) -> Play:
     """Draw open play and set pieces in turn until the time is over."""
     times, places = [0.0], [CENTRE_M]
     phases: list[tuple[float, Situation, int, Floats]] = []
-    clock, turn = 0.0, int(rng.integers(4))
+    clock, turn, attackers = 0.0, int(rng.integers(4)), int(rng.integers(2))
     while clock < scenario.duration_s:
-        attackers = int(rng.integers(2))
+        attackers = 1 - attackers if rng.random() < _TURNOVER else attackers
         phases.append((clock, Situation.OPEN_PLAY, attackers, places[-1]))
         clock = _pass_around(times, places, clock + rng.uniform(*_OPEN_PLAY_S), attackers, rng)
         situation, turn = _SET_PIECES[turn % 4], turn + 1

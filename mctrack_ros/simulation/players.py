@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.simulation.intent import PLAYERS, TEAM, Intent
+from mctrack_ros.simulation.intent import PLAYERS, Intent
 from mctrack_ros.simulation.play import Play, course_of_play
 from mctrack_ros.simulation.scenario import Scenario
 
@@ -121,6 +121,3 @@ class _Walker:
     def _unit(vectors: Floats) -> Floats:
         norm = np.linalg.norm(vectors, axis=1, keepdims=True)
         return np.asarray(vectors / np.maximum(norm, 1e-9))
-
-
-__all__ = ['MAX_ACCELERATION', 'MAX_SPEED', 'PLAYERS', 'TEAM', 'Motion', 'simulate_motion']

@@ -91,12 +91,20 @@ def drawn_alone(
     return Silhouette(int(origin[0]) + left, int(origin[1]) + top, shape, truncated)
 
 
-def touch(one: Silhouette, other: Silhouette) -> bool:
-    """Return whether two silhouettes overlap or are neighbours to the pixel."""
+def touching_pairs(shapes: list[Silhouette]) -> NDArray[np.int64]:
+    """Return the (pairs, 2) indices of silhouettes that overlap or are neighbours to the pixel."""
+    boxes = np.array([shape.box for shape in shapes], np.int64).reshape(-1, 4)
+    low, high = boxes[:, :2], boxes[:, :2] + boxes[:, 2:]
+    near = ((low[:, None] <= high[None]) & (low[None] <= high[:, None])).all(axis=2)
+    candidates = np.argwhere(np.triu(near, 1))
+    kept = [_touch(shapes[one], shapes[other]) for one, other in candidates.tolist()]
+    return candidates[np.array(kept, np.bool_)]
+
+
+def _touch(one: Silhouette, other: Silhouette) -> bool:
+    """Return whether two silhouettes whose boxes do, overlap or are neighbours."""
     rows = _common(one.top, one.cloth.shape[0], other.top, other.cloth.shape[0])
     columns = _common(one.left, one.cloth.shape[1], other.left, other.cloth.shape[1])
-    if rows is None or columns is None:
-        return False
     first, second = (
         _window(shape, rows, columns, margin) for shape, margin in ((one, 1), (other, 0))
     )
@@ -104,13 +112,10 @@ def touch(one: Silhouette, other: Silhouette) -> bool:
     return bool(np.logical_and(grown, second).any())
 
 
-def _common(
-    start: int, length: int, other_start: int, other_length: int
-) -> tuple[int, int] | None:
-    """Return the range two intervals share when each grows by one, or None."""
+def _common(start: int, length: int, other_start: int, other_length: int) -> tuple[int, int]:
+    """Return the range that two intervals share when each grows by one."""
     low = max(start, other_start) - 1
-    high = min(start + length, other_start + other_length) + 1
-    return (low, high) if high - low > 1 else None
+    return low, min(start + length, other_start + other_length) + 1
 
 
 def _window(

@@ -6,7 +6,7 @@ import numpy as np
 
 from mctrack_ros.interfaces import ClassCode, Detections, Tracks, TrackStatus
 from mctrack_ros.simulation.intent import PLAYERS
-from mctrack_ros.simulation.render import View
+from mctrack_ros.simulation.sight import View
 from mctrack_ros.simulation.world import World
 
 

@@ -43,12 +43,16 @@ class World:
     @classmethod
     def simulated(cls, scenario: Scenario) -> World:
         """Return the world that a scenario describes."""
-        motion, appearance = simulate_motion(scenario), dressed(scenario)
+        return cls.of(scenario, simulate_motion(scenario))
+
+    @classmethod
+    def of(cls, scenario: Scenario, motion: Motion) -> World:
+        """Return the world in which people move as given."""
         cameras = pitch5_cameras(scenario)
         flat = np.zeros((*motion.position.shape[:2], 1))
         feet = np.concatenate([motion.position, flat], axis=2)
         in_view = np.stack([camera.sees(feet) for camera in cameras], axis=1)
-        return cls(scenario, motion, appearance, cameras, in_view)
+        return cls(scenario, motion, dressed(scenario), cameras, in_view)
 
     @property
     def ids(self) -> NDArray[np.uint32]:

@@ -1,0 +1,28 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mctrack_ros.simulation import Scenario, World
+
+NOWHERE = (-500.0, -500.0)
+
+
+@pytest.fixture
+def staged():
+    """Make a world in which only some people are near the pitch: index -> (steps, 2) places."""
+
+    def stage(places, **options):
+        paths = {person: np.atleast_2d(path) for person, path in places.items()}
+        steps = max((len(path) for path in paths.values()), default=1)
+        scenario = Scenario(**({'duration_s': steps / 25, 'noise': 1e-3} | options))
+        world = World.simulated(scenario)
+        position = np.broadcast_to(NOWHERE, world.motion.position.shape).copy()
+        for person, path in paths.items():
+            position[:, person] = path
+        motion = dataclasses.replace(
+            world.motion, position=position, velocity=np.zeros_like(position)
+        )
+        return World.of(scenario, motion)
+
+    return stage

@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+
+from mctrack_ros.simulation import CameraRenderer, Scenario, World
+
+OPTIONS = [{'shadows': True}, {'lighting_drift': 0.2}, {'distortion': -0.1}, {'noise': 6.0}]
+
+
+def test_any_order_of_steps_gives_the_same_bytes():
+    world = World.simulated(Scenario(seed=3, duration_s=0.4))
+    renderer = CameraRenderer(world, 1)
+    forwards = [renderer.frame(step)[0] for step in (2, 7)]
+    other = CameraRenderer(World.simulated(Scenario(seed=3, duration_s=0.4)), 1)
+    backwards = [other.frame(step)[0] for step in (7, 2)]
+    np.testing.assert_array_equal(forwards, backwards[::-1])
+
+
+def test_another_seed_is_another_match():
+    first, second = (World.simulated(Scenario(seed=s, duration_s=0.2)) for s in (1, 2))
+    assert not np.array_equal(first.motion.position, second.motion.position)
+
+
+def test_noise_differs_from_picture_to_picture(staged):
+    renderer = CameraRenderer(staged({}, duration_s=0.2, noise=2.0), 0)
+    difference = renderer.frame(0)[0].astype(float) - renderer.frame(1)[0]
+    assert difference.std() == pytest.approx(2 * np.sqrt(2), rel=0.1)
+
+
+def test_pixels_change_only_inside_the_true_box(staged):
+    empty, _ = CameraRenderer(staged({}), 0).frame(0)
+    image, view = CameraRenderer(staged({3: (20, 30)}), 0).frame(0)
+    rows, columns = np.nonzero((image != empty).any(axis=2))
+    left, top, width, height = view.box[0]
+    assert (columns.min(), rows.min()) == (left, top)
+    assert (columns.max() + 1, rows.max() + 1) == (left + width, top + height)
+    assert len(rows) == view.pixels[0]
+
+
+@pytest.mark.parametrize('options', OPTIONS, ids=lambda options: next(iter(options)))
+def test_options_change_the_picture_but_not_what_happens(options):
+    plain, other = (World.simulated(Scenario(duration_s=0.2, **given)) for given in ({}, options))
+    np.testing.assert_array_equal(plain.motion.position, other.motion.position)
+    (image, view), (changed, seen) = (CameraRenderer(w, 0).frame(3) for w in (plain, other))
+    assert (image != changed).any()
+    assert np.array_equal(view.box, seen.box) == ('distortion' not in options)
+
+
+def test_shadows_darken_grass_beside_people(staged):
+    bare, _ = CameraRenderer(staged({3: (20, 30)}), 0).frame(0)
+    shaded, view = CameraRenderer(staged({3: (20, 30)}, shadows=True), 0).frame(0)
+    assert (shaded <= bare).all()
+    assert np.count_nonzero((shaded < bare).any(axis=2)) > 0.2 * view.pixels[0]
+
+
+def test_a_scenario_without_noise_is_refused():
+    with pytest.raises(ValueError, match='noise is 0'):
+        Scenario(noise=0)
