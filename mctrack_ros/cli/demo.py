@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import signal
-import tempfile
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -94,25 +92,12 @@ def _track_offline(options: DemoOptions, site: SiteConfig) -> float:
 
 def _track_live(options: DemoOptions, site: SiteConfig, domain: int | None) -> None:
     """Play the bag into the real graph, and record what it says."""
-    from mctrack_ros.ros.graph import ENVIRONMENT, site_nodes
-    from mctrack_ros.ros.supervise import Supervisor
+    from mctrack_ros.cli.live import run_to_end
+    from mctrack_ros.ros.graph import site_nodes
 
     nodes = [*site_nodes(site), *_recorder_and_player(options, site)]
-    environment = dict(ENVIRONMENT)
-    if domain is not None:
-        environment['ROS_DOMAIN_ID'] = str(domain)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     typer.echo(f'tracking {options.seconds:g} s live with {len(nodes)} processes', err=True)
-    log = options.out / 'graph.log'
-    with (
-        tempfile.TemporaryDirectory(prefix='mctrack_') as folder,
-        log.open('w', encoding='utf-8') as lines,
-    ):
-        processes = [node.process(Path(folder)) for node in nodes]
-        supervisor = Supervisor(processes, lambda line: print(line, file=lines), environment)
-        failed = supervisor.run()
-    if failed:
-        raise OSError(f'the graph did not run as it should: see {log}')
+    run_to_end(nodes, options.out / 'graph.log', domain)
 
 
 def _recorder_and_player(options: DemoOptions, site: SiteConfig) -> list[NodeSpec]:

@@ -53,6 +53,12 @@ class VideoNodeConfig:
     )
     realtime: bool = parameter(True, 'play a file at its rate; false: as fast as possible')
     loop: bool = parameter(False, 'start a file again at its end')
+    start: float = parameter(
+        0.0,
+        'time of the first picture of a file, so that several play in step; 0: now '
+        '[s since the epoch]',
+        minimum=0.0,
+    )
     image_topic: str = parameter(
         'image_raw/compressed',
         'pictures, relative to the camera; a name ending in /compressed holds JPEG',

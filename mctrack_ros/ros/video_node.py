@@ -103,8 +103,9 @@ class VideoNode(GraphNode):
 
     def play_file(self) -> None:
         """Publish a file's pictures, stamped one period apart."""
-        began_ns = time.monotonic_ns()
-        first_ns = self.get_clock().now().nanoseconds
+        now_ns = self.get_clock().now().nanoseconds
+        first_ns = round(self.config.start * 1e9) or now_ns
+        began_ns = time.monotonic_ns() + first_ns - now_ns
         count = 0
         while not self.ending.is_set():
             read, image = self.capture.read()

@@ -1,0 +1,45 @@
+"""Run the nodes of a measurement until they end; what they say goes into a file."""
+
+from __future__ import annotations
+
+import signal
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from mctrack_ros.ros.graph import ENVIRONMENT, NodeSpec
+from mctrack_ros.ros.supervise import Supervisor
+
+
+def run_to_end(nodes: Sequence[NodeSpec], log: Path, domain: int | None) -> None:
+    """
+    Run nodes as processes until the one that ends the graph does.
+
+    Parameters
+    ----------
+    nodes : sequence of NodeSpec
+        What to run.
+    log : Path
+        File for what they say.
+    domain : int or None
+        ROS domain; None: that of the environment.
+
+    Raises
+    ------
+    OSError
+        If a process failed; names the file.
+
+    """
+    environment = dict(ENVIRONMENT)
+    if domain is not None:
+        environment['ROS_DOMAIN_ID'] = str(domain)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    with (
+        tempfile.TemporaryDirectory(prefix='mctrack_') as folder,
+        log.open('w', encoding='utf-8') as lines,
+    ):
+        processes = [node.process(Path(folder)) for node in nodes]
+        supervisor = Supervisor(processes, lambda line: print(line, file=lines), environment)
+        failed = supervisor.run()
+    if failed:
+        raise OSError(f'the graph did not run as it should: see {log}')
