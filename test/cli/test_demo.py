@@ -1,4 +1,5 @@
 import json
+import os
 
 import pytest
 from typer.testing import CliRunner
@@ -32,7 +33,19 @@ def test_offline_demo_leaves_a_folder_of_results(tmp_path):
 @pytest.mark.live
 @pytest.mark.xdist_group('live')
 def test_live_demo_records_what_the_graph_says(tmp_path):
-    mctrack(*('demo', '--seconds', 3, '--cameras', 2, '--out', tmp_path, '--domain', 77))
+    mctrack(
+        *(
+            'demo',
+            '--seconds',
+            3,
+            '--cameras',
+            2,
+            '--out',
+            tmp_path,
+            '--domain',
+            40 + os.getpid() % 60,
+        )
+    )
     figures = json.loads((tmp_path / 'summary.json').read_text())['figures']
     assert figures['ticks'] >= 70
     assert figures['latency_p50_ms'] > 0
