@@ -114,7 +114,7 @@ def drop_chart(seconds: Floats, late: Floats, missing: Floats, missed: Floats) -
     for name, values, colour in series:
         counts, _ = np.histogram(seconds, bins, weights=values)
         axes.step(bins[:-1], counts, where='post', color=colour, linewidth=1.3, label=name)
-    axes.set_ylim(bottom=0)
+    axes.set_ylim(0, max(1.0, axes.get_ylim()[1]))
     axes.set_xlabel('time [s]')
     axes.set_ylabel('pictures a second')
     _put_legend(axes)
