@@ -35,11 +35,14 @@ REPORTED_FRAMES = (398, 795)
 GATE_M = 1.0
 CAMERA = 'view1'
 
-CAMERA_SETTINGS: dict[str, Any] = {}
+CAMERA_SETTINGS: dict[str, Any] = {
+    'background': {'minimum_threshold': 22.0},
+    'blobs': {'closing_px': 3},
+}
 FUSION_SETTINGS: dict[str, Any] = {
     'batching': {'period': PERIOD_S},
     'motion': {'acceleration_density': 1.0},
-    'life': {'tentative_time': 0.3, 'report_time': 1.5, 'coast_time': 3.0},
+    'life': {'tentative_time': 0.3, 'report_time': 0.5, 'coast_time': 3.0},
 }
 
 
@@ -154,7 +157,10 @@ def read_truth(folder: Path) -> Trajectories:
     """Read the truth, frames from 1, metres; rows of confidence 0 are to be ignored."""
     table = np.loadtxt(folder / 'gt' / '3DMOT2015_PETS09-S2L1_gt.txt', delimiter=',')
     return Trajectories(
-        frame=table[:, 0].astype(np.int64), id=table[:, 1].astype(np.int64), position=table[:, 7:9], ignore=table[:, 6] == 0
+        frame=table[:, 0].astype(np.int64),
+        id=table[:, 1].astype(np.int64),
+        position=table[:, 7:9],
+        ignore=table[:, 6] == 0,
     )
 
 
