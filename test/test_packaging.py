@@ -31,6 +31,7 @@ ROSDEP_KEY_OF_IMPORT = {
     'defusedxml': 'python3-defusedxml',
     'h5py': 'python3-h5py',
     'jinja2': 'python3-jinja2',
+    'markupsafe': 'python3-jinja2',
     'matplotlib': 'python3-matplotlib',
     'numpy': 'python3-numpy',
     'rich': 'python3-rich',

@@ -46,7 +46,7 @@ class BackgroundConfig:
         5.0, 'difference that is foreground, in standard deviations of the noise', minimum=1.0
     )
     minimum_threshold: float = parameter(
-        12.0, 'difference that is foreground at least [grey levels]', minimum=1.0, maximum=255.0
+        14.0, 'difference that is foreground at least [grey levels]', minimum=1.0, maximum=255.0
     )
     relearn_fraction: float = parameter(
         0.6, 'changed share of the picture from which the background is learned anew',

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.perception.blobs import BlobConfig, Blobs
-from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
+from mctrack_ros.perception.local_tracks import LocalTracks
 from mctrack_ros.perception.matching import Matches
 from mctrack_ros.perception.partition import Bodies, PartitionConfig, partition
 from mctrack_ros.perception.sizes import SizeTable
@@ -63,7 +63,6 @@ class Observations:
 def observe(
     matches: Matches,
     tracks: LocalTracks,
-    predicted: Prediction,
     blobs: Blobs,
     mask: NDArray[np.uint8],
     scale: float,
@@ -79,9 +78,7 @@ def observe(
     matches : Matches
         Which tracks are in which blobs.
     tracks : LocalTracks
-        The camera's tracks.
-    predicted : Prediction
-        Where they are expected.
+        Predicted to the picture's time.
     blobs : Blobs
         Of the picture.
     mask : (h, w) uint8 array
@@ -96,17 +93,22 @@ def observe(
         Parameters.
 
     """
+    predicted = tracks.boxes()
+    spread = tracks.innovation_covariance(tracks.foot_noise(predicted))
+    feet = np.column_stack(
+        [predicted[:, 0] + predicted[:, 2] / 2, predicted[:, 1] + predicted[:, 3]]
+    )
     parts = []
     for blob, rows in enumerate(_tracks_in(matches, len(blobs))):
-        if len(rows) < 2 and _is_one(blobs, blob, predicted.box[rows], config):
+        if len(rows) < 2 and _is_one(blobs, blob, predicted[rows], config):
             parts.append(_whole(blobs, blob, rows))
             continue
         heights = blob_config.person_height_m * np.clip(
             tracks.extent[rows, 1] / blob_config.person_height_m, 0.85, 1.15
         )
         bodies = partition(
-            mask, blobs.box[blob], scale, sizes, predicted.foot[rows], predicted.spread[rows],
-            heights, blob_config.person_height_m, config,
+            mask, blobs.box[blob], scale, sizes, feet[rows], spread[rows], heights,
+            blob_config.person_height_m, config,
         )  # fmt: skip
         parts.append(_placed(bodies, blob, rows))
     return _stacked(parts)

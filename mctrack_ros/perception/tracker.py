@@ -125,18 +125,9 @@ class LocalTracker:
         tracks.predict(seconds)
         self._drop_lost(stamp_ns, seconds, log)
         template = colour_templates(image, mask, np.rint(blobs.box / scale).astype(int))
-        predicted = tracks.prediction()
-        matches = match(tracks, predicted, blobs, template, self._matching)
+        matches = match(tracks, blobs, template, self._matching)
         seen = observe(
-            matches,
-            tracks,
-            predicted,
-            blobs,
-            mask,
-            scale,
-            self._sizes,
-            self._blobs,
-            self._partition,
+            matches, tracks, blobs, mask, scale, self._sizes, self._blobs, self._partition
         )
         self._note_groups(seen, log)
         self._update(seen, blobs, template, seconds, stamp_ns)

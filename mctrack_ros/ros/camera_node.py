@@ -11,11 +11,13 @@ from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 from mctrack_ros.codec import (
     cloud_from_rows,
     image_from_message,
+    image_message,
     rows_from_cloud,
     stamp_ns_of,
 )
-from mctrack_ros.interfaces import Feedback, Rows
+from mctrack_ros.interfaces import Detections, Feedback, Rows
 from mctrack_ros.perception import CameraPipeline, FeedbackBuffer, feedback_missed
+from mctrack_ros.perception.overlay import draw_overlay
 from mctrack_ros.ros import quality
 from mctrack_ros.ros.diagnostics import Diagnostics, StreamHealth
 from mctrack_ros.ros.lifecycle import GraphNode, run
@@ -45,6 +47,7 @@ class CameraNode(GraphNode):
         reliable = quality.reliable
         self.detections = self.publisher(PointCloud2, f'{camera}/detections', reliable(10))
         self.events = self.publisher(PointCloud2, f'{camera}/events', reliable(100))
+        self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
 
     def build(self) -> None:
         """Begin with an empty background and no tracks."""
@@ -92,6 +95,16 @@ class CameraNode(GraphNode):
         if len(output.events):
             self.send(self.events, output.events)
         self.send(self.detections, output.detections)
+        self.show(image, output.detections)
+
+    def show(self, image: Any, detections: Detections) -> None:
+        """Publish the picture with what is seen in it, while somebody looks."""
+        if self.debug_image.get_subscription_count():
+            drawn = draw_overlay(image, detections, detections.box[:0])
+            frame = f'{self.config.camera}_optical_frame'
+            self.debug_image.publish(
+                image_message(drawn, RCLPY_CLASSES, detections.stamp_ns, frame)
+            )
 
     def check_stamp(self, stamp_ns: int) -> None:
         """Refuse a picture that is no newer than the last; a long step back begins anew."""

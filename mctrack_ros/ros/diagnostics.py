@@ -14,6 +14,8 @@ from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.quality import reliable
 
 _PERIOD_S = 1.0
+_PAUSE_NS = 10_000_000_000
+"""A stream that is silent for so long has stopped; it has not lost all that."""
 
 
 @dataclass(slots=True)
@@ -25,21 +27,31 @@ class StreamHealth:
     ----------
     received, latency_ns, worst_ns : int
         Messages since the last report, the sum and the largest of their ages on arrival.
+    last_stamp_ns, interval_ns : int
+        Of the newest message, and between messages when none is lost.
     totals : dict of str to int
-        What went wrong since the start, by kind: ``late``, ``refused``, ``missed feedback`` ...
+        What went wrong since the start, by kind: ``late``, ``lost``, ``refused`` ...
 
     """
 
     received: int = 0
     latency_ns: int = 0
     worst_ns: int = 0
+    last_stamp_ns: int = 0
+    interval_ns: int = 0
     totals: dict[str, int] = field(default_factory=dict)
 
     def arrived(self, stamp_ns: int, now_ns: int) -> None:
-        """Count a message."""
+        """Count a message, and those that the gap before it shows to be lost."""
         self.received += 1
         self.latency_ns += now_ns - stamp_ns
         self.worst_ns = max(self.worst_ns, now_ns - stamp_ns)
+        gap_ns, self.last_stamp_ns = stamp_ns - self.last_stamp_ns, stamp_ns
+        if 0 < gap_ns < _PAUSE_NS:
+            self.interval_ns = min(gap_ns, self.interval_ns or gap_ns)
+            lost = round(gap_ns / self.interval_ns) - 1
+            if lost:
+                self.count('lost', lost)
 
     def count(self, kind: str, number: int = 1) -> None:
         """Count what went wrong."""

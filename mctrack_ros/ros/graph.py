@@ -91,6 +91,25 @@ def recorder_node(path: str | Path, topics: Sequence[str], **parameters: Any) ->
     return NodeSpec('recorder', 'recorder', values, False)
 
 
+def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
+    """
+    Return what a player waits for (its ``wait_for``) so that a site's graph loses nothing.
+
+    Parameters
+    ----------
+    site : SiteConfig
+        Whose nodes run.
+    recorded : bool
+        Whether a recorder takes all that the nodes publish.
+
+    """
+    cameras, extra = site.cameras, int(recorded)
+    awaited = [f'/{name}/{settings.image_topic}' for name, settings in cameras.items()]
+    awaited += [f'/{name}/detections {1 + extra}' for name in cameras]
+    awaited.append(f'/feedback {len(cameras) + extra}')
+    return awaited + (['/tracks', '/events', '/ticks'] if recorded else [])
+
+
 def _plain(values: Any) -> Any:
     """Return nested values as YAML writes them: lists for tuples."""
     if isinstance(values, Mapping):

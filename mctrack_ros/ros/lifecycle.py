@@ -25,6 +25,7 @@ from rclpy.lifecycle import (
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 
+from mctrack_ros.resources import config_file
 from mctrack_ros.ros import parameters
 
 FAILED = 1
@@ -190,8 +191,7 @@ def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -
 
     """
     cv2.setNumThreads(1)
-    if 'HOME' not in os.environ:
-        os.environ.setdefault('ROS_LOG_DIR', tempfile.gettempdir())
+    _prepare_environment()
     endings: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda caught, _: endings.append(caught))
@@ -206,6 +206,13 @@ def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
+
+
+def _prepare_environment() -> None:
+    """Set what ROS reads from the environment, unless it is set: where to log, how to resend."""
+    if 'HOME' not in os.environ:
+        os.environ.setdefault('ROS_LOG_DIR', tempfile.gettempdir())
+    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(config_file('fastdds.xml')))
 
 
 def _live(node: GraphNode, endings: list[int]) -> int:

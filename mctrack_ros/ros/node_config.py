@@ -109,9 +109,10 @@ class PlayerConfig:
     clock_rate: float = parameter(
         100.0, '/clock messages a second, besides one a message [Hz]', minimum=1.0, maximum=1000.0
     )
-    wait_for: str = parameter(
-        '.*/image_raw(/compressed)?',
-        'regular expression of topics that need a subscriber before the start; empty: none',
+    wait_for: tuple[str, ...] = parameter(
+        ('.*/image_raw(/compressed)?',),
+        'regular expressions of topics, of the bag or of the graph; playing starts when each '
+        'matches some and all those have a subscriber, or as many as stand after a blank',
     )
     wait: float = parameter(
         20.0, 'how long to wait for them, then start anyway [s]', minimum=0.0, maximum=3600.0
@@ -122,10 +123,41 @@ class PlayerConfig:
     depth: int = parameter(100, 'messages of a topic that may queue', minimum=1, maximum=10000)
 
 
+@dataclass(frozen=True, slots=True)
+class SimulatorNodeConfig:
+    """Parameters of `simulator_node`."""
+
+    autostart: bool = parameter(True, _AUTOSTART)
+    cameras: tuple[str, ...] = parameter(
+        ('cam1', 'cam2', 'cam3', 'cam4', 'cam5'), 'cameras that this node renders'
+    )
+    ground_frame: str = parameter('map', 'frame_id of positions on the ground')
+    seed: int = parameter(1, 'the same seed gives the same match', minimum=0)
+    duration: float = parameter(
+        120.0, 'length of the match, then it begins again [s]', minimum=1.0, maximum=3600.0
+    )
+    rate: float = parameter(25.0, 'pictures a second [Hz]', minimum=1.0, maximum=100.0)
+    noise: float = parameter(
+        2.0, 'standard deviation of the sensor noise [grey levels]', minimum=0.1, maximum=50.0
+    )
+    shadows: bool = parameter(False, 'players throw shadows')
+    distortion: float = parameter(
+        0.0, 'first radial coefficient of the lenses; 0: pinhole', minimum=-1.0, maximum=1.0
+    )
+    lighting_drift: float = parameter(
+        0.0, 'relative amplitude of the slow change of brightness', minimum=0.0, maximum=1.0
+    )
+    truth: bool = parameter(True, 'publish the truth below truth/')
+    quality: int = parameter(90, 'JPEG quality [%]', minimum=1, maximum=100)
+    reliable: bool = parameter(True, 'send again what got lost')
+    depth: int = parameter(8, 'pictures that may queue', minimum=1, maximum=1000)
+
+
 NODE_CONFIGS: dict[str, type[Any]] = {
     'camera_node': CameraNodeConfig,
     'fusion_node': FusionNodeConfig,
     'video_node': VideoNodeConfig,
+    'simulator_node': SimulatorNodeConfig,
     'recorder': RecorderConfig,
     'player': PlayerConfig,
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 import sys
 import threading
@@ -37,6 +38,30 @@ class Played:
     stamped: bool
 
 
+@dataclass(frozen=True, slots=True)
+class Awaited:
+    """Topics that need so many subscribers before the start."""
+
+    topics: re.Pattern[str]
+    subscribers: int
+
+    @classmethod
+    def parsed(cls, text: str) -> Awaited:
+        """
+        Read a regular expression and, after a blank, a number.
+
+        Raises
+        ------
+        ConfigError
+            If it is neither.
+
+        """
+        topics, _, number = text.partition(' ')
+        if number and not number.isdigit():
+            raise ConfigError(f'wait_for has {text!r}, expected a number after the blank')
+        return cls(pattern(topics), int(number or 1))
+
+
 class Player(GraphNode):
     """Publish a bag's messages when they are due, from a thread of its own."""
 
@@ -54,7 +79,7 @@ class Player(GraphNode):
             raise ConfigError(f'restamp needs the rate 1.0, got {self.config.rate}')
         self.bag = BagReader(self.config.path)
         wanted = [pattern(text) for text in self.config.topics]
-        self.awaited = pattern(self.config.wait_for) if self.config.wait_for else None
+        self.awaited = [Awaited.parsed(text) for text in self.config.wait_for if text]
         self.played: dict[str, Played] = {}
         for topic, kind in self.bag.topics.items():
             if topic != '/clock' and any(one.fullmatch(topic) for one in wanted):
@@ -108,16 +133,28 @@ class Player(GraphNode):
         self.finish()
 
     def wait_for_subscribers(self) -> None:
-        """Wait until each awaited topic has a subscriber, so that nothing is lost."""
-        if self.awaited is None:
-            return
+        """Wait until all listen that should, so that nothing is lost."""
         until = time.monotonic() + self.config.wait
-        lonely = {topic for topic in self.played if self.awaited.fullmatch(topic)}
-        while lonely and time.monotonic() < until and not self.ending.wait(0.05):
-            lonely = {t for t in lonely if not self.played[t].publisher.get_subscription_count()}
-        if lonely:
-            self.get_logger().warning(f'nobody listens to {sorted(lonely)}: playing anyway')
+        unheard = self.awaited
+        while unheard and time.monotonic() < until and not self.ending.wait(0.05):
+            unheard = [wanted for wanted in unheard if not self.is_heard(wanted)]
+        if unheard:
+            names = [wanted.topics.pattern for wanted in unheard]
+            self.get_logger().warning(f'too few listen to {names}: playing anyway')
         self.ending.wait(self.config.settle)
+
+    def is_heard(self, awaited: Awaited) -> bool:
+        """Tell whether there are such topics, and all have their subscribers."""
+        counts = [
+            played.publisher.get_subscription_count()
+            for topic, played in self.played.items()
+            if awaited.topics.fullmatch(topic)
+        ] or [
+            self.count_subscribers(topic)
+            for topic, _ in self.get_topic_names_and_types()
+            if awaited.topics.fullmatch(topic)
+        ]
+        return min(counts, default=0) >= awaited.subscribers
 
     def wait_for_arrival(self) -> None:
         """Leave the subscribers time to ask again for what got lost."""

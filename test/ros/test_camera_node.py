@@ -125,3 +125,12 @@ def test_broken_feedback_is_refused(bench, camera):
     feedback.publish(cloud_from_rows(Detections.build(START_NS), RCLPY_CLASSES, 'map'))
     bench.until(lambda: bench.nodes[0].health.totals.get('refused') == 1)
     camera.show([0])
+
+
+def test_debug_image_is_drawn_while_somebody_looks(bench, camera):
+    drawings = bench.messages(Image, '/cam1/debug_image')
+    bench.heard('/cam1/debug_image')
+    bench.until(lambda: bench.nodes[0].debug_image.get_subscription_count() == 1)
+    camera.show(range(3))
+    bench.until(lambda: drawings)
+    assert (drawings[0].width, drawings[0].height) == SIZE

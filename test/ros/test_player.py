@@ -8,8 +8,9 @@ from sensor_msgs.msg import CompressedImage
 from walker import PERIOD_NS
 
 from mctrack_ros.codec import stamp_ns_of
+from mctrack_ros.config import ConfigError
 from mctrack_ros.recording import BagReader
-from mctrack_ros.ros.player import Pace, Player, shifted
+from mctrack_ros.ros.player import Awaited, Pace, Player, shifted
 from mctrack_ros.ros.quality import reliable
 
 TOPICS = ['/cam1/image_raw/compressed', '/cam2/image_raw/compressed']
@@ -85,7 +86,7 @@ def test_playing_begins_when_all_listen(bench, walker_bag):
 def test_player_says_how_well_it_kept_time(bench, walker_bag):
     process = bench.spawn('player', path=str(walker_bag), wait=0.0, settle=0.0, rate=20.0)
     assert process.wait(timeout=20) == 0
-    assert 'nobody listens to' in bench.log('player')
+    assert 'too few listen to' in bench.log('player')
     assert 'played 100 messages: real-time factor' in bench.log('player')
 
 
@@ -97,6 +98,13 @@ def test_a_bag_cut_off_in_the_middle_ends_with_a_reason(bench, walker_bag):
     assert process.wait(timeout=20) in (1, 2)
     assert 'cannot be read' in bench.log('player')
     assert 'Traceback' not in bench.log('player')
+
+
+def test_awaited_topics_need_as_many_subscribers_as_they_say():
+    assert Awaited.parsed('/a.*').subscribers == 1
+    assert Awaited.parsed('/a.* 2').subscribers == 2
+    with pytest.raises(ConfigError, match='a number after the blank'):
+        Awaited.parsed('/a many')
 
 
 def test_pace_relates_the_bag_to_the_steady_clock():
