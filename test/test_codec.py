@@ -235,7 +235,28 @@ def test_wrong_pictures_are_refused_with_the_reason(changes, reason):
         image_from_message(SimpleNamespace(**(good | changes)))
 
 
+def test_jpeg_gives_the_pixels_that_opencv_gives():
+    picture = np.random.default_rng(1).integers(0, 256, (48, 64, 3), np.uint8)
+    jpeg = jpeg_from_image(cv2.GaussianBlur(picture, (5, 5), 0))
+    decoded = image_from_message(SimpleNamespace(format='jpeg', data=jpeg.tobytes()))
+    np.testing.assert_array_equal(decoded, cv2.imdecode(jpeg, cv2.IMREAD_COLOR))
+
+
+def test_without_simplejpeg_opencv_decompresses(monkeypatch):
+    monkeypatch.setattr('mctrack_ros.codec.simplejpeg', None)
+    jpeg = jpeg_from_image(np.full((48, 64, 3), 90, np.uint8))
+    decoded = image_from_message(SimpleNamespace(format='jpeg', data=jpeg.tobytes()))
+    assert decoded.shape == (48, 64, 3)
+
+
+def test_png_is_read_too():
+    picture = np.random.default_rng(1).integers(0, 256, (6, 7, 3), np.uint8)
+    data = cv2.imencode('.png', picture)[1].tobytes()
+    decoded = image_from_message(SimpleNamespace(format='png', data=data))
+    np.testing.assert_array_equal(decoded, picture)
+
+
 def test_a_cut_off_jpeg_is_refused():
     message = SimpleNamespace(format='jpeg', data=b'\xff\xd8\xff\xe0 cut off')
-    with pytest.raises(CodecError, match='cannot be decompressed'):
+    with pytest.raises(CodecError, match=r'JPEG image|decompressed'):
         image_from_message(message)

@@ -40,7 +40,7 @@ ROSDEP_KEY_OF_IMPORT = {
     'typer': 'python3-typer',
     'yaml': 'python3-yaml',
 }
-WITHOUT_KEY = {'motmetrics'}
+WITHOUT_KEY = {'motmetrics', 'simplejpeg'}
 
 
 @pytest.fixture(scope='module')
