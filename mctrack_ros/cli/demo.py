@@ -101,7 +101,7 @@ def _track_live(options: DemoOptions, site: SiteConfig, domain: int | None) -> N
 
 
 def _recorder_and_player(options: DemoOptions, site: SiteConfig) -> list[NodeSpec]:
-    from mctrack_ros.ros.graph import player_node, recorder_node
+    from mctrack_ros.ros.graph import awaited_topics, player_node, recorder_node
 
     camera = f'/({"|".join(site.camera_names)})'
     played = [f'{camera}/image_raw/compressed', '/truth/tracks']
@@ -111,7 +111,7 @@ def _recorder_and_player(options: DemoOptions, site: SiteConfig) -> list[NodeSpe
         player_node(
             options.source.absolute(),
             topics=played,
-            wait_for='|'.join(played),
+            wait_for=[*awaited_topics(site, recorded=True), '/truth/tracks'],
             restamp=True,
             settle=_SETTLE_S,
         ),
