@@ -193,4 +193,7 @@ def _bar(first: Floats, second: Floats) -> Floats:
 
 def _point(forward: Floats | float, left: Floats | float, up: Floats | float) -> Floats:
     """Return (n, 3) points of three broadcast coordinates."""
-    return np.stack(np.broadcast_arrays(*map(np.atleast_1d, (forward, left, up))), axis=-1)
+    count = max(np.size(forward), np.size(left), np.size(up))
+    point = np.empty((count, 3))
+    point[:, 0], point[:, 1], point[:, 2] = forward, left, up
+    return point

@@ -110,10 +110,12 @@ class Sight:
     def _drawn(self, pose: Pose) -> Layers:
         corners, order = outlines(pose, self._camera)
         depth = self._camera.depth(pose.ends).mean(axis=(1, 2))
+        low, high = corners.min(axis=(1, 2)), corners.max(axis=(1, 2))
+        size = self._camera.size
+        inside = (depth > 1) & (high > -1).all(axis=1) & (low < np.array(size) + 1).all(axis=1)
         layers = []
         for person in np.argsort(-depth, kind='stable').tolist():
-            if depth[person] > 1:
-                size = self._camera.size
+            if inside[person]:
                 shape = drawn_alone(corners[person], order[person], CLOTH, size)
                 if shape is not None:
                     layers.append((person, shape))
