@@ -46,7 +46,7 @@ class BackgroundConfig:
         5.0, 'difference that is foreground, in standard deviations of the noise', minimum=1.0
     )
     minimum_threshold: float = parameter(
-        14.0, 'difference that is foreground at least [grey levels]', minimum=1.0, maximum=255.0
+        12.0, 'difference that is foreground at least [grey levels]', minimum=1.0, maximum=255.0
     )
     relearn_fraction: float = parameter(
         0.6, 'changed share of the picture from which the background is learned anew',
@@ -97,6 +97,8 @@ class MedianBackground:
     ----------
     model : (h, w, 3) uint8 array or None
         The background.
+    difference : (h, w) uint8 array
+        Largest of the channels' differences of the last picture from the model.
     noise : float or None
         Standard deviation of a channel's noise, grey levels.
 
@@ -109,6 +111,7 @@ class MedianBackground:
     def restart(self) -> None:
         """Forget everything and learn anew."""
         self.model: Image | None = None
+        self.difference: Image = np.zeros((0, 0), np.uint8)
         self.noise: float | None = None
         self._samples: list[Image] = []
         self._next_sample_ns = 0
@@ -147,6 +150,7 @@ class MedianBackground:
         largest = cv2.max(cv2.max(blue, green), red)
         measured = float(np.median(largest[::16, ::16])) / MEDIAN_OF_LARGEST
         self.noise = measured if self.noise is None else self.noise
+        self.difference = np.asarray(largest, np.uint8)
         _, mask = cv2.threshold(largest, self.threshold, 255, cv2.THRESH_BINARY)
         if cv2.countNonZero(mask) > self._config.relearn_fraction * mask.size:
             self.restart()

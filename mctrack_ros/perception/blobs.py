@@ -17,10 +17,18 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class BlobConfig:
-    """Parameters of `find_blobs`."""
+    """Parameters of `find_blobs`; kernels are odd, so that nothing is shifted."""
 
     opening_px: int = parameter(3, 'what is narrower is noise [px]', minimum=1, maximum=31)
-    closing_px: int = parameter(5, 'gaps up to this are closed [px]', minimum=1, maximum=63)
+    closing_px: int = parameter(
+        1, 'gaps narrower than this are closed [px]', minimum=1, maximum=63
+    )
+    halo_share: float = parameter(
+        0.3,
+        "difference below which a blob's rim is cut, as a share of its mean",
+        minimum=0.0,
+        maximum=1.0,
+    )
     person_height_m: float = parameter(1.75, 'height of what is tracked [m]', minimum=0.05)
     person_width_m: float = parameter(0.6, 'width of what is tracked [m]', minimum=0.05)
     smallest_height: float = parameter(
@@ -30,7 +38,7 @@ class BlobConfig:
         0.08, 'least foreground, as a share of the expected box', minimum=0.0
     )
     largest_height: float = parameter(
-        2.5, 'greatest height of a blob, as a share of the expected', minimum=1.0
+        6.0, 'greatest height of a blob, as a share of the expected', minimum=1.0
     )
     widest_stride: float = parameter(
         1.8, 'width of one person in full stride, in usual widths', minimum=1.0
@@ -38,6 +46,12 @@ class BlobConfig:
     join_gap: float = parameter(
         0.25, 'greatest gap between fragments of one, as a share of its height', minimum=0.0
     )
+
+    def __post_init__(self) -> None:
+        """Refuse kernels that would shift what they clean."""
+        for name in ('opening_px', 'closing_px'):
+            if getattr(self, name) % 2 == 0:
+                raise ValueError(f'{name} is {getattr(self, name)}, expected an odd number')
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -93,12 +107,14 @@ def foot_of(box: Floats) -> Floats:
 def clean_mask(mask: NDArray[np.uint8], config: BlobConfig) -> NDArray[np.uint8]:
     """Remove specks and close gaps (event-tracking paper, section 4.2)."""
     opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, _kernel(config.opening_px))
-    closed = cv2.morphologyEx(opened, cv2.MORPH_CLOSE, _kernel(config.closing_px))
-    return closed  # type: ignore[return-value]
+    if config.closing_px > 1:
+        opened = cv2.morphologyEx(opened, cv2.MORPH_CLOSE, _kernel(config.closing_px))
+    return opened  # type: ignore[return-value]
 
 
 def find_blobs(
     mask: NDArray[np.uint8],
+    difference: NDArray[np.uint8],
     mapping: ProjectiveMapping,
     sizes: SizeTable,
     scale: float,
@@ -111,6 +127,8 @@ def find_blobs(
     ----------
     mask : (h, w) uint8 array
         Foreground, 255; the mapping's picture reduced by `scale`.
+    difference : (h, w) uint8 array
+        Of that picture from the background.
     mapping : ProjectiveMapping
         Of the camera.
     sizes : SizeTable
@@ -131,6 +149,8 @@ def find_blobs(
     keep = box[:, 2] * box[:, 3] >= config.opening_px**2
     box = box[keep][np.lexsort(box[keep].T[::-1])]
     box = _joined(box * scale, sizes, config)
+    box = np.array([_without_halo(mask, difference, row / scale, config) for row in box]) * scale
+    box = box.reshape(-1, 4)
     area = np.array([_foreground(mask, row / scale) for row in box]) * scale**2
     blobs = describe(box, area.reshape(-1), mapping, sizes, config)
     width, height = blobs.expected.T
@@ -215,6 +235,22 @@ def _closest_fragments(
         return None
     best = int(np.argmin(np.where(fits, gap.max(axis=1), np.inf)))
     return int(first[best]), int(second[best])
+
+
+def _without_halo(
+    mask: NDArray[np.uint8], difference: NDArray[np.uint8], box: Floats, config: BlobConfig
+) -> Floats:
+    """
+    Return the box of what differs clearly from the background.
+
+    Around whatever stands out, compression and optics leave a rim that would move the foot.
+    """
+    left, top, width, height = np.rint(box).astype(int).tolist()
+    part = np.s_[top : top + height, left : left + width]
+    least = config.halo_share * cv2.mean(difference[part], mask[part])[0]
+    _, strong = cv2.threshold(difference[part], least, 255, cv2.THRESH_BINARY)
+    inner = cv2.boundingRect(cv2.bitwise_and(strong, mask[part]))
+    return np.array([left + inner[0], top + inner[1], inner[2], inner[3]], np.float64)
 
 
 def _foreground(mask: NDArray[np.uint8], box: Floats) -> float:

@@ -39,6 +39,27 @@ class FilterConfig:
     )
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Prediction:
+    """
+    Where tracks are expected in the picture, one row each.
+
+    Attributes
+    ----------
+    foot : (n, 2) float64 array
+        Foot points, px.
+    box : (n, 4) float64 array
+        Left, top, width, height, px.
+    spread : (n, 2, 2) float64 array
+        Covariance of a measured foot point about the predicted, px².
+
+    """
+
+    foot: Floats
+    box: Floats
+    spread: Floats
+
+
 class LocalTracks:
     """
     All local tracks of one camera as parallel arrays; rows are ordered by id.
@@ -105,16 +126,14 @@ class LocalTracks:
         self.mean = self.mean @ transition.T
         self.covariance = transition @ self.covariance @ transition.T + noise
 
-    def boxes(self) -> Floats:
-        """Return the (n, 4) predicted boxes, px (the paper's KBB)."""
+    def prediction(self) -> Prediction:
+        """Return where the tracks are expected in the picture (the paper's KBB)."""
         foot = self._mapping.image_from_ground(self.mean[:, :2])
         size = self.extent * self._sizes.per_metre(foot)
-        return np.column_stack([foot[:, 0] - size[:, 0] / 2, foot[:, 1] - size[:, 1], size])
-
-    def innovation_covariance(self, noise: Floats) -> Floats:
-        """Return (n, 2, 2), px², of the predicted foot points measured with (n, 2, 2) noise."""
+        box = np.column_stack([foot[:, 0] - size[:, 0] / 2, foot[:, 1] - size[:, 1], size])
         jacobian = self._mapping.image_jacobian(self.mean[:, :2])
-        return jacobian @ self.covariance[:, :2, :2] @ jacobian.swapaxes(1, 2) + noise
+        spread = jacobian @ self.covariance[:, :2, :2] @ jacobian.swapaxes(1, 2)
+        return Prediction(foot, box, spread + self.foot_noise(box))
 
     def update(self, rows: Ints, foot: Floats, noise: Floats) -> None:
         """

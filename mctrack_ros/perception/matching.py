@@ -10,7 +10,7 @@ from scipy.optimize import linear_sum_assignment
 
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.blobs import Blobs, overlap
-from mctrack_ros.perception.local_tracks import LocalTracks
+from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
 from mctrack_ros.tracking.appearance import bhattacharyya_distance
 
 Floats = NDArray[np.float64]
@@ -62,7 +62,13 @@ class Matches:
     free_blob: Ints
 
 
-def match(tracks: LocalTracks, blobs: Blobs, template: Floats, config: MatchingConfig) -> Matches:
+def match(
+    tracks: LocalTracks,
+    predicted: Prediction,
+    blobs: Blobs,
+    template: Floats,
+    config: MatchingConfig,
+) -> Matches:
     """
     Match predicted tracks to blobs.
 
@@ -72,7 +78,9 @@ def match(tracks: LocalTracks, blobs: Blobs, template: Floats, config: MatchingC
     Parameters
     ----------
     tracks : LocalTracks
-        Predicted to the picture's time.
+        The camera's tracks.
+    predicted : Prediction
+        Where they are expected.
     blobs : Blobs
         Of the picture.
     template : (n, 48) array
@@ -81,12 +89,12 @@ def match(tracks: LocalTracks, blobs: Blobs, template: Floats, config: MatchingC
         Parameters.
 
     """
-    cost = _costs(tracks, blobs, template, config)
+    cost = _costs(tracks, predicted, blobs, template, config)
     row, column = linear_sum_assignment(np.minimum(cost, TOO_FAR))
     fits = cost[row, column] < TOO_FAR
     blob_of = np.full(len(tracks), -1, np.int64)
     blob_of[row[fits]] = column[fits]
-    _hide(blob_of, tracks, blobs, config)
+    _hide(blob_of, tracks, predicted, blobs, config)
     members = np.bincount(blob_of[blob_of >= 0], minlength=len(blobs))
     alone = np.isin(blob_of, np.flatnonzero(members == 1))
     group_blob = np.flatnonzero(members > 1)
@@ -99,38 +107,45 @@ def match(tracks: LocalTracks, blobs: Blobs, template: Floats, config: MatchingC
     )
 
 
-def _costs(tracks: LocalTracks, blobs: Blobs, template: Floats, config: MatchingConfig) -> Floats:
+def _costs(
+    tracks: LocalTracks,
+    predicted: Prediction,
+    blobs: Blobs,
+    template: Floats,
+    config: MatchingConfig,
+) -> Floats:
     """Return (tracks, blobs) costs, `TOO_FAR` beyond the gate."""
-    predicted = tracks.boxes()
-    foot = np.column_stack(
-        [predicted[:, 0] + predicted[:, 2] / 2, predicted[:, 1] + predicted[:, 3]]
-    )
-    spread = tracks.innovation_covariance(tracks.foot_noise(predicted))
-    innovation = blobs.foot[None] - foot[:, None]
-    precision = np.linalg.inv(spread)
+    innovation = blobs.foot[None] - predicted.foot[:, None]
+    precision = np.linalg.inv(predicted.spread)
     distance = np.einsum('tbi,tij,tbj->tb', innovation, precision, innovation)
     ratio = np.log2(
-        np.maximum(blobs.box[None, :, 3], 1.0) / np.maximum(predicted[:, None, 3], 1.0)
+        np.maximum(blobs.box[None, :, 3], 1.0) / np.maximum(predicted.box[:, None, 3], 1.0)
     )
     colour = bhattacharyya_distance(tracks.template, template)
     cost = (
         distance
         + config.appearance_weight * colour
         + config.size_weight * ratio**2
-        + np.linalg.slogdet(spread)[1][:, None]
+        + np.log(np.linalg.det(predicted.spread))[:, None]
     )
     cost -= cost.min(initial=0.0)
     return np.where(distance <= config.gate, cost, TOO_FAR)
 
 
-def _hide(blob_of: Ints, tracks: LocalTracks, blobs: Blobs, config: MatchingConfig) -> None:
+def _hide(
+    blob_of: Ints,
+    tracks: LocalTracks,
+    predicted: Prediction,
+    blobs: Blobs,
+    config: MatchingConfig,
+) -> None:
     """Put confirmed tracks without a blob into the blob that covers their predicted box."""
     hidden = np.flatnonzero((blob_of < 0) & tracks.confirmed)
     if not len(hidden) or not len(blobs):
         return
-    predicted = tracks.boxes()[hidden]
-    area = np.maximum(predicted[:, 2] * predicted[:, 3], 1e-9)
-    inside = overlap(predicted, blobs.box) / area[:, None]
+    box = predicted.box[hidden]
+    area = np.maximum(box[:, 2] * box[:, 3], 1e-9)
+    inside = overlap(box, blobs.box) / area[:, None]
     best = inside.argmax(axis=1)
     covered = inside[np.arange(len(hidden)), best] >= config.inside_share
     blob_of[hidden[covered]] = best[covered]

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.perception.blobs import BlobConfig, Blobs
-from mctrack_ros.perception.local_tracks import LocalTracks
+from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
 from mctrack_ros.perception.matching import Matches
-from mctrack_ros.perception.partition import Bodies, PartitionConfig, partition
+from mctrack_ros.perception.partition import Bodies, Members, PartitionConfig, partition
 from mctrack_ros.perception.sizes import SizeTable
 
 Floats = NDArray[np.float64]
@@ -63,7 +63,9 @@ class Observations:
 def observe(
     matches: Matches,
     tracks: LocalTracks,
+    predicted: Prediction,
     blobs: Blobs,
+    image: NDArray[np.uint8],
     mask: NDArray[np.uint8],
     scale: float,
     sizes: SizeTable,
@@ -78,11 +80,15 @@ def observe(
     matches : Matches
         Which tracks are in which blobs.
     tracks : LocalTracks
-        Predicted to the picture's time.
+        The camera's tracks.
+    predicted : Prediction
+        Where they are expected.
     blobs : Blobs
         Of the picture.
+    image : (h, w, 3) uint8 array
+        The picture, reduced by `scale`.
     mask : (h, w) uint8 array
-        Its cleaned foreground, reduced by `scale`.
+        Its cleaned foreground.
     scale : float
         Pixels of the picture to one of the mask.
     sizes : SizeTable
@@ -93,24 +99,30 @@ def observe(
         Parameters.
 
     """
-    predicted = tracks.boxes()
-    spread = tracks.innovation_covariance(tracks.foot_noise(predicted))
-    feet = np.column_stack(
-        [predicted[:, 0] + predicted[:, 2] / 2, predicted[:, 1] + predicted[:, 3]]
-    )
     parts = []
     for blob, rows in enumerate(_tracks_in(matches, len(blobs))):
-        if len(rows) < 2 and _is_one(blobs, blob, predicted[rows], config):
+        if len(rows) < 2 and _is_one(blobs, blob, predicted.box[rows], config):
             parts.append(_whole(blobs, blob, rows))
             continue
-        heights = blob_config.person_height_m * np.clip(
-            tracks.extent[rows, 1] / blob_config.person_height_m, 0.85, 1.15
+        members = Members(
+            predicted.foot[rows],
+            predicted.spread[rows],
+            tracks.extent[rows],
+            tracks.template[rows],
         )
         bodies = partition(
-            mask, blobs.box[blob], scale, sizes, feet[rows], spread[rows], heights,
-            blob_config.person_height_m, config,
-        )  # fmt: skip
+            image,
+            mask,
+            blobs.box[blob],
+            scale,
+            sizes,
+            members,
+            blob_config.person_height_m,
+            config,
+        )
         parts.append(_placed(bodies, blob, rows))
+        if len(rows) and _fits_one(blobs, blob, config):
+            parts[-1].proven[1:] = 0.0
     return _stacked(parts)
 
 
@@ -132,7 +144,15 @@ def _is_one(blobs: Blobs, blob: int, predicted: Floats, config: PartitionConfig)
         return True
     if width > config.odd_width * usual_width or height > config.odd_height * usual_height:
         return False
-    return not len(predicted) or bool(height > predicted[0, 3] / config.odd_height)
+    return not len(predicted) or bool(
+        height * config.odd_height > min(predicted[0, 3], usual_height)
+    )
+
+
+def _fits_one(blobs: Blobs, blob: int, config: PartitionConfig) -> bool:
+    """Whether a blob is no larger than one person: who else is in it must be hidden."""
+    width, height = blobs.box[blob, 2:] / blobs.expected[blob]
+    return bool(width < config.single_width and height < config.odd_height)
 
 
 def _whole(blobs: Blobs, blob: int, rows: Ints) -> Observations:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import cv2
@@ -10,10 +12,14 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.sizes import SizeTable
+from mctrack_ros.tracking.appearance import colour_likelihood
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 HEIGHT_STEP_M = 0.05
+TALLEST = 1.15
+RARE = 0.01  # likelihood of a colour that was not seen before
+Place = tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -23,17 +29,23 @@ class PartitionConfig:
     rows: int = parameter(
         24, 'height of a person in the reduced mask that is searched [px]', minimum=6, maximum=200
     )
-    body_width_m: float = parameter(0.45, 'width of the body that is fitted [m]', minimum=0.05)
+    body_width_m: float = parameter(0.5, 'width of the body that is fitted [m]', minimum=0.05)
+    body_share: float = parameter(
+        0.7, 'width of the body, as a share of the known width of a person in motion', minimum=0.0
+    )
     background_weight: float = parameter(
-        0.6, 'cost of background under a body, foreground explained being 1', minimum=0.0
+        0.9, 'cost of background under a body, foreground explained being 1', minimum=0.0
     )
     certainty: float = parameter(12.0, 'log-likelihood of a wholly explained body', minimum=0.0)
     new_share: float = parameter(
-        0.45, 'share of a body newly explained that makes another person', minimum=0.0, maximum=1.0
+        0.6, 'share of a body newly explained that makes another person', minimum=0.0, maximum=1.0
     )
     most_new: int = parameter(4, 'most new persons in one blob', minimum=0, maximum=16)
     odd_width: float = parameter(
         1.8, 'width from which a blob is more than one person, in usual widths', minimum=1.0
+    )
+    single_width: float = parameter(
+        1.4, 'width below which a blob shows no more than one person, likewise', minimum=1.0
     )
     odd_height: float = parameter(
         1.25, 'height from which a blob is more than one person, in usual heights', minimum=1.0
@@ -42,12 +54,36 @@ class PartitionConfig:
         0.15, 'share of a body that must be seen to measure it', minimum=0.0, maximum=1.0
     )
     least_proven: float = parameter(
-        0.25,
+        0.35,
         'share of a body that must explain what older tracks do not, to be sure of it',
         minimum=0.0,
         maximum=1.0,
     )
     sweeps: int = parameter(2, 'rounds of placing each person given the others', minimum=1)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Members:
+    """
+    Known persons in one blob, one row each, the oldest first.
+
+    Attributes
+    ----------
+    foot : (n, 2) float64 array
+        Predicted foot points, px.
+    spread : (n, 2, 2) float64 array
+        Covariance of a measured foot point about the predicted, px².
+    extent : (n, 2) float64 array
+        Width and height, m.
+    template : (n, 48) float64 array
+        Colours, zero where not known.
+
+    """
+
+    foot: Floats
+    spread: Floats
+    extent: Floats
+    template: Floats
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,130 +114,144 @@ class _Canvas:
     """
     The blob's mask in cells, with every place where a body may stand.
 
-    A place is the flat index of its foot's cell; ``explained`` and ``worth`` are shares of the
-    body's area.
+    A place is a cell (row, column) at the middle of the body's lower edge. Around the blob lies a
+    margin of background into which bodies may reach.
     """
 
     def __init__(
         self,
+        image: NDArray[np.uint8],
         mask: NDArray[np.uint8],
         box: Floats,
         scale: float,
         sizes: SizeTable,
         height_m: float,
+        width_m: float,
         config: PartitionConfig,
     ) -> None:
-        left, top, width, height = box
+        left, top, width, height = box.tolist()
         middle = left + width / 2
         expected = float(sizes.per_metre(np.array([[middle, top + height]]))[0, 1]) * height_m
         step = max(expected / config.rows, scale)
-        columns, rows = (max(1, int(np.ceil(size / step))) for size in (width, height))
-        first, last = np.rint(np.array([[left, top], [left + width, top + height]]) / scale)
-        part = mask[int(first[1]) : int(last[1]), int(first[0]) : int(last[0])]
-        small = cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA)
-        foreground = small.astype(np.float32) / 255
-        self._foreground = foreground
-        self._value = foreground - config.background_weight * (1 - foreground)
-        self._background_weight = config.background_weight
-        self._shape = (rows, columns)
+        columns, rows = max(1, math.ceil(width / step)), max(1, math.ceil(height / step))
+        first = round(left / scale), round(top / scale)
+        last = round((left + width) / scale), round((top + height) / scale)
+        part = np.s_[first[1] : last[1], first[0] : last[0]]
+        self._picture = image[part]
+        foreground = cv2.resize(mask[part], (columns, rows), interpolation=cv2.INTER_AREA)
+        self.shape = (rows, columns)
         self._step = step
         self._feet = left + (np.arange(columns) + 0.5) * step, top + np.arange(1, rows + 1) * step
         pixel = np.column_stack([np.full(rows, middle), self._feet[1]])
-        self._across, self._metre = (sizes.per_metre(pixel) / step).T
-        self._across = self._across * config.body_width_m
-        self._windows: dict[float, tuple[Ints, ...]] = {}
+        across, self._metre = (sizes.per_metre(pixel) / step).T
+        self._width = max(1, round(float(across[rows // 2]) * width_m))
+        self._above = math.ceil(float(self._metre.max()) * (TALLEST * height_m + HEIGHT_STEP_M))
+        self._side = side = self._width // 2
+        self._foreground = np.zeros((self._above + rows, columns + self._width), np.float32)
+        self._foreground[self._above :, side : side + columns] = foreground * np.float32(1 / 255)
+        self._background_weight = np.float32(config.background_weight)
+        self.value = self._valued(1.0)
+        self._tops: dict[float, tuple[Ints, Floats]] = {}
 
-    def log_prior(self, predicted: Floats, spread: Floats) -> Floats:
+    def values(self, template: Floats) -> list[NDArray[np.float32]]:
+        """
+        Return what each cell is worth to each of (n, 48) templates.
+
+        Foreground of a colour that is more likely another member's is worth nothing, neither for
+        nor against.
+        """
+        known = np.flatnonzero(template.any(axis=1))
+        values = [self.value] * len(template)
+        if len(known) < 2:
+            return values
+        rows, columns = self.shape
+        picture = cv2.resize(self._picture, (columns, rows), interpolation=cv2.INTER_AREA)
+        likelihood = colour_likelihood(np.asarray(picture, np.uint8), template[known]) + RARE
+        share = np.minimum(len(known) * likelihood / likelihood.sum(axis=0), 1.0)
+        padded = np.ones_like(self._foreground)
+        for member, own in zip(known, share):
+            padded[self._above :, self._side : self._side + columns] = own
+            values[member] = self._valued(padded)
+        return values
+
+    def log_prior(self, predicted: Floats, precision: Floats) -> Floats:
         """Return the log-likelihood of every place given a predicted foot point, px."""
-        precision = np.linalg.inv(spread)
-        across, down = self._feet[0] - predicted[0], self._feet[1] - predicted[1]
-        distance = (
-            precision[0, 0] * across[None] ** 2
-            + 2 * precision[0, 1] * across[None] * down[:, None]
-            + precision[1, 1] * down[:, None] ** 2
-        )
-        result: Floats = -0.5 * distance.ravel()
+        across = self._feet[0][None] - predicted[0]
+        down = self._feet[1][:, None] - predicted[1]
+        (uu, uv), (_, vv) = precision.tolist()
+        result: Floats = -0.5 * (uu * across**2 + (2 * uv * down) * across + vv * down**2)
         return result
 
-    def uncovered(self, places: list[tuple[int, float]]) -> NDArray[np.bool_]:
-        """Return the cells that no body at these places, of these heights, covers."""
-        free = np.ones(self._shape, np.bool_)
-        for place, height_m in places:
-            free[self._slices(place, height_m)] = False
+    def _valued(self, share: NDArray[np.float32] | float) -> NDArray[np.float32]:
+        weight = self._background_weight
+        return np.asarray(self._foreground * (share + weight) - weight, np.float32)
+
+    def free(self, bodies: Iterable[tuple[Place, float]]) -> NDArray[np.float32]:
+        """Return 1 for the cells that no body at these places, of these heights, covers."""
+        free = np.ones(self._foreground.shape, np.float32)
+        for place, height_m in bodies:
+            free[self._covered(place, height_m)] = 0.0
         return free
 
-    def worth(self, free: NDArray[np.bool_], height_m: float) -> Floats:
-        """Return what a body at every place is worth: foreground less weighted background."""
-        low, high, area, outside = self._window(height_m)[:4]
-        columns = self._shape[1] + 1
-        total = cv2.integral(self._value * free).ravel()
-        left, right = self._window(height_m)[4:]
-        sums = (
-            total[high * columns + right]
-            - total[low * columns + right]
-            - total[high * columns + left]
-            + total[low * columns + left]
-        )
-        result: Floats = (sums - self._background_weight * outside) / area
+    def worth(
+        self, value: NDArray[np.float32], free: NDArray[np.float32], height_m: float
+    ) -> Floats:
+        """Return foreground less weighted background, as a share, of a body at every place."""
+        columns = self.shape[1]
+        top, height = self._top(height_m)
+        total = cv2.integral(value * free)
+        strip = total[self._above + 1 :] - total[top]
+        sums = strip[:, self._width : self._width + columns] - strip[:, :columns]
+        result: Floats = sums / (height * self._width)[:, None]
         return result
 
-    def explained(self, free: NDArray[np.bool_], place: int, height_m: float) -> float:
+    def explained(self, free: NDArray[np.float32], place: Place, height_m: float) -> float:
         """Return the share of a body that is free foreground."""
-        part = self._slices(place, height_m)
-        area = float(self._window(height_m)[2][place])
+        part = self._covered(place, height_m)
+        area = float(self._top(height_m)[1][place[0]]) * self._width
         return float((self._foreground[part] * free[part]).sum()) / area
 
-    def body(self, place: int, height_m: float) -> tuple[Floats, Floats]:
+    def body(self, place: Place, height_m: float) -> tuple[Floats, Floats]:
         """Return foot (2,) and box (4,), px, of a body."""
-        row, column = divmod(place, self._shape[1])
-        foot = np.array([self._feet[0][column], self._feet[1][row]])
-        width, height = np.array([self._across[row], self._metre[row] * height_m]) * self._step
+        foot = np.array([self._feet[0][place[1]], self._feet[1][place[0]]])
+        width, height = self._width * self._step, self._metre[place[0]] * height_m * self._step
         return foot, np.array([foot[0] - width / 2, foot[1] - height, width, height])
 
-    def _slices(self, place: int, height_m: float) -> tuple[slice, slice]:
-        low, high, _, _, left, right = (column[place] for column in self._window(height_m))
-        return slice(int(low), int(high)), slice(int(left), int(right))
+    def _covered(self, place: Place, height_m: float) -> tuple[slice, slice]:
+        row, column = place
+        top = int(self._top(height_m)[0][row])
+        return slice(top, self._above + row + 1), slice(column, column + self._width)
 
-    def _window(self, height_m: float) -> tuple[Ints, ...]:
-        """Return top, bottom, area, area beyond the blob, left, right of a body at all places."""
-        if height_m not in self._windows:
-            rows, columns = self._shape
-            bottom = np.arange(1, rows + 1)
-            top = np.minimum(np.rint(bottom - self._metre * height_m), bottom - 1)
-            column = np.arange(columns) + 0.5
-            left = np.rint(column[None] - self._across[:, None] / 2)
-            right = np.maximum(np.rint(column[None] + self._across[:, None] / 2), left + 1)
-            area = (bottom - top)[:, None] * (right - left)
-            low, first = np.maximum(top, 0), np.maximum(left, 0)
-            last = np.minimum(right, columns)
-            inside = (bottom - low)[:, None] * (last - first)
-            whole = [low[:, None], bottom[:, None], area, area - inside, first, last]
-            self._windows[height_m] = tuple(
-                np.broadcast_to(each, self._shape).ravel().astype(np.int64) for each in whole
-            )
-        return self._windows[height_m]
+    def _top(self, height_m: float) -> tuple[Ints, Floats]:
+        """Return upper edge, counted from the margin's, and height of a body in every row."""
+        if height_m not in self._tops:
+            bottom = self._above + np.arange(1, self.shape[0] + 1)
+            height = np.clip(np.rint(self._metre * height_m), 1, bottom)
+            self._tops[height_m] = (bottom - height).astype(np.int64), height
+        return self._tops[height_m]
 
 
 def partition(
+    image: NDArray[np.uint8],
     mask: NDArray[np.uint8],
     box: Floats,
     scale: float,
     sizes: SizeTable,
-    predicted: Floats,
-    spread: Floats,
-    height_m: Floats,
+    members: Members,
     usual_height_m: float,
     config: PartitionConfig,
 ) -> Bodies:
     """
     Place persons in a blob: the known ones near their predictions, then new ones.
 
-    Each is a body of expected size that should explain foreground, contain little background and
-    stand near its prediction; places are improved in turn, given the others (event-tracking
-    paper, section 4.2: prediction and the foreground of the group are incorporated).
+    Each is a body of expected size that should explain foreground of its colours, contain little
+    background and stand near its prediction; places are improved in turn, given the others
+    (event-tracking paper, section 4.2: prediction and the foreground of the group together).
 
     Parameters
     ----------
+    image : (h, w, 3) uint8 array
+        The picture, reduced by `scale`.
     mask : (h, w) uint8 array
         Cleaned foreground, reduced by `scale`.
     box : (4,) array
@@ -210,12 +260,8 @@ def partition(
         Pixels of the picture to one of the mask.
     sizes : SizeTable
         Of the camera.
-    predicted : (n, 2) array
-        Predicted foot points of known members, px.
-    spread : (n, 2, 2) array
-        Covariance of the predictions, px².
-    height_m : (n,) array
-        Heights of the members, m.
+    members : Members
+        Who is known to be in it.
     usual_height_m : float
         Height of a person who is not known, m.
     config : PartitionConfig
@@ -227,35 +273,48 @@ def partition(
         The members in their order, then new persons.
 
     """
-    canvas = _Canvas(mask, box, scale, sizes, usual_height_m, config)
-    heights = [round(height / HEIGHT_STEP_M) * HEIGHT_STEP_M for height in height_m.tolist()]
-    priors = [canvas.log_prior(*member) for member in zip(predicted, spread)]
-    places: dict[int, tuple[int, float]] = {}
-    nearest_first = np.argsort(-predicted[:, 1], kind='stable').tolist()
+    width_m = max([config.body_width_m, *(config.body_share * members.extent[:, 0])])
+    canvas = _Canvas(image, mask, box, scale, sizes, usual_height_m, width_m, config)
+    heights = _heights(members.extent[:, 1], usual_height_m)
+    precision = np.linalg.inv(members.spread)
+    priors = [canvas.log_prior(*member) for member in zip(members.foot, precision)]
+    values = canvas.values(members.template)
+    bodies: dict[int, tuple[Place, float]] = {}
+    nearest_first = np.argsort(-members.foot[:, 1], kind='stable').tolist()
     for _ in range(config.sweeps if len(heights) > 1 else 1):
         for member in nearest_first:
-            others = [places[other] for other in places if other != member]
-            worth = canvas.worth(canvas.uncovered(others), heights[member])
-            best = int(np.argmax(config.certainty * worth + priors[member]))
-            places[member] = best, heights[member]
-    while len(places) < len(heights) + config.most_new:
-        worth = canvas.worth(canvas.uncovered(list(places.values())), usual_height_m)
-        best = int(np.argmax(worth))
-        if worth[best] < config.new_share:
+            others = [bodies[other] for other in bodies if other != member]
+            worth = canvas.worth(values[member], canvas.free(others), heights[member])
+            place = _best(config.certainty * worth + priors[member])
+            bodies[member] = place, heights[member]
+    while len(bodies) < len(heights) + config.most_new:
+        worth = canvas.worth(canvas.value, canvas.free(bodies.values()), usual_height_m)
+        place = _best(worth)
+        if worth[place] < config.new_share:
             break
-        places[len(places)] = best, usual_height_m
-    return _bodies(canvas, [places[member] for member in range(len(places))])
+        bodies[len(bodies)] = place, usual_height_m
+    return _described(canvas, [bodies[member] for member in range(len(bodies))])
 
 
-def _bodies(canvas: _Canvas, places: list[tuple[int, float]]) -> Bodies:
+def _heights(known_m: Floats, usual_m: float) -> list[float]:
+    """Return heights, m, near the usual and rounded, so that few differ."""
+    height = np.clip(known_m, (2 - TALLEST) * usual_m, TALLEST * usual_m)
+    return [round(each / HEIGHT_STEP_M) * HEIGHT_STEP_M for each in height.tolist()]
+
+
+def _described(canvas: _Canvas, bodies: list[tuple[Place, float]]) -> Bodies:
     """Look up where the bodies are and how much of each is seen."""
-    foot, box = np.zeros((len(places), 2)), np.zeros((len(places), 4))
-    visible, proven = np.zeros((2, len(places)))
-    for index, (place, height_m) in enumerate(places):
+    foot, box = np.zeros((len(bodies), 2)), np.zeros((len(bodies), 4))
+    visible, proven = np.zeros((2, len(bodies)))
+    for index, (place, height_m) in enumerate(bodies):
         foot[index], box[index] = canvas.body(place, height_m)
-    for index, (place, height_m) in enumerate(places):
-        nearer = [places[other] for other in np.flatnonzero(foot[:, 1] > foot[index, 1])]
-        visible[index] = canvas.explained(canvas.uncovered(nearer), place, height_m)
-        before = canvas.uncovered(places[:index])
-        proven[index] = canvas.explained(before, place, height_m)
+        nearer = canvas.free(other for other in bodies if other[0][0] > place[0])
+        visible[index] = canvas.explained(nearer, place, height_m)
+        older = canvas.free(bodies[:index])
+        proven[index] = canvas.explained(older, place, height_m)
     return Bodies(foot, box, visible, proven)
+
+
+def _best(score: Floats) -> Place:
+    row, column = divmod(int(np.argmax(score)), score.shape[1])
+    return row, column

@@ -143,7 +143,14 @@ class CameraPipeline:
             raw = cv2.bitwise_and(raw, self._mask)  # type: ignore[assignment]
         mask = clean_mask(raw, self._config.blobs)
         scale = float(self._config.reduction)
-        blobs = find_blobs(mask, self._mapping, self._sizes, scale, self._config.blobs)
+        blobs = find_blobs(
+            mask,
+            self._background.difference,
+            self._mapping,
+            self._sizes,
+            scale,
+            self._config.blobs,
+        )
         detections, events = self._tracker.step(blobs, small, mask, scale, stamp_ns, feedback)
         self._heal(small, mask, np.vstack([blobs.box, detections.box]) / scale, stamp_ns)
         return CameraOutput(detections, events)

@@ -38,10 +38,7 @@ class SizeTable:
 
         Beyond the picture its edge counts; above the horizon it is NaN.
         """
-        last_row, last_column = np.array(self._table.shape[:2]) - 1
-        with np.errstate(invalid='ignore'):
-            cell = np.nan_to_num(foot / STEP_PX + 0.5, nan=-1.0, posinf=-1.0, neginf=-1.0)
-        row = np.clip(cell[:, 1], 0, last_row).astype(np.intp)
-        column = np.clip(cell[:, 0], 0, last_column).astype(np.intp)
-        found: Floats = self._table[row, column]
+        last = np.array(self._table.shape[1::-1]) - 1
+        cell = np.fmax(np.fmin(foot / STEP_PX + 0.5, last), 0).astype(np.intp)
+        found: Floats = self._table[cell[:, 1], cell[:, 0]]
         return found

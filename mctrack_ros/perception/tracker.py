@@ -125,9 +125,19 @@ class LocalTracker:
         tracks.predict(seconds)
         self._drop_lost(stamp_ns, seconds, log)
         template = colour_templates(image, mask, np.rint(blobs.box / scale).astype(int))
-        matches = match(tracks, blobs, template, self._matching)
+        predicted = tracks.prediction()
+        matches = match(tracks, predicted, blobs, template, self._matching)
         seen = observe(
-            matches, tracks, blobs, mask, scale, self._sizes, self._blobs, self._partition
+            matches,
+            tracks,
+            predicted,
+            blobs,
+            image,
+            mask,
+            scale,
+            self._sizes,
+            self._blobs,
+            self._partition,
         )
         self._note_groups(seen, log)
         self._update(seen, blobs, template, seconds, stamp_ns)

@@ -41,15 +41,38 @@ def colour_templates(
     count = np.array([len(each) for each in pixels], np.int64)
     if not count.sum():
         return np.zeros((len(box), TEMPLATE_SIZE))
-    hsv = cv2.cvtColor(np.concatenate(pixels)[None], cv2.COLOR_BGR2HSV)[0]
+    hue, grey, saturation = _bins(np.concatenate(pixels)[None])
     first_bin = np.repeat(np.arange(len(box)) * TEMPLATE_SIZE, count)
-    saturation = hsv[:, 1] / 255.0
-    hue = first_bin + hsv[:, 0] // (180 // HUE_BINS)
-    grey = first_bin + HUE_BINS + (hsv[:, 2].astype(np.int64) * GREY_BINS) // 256
+    hue, grey, saturation = first_bin + hue[0], first_bin + grey[0], saturation[0]
     size = len(box) * TEMPLATE_SIZE
     total = np.bincount(hue, saturation, size) + np.bincount(grey, 1 - saturation, size)
     result: NDArray[np.float64] = total.reshape(-1, TEMPLATE_SIZE) / np.maximum(count, 1)[:, None]
     return result
+
+
+def colour_likelihood(
+    image: NDArray[np.uint8], template: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """
+    Return how likely each pixel's colour is under each template.
+
+    Parameters
+    ----------
+    image : (h, w, 3) uint8 array
+        BGR picture.
+    template : (n, 48) array
+        Colours, as `colour_templates` counts them.
+
+    Returns
+    -------
+    (n, h, w) float64 array
+        Share of the template in the pixel's bins.
+
+    """
+    hue, grey, saturation = _bins(image)
+    columns = template.T
+    likelihood = saturation[..., None] * columns[hue] + (1 - saturation)[..., None] * columns[grey]
+    return np.asarray(np.moveaxis(likelihood, -1, 0), np.float64)
 
 
 def bhattacharyya_distance(
@@ -65,3 +88,13 @@ def bhattacharyya_distance(
     known = np.outer(first.sum(axis=1) > 0, second.sum(axis=1) > 0)
     result: NDArray[np.float64] = np.where(known, distance, 0.5)
     return result
+
+
+def _bins(
+    image: NDArray[np.uint8],
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """Return each pixel's bin of hue, its bin of brightness, and the weight of the former."""
+    hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
+    hue = hsv[..., 0].astype(np.int64) // (180 // HUE_BINS)
+    grey = HUE_BINS + (hsv[..., 2].astype(np.int64) * GREY_BINS) // 256
+    return hue, grey, np.asarray(hsv[..., 1] / 255.0, np.float64)
