@@ -139,19 +139,21 @@ class MedianBackground:
         Returns
         -------
         (height, width) uint8 array or None
-            255 where the picture differs from the background; None while it is learned.
+            255 where the picture differs from the background, until the next call; None while it
+            is learned.
 
         """
         self._sample(image, stamp_ns)
         if self.model is None:
             return None
-        difference = cv2.absdiff(image, self.model)
-        blue, green, red = cv2.split(difference)
-        largest = cv2.max(cv2.max(blue, green), red)
-        measured = float(np.median(largest[::16, ::16])) / MEDIAN_OF_LARGEST
+        work = self._work
+        cv2.absdiff(image, self.model, work.colour)
+        blue, green, red = cv2.split(work.colour, work.channels)
+        cv2.max(cv2.max(blue, green, blue), red, self.difference)
+        measured = float(np.median(self.difference[::16, ::16])) / MEDIAN_OF_LARGEST
         self.noise = measured if self.noise is None else self.noise
-        self.difference = np.asarray(largest, np.uint8)
-        _, mask = cv2.threshold(largest, self.threshold, 255, cv2.THRESH_BINARY)
+        mask = work.mask
+        cv2.threshold(self.difference, self.threshold, 255, cv2.THRESH_BINARY, mask)
         if cv2.countNonZero(mask) > self._config.relearn_fraction * mask.size:
             self.restart()
             return None
@@ -159,7 +161,7 @@ class MedianBackground:
         if stamp_ns >= self._next_update_ns:
             self._update(image, mask)
             self._next_update_ns = stamp_ns + round(self._config.update_period_s * 1e9)
-        return mask  # type: ignore[return-value]
+        return mask
 
     def _sample(self, image: Image, stamp_ns: int) -> None:
         """Collect nine pictures, evenly in time, and take their median; then nine more."""
@@ -171,17 +173,31 @@ class MedianBackground:
             return
         median = median_of_nine(self._samples)
         self._samples = []
-        self.model = median if self.model is None else smoother(self.model, median)
+        if self.model is None:
+            self.model, self._work = median, _Work(median.shape)
+            self.difference = np.zeros(median.shape[:2], np.uint8)
+        else:
+            self.model = smoother(self.model, median)
         self._length_s = min(3 * self._length_s, max(self._config.renewal_s, self._length_s))
 
-    def _update(self, image: Image, mask: cv2.typing.MatLike) -> None:
+    def _update(self, image: Image, mask: Image) -> None:
         """Move the model one grey level; foreground only now and then."""
         assert self.model is not None
-        one = np.ones_like(self.model)
-        upper, lower = cv2.add(self.model, one), cv2.subtract(self.model, one)
-        moved = cv2.max(lower, cv2.min(upper, image))
+        work = self._work
+        cv2.min(cv2.add(self.model, work.one, work.colour), image, work.colour)
+        moved = cv2.max(cv2.subtract(self.model, work.one, work.lower), work.colour, work.lower)
         self._updates += 1
         if self._updates % self._config.foreground_slowdown:
             cv2.copyTo(moved, cv2.bitwise_not(mask), self.model)
         else:
-            self.model = moved.astype(np.uint8, copy=False)
+            np.copyto(self.model, moved)
+
+
+class _Work:
+    """Pictures that are written anew each time; allocating them costs more than filling them."""
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self.colour, self.lower = np.empty(shape, np.uint8), np.empty(shape, np.uint8)
+        self.one = np.ones(shape, np.uint8)
+        self.channels = [np.empty(shape[:2], np.uint8) for _ in range(3)]
+        self.mask = np.empty(shape[:2], np.uint8)

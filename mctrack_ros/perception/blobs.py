@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -219,10 +220,13 @@ def _closest_fragments(
     box: Floats, sizes: SizeTable, config: BlobConfig
 ) -> tuple[int, int] | None:
     """Return the pair of boxes with the smallest gap that may be one person, if any."""
-    first, second = np.triu_indices(len(box), 1)
-    gap = np.maximum(box[first, :2], box[second, :2]) - np.minimum(
-        box[first, :2] + box[first, 2:], box[second, :2] + box[second, 2:]
-    )
+    first, second = _pairs(len(box))
+    corner = box[:, :2] + box[:, 2:]
+    gap = np.maximum(box[first, :2], box[second, :2]) - np.minimum(corner[first], corner[second])
+    near = gap.max(axis=1) <= config.join_gap * expected_size(corner, sizes, config)[:, 1].max()
+    first, second, gap = first[near], second[near], gap[near]
+    if not len(first):
+        return None
     whole = union(box[first], box[second])
     size = expected_size(foot_of(whole), sizes, config)
     stacked = -gap[:, 0] >= 0.5 * np.minimum(box[first, 2], box[second, 2])
@@ -235,6 +239,11 @@ def _closest_fragments(
         return None
     best = int(np.argmin(np.where(fits, gap.max(axis=1), np.inf)))
     return int(first[best]), int(second[best])
+
+
+@lru_cache(maxsize=64)
+def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    return np.triu_indices(count, 1)
 
 
 def _without_halo(

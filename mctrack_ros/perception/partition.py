@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import cv2
@@ -20,6 +19,7 @@ HEIGHT_STEP_M = 0.05
 TALLEST = 1.15
 RARE = 0.01  # likelihood of a colour that was not seen before
 Place = tuple[int, int]
+Body = tuple[Place, float]  # foot's cell and height, m
 
 
 @dataclass(frozen=True)
@@ -186,30 +186,31 @@ class _Canvas:
         weight = self._background_weight
         return np.asarray(self._foreground * (share + weight) - weight, np.float32)
 
-    def free(self, bodies: Iterable[tuple[Place, float]]) -> NDArray[np.float32]:
-        """Return 1 for the cells that no body at these places, of these heights, covers."""
-        free = np.ones(self._foreground.shape, np.float32)
-        for place, height_m in bodies:
-            free[self._covered(place, height_m)] = 0.0
-        return free
+    def empty(self) -> NDArray[np.float32]:
+        """Return the count of bodies on each cell before there are any."""
+        return np.zeros(self._foreground.shape, np.float32)
+
+    def add(self, count: NDArray[np.float32], body: Body, number: int = 1) -> None:
+        """Count a body, or with -1 take it away again, on the cells that it covers."""
+        count[self._covered(*body)] += number
 
     def worth(
-        self, value: NDArray[np.float32], free: NDArray[np.float32], height_m: float
+        self, value: NDArray[np.float32], count: NDArray[np.float32], height_m: float
     ) -> Floats:
-        """Return foreground less weighted background, as a share, of a body at every place."""
+        """Return what a body at every place, past those counted, is worth, as a share of it."""
         columns = self.shape[1]
         top, height = self._top(height_m)
-        total = cv2.integral(value * free)
+        total = cv2.integral(value * (count == 0))
         strip = total[self._above + 1 :] - total[top]
         sums = strip[:, self._width : self._width + columns] - strip[:, :columns]
         result: Floats = sums / (height * self._width)[:, None]
         return result
 
-    def explained(self, free: NDArray[np.float32], place: Place, height_m: float) -> float:
-        """Return the share of a body that is free foreground."""
-        part = self._covered(place, height_m)
-        area = float(self._top(height_m)[1][place[0]]) * self._width
-        return float((self._foreground[part] * free[part]).sum()) / area
+    def explained(self, count: NDArray[np.float32], body: Body) -> float:
+        """Return the share of a body that is foreground on which none is counted."""
+        part = self._covered(*body)
+        free = self._foreground[part][count[part] == 0]
+        return float(free.sum()) / count[part].size
 
     def body(self, place: Place, height_m: float) -> tuple[Floats, Floats]:
         """Return foot (2,) and box (4,), px, of a body."""
@@ -279,21 +280,29 @@ def partition(
     precision = np.linalg.inv(members.spread)
     priors = [canvas.log_prior(*member) for member in zip(members.foot, precision)]
     values = canvas.values(members.template)
-    bodies: dict[int, tuple[Place, float]] = {}
+    bodies: list[Body | None] = [None] * len(heights)
+    count = canvas.empty()
     nearest_first = np.argsort(-members.foot[:, 1], kind='stable').tolist()
-    for _ in range(config.sweeps if len(heights) > 1 else 1):
+    for _ in range(config.sweeps):
         for member in nearest_first:
-            others = [bodies[other] for other in bodies if other != member]
-            worth = canvas.worth(values[member], canvas.free(others), heights[member])
+            former = bodies[member]
+            if former is not None:
+                canvas.add(count, former, -1)
+            worth = canvas.worth(values[member], count, heights[member])
             place = _best(config.certainty * worth + priors[member])
-            bodies[member] = place, heights[member]
-    while len(bodies) < len(heights) + config.most_new:
-        worth = canvas.worth(canvas.value, canvas.free(bodies.values()), usual_height_m)
+            bodies[member] = body = (place, heights[member])
+            canvas.add(count, body)
+        if count.max(initial=0) < 2:
+            break
+    placed = [body for body in bodies if body is not None]
+    for _ in range(config.most_new):
+        worth = canvas.worth(canvas.value, count, usual_height_m)
         place = _best(worth)
         if worth[place] < config.new_share:
             break
-        bodies[len(bodies)] = place, usual_height_m
-    return _described(canvas, [bodies[member] for member in range(len(bodies))])
+        placed.append((place, usual_height_m))
+        canvas.add(count, placed[-1])
+    return _described(canvas, placed)
 
 
 def _heights(known_m: Floats, usual_m: float) -> list[float]:
@@ -302,17 +311,27 @@ def _heights(known_m: Floats, usual_m: float) -> list[float]:
     return [round(each / HEIGHT_STEP_M) * HEIGHT_STEP_M for each in height.tolist()]
 
 
-def _described(canvas: _Canvas, bodies: list[tuple[Place, float]]) -> Bodies:
+def _described(canvas: _Canvas, bodies: list[Body]) -> Bodies:
     """Look up where the bodies are and how much of each is seen."""
     foot, box = np.zeros((len(bodies), 2)), np.zeros((len(bodies), 4))
-    visible, proven = np.zeros((2, len(bodies)))
-    for index, (place, height_m) in enumerate(bodies):
-        foot[index], box[index] = canvas.body(place, height_m)
-        nearer = canvas.free(other for other in bodies if other[0][0] > place[0])
-        visible[index] = canvas.explained(nearer, place, height_m)
-        older = canvas.free(bodies[:index])
-        proven[index] = canvas.explained(older, place, height_m)
-    return Bodies(foot, box, visible, proven)
+    proven = np.zeros(len(bodies))
+    older = canvas.empty()
+    for index, body in enumerate(bodies):
+        foot[index], box[index] = canvas.body(*body)
+        proven[index] = canvas.explained(older, body)
+        canvas.add(older, body)
+    apart = older.max(initial=0) < 2
+    return Bodies(foot, box, proven.copy() if apart else _visible(canvas, bodies), proven)
+
+
+def _visible(canvas: _Canvas, bodies: list[Body]) -> Floats:
+    """Return what is seen of each body past those whose feet are nearer to the camera."""
+    visible = np.zeros(len(bodies))
+    nearer = canvas.empty()
+    for index in sorted(range(len(bodies)), key=lambda each: -bodies[each][0][0]):
+        visible[index] = canvas.explained(nearer, bodies[index])
+        canvas.add(nearer, bodies[index])
+    return visible
 
 
 def _best(score: Floats) -> Place:

@@ -157,9 +157,10 @@ class CameraPipeline:
 
     def _heal(self, image: Image, mask: Image, box: NDArray[np.floating], stamp_ns: int) -> None:
         """Fill holes of the background from the picture."""
-        background, cells = self._background, np.rint(box).astype(int)
+        background = self._background
         assert background.model is not None
         if stamp_ns >= self._next_healing_ns:
+            cells = np.unique(np.rint(box).astype(int), axis=0)
             heal_ghosts(background.model, image, mask, cells, self._config.ghosts)
             self._next_healing_ns = stamp_ns + round(self._config.ghosts.period_s * 1e9)
 

@@ -173,16 +173,21 @@ class LocalTracker:
     def _note_groups(self, seen: Observations, log: EventLog) -> None:
         """Give groups numbers; note who joined one (E5) and who left (E3)."""
         tracks = self.tracks
-        for blob in np.unique(seen.blob):
-            rows = seen.track[(seen.blob == blob) & (seen.track != NEW)]
-            rows = rows[tracks.confirmed[rows]]
-            if len(rows) > 1:
-                self._note_merge(rows, log)
-            elif len(rows) == 1 and tracks.group[rows[0]]:
-                shared = tracks.group == tracks.group[rows[0]]
-                shared[rows] = False
-                log.add(EventCode.SPLIT, tracks, int(rows[0]), tracks.local_id[shared])
-                tracks.group[rows] = 0
+        known = seen.track[(seen.track != NEW)]
+        known = known[tracks.confirmed[known]]
+        if len(known) < 2 and not tracks.group[known].any():
+            return
+        blob_of = np.full(len(tracks), -1)
+        blob_of[seen.track[seen.track != NEW]] = seen.blob[seen.track != NEW]
+        count = np.bincount(blob_of[known])
+        for blob in np.flatnonzero(count > 1):
+            self._note_merge(np.sort(known[blob_of[known] == blob]), log)
+        alone = known[(count[blob_of[known]] == 1) & (tracks.group[known] > 0)]
+        for row in np.sort(alone).tolist():
+            shared = tracks.group == tracks.group[row]
+            shared[row] = False
+            log.add(EventCode.SPLIT, tracks, row, tracks.local_id[shared])
+            tracks.group[row] = 0
 
     def _note_merge(self, rows: Ints, log: EventLog) -> None:
         tracks = self.tracks
@@ -226,6 +231,8 @@ class LocalTracker:
     def _start(self, seen: Observations, template: Floats, stamp_ns: int) -> Observations:
         """Start a track for each person who has none."""
         new = seen.track == NEW
+        if not new.any():
+            return seen
         position = self._mapping.ground_from_image(seen.foot[new])
         noise = self.tracks.foot_noise(seen.box[new])
         colours = np.where(seen.fitted[new, None], 0.0, template[seen.blob[new]])
