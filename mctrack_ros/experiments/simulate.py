@@ -6,6 +6,7 @@ import json
 import multiprocessing
 import os
 import shutil
+import signal
 import tempfile
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -174,6 +175,7 @@ _workers: list[_Worker] = []
 
 
 def _start_worker(world: World) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
     _workers.append(_Worker(world))
 
 

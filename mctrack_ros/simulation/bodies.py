@@ -165,7 +165,7 @@ def _limbs(effort: Floats, walks: Floats, stride: Floats) -> Floats:
 def _leg(effort: Floats, walks: Floats, phase: Floats, left: float, hip: Floats) -> Floats:
     """Return foot, shin and thigh: (n, 3, 2, 3)."""
     swing, lift = np.sin(phase), np.maximum(np.cos(phase), 0) * walks
-    reach = walks * swing * np.where(lift > 0, 0.12 + 0.3 * effort, 0.10)
+    reach = walks * swing * (0.10 + (0.1 + 0.5 * effort) * lift)
     sideways = left * _STANCE_M * (1 - 0.5 * effort)
     ankle = _point(reach, sideways, _ANKLE_M + lift * (0.08 + 0.3 * effort))
     top = _point(0, left * 0.10, hip)
@@ -182,7 +182,7 @@ def _arm(
     top = _point(lean, left * 0.2, shoulder - 0.03)
     swung = -np.sin(phase) * walks * (0.12 + 0.18 * effort)
     elbow = top + _point(swung - 0.03, left * 0.06, -0.27 + 0.04 * effort)
-    hand = elbow + _point(swung * 0.6 + 0.05 + 0.16 * effort, -left * 0.02, -0.24 + 0.16 * effort)
+    hand = elbow + _point(swung * 0.4 + 0.05 + 0.1 * effort, -left * 0.02, -0.24 + 0.12 * effort)
     return np.stack([_bar(top, elbow), _bar(elbow, hand)], axis=1)
 
 

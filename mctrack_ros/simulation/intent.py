@@ -26,7 +26,7 @@ _FORMATION = np.array(
     ],
     np.float64,
 )
-_BALL_PULL = np.array([0.73, 0.61])
+_BALL_PULL = np.array([0.75, 0.63])
 _FOLLOW_S = 8.0
 _MARK_WITHIN_M, _MARK_AT_M = 20.0, 0.6
 _CROWD_M = np.array([2.4, 5.0])
