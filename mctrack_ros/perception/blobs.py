@@ -67,7 +67,7 @@ class Blobs:
     area : (n,) float64 array
         Foreground, px².
     foot : (n, 2) float64 array
-        Bottom centre of the box, px.
+        Foot points, px.
     position : (n, 2) float64 array
         Where the foot stands on the ground, m.
     expected : (n, 2) float64 array
@@ -98,11 +98,6 @@ class Blobs:
             self.expected[mask],
             self.truncated[mask],
         )
-
-
-def foot_of(box: Floats) -> Floats:
-    """Return the (n, 2) bottom centres, px, of (n, 4) boxes (event-tracking paper, eq. (2))."""
-    return np.column_stack([box[:, 0] + box[:, 2] / 2, box[:, 1] + box[:, 3]])
 
 
 def clean_mask(mask: NDArray[np.uint8], config: BlobConfig) -> NDArray[np.uint8]:
@@ -168,7 +163,7 @@ def describe(
     box: Floats, area: Floats, mapping: ProjectiveMapping, sizes: SizeTable, config: BlobConfig
 ) -> Blobs:
     """Look up where boxes stand and how large a person would be there."""
-    foot = foot_of(box)
+    foot = sizes.foot_of(box)
     position = mapping.ground_from_image(foot)
     expected = expected_size(foot, sizes, config)
     width, height = mapping.image_size
@@ -228,7 +223,7 @@ def _closest_fragments(
     if not len(first):
         return None
     whole = union(box[first], box[second])
-    size = expected_size(foot_of(whole), sizes, config)
+    size = expected_size(sizes.foot_of(whole), sizes, config)
     stacked = -gap[:, 0] >= 0.5 * np.minimum(box[first, 2], box[second, 2])
     fits = (
         (whole[:, 2] <= np.where(stacked, config.widest_stride, 1.2) * size[:, 0])

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import TEMPLATE_SIZE
-from mctrack_ros.perception.blobs import foot_of
 from mctrack_ros.perception.sizes import SizeTable
 
 Floats = NDArray[np.float64]
@@ -58,6 +57,11 @@ class Prediction:
     foot: Floats
     box: Floats
     spread: Floats
+
+    @property
+    def bottom(self) -> Floats:
+        """Bottom centres of the boxes, (n, 2) px."""
+        return self.box[:, :2] + self.box[:, 2:] * [0.5, 1.0]
 
 
 class LocalTracks:
@@ -129,8 +133,7 @@ class LocalTracks:
     def prediction(self) -> Prediction:
         """Return where the tracks are expected in the picture (the paper's KBB)."""
         foot = self._mapping.image_from_ground(self.mean[:, :2])
-        size = self.extent * self._sizes.per_metre(foot)
-        box = np.column_stack([foot[:, 0] - size[:, 0] / 2, foot[:, 1] - size[:, 1], size])
+        box = self._sizes.box_of(foot, self.extent)
         jacobian = self._mapping.image_jacobian(self.mean[:, :2])
         spread = jacobian @ self.covariance[:, :2, :2] @ jacobian.swapaxes(1, 2)
         return Prediction(foot, box, spread + self.foot_noise(box))
@@ -165,7 +168,7 @@ class LocalTracks:
 
     def follow_size(self, rows: Ints, box: Floats, seconds: float) -> None:
         """Let the tracked sizes follow (k, 4) measured boxes, px."""
-        measured = box[:, 2:] / self._sizes.per_metre(foot_of(box))
+        measured = box[:, 2:] / self._sizes.per_metre(self._sizes.foot_of(box))
         share = 1 - np.exp(-seconds / max(self._config.size_time_s, 1e-9))
         self.extent[rows] += share * (measured - self.extent[rows])
 
@@ -177,7 +180,7 @@ class LocalTracks:
         covariance = np.zeros((count, 4, 4))
         covariance[:, :2, :2] = self._mapping.ground_covariance(position, noise)
         covariance[:, [2, 3], [2, 3]] = self._config.initial_speed**2
-        extent = box[:, 2:] / self._sizes.per_metre(foot_of(box))
+        extent = box[:, 2:] / self._sizes.per_metre(self._sizes.foot_of(box))
         added = {
             'local_id': np.arange(self._next_id, self._next_id + count),
             'mean': np.column_stack([position, np.zeros((count, 2))]),

@@ -105,7 +105,7 @@ def observe(
             parts.append(_whole(blobs, blob, rows))
             continue
         members = Members(
-            predicted.foot[rows],
+            predicted.bottom[rows],
             predicted.spread[rows],
             tracks.extent[rows],
             tracks.template[rows],
@@ -120,7 +120,7 @@ def observe(
             blob_config.person_height_m,
             config,
         )
-        parts.append(_placed(bodies, blob, rows))
+        parts.append(_placed(bodies, blob, rows, sizes))
         if len(rows) and _fits_one(blobs, blob, config):
             parts[-1].proven[1:] = 0.0
     return _stacked(parts)
@@ -169,15 +169,15 @@ def _whole(blobs: Blobs, blob: int, rows: Ints) -> Observations:
     )
 
 
-def _placed(bodies: Bodies, blob: int, rows: Ints) -> Observations:
-    count = len(bodies.foot)
+def _placed(bodies: Bodies, blob: int, rows: Ints, sizes: SizeTable) -> Observations:
+    count = len(bodies.box)
     track = np.full(count, NEW)
     track[: len(rows)] = rows
     return Observations(
         track,
         np.full(count, blob),
         bodies.box,
-        bodies.foot,
+        sizes.foot_of(bodies.box),
         bodies.visible,
         bodies.proven,
         np.ones(count, bool),

@@ -69,10 +69,10 @@ class Members:
 
     Attributes
     ----------
-    foot : (n, 2) float64 array
-        Predicted foot points, px.
+    bottom : (n, 2) float64 array
+        Bottom centres of the predicted boxes, px.
     spread : (n, 2, 2) float64 array
-        Covariance of a measured foot point about the predicted, px².
+        Covariance of a measured one about the predicted, px².
     extent : (n, 2) float64 array
         Width and height, m.
     template : (n, 48) float64 array
@@ -80,7 +80,7 @@ class Members:
 
     """
 
-    foot: Floats
+    bottom: Floats
     spread: Floats
     extent: Floats
     template: Floats
@@ -93,8 +93,6 @@ class Bodies:
 
     Attributes
     ----------
-    foot : (n, 2) float64 array
-        Foot points, px.
     box : (n, 4) float64 array
         Left, top, width, height, px.
     visible : (n,) float64 array
@@ -104,7 +102,6 @@ class Bodies:
 
     """
 
-    foot: Floats
     box: Floats
     visible: Floats
     proven: Floats
@@ -175,7 +172,7 @@ class _Canvas:
         return values
 
     def log_prior(self, predicted: Floats, precision: Floats) -> Floats:
-        """Return the log-likelihood of every place given a predicted foot point, px."""
+        """Return the log-likelihood of every place given a predicted bottom centre, px."""
         across = self._feet[0][None] - predicted[0]
         down = self._feet[1][:, None] - predicted[1]
         (uu, uv), (_, vv) = precision.tolist()
@@ -212,11 +209,12 @@ class _Canvas:
         free = self._foreground[part][count[part] == 0]
         return float(free.sum()) / count[part].size
 
-    def body(self, place: Place, height_m: float) -> tuple[Floats, Floats]:
-        """Return foot (2,) and box (4,), px, of a body."""
-        foot = np.array([self._feet[0][place[1]], self._feet[1][place[0]]])
-        width, height = self._width * self._step, self._metre[place[0]] * height_m * self._step
-        return foot, np.array([foot[0] - width / 2, foot[1] - height, width, height])
+    def box(self, place: Place, height_m: float) -> list[float]:
+        """Return left, top, width, height, px, of a body."""
+        column, row = float(self._feet[0][place[1]]), float(self._feet[1][place[0]])
+        width = self._width * self._step
+        height = float(self._metre[place[0]]) * height_m * self._step
+        return [column - width / 2, row - height, width, height]
 
     def _covered(self, place: Place, height_m: float) -> tuple[slice, slice]:
         row, column = place
@@ -278,11 +276,11 @@ def partition(
     canvas = _Canvas(image, mask, box, scale, sizes, usual_height_m, width_m, config)
     heights = _heights(members.extent[:, 1], usual_height_m)
     precision = np.linalg.inv(members.spread)
-    priors = [canvas.log_prior(*member) for member in zip(members.foot, precision)]
+    priors = [canvas.log_prior(*member) for member in zip(members.bottom, precision)]
     values = canvas.values(members.template)
     bodies: list[Body | None] = [None] * len(heights)
     count = canvas.empty()
-    nearest_first = np.argsort(-members.foot[:, 1], kind='stable').tolist()
+    nearest_first = np.argsort(-members.bottom[:, 1], kind='stable').tolist()
     for _ in range(config.sweeps):
         for member in nearest_first:
             former = bodies[member]
@@ -313,15 +311,14 @@ def _heights(known_m: Floats, usual_m: float) -> list[float]:
 
 def _described(canvas: _Canvas, bodies: list[Body]) -> Bodies:
     """Look up where the bodies are and how much of each is seen."""
-    foot, box = np.zeros((len(bodies), 2)), np.zeros((len(bodies), 4))
-    proven = np.zeros(len(bodies))
+    box, proven = np.zeros((len(bodies), 4)), np.zeros(len(bodies))
     older = canvas.empty()
     for index, body in enumerate(bodies):
-        foot[index], box[index] = canvas.body(*body)
+        box[index] = canvas.box(*body)
         proven[index] = canvas.explained(older, body)
         canvas.add(older, body)
     apart = older.max(initial=0) < 2
-    return Bodies(foot, box, proven.copy() if apart else _visible(canvas, bodies), proven)
+    return Bodies(box, proven.copy() if apart else _visible(canvas, bodies), proven)
 
 
 def _visible(canvas: _Canvas, bodies: list[Body]) -> Floats:

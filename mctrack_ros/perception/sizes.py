@@ -1,4 +1,4 @@
-"""How many pixels a metre is where: a table over the picture, for speed."""
+"""How large and how slanted an upright metre looks where: a table over the picture."""
 
 from __future__ import annotations
 
@@ -30,7 +30,9 @@ class SizeTable:
         position = mapping.ground_from_image(np.column_stack([column.ravel(), row.ravel()]))
         across = mapping.width_px(position, 1.0)
         upright = mapping.height_px(position, 1.0)
+        slant = mapping.image_from_ground(position, 1.0)[:, 0] - column.ravel()
         self._table = np.column_stack([across, upright]).reshape(*column.shape, 2)
+        self._slant = (slant / upright).reshape(column.shape)
 
     def per_metre(self, foot: Floats) -> Floats:
         """
@@ -38,7 +40,33 @@ class SizeTable:
 
         Beyond the picture its edge counts; above the horizon it is NaN.
         """
-        last = np.array(self._table.shape[1::-1]) - 1
-        cell = np.fmax(np.fmin(foot / STEP_PX + 0.5, last), 0).astype(np.intp)
+        cell = self._cell(foot)
         found: Floats = self._table[cell[:, 1], cell[:, 0]]
         return found
+
+    def foot_of(self, box: Floats) -> Floats:
+        """
+        Return the (n, 2) foot points, px, of (n, 4) boxes.
+
+        The bottom centre (event-tracking paper, eq. (2)), moved by half of what the upright leans
+        over the box's height: beside the picture's middle, head and foot are not in one column.
+        """
+        bottom = np.column_stack([box[:, 0] + box[:, 2] / 2, box[:, 1] + box[:, 3]])
+        bottom[:, 0] -= self._lean(bottom) * box[:, 3] / 2
+        return bottom
+
+    def box_of(self, foot: Floats, extent: Floats) -> Floats:
+        """Return the (n, 4) boxes, px, of (n, 2) widths and heights, m, at foot points."""
+        size = extent * self.per_metre(foot)
+        left = foot[:, 0] - size[:, 0] / 2 + self._lean(foot) * size[:, 1] / 2
+        return np.column_stack([left, foot[:, 1] - size[:, 1], size])
+
+    def _lean(self, foot: Floats) -> Floats:
+        cell = self._cell(foot)
+        lean: Floats = self._slant[cell[:, 1], cell[:, 0]]
+        return lean
+
+    def _cell(self, foot: Floats) -> NDArray[np.intp]:
+        last = np.array(self._table.shape[1::-1]) - 1
+        cell: NDArray[np.intp] = np.fmax(np.fmin(foot / STEP_PX + 0.5, last), 0).astype(np.intp)
+        return cell
