@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import sys
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -40,7 +41,7 @@ def declare(node: Node, kind: type[Any]) -> None:
     known = {parameter.name: parameter for parameter in parameters_of(kind)}
     for name in given:
         if name not in known:
-            raise ConfigError(f'unknown parameter {name}, expected one of {sorted(known)}')
+            raise ConfigError(f'unknown parameter {name}: {_suggestion(name, list(known))}')
         node.undeclare_parameter(name)
     for name, parameter in known.items():
         value = parameter.checked(given.get(name, parameter.default))
@@ -92,6 +93,14 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
             FloatingPointRange(from_value=first_real, to_value=last_real)
         ]
     return described
+
+
+def _suggestion(name: str, known: list[str]) -> str:
+    """Return what may have been meant."""
+    near = difflib.get_close_matches(name, known, n=3, cutoff=0.7)
+    if near:
+        return f'was {" or ".join(near)} meant?'
+    return 'the files in config/ list all that there are'
 
 
 def _as_ros(value: Any) -> Any:

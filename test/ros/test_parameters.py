@@ -6,7 +6,7 @@ from walker import camera_parameters
 pytestmark = pytest.mark.live
 
 CASES = {
-    'unknown': ('camera_node', {'peroid': 0.04}, 'unknown parameter peroid'),
+    'unknown': ('camera_node', {'peroid': 0.04}, 'unknown parameter peroid: was period meant?'),
     'unknown below': (
         'fusion_node',
         {'fusion': {'life': {'coast': 1.0}}},
