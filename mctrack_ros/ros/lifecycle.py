@@ -27,10 +27,10 @@ from rclpy.signals import SignalHandlerOptions
 
 from mctrack_ros.resources import config_file
 from mctrack_ros.ros import parameters
+from mctrack_ros.ros.supervise import BAD_CONFIGURATION, PARENT_VARIABLE
 
 FAILED = 1
-BAD_CONFIGURATION = 2
-"""Exit codes of a process; the second is not worth a restart."""
+"""Exit code of a process that may be started again."""
 
 _WAKE_S = 0.2
 
@@ -226,12 +226,18 @@ def _live(node: GraphNode, endings: list[int]) -> int:
         node.trigger_activate()
     gc.collect()
     gc.freeze()
-    while not endings and not node.finished:
+    while not (endings or node.finished or _is_orphan()):
         executor.spin_once(timeout_sec=_WAKE_S)
     reason = node.failure
     if not node.ended:
         node.trigger_shutdown()
     return FAILED if reason or node.failure else 0
+
+
+def _is_orphan() -> bool:
+    """Tell whether the supervisor that started this process is gone."""
+    parent = os.environ.get(PARENT_VARIABLE)
+    return parent is not None and os.getppid() != int(parent)
 
 
 def _one_line(error: Exception) -> str:

@@ -11,8 +11,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import IO
 
+from mctrack_ros.ros.shared_memory import remove_leftovers
+
 BAD_CONFIGURATION = 2
 """Exit code of a process that would fail again."""
+
+PARENT_VARIABLE = 'MCTRACK_PARENT'
+"""Tells a node whose child it is; it ends when that process is gone."""
 
 _POLL_S = 0.05
 _FIRST_PAUSE_S = 0.5
@@ -81,9 +86,11 @@ class Supervisor:
         environment: Mapping[str, str] | None = None,
     ) -> None:
         self._write = write
-        self._environment = {**os.environ, 'PYTHONUNBUFFERED': '1', **(environment or {})}
+        own = {'PYTHONUNBUFFERED': '1', PARENT_VARIABLE: str(os.getpid())}
+        self._environment = {**os.environ, **own, **(environment or {})}
         self._children = [_Child(process) for process in processes]
         self._stopping = threading.Event()
+        self._killed = False
         self.failed = False
 
     def stop(self) -> None:
@@ -138,6 +145,8 @@ class Supervisor:
         for child in self._children:
             if child.running is not None:
                 self._reap(child, child.running.wait(), stopping=True)
+        if self._killed:
+            remove_leftovers()
 
     def _start(self, child: _Child) -> None:
         process = child.process
@@ -188,6 +197,7 @@ class Supervisor:
             thread.join(timeout=1.0)
         child.threads.clear()
         child.running, child.code = None, code
+        self._killed |= code < 0
         name, restart = child.process.name, child.process.restart
         if stopping:
             self._judge_end(name, code)

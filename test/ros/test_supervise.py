@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -130,3 +131,26 @@ def test_a_program_that_is_not_there_is_a_failure(run):
     started.thread.join(timeout=15)
     assert started.code == 1
     assert 'cannot start' in started.lines[0]
+
+
+SUPERVISED_NODE = """
+import sys, threading, time
+from mctrack_ros.ros.supervise import Process, Supervisor
+command = (sys.executable, '-m', 'mctrack_ros.ros.fusion_node')
+supervisor = Supervisor([Process('fusion', command)], print)
+threading.Thread(target=supervisor.run).start()
+while not supervisor.pids():
+    time.sleep(0.01)
+print(supervisor.pids()['fusion'], flush=True)
+"""
+
+
+@pytest.mark.live
+def test_nodes_end_when_their_supervisor_is_killed(bench):
+    bench.open()
+    command = [sys.executable, '-c', SUPERVISED_NODE]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as supervisor:
+        pid = int(supervisor.stdout.readline())
+        bench.until(lambda: bench.observer.count_publishers('/tracks') == 1)
+        supervisor.kill()
+    bench.until(lambda: not alive(pid))
