@@ -23,7 +23,8 @@ _POLL_S = 0.05
 _FIRST_PAUSE_S = 0.5
 _LONGEST_PAUSE_S = 10.0
 _HEALTHY_S = 10.0
-_PATIENCE_S = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))
+_PATIENCE_S = ((signal.SIGTERM, 7.0), (signal.SIGKILL, 2.0))
+"""How a process is told to end. SIGINT would end one that still starts with a traceback."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +135,7 @@ class Supervisor:
         return {c.process.name: c.code for c in self._children if c.code is not None}
 
     def stop_all(self) -> None:
-        """Interrupt what runs, in the end by force."""
+        """End what runs, at last by force."""
         for number, patience_s in _PATIENCE_S:
             alive = [c for c in self._children if c.running and c.running.poll() is None]
             if not alive:

@@ -117,7 +117,7 @@ def test_stopping_leaves_no_process_behind(run):
 
 
 def test_what_does_not_listen_is_ended_by_force(run, monkeypatch):
-    patience = ((signal.SIGINT, 0.2), (signal.SIGTERM, 0.2), (signal.SIGKILL, 5.0))
+    patience = ((signal.SIGTERM, 0.2), (signal.SIGKILL, 5.0))
     monkeypatch.setattr('mctrack_ros.ros.supervise._PATIENCE_S', patience)
     started = run(python('one', STUBBORN))
     started.until(lambda: started.lines == ['[one] up'])
