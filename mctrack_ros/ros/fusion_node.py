@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from functools import partial
 
 from geometry_msgs.msg import PoseArray
@@ -87,7 +88,7 @@ class FusionNode(GraphNode):
             self.batcher.feedback_missed(camera, missed)
             self.health[camera].count('feedback missed', missed)
 
-    def on_detections(self, camera: str, message: PointCloud2) -> None:
+    def on_detections(self, camera: str, message: PointCloud2, info: dict[str, int]) -> None:
         """Give one camera's detections to the batcher, and fuse what is complete."""
         try:
             detections = rows_from_cloud(message, Detections)
@@ -95,8 +96,20 @@ class FusionNode(GraphNode):
             self.refuse(camera, f'detections of {camera} refused: {error}')
             return
         self.health[camera].arrived(detections.stamp_ns, self.get_clock().now().nanoseconds)
-        self.fuse(self.batcher.add(camera, detections, self.clock.now().nanoseconds))
+        self.fuse(self.batcher.add(camera, detections, self.arrival_ns(info)))
         self.set_deadline()
+
+    def arrival_ns(self, info: dict[str, int]) -> int:
+        """
+        Return when a message came in, on the clock that deadlines are measured with.
+
+        What came in time is not late because this process was kept from looking.
+
+        """
+        now_ns = int(self.clock.now().nanoseconds)
+        if self.clock.clock_type != ClockType.STEADY_TIME:
+            return now_ns
+        return now_ns - max(time.time_ns() - info['received_timestamp'], 0)
 
     def after_deadline(self) -> None:
         """Let what has arrived already be admitted first: a timer runs before subscriptions."""
