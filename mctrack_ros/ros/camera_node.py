@@ -20,9 +20,10 @@ from mctrack_ros.perception import CameraPipeline, FeedbackBuffer, feedback_miss
 from mctrack_ros.perception.overlay import draw_overlay
 from mctrack_ros.ros import quality
 from mctrack_ros.ros.diagnostics import Diagnostics, StreamHealth
-from mctrack_ros.ros.lifecycle import GraphNode, run
+from mctrack_ros.ros.lifecycle import GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.node_config import CameraNodeConfig
+from mctrack_ros.ros.process import run
 
 _RESTART_NS = 1_000_000_000
 """Stamps that step back by more than this are a new run, not late pictures."""

@@ -99,7 +99,7 @@ class Diagnostics:
 
     def begin(self) -> None:
         """Start the timer; the node destroys it when it is deactivated."""
-        self._node.create_timer(_PERIOD_S, self.publish)
+        self._node.every(_PERIOD_S, self.publish)
 
     def publish(self) -> None:
         """Report now."""

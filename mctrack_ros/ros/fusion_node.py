@@ -19,9 +19,10 @@ from mctrack_ros.fusion import Batcher, FusionPipeline
 from mctrack_ros.interfaces import MAX_CAMERAS, Detections, EventCode, Events, Rows, Tick, Tracks
 from mctrack_ros.ros import markers, quality
 from mctrack_ros.ros.diagnostics import Diagnostics, StreamHealth
-from mctrack_ros.ros.lifecycle import GraphNode, run
+from mctrack_ros.ros.lifecycle import GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.node_config import FusionNodeConfig
+from mctrack_ros.ros.process import run
 from mctrack_ros.site_config import site_description
 
 

@@ -1,21 +1,13 @@
-"""What all nodes of the graph share: parameters, lifecycle, start and end of the process."""
+"""What all nodes of the graph share: parameters and lifecycle."""
 
 from __future__ import annotations
 
-import gc
-import os
-import signal
-import sys
-import tempfile
 import traceback
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any, ClassVar
 
-import cv2
-import rclpy
+from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import (
     LifecycleNode,
     LifecyclePublisher,
@@ -23,16 +15,8 @@ from rclpy.lifecycle import (
     TransitionCallbackReturn,
 )
 from rclpy.qos import QoSProfile
-from rclpy.signals import SignalHandlerOptions
 
-from mctrack_ros.resources import config_file
 from mctrack_ros.ros import parameters
-from mctrack_ros.ros.supervise import BAD_CONFIGURATION, PARENT_VARIABLE
-
-FAILED = 1
-"""Exit code of a process that may be started again."""
-
-_WAKE_S = 0.2
 
 
 class GraphNode(LifecycleNode):
@@ -57,6 +41,7 @@ class GraphNode(LifecycleNode):
         self.config: Any = None
         self.failure = ''
         self.finished = False
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.ended = False
         self._publishers_made: list[LifecyclePublisher] = []
         self._lasting: set[int] = set()
@@ -105,6 +90,10 @@ class GraphNode(LifecycleNode):
         silent = SubscriptionEventCallbacks(use_default_callbacks=False)
         self.create_subscription(kind, topic, callback, quality, event_callbacks=silent)
 
+    def every(self, period_s: float, callback: Callable[[], None]) -> None:
+        """Call back again and again in real time, though time may be simulated or stand still."""
+        self.create_timer(period_s, callback, clock=self._steady)
+
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read the parameters and build; a failure leaves the node unconfigured."""
         self.failure = ''
@@ -148,7 +137,7 @@ class GraphNode(LifecycleNode):
         try:
             step()
         except (ValueError, OSError, RuntimeError) as error:
-            self.failure = _one_line(error)
+            self.failure = one_line(error)
         except Exception:
             self.failure = traceback.format_exc()
         else:
@@ -173,73 +162,6 @@ class GraphNode(LifecycleNode):
         self.config = None
 
 
-def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -> int:
-    """
-    Run one node until it is done or the process is told to end.
-
-    Parameters
-    ----------
-    make : callable
-        Makes the node.
-    arguments : sequence of str, optional
-        The command line; by default that of the process.
-
-    Returns
-    -------
-    int
-        Exit code: 0, 1 after a failure, 2 if the configuration is wrong.
-
-    """
-    cv2.setNumThreads(1)
-    _prepare_environment()
-    endings: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda caught, _: endings.append(caught))
-    try:
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        node = make()
-    except (ValueError, RuntimeError) as error:
-        print(f'{Path(sys.argv[0]).stem}: {_one_line(error)}', file=sys.stderr)
-        return BAD_CONFIGURATION
-    try:
-        return _live(node, endings)
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
-
-
-def _prepare_environment() -> None:
-    """Set what ROS reads from the environment, unless it is set: where to log, how to resend."""
-    if 'HOME' not in os.environ:
-        os.environ.setdefault('ROS_LOG_DIR', tempfile.gettempdir())
-    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(config_file('fastdds.xml')))
-
-
-def _live(node: GraphNode, endings: list[int]) -> int:
-    """Bring a node up, let it work, bring it down."""
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    if node.get_parameter('autostart').value:
-        node.trigger_configure()
-        if node.failure:
-            return BAD_CONFIGURATION
-        node.trigger_activate()
-    gc.collect()
-    gc.freeze()
-    while not (endings or node.finished or _is_orphan()):
-        executor.spin_once(timeout_sec=_WAKE_S)
-    reason = node.failure
-    if not node.ended:
-        node.trigger_shutdown()
-    return FAILED if reason or node.failure else 0
-
-
-def _is_orphan() -> bool:
-    """Tell whether the supervisor that started this process is gone."""
-    parent = os.environ.get(PARENT_VARIABLE)
-    return parent is not None and os.getppid() != int(parent)
-
-
-def _one_line(error: Exception) -> str:
+def one_line(error: Exception) -> str:
     """Return an error's text without line breaks, the traces of rcl's C code cut off."""
     return ' '.join(str(error).split(', at /')[0].split())

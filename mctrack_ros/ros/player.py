@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import struct
 import sys
 import threading
 import time
@@ -18,15 +16,13 @@ from mctrack_ros.codec import header
 from mctrack_ros.config import ConfigError
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.ros import quality
-from mctrack_ros.ros.lifecycle import GraphNode, run
+from mctrack_ros.ros.lifecycle import GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES, message_class, starts_with_header
 from mctrack_ros.ros.node_config import PlayerConfig
-from mctrack_ros.ros.recorder import pattern
+from mctrack_ros.ros.pacing import SECOND_NS, Pace, shifted
+from mctrack_ros.ros.process import run
+from mctrack_ros.ros.topics import Awaited, pattern
 
-_STAMP_OFFSET = 4
-"""A header's stamp follows the four bytes that open every serialised message."""
-
-_SECOND_NS = 1_000_000_000
 _ARRIVAL_S = 1.0
 
 
@@ -36,30 +32,6 @@ class Played:
 
     publisher: LifecyclePublisher
     stamped: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Awaited:
-    """Topics that need so many subscribers before the start."""
-
-    topics: re.Pattern[str]
-    subscribers: int
-
-    @classmethod
-    def parsed(cls, text: str) -> Awaited:
-        """
-        Read a regular expression and, after a blank, a number.
-
-        Raises
-        ------
-        ConfigError
-            If it is neither.
-
-        """
-        topics, _, number = text.partition(' ')
-        if number and not number.isdigit():
-            raise ConfigError(f'wait_for has {text!r}, expected a number after the blank')
-        return cls(pattern(topics), int(number or 1))
 
 
 class Player(GraphNode):
@@ -211,7 +183,7 @@ class Player(GraphNode):
         began_ns, shift_ns = time.monotonic_ns(), 0
         if self.config.restamp:
             now_ns = self.get_clock().now().nanoseconds
-            shift_ns = -((first_ns - now_ns) // _SECOND_NS) * _SECOND_NS
+            shift_ns = -((first_ns - now_ns) // SECOND_NS) * SECOND_NS
             began_ns += first_ns + shift_ns - now_ns
         return Pace(first_ns, self.config.rate, began_ns, shift_ns)
 
@@ -230,48 +202,6 @@ class Player(GraphNode):
         """Say what time it is in the bag."""
         if not self.config.restamp:
             self.clock.publish(Clock(clock=header(RCLPY_CLASSES, time_ns, '').stamp))
-
-
-@dataclass(frozen=True, slots=True)
-class Pace:
-    """
-    Time in the bag against the steady clock.
-
-    Attributes
-    ----------
-    first_ns : int
-        Log time of the first message.
-    rate : float
-        Speed; 1: as recorded.
-    began_ns : int
-        Steady time at which the first message is due.
-    shift_ns : int
-        What is added to the stamps.
-
-    """
-
-    first_ns: int
-    rate: float
-    began_ns: int
-    shift_ns: int
-
-    def due_ns(self, time_ns: int) -> int:
-        """Return the steady time at which a message is due."""
-        return self.began_ns + round((time_ns - self.first_ns) / self.rate)
-
-    def bag_ns(self, steady_ns: int) -> int:
-        """Return the time in the bag at a steady time."""
-        return self.first_ns + round((steady_ns - self.began_ns) * self.rate)
-
-
-def shifted(data: bytes, shift_ns: int) -> bytes:
-    """Return a serialised message with the stamp of its header moved."""
-    order = '<' if data[1] & 1 else '>'
-    stamp = struct.Struct(order + 'iI')
-    seconds, nanoseconds = stamp.unpack_from(data, _STAMP_OFFSET)
-    moved = divmod(seconds * _SECOND_NS + nanoseconds + shift_ns, _SECOND_NS)
-    end = _STAMP_OFFSET + stamp.size
-    return data[:_STAMP_OFFSET] + stamp.pack(*moved) + data[end:]
 
 
 def main() -> int:

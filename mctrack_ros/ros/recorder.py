@@ -2,62 +2,23 @@
 
 from __future__ import annotations
 
-import re
 import sys
-from dataclasses import dataclass
-from typing import Any
 
-from rclpy.callback_groups import CallbackGroup
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.subscription import Subscription
 
 from mctrack_ros.config import ConfigError
 from mctrack_ros.recording import BagError, BagWriter
-from mctrack_ros.ros.lifecycle import GraphNode, run
+from mctrack_ros.ros.lifecycle import GraphNode
 from mctrack_ros.ros.messages import message_class
 from mctrack_ros.ros.node_config import RecorderConfig
+from mctrack_ros.ros.process import run
+from mctrack_ros.ros.raw_source import Drained, RawSource
+from mctrack_ros.ros.topics import pattern
 
 _LOOK_S = 0.2
 _DRAIN_S = 0.02
 _REPORT_S = 10.0
-
-
-class _Drained(CallbackGroup):
-    """
-    Subscriptions that the executor leaves alone.
-
-    Their messages wait in DDS, with the time of their arrival, until a timer takes them all.
-    Waiting on dozens of subscriptions for each message would cost several times as much.
-
-    """
-
-    def can_execute(self, entity: Any) -> bool:
-        """Never."""
-        return False
-
-    def beginning_execution(self, entity: Any) -> bool:
-        """Never."""
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        """Nothing began."""
-
-
-@dataclass(frozen=True, slots=True)
-class Source:
-    """A topic that is recorded, with the name of its message type."""
-
-    topic: str
-    kind: str
-    subscription: Subscription[Any]
-
-    def take(self) -> tuple[bytes, int] | None:
-        """Return the next message, serialised, and when it arrived (ns); None: there is none."""
-        subscription = self.subscription
-        with subscription.handle:
-            taken = subscription.handle.take_message(subscription.msg_type, True)
-        return None if taken is None else (taken[0], int(taken[1]['received_timestamp']))
 
 
 class Recorder(GraphNode):
@@ -84,11 +45,11 @@ class Recorder(GraphNode):
         """Look for topics, now and again."""
         self.simulated = bool(self.get_parameter('use_sim_time').value)
         self.known.clear()
-        self.sources: list[Source] = []
+        self.sources: list[RawSource] = []
         self.look()
-        self.create_timer(_DRAIN_S, self.drain)
-        self.create_timer(_LOOK_S, self.look)
-        self.create_timer(_REPORT_S, self.report)
+        self.every(_DRAIN_S, self.drain)
+        self.every(_LOOK_S, self.look)
+        self.every(_REPORT_S, self.report)
 
     def stop(self) -> None:
         """Write what is left."""
@@ -129,11 +90,11 @@ class Recorder(GraphNode):
             topic,
             lambda _: None,
             self.quality_of(topic),
-            callback_group=_Drained(),
+            callback_group=Drained(),
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
             raw=True,
         )
-        self.sources.append(Source(topic, kind, subscription))
+        self.sources.append(RawSource(topic, kind, subscription))
 
     def quality_of(self, topic: str) -> QoSProfile:
         """Return what all that publish on a topic can give."""
@@ -153,7 +114,7 @@ class Recorder(GraphNode):
                 data, received_ns = taken
                 self.write(source, data, received_ns if now_ns is None else now_ns)
 
-    def write(self, source: Source, data: bytes, time_ns: int) -> None:
+    def write(self, source: RawSource, data: bytes, time_ns: int) -> None:
         """Write one message; what cannot be written ends the recording."""
         try:
             self.writer.write_serialized(source.topic, source.kind, data, time_ns)
@@ -161,22 +122,6 @@ class Recorder(GraphNode):
             self.fail(f'{source.topic}: {error}')
         self.messages += 1
         self.bytes += len(data)
-
-
-def pattern(text: str) -> re.Pattern[str]:
-    """
-    Compile a regular expression of topic names.
-
-    Raises
-    ------
-    ConfigError
-        If it is none.
-
-    """
-    try:
-        return re.compile(text)
-    except re.error as error:
-        raise ConfigError(f'{text!r} is not a regular expression: {error}') from error
 
 
 def main() -> int:

@@ -13,9 +13,10 @@ from mctrack_ros.codec import cloud_from_rows, compressed_message, jpeg_from_ima
 from mctrack_ros.config import ConfigError
 from mctrack_ros.interfaces import Rows
 from mctrack_ros.ros import quality
-from mctrack_ros.ros.lifecycle import GraphNode, run
+from mctrack_ros.ros.lifecycle import GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.node_config import SimulatorNodeConfig
+from mctrack_ros.ros.process import run
 from mctrack_ros.simulation import (
     CameraRenderer,
     Scenario,
@@ -79,7 +80,7 @@ class SimulatorNode(GraphNode):
     def start(self) -> None:
         """Begin to show."""
         self.ending.clear()
-        self.create_timer(_REPORT_S, self.report)
+        self.every(_REPORT_S, self.report)
         self.thread = threading.Thread(target=self.show, name='show')
         self.thread.start()
 

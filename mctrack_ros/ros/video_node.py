@@ -14,9 +14,10 @@ from sensor_msgs.msg import CompressedImage, Image
 from mctrack_ros.codec import compressed_message, image_message, jpeg_from_image
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ros import quality
-from mctrack_ros.ros.lifecycle import GraphNode, run
+from mctrack_ros.ros.lifecycle import GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.node_config import VideoNodeConfig
+from mctrack_ros.ros.process import run
 
 _USUAL_RATE_HZ = 25.0
 _ATTEMPTS = 50

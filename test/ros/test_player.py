@@ -5,12 +5,10 @@ import time
 import pytest
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CompressedImage
-from walker import PERIOD_NS
 
 from mctrack_ros.codec import stamp_ns_of
-from mctrack_ros.config import ConfigError
 from mctrack_ros.recording import BagReader
-from mctrack_ros.ros.player import Awaited, Pace, Player, shifted
+from mctrack_ros.ros.player import Player
 from mctrack_ros.ros.quality import reliable
 
 TOPICS = ['/cam1/image_raw/compressed', '/cam2/image_raw/compressed']
@@ -98,25 +96,3 @@ def test_a_bag_cut_off_in_the_middle_ends_with_a_reason(bench, walker_bag):
     assert process.wait(timeout=20) in (1, 2)
     assert 'cannot be read' in bench.log('player')
     assert 'Traceback' not in bench.log('player')
-
-
-def test_awaited_topics_need_as_many_subscribers_as_they_say():
-    assert Awaited.parsed('/a.*').subscribers == 1
-    assert Awaited.parsed('/a.* 2').subscribers == 2
-    with pytest.raises(ConfigError, match='a number after the blank'):
-        Awaited.parsed('/a many')
-
-
-def test_pace_relates_the_bag_to_the_steady_clock():
-    pace = Pace(first_ns=1000, rate=2.0, began_ns=50, shift_ns=0)
-    assert pace.due_ns(1000) == 50
-    assert pace.due_ns(1200) == 150
-    assert pace.bag_ns(150) == 1200
-
-
-@pytest.mark.parametrize('order', ['little', 'big'])
-def test_stamp_of_a_serialised_message_is_moved(order):
-    head = b'\x00\x01\x00\x00' if order == 'little' else b'\x00\x00\x00\x00'
-    data = head + (5).to_bytes(4, order) + (900_000_000).to_bytes(4, order) + b'rest'
-    moved = shifted(data, 200_000_000 + PERIOD_NS)
-    assert moved == head + (6).to_bytes(4, order) + (140_000_000).to_bytes(4, order) + b'rest'
