@@ -111,10 +111,10 @@ def pitch5_cameras(scenario: Scenario) -> tuple[Camera, ...]:
     places = {'cam1': (-1, -1), 'cam2': (-1, 1), 'cam3': (1, -1), 'cam4': (1, 1)}
     for name, (east, north) in places.items():
         mirrored_x, mirrored_y = (LENGTH_M if east > 0 else 0.0), (WIDTH_M if north > 0 else 0.0)
-        position = (mirrored_x + east * 36.5, mirrored_y + north * 35.1, 17.0)
+        position = (mirrored_x + east * 36.5, mirrored_y + north * 35.1, 15.0)
         target = (mirrored_x - east * 15.0, mirrored_y - north * 31.6, 0.0)
         cameras.append(looking_at(name, position, target, 1500, scenario))
     middle = LENGTH_M / 2
-    position, target = (middle, -37.7, 19.0), (middle, 20.0, 0.0)
+    position, target = (middle, -37.7, 17.0), (middle, 20.0, 0.0)
     cameras.append(looking_at('cam5', position, target, 1500, scenario))
     return tuple(cameras)

@@ -26,11 +26,11 @@ _FORMATION = np.array(
     ],
     np.float64,
 )
-_BALL_PULL = np.array([0.75, 0.63])
+_BALL_PULL = np.array([0.765, 0.65])
 _FOLLOW_S = 8.0
-_MARK_WITHIN_M, _MARK_AT_M = 20.0, 0.6
-_CROWD_M = np.array([2.4, 5.0])
-_WALL_M, _WALL_SPACING_M = 9.15, 0.62
+_MARK_WITHIN_M, _MARK_AT_M = 20.0, 1.3
+_CROWD_M = np.array([3.2, 6.5])
+_WALL_M, _WALL_SPACING_M = 9.15, 0.8
 _REFEREE_OFF_M = np.array([6.0, 7.0])
 _WANDER_M, _WANDER_S = 0.9, 3.0
 
