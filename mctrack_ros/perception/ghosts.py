@@ -21,7 +21,9 @@ class GhostConfig:
 
     period_s: float = parameter(0.2, 'time between searches [s]', minimum=0.0)
     edge_ratio: float = parameter(
-        1.4, "times that the background's edges along an outline exceed the picture's", minimum=1.0
+        1.25,
+        "times that the background's edges along an outline exceed the picture's",
+        minimum=1.0,
     )
     edge_difference: float = parameter(
         6.0, 'and by how much they do at least [grey levels]', minimum=0.0

@@ -155,6 +155,10 @@ class CameraPipeline:
         self._heal(small, mask, np.vstack([blobs.box, detections.box]) / scale, stamp_ns)
         return CameraOutput(detections, events)
 
+    def predicted_boxes(self) -> NDArray[np.float64]:
+        """Return the (n, 4) boxes, px, where the camera's own tracks are, for an overlay."""
+        return self._tracker.tracks.prediction().box
+
     def _heal(self, image: Image, mask: Image, box: NDArray[np.floating], stamp_ns: int) -> None:
         """Fill holes of the background from the picture."""
         background = self._background

@@ -21,6 +21,12 @@ def test_person_is_found_where_it_stands(stage):
     assert detections.local_id[0] == 1
 
 
+def test_predicted_box_lies_on_the_person(stage):
+    for _ in range(10):
+        box = stage.show([((1.0, 0.0), RED)]).detections.box[0]
+    assert np.allclose(stage.pipeline.predicted_boxes(), [box], atol=2.0)
+
+
 def test_empty_scene_gives_empty_detections(stage):
     assert len(stage.show([]).detections) == 0
 
