@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+from rclpy.duration import Duration
 from sensor_msgs.msg import CompressedImage, Image
 
 from mctrack_ros.codec import compressed_message, image_message, jpeg_from_image
@@ -20,8 +21,8 @@ from mctrack_ros.ros.node_config import VideoNodeConfig
 from mctrack_ros.ros.process import run
 
 _USUAL_RATE_HZ = 25.0
-_ATTEMPTS = 50
-_PAUSE_S = 0.2
+_SILENCE_S = 1.0
+_ARRIVAL = Duration(seconds=1)
 
 
 class VideoNode(GraphNode):
@@ -41,6 +42,7 @@ class VideoNode(GraphNode):
         self.is_file = '://' not in source and not source.isdigit() and '/dev/' not in source
         if self.is_file and not Path(source).is_file():
             raise ConfigError(f'source {source} does not exist')
+        self.address = int(source) if source.isdigit() else source
         self.capture = self.opened()
         stated = self.capture.get(cv2.CAP_PROP_FPS)
         self.rate = self.config.rate or (stated if 1 <= stated <= 1000 else _USUAL_RATE_HZ)
@@ -61,10 +63,9 @@ class VideoNode(GraphNode):
             If OpenCV cannot.
 
         """
-        source = self.config.source
-        capture = cv2.VideoCapture(int(source) if source.isdigit() else source)
+        capture = cv2.VideoCapture(self.address)
         if not capture.isOpened():
-            raise ConfigError(f'source {source} cannot be opened as a video')
+            raise ConfigError(f'source {self.config.source} cannot be opened as a video')
         return capture
 
     def start(self) -> None:
@@ -89,6 +90,7 @@ class VideoNode(GraphNode):
             if self.is_file:
                 self.wait_for_subscriber()
                 self.play_file()
+                self.pictures.wait_for_all_acked(_ARRIVAL)
             else:
                 self.play_live()
         except Exception as error:
@@ -135,8 +137,8 @@ class VideoNode(GraphNode):
                 continue
             self.get_logger().warning(f'{self.config.source} fell silent: opening it again')
             self.capture.release()
-            self.ending.wait(_PAUSE_S * 5)
-            self.capture.open(self.config.source)
+            self.ending.wait(_SILENCE_S)
+            self.capture.open(self.address)
 
     def send(self, image: Any, stamp_ns: int) -> None:
         """Publish one picture."""

@@ -57,3 +57,12 @@ def test_raw_and_scaled_pictures(bench, film):
     bench.until(lambda: node.finished and pictures)
     assert (pictures[0].width, pictures[0].height) == (96, 72)
     assert pictures[0].header.frame_id == 'cam1_optical_frame'
+
+
+def test_a_stream_that_falls_silent_is_opened_again(bench, film):
+    node, pictures = show(bench, f'file://{film}', depth=200)
+    bench.until(lambda: len(pictures) > 25)
+    assert not node.finished
+    node.trigger_deactivate()
+    stamps = [stamp_ns_of(picture) for picture in pictures]
+    assert stamps == sorted(stamps)
