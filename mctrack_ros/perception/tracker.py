@@ -184,10 +184,18 @@ class LocalTracker:
             self._note_merge(np.sort(known[blob_of[known] == blob]), log)
         alone = known[(count[blob_of[known]] == 1) & (tracks.group[known] > 0)]
         for row in np.sort(alone).tolist():
-            shared = tracks.group == tracks.group[row]
-            shared[row] = False
+            self._note_split(row, log)
+
+    def _note_split(self, row: int, log: EventLog) -> None:
+        """Note who left a group; who is left alone by that is no group either."""
+        tracks = self.tracks
+        shared = (tracks.group == tracks.group[row]) & (tracks.group > 0)
+        shared[row] = False
+        if shared.any():
             log.add(EventCode.SPLIT, tracks, row, tracks.local_id[shared])
-            tracks.group[row] = 0
+        if shared.sum() == 1:
+            tracks.group[shared] = 0
+        tracks.group[row] = 0
 
     def _note_merge(self, rows: Ints, log: EventLog) -> None:
         tracks = self.tracks
