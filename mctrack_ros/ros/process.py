@@ -76,13 +76,18 @@ def _live(node: GraphNode, endings: list[int]) -> int:
         if node.failure:
             return BAD_CONFIGURATION
         node.trigger_activate()
+        if node.failure:
+            return FAILED
+        node.get_logger().info('active')
     gc.collect()
     gc.freeze()
-    while not (endings or node.finished or _is_orphan()):
-        executor.spin_once(timeout_sec=_WAKE_S)
-    reason = node.failure
-    if not node.ended:
-        node.trigger_shutdown()
+    try:
+        while not (endings or node.finished or _is_orphan()):
+            executor.spin_once(timeout_sec=_WAKE_S)
+    finally:
+        reason = node.failure
+        if not node.ended:
+            node.trigger_shutdown()
     return FAILED if reason or node.failure else 0
 
 

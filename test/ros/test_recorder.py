@@ -1,6 +1,8 @@
 """The recorder: nothing lost, and a finished bag whatever ends it."""
 
 import signal
+import subprocess
+import sys
 
 import pytest
 from sensor_msgs.msg import PointCloud2
@@ -78,3 +80,36 @@ def test_a_bag_that_is_there_is_not_touched(bench, tmp_path, walker_bag):
     assert process.wait(timeout=20) == 2
     assert 'exists already' in bench.log('recorder')
     assert sorted(path.stat().st_mtime_ns for path in walker_bag.iterdir()) == before
+
+
+CRASHING = """
+import sys
+from mctrack_ros.ros.process import run
+from mctrack_ros.ros.recorder import Recorder
+
+class Crashing(Recorder):
+    def report(self):
+        if self.messages:
+            raise KeyError('a mistake in the program')
+
+    def look(self):
+        super().look()
+        self.drain()
+        self.report()
+
+sys.exit(run(Crashing))
+"""
+
+
+def test_a_crash_leaves_a_finished_bag(bench, tmp_path):
+    bench.open()
+    path = bench.parameter_file('crashing', {'path': str(tmp_path / 'bag'), 'topics': ['/d']})
+    command = [sys.executable, '-c', CRASHING, '--ros-args', '--params-file', str(path)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        bench.processes.append(process)
+        publisher = bench.publisher(PointCloud2, '/d')
+        publisher.publish(cloud(1))
+        bench.until(lambda: process.poll() is not None)
+        assert 'a mistake in the program' in process.stderr.read()
+    assert process.returncode == 1
+    assert len(recorded(tmp_path / 'bag')) == 1
