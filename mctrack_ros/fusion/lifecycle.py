@@ -5,12 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.fusion.coverage import CoverageMap
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.interfaces import MAX_CAMERAS
-
-LONGEST_STEP_S = 0.25
-"""A detection speaks for no more time than this, however slow the cameras, s."""
 
 GROUP_MEMORY_S = 0.2
 """A track has left its group when no camera has seen it in one for so long, s."""
@@ -18,16 +15,72 @@ GROUP_MEMORY_S = 0.2
 Mask = NDArray[np.bool_]
 
 
-def count_support(table: TrackTable, seconds: float, config: FusionConfig) -> Mask:
-    """Credit what was seen this tick, and confirm; return the mask of the newly confirmed."""
-    seconds = min(seconds, LONGEST_STEP_S)
-    cameras = ((table.cameras[:, None] >> np.arange(MAX_CAMERAS, dtype=np.uint32)) & 1).sum(axis=1)
-    gain = np.where(cameras > 1, config.life.shared_gain, cameras.astype(np.float64))
-    table.support += seconds * np.where(cameras > 0, gain, -1.0)
-    table.support = np.clip(table.support, 0.0, config.life.confirm_time)
-    confirmed = ~table.confirmed & (table.support >= config.life.confirm_time)
-    table.confirmed |= confirmed
-    return confirmed
+class Evidence:
+    """
+    Weighs what the cameras see of each track against what they should see.
+
+    Parameters
+    ----------
+    cameras : int
+        How many there are.
+    config : FusionConfig
+        Parameters.
+
+    """
+
+    def __init__(self, cameras: int, config: FusionConfig) -> None:
+        self._life = config.life
+        self._coverage = CoverageMap(cameras, config.life.coverage_cell)
+
+    def count(self, table: TrackTable, tick_ns: int, seconds: float, present: Mask) -> Mask:
+        """
+        Add one tick's evidence to the log-odds, and confirm.
+
+        Misses speak only against what one camera alone sees: what two see is real, and what none
+        sees is left to the time it may coast. What a camera sees in a group it does not miss.
+
+        Parameters
+        ----------
+        table : TrackTable
+            Changed in place.
+        tick_ns : int
+            The tick's stamp, ns.
+        seconds : float
+            Time since the last tick, s.
+        present : (cameras,) bool array
+            Whose pictures are in the tick.
+
+        Returns
+        -------
+        (n,) bool array
+            The newly confirmed.
+
+        """
+        life = self._life
+        seen = (table.cameras[:, None] >> np.arange(len(present), dtype=np.uint32) & 1).astype(
+            bool
+        )
+        begin_ns = tick_ns - round(seconds * 1e9)
+        watched = present & ~((table.hidden_ns > begin_ns) & ~seen)
+        position = table.mean[:, :2]
+        miss = np.log1p(-self._coverage.probability(position))
+        look = min(seconds / life.look_time, 1.0)
+        alone = seen.sum(axis=1, keepdims=True) == 1
+        weight = np.where(table.confirmed, life.miss_weight, 1.0)[:, None]
+        gain = np.where(seen, life.hit_evidence, weight * miss * (watched & alone))
+        table.evidence += look * np.where(seen.any(axis=1), gain.sum(axis=1), 0.0)
+        table.evidence = np.clip(table.evidence, -life.most_evidence, life.most_evidence)
+        confirmed = ~table.confirmed & (table.evidence >= life.confirm_evidence)
+        table.confirmed |= confirmed
+        by_others = seen.sum(axis=1, keepdims=True) - seen > 0
+        sure = table.confirmed
+        self._coverage.learn(
+            position[sure],
+            seen[sure],
+            (watched & by_others)[sure],
+            min(seconds, life.look_time),
+        )
+        return confirmed
 
 
 def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
@@ -39,7 +92,8 @@ def is_over(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
     """Return the mask of the tracks that end now."""
     life = config.life
     limit = np.where(table.confirmed, life.coast_time, life.tentative_time)
-    return silence(table, stamp_ns) > np.maximum(limit, 1.5 * config.batching.period)
+    silent = silence(table, stamp_ns) > np.maximum(limit, 1.5 * config.batching.period)
+    return silent | (table.confirmed & (table.evidence < 0))
 
 
 def is_published(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
@@ -96,7 +150,7 @@ def absorb(table: TrackTable, kept: int, dropped: int) -> None:
     newer = table.seen_by_ns[dropped] > table.seen_by_ns[kept]
     table.local_id[kept] = np.where(newer, table.local_id[dropped], table.local_id[kept])
     table.seen_by_ns[kept] = np.maximum(table.seen_by_ns[kept], table.seen_by_ns[dropped])
-    for name in ('seen_ns', 'kept_ns', 'support'):
+    for name in ('seen_ns', 'kept_ns', 'evidence'):
         values = getattr(table, name)
         values[kept] = max(values[kept], values[dropped])
     table.cameras[kept] |= table.cameras[dropped]

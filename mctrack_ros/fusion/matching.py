@@ -165,6 +165,6 @@ class CameraMatcher:
         self._filter(members, position, np.repeat(noise, len(members), axis=0))
         stamp_ns = detections.stamp_ns
         table.kept_ns[members] = np.maximum(table.kept_ns[members], stamp_ns)
-        table.group_ns[members] = stamp_ns
+        table.group_ns[members] = table.hidden_ns[members, self.camera] = stamp_ns
         table.group[members] = table.track_id[members].min() if len(members) > 1 else 0
         return members

@@ -20,9 +20,7 @@ SEEN_MEMORY_NS = 500_000_000
 """A camera counts as seeing a target for so long after it did, ns."""
 
 
-def tracks_of(
-    table: TrackTable, deleted: TrackTable, stamp_ns: int, full_support: float
-) -> Tracks:
+def tracks_of(table: TrackTable, deleted: TrackTable, stamp_ns: int) -> Tracks:
     """Return the published tracks and, once, those that ended, sorted by id."""
     status = np.concatenate(
         [status_of(table, stamp_ns), np.full(len(deleted), TrackStatus.DELETED)]
@@ -30,14 +28,13 @@ def tracks_of(
     every = table.extended(deleted)
     order = np.argsort(every.track_id)
     every, status = every.select(order), status[order]
-    score = every.support / full_support if full_support > 0 else np.ones(len(every))
     return Tracks.build(
         stamp_ns,
         position=ground_points(every),
         velocity=every.mean[:, 2:],
         covariance=every.covariance,
         age=(stamp_ns - every.first_ns) / 1e9,
-        score=np.where(every.confirmed, 1.0, score),
+        score=1 / (1 + np.exp(-every.evidence)),
         track_id=every.track_id,
         group=every.group,
         cameras=every.cameras,

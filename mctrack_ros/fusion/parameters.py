@@ -89,11 +89,32 @@ class LifeConfig:
         minimum=0.01,
         maximum=100.0,
     )
-    confirm_time: float = parameter(
-        0.5, 'Support by one camera that confirms a track [s]', minimum=0.0, maximum=100.0
+    look_time: float = parameter(
+        0.25,
+        'Pictures of one camera within this time count as one look [s]',
+        minimum=0.001,
+        maximum=100.0,
     )
-    shared_gain: float = parameter(
-        4.0, 'What a second camera multiplies the support by', minimum=1.0, maximum=100.0
+    hit_evidence: float = parameter(
+        2.0,
+        'What a detection adds to the log-odds of a track, per look',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    miss_weight: float = parameter(
+        0.5,
+        'How much a miss counts for a confirmed track, which may be hidden for a while',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    confirm_evidence: float = parameter(
+        4.0, 'Log-odds that confirm a track', minimum=0.0, maximum=100.0
+    )
+    most_evidence: float = parameter(
+        8.0, 'Log-odds are counted no further than this', minimum=0.0, maximum=1000.0
+    )
+    coverage_cell: float = parameter(
+        2.0, 'Edge of a cell of the learned coverage [m]', minimum=0.01, maximum=1000.0
     )
     tentative_time: float = parameter(
         0.15, 'A tentative track without support for so long ends [s]', minimum=0.0, maximum=100.0

@@ -78,6 +78,7 @@ class FusionPipeline:
         self._config = config
         self._index = {name: index for index, name in enumerate(cameras)}
         self._table = TrackTable.blank(0, len(cameras))
+        self._evidence = lifecycle.Evidence(len(cameras), config)
         self._watch = lifecycle.DuplicateWatch(config)
         self._stamp_ns: int | None = None
         self._next_id = 1
@@ -103,13 +104,14 @@ class FusionPipeline:
         leftovers = self._associate(tick)
         self._note_groups(groups, tick.stamp_ns, events)
         self._initiate(leftovers, tick.stamp_ns)
-        confirmed = lifecycle.count_support(self._table, self._seconds, self._config)
+        present = np.isin(list(self._index), [frame.camera for frame in tick.frames])
+        confirmed = self._evidence.count(self._table, tick.stamp_ns, self._seconds, present)
         events.add_all(EventCode.NEW, self._table, confirmed)
         deleted = deleted.extended(self._merge_duplicates(tick.stamp_ns, events))
         deleted = deleted.extended(self._delete(tick.stamp_ns, events))
         told = self._table.select(lifecycle.is_published(self._table, tick.stamp_ns, self._config))
         return FusionOutput(
-            tracks_of(told, deleted, tick.stamp_ns, self._config.life.confirm_time),
+            tracks_of(told, deleted, tick.stamp_ns),
             feedback_of(told, tick.stamp_ns),
             events.events(tick.stamp_ns),
         )

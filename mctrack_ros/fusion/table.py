@@ -35,12 +35,14 @@ class TrackTable:
         Stamp of the last detection of its own, by camera.
     local_id : (n, cameras) uint32 array
         What each camera called it then; 0: nothing.
-    support : (n,) array
-        Weighted time with detections, s.
+    evidence : (n,) array
+        Log-odds of being a target.
     confirmed : (n,) bool array
     template : (n, 48) float32 array
         Appearance; zero: none yet.
     class_id, kit : (n,) uint8 array
+    hidden_ns : (n, cameras) int64 array
+        Stamp of the last group in which each camera saw it.
     group : (n,) uint32 array
         Smallest id of the group that it is in; 0: none.
     group_ns : (n,) int64 array
@@ -60,11 +62,12 @@ class TrackTable:
     kept_ns: NDArray[np.int64]
     seen_by_ns: NDArray[np.int64]
     local_id: NDArray[np.uint32]
-    support: NDArray[np.float64]
+    evidence: NDArray[np.float64]
     confirmed: NDArray[np.bool_]
     template: NDArray[np.float32]
     class_id: NDArray[np.uint8]
     kit: NDArray[np.uint8]
+    hidden_ns: NDArray[np.int64]
     group: NDArray[np.uint32]
     group_ns: NDArray[np.int64]
     cameras: NDArray[np.uint32]
@@ -86,11 +89,12 @@ class TrackTable:
             kept_ns=np.zeros(count, np.int64),
             seen_by_ns=np.full((count, cameras), NEVER_NS, np.int64),
             local_id=np.zeros((count, cameras), np.uint32),
-            support=np.zeros(count),
+            evidence=np.zeros(count),
             confirmed=np.zeros(count, bool),
             template=np.zeros((count, TEMPLATE_SIZE), np.float32),
             class_id=np.zeros(count, np.uint8),
             kit=np.zeros(count, np.uint8),
+            hidden_ns=np.full((count, cameras), NEVER_NS, np.int64),
             group=np.zeros(count, np.uint32),
             group_ns=np.full(count, NEVER_NS, np.int64),
             cameras=np.zeros(count, np.uint32),
