@@ -12,8 +12,7 @@ from walker import PERIOD_NS, SIZE, picture_message
 
 from mctrack_ros.codec import stamp_ns_of
 from mctrack_ros.config import config_from
-from mctrack_ros.fusion import FusionPipeline
-from mctrack_ros.interfaces import CameraDetections, Detections, Tick, Ticks, Tracks
+from mctrack_ros.interfaces import Detections, Ticks, Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.ros.graph import (
     ENVIRONMENT,
@@ -128,46 +127,6 @@ def test_a_killed_camera_node_does_not_stop_fusion_and_comes_back(bench, site, s
     bench.until(lambda: sum(len(one) > 0 for one in tracks[seen_before:]) >= 5)
     bench.until(lambda: ticks[-1].alive.tolist() == [1, 1] and returned)
     assert supervisor.starts() == {'fusion': 1, 'cam1_camera': 1, 'cam2_camera': 2}, lines
-
-
-@pytest.mark.live
-def test_live_and_offline_agree_where_the_same_detections_arrived(
-    bench, site, supervised, walker_bag, tmp_path
-):
-    nodes = [
-        *site_nodes(site),
-        recorder_node(tmp_path / 'live', ['/tracks', '/ticks', '/cam./detections']),
-        player_node(walker_bag, restamp=True, wait_for=awaited_topics(site, True), settle=2.0),
-    ]
-    _, thread, lines = supervised(nodes)
-    thread.join(timeout=40)
-    assert not thread.is_alive(), lines
-    live = tmp_path / 'live'
-    tracks, ticks = recorded(live, '/tracks', Tracks), recorded(live, '/ticks', Ticks)
-    detections = {
-        camera: {
-            rows.stamp_ns: rows for rows in recorded(live, f'/{camera}/detections', Detections)
-        }
-        for camera in CAMERAS
-    }
-    fusion = FusionPipeline(site.fusion, site.camera_names)
-    assert len(ticks) == len(tracks)
-    assert max(len(each) for each in tracks) == 1
-    for record, published in zip(ticks, tracks):
-        frames = tuple(
-            CameraDetections(camera, detections[camera][record.stamp_ns])
-            for camera, admitted in zip(CAMERAS, record.admitted)
-            if admitted
-        )
-        again = fusion.step(Tick(record.stamp_ns, frames, record)).tracks
-        for name in Tracks.COLUMNS:
-            assert getattr(again, name).tobytes() == getattr(published, name).tobytes(), name
-
-
-def recorded(bag, topic, kind):
-    """Return the rows of a bag's topic."""
-    with BagReader(bag) as reader:
-        return [rows for rows, _ in reader.rows(topic, kind)]
 
 
 def now_ns(bench):

@@ -1,0 +1,83 @@
+"""A scene of stored detections: what several real cameras saw, and who was there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.evaluation import Trajectories
+from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.interfaces import ClassCode, Detections
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class StoredScene:
+    """
+    Detections of several cameras, picture by picture.
+
+    Attributes
+    ----------
+    frame : (n,) int array
+        Numbers of the instants as the truth counts them, ascending.
+    rate : float
+        Instants a second.
+    detections : dict of str to list of Detections
+        By camera, one for each instant; stamped with the middle of its period.
+    truth : Trajectories
+        Only for the evaluation.
+
+    """
+
+    frame: NDArray[np.int64]
+    rate: float
+    detections: dict[str, list[Detections]]
+    truth: Trajectories
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names of the cameras."""
+        return tuple(self.detections)
+
+
+def stamp_of(index: int, rate: float) -> int:
+    """Return the middle of a period, ns, after the first period's start."""
+    return round((index + 0.5) / rate * 1e9)
+
+
+def feet_to_detections(
+    feet: Floats,
+    mapping: ProjectiveMapping,
+    stamp_ns: int,
+    foot_sigma_px: float,
+    score: Floats | None = None,
+) -> Detections:
+    """
+    Put foot points on the ground.
+
+    Parameters
+    ----------
+    feet : (n, 2) array
+        Pixels.
+    mapping : ProjectiveMapping
+        Of the camera.
+    stamp_ns : int
+        When the picture was taken.
+    foot_sigma_px : float
+        Standard deviation of a foot point in the image, px.
+    score : (n,) array, optional
+        Confidence, 0 to 1.
+
+    """
+    ground = mapping.ground_from_image(feet)
+    covariance = mapping.ground_covariance(ground, foot_sigma_px**2 * np.eye(2))
+    return Detections.build(
+        stamp_ns,
+        position=np.column_stack([ground, np.zeros(len(ground))]),
+        covariance=covariance,
+        score=np.ones(len(ground)) if score is None else score,
+        class_id=np.full(len(ground), ClassCode.PERSON),
+    )
