@@ -12,6 +12,8 @@ SLOTS = 1 << 14
 COARSENESS = 4
 """Edge of a coarse cell, fine cells."""
 PRIOR_PROBABILITY = 0.7
+LARGEST_PROBABILITY = 0.95
+"""Whatever is learned: anything may be hidden behind something now and then."""
 PRIOR_SECONDS = 1.0
 """How long a place must be watched to count as much as what is assumed of it, s."""
 
@@ -42,7 +44,7 @@ class CoverageMap:
         """
         fine, coarse = (_slots(position, edge) for edge in self._edges)
         prior = self._posterior(1, coarse, PRIOR_PROBABILITY)
-        return self._posterior(0, fine, prior)
+        return np.minimum(self._posterior(0, fine, prior), LARGEST_PROBABILITY)
 
     def learn(
         self, position: Floats, seen: NDArray[np.bool_], watched: NDArray[np.bool_], seconds: float

@@ -83,6 +83,14 @@ class Evidence:
         return confirmed
 
 
+def doubt_parts(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> None:
+    """Ask more evidence of new tracks that begin beside a confirmed one: blobs fall apart."""
+    old = table.mean[table.confirmed, :2]
+    gap = np.linalg.norm(fresh.mean[:, None, :2] - old[None], axis=2)
+    beside = (gap < config.life.crowd_distance).any(axis=1)
+    fresh.evidence[beside] -= config.life.crowd_evidence
+
+
 def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
     """Return for how long, (n,) s, nothing has supported each track."""
     return (stamp_ns - table.kept_ns) / 1e9

@@ -110,6 +110,15 @@ class LifeConfig:
     confirm_evidence: float = parameter(
         4.0, 'Log-odds that confirm a track', minimum=0.0, maximum=100.0
     )
+    crowd_distance: float = parameter(
+        1.0,
+        'What begins so near to a confirmed track is at first taken for a part of it [m]',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    crowd_evidence: float = parameter(
+        4.0, 'Log-odds that it lacks then', minimum=0.0, maximum=100.0
+    )
     most_evidence: float = parameter(
         8.0, 'Log-odds are counted no further than this', minimum=0.0, maximum=1000.0
     )

@@ -167,6 +167,7 @@ class FusionPipeline:
         count = len(fresh)
         fresh.track_id[:] = np.arange(self._next_id, self._next_id + count)
         self._next_id += count
+        lifecycle.doubt_parts(fresh, self._table, self._config)
         self._table = self._table.extended(fresh)
 
     def _merge_duplicates(self, stamp_ns: int, events: EventLog) -> TrackTable:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.fusion.coverage import PRIOR_PROBABILITY, CoverageMap
+from mctrack_ros.fusion.coverage import LARGEST_PROBABILITY, PRIOR_PROBABILITY, CoverageMap
 
 
 def test_what_is_not_known_is_assumed():
@@ -15,7 +15,7 @@ def test_a_camera_that_never_sees_a_place_is_not_expected_to():
     for _ in range(100):
         coverage.learn(place, np.array([[True, False]]), watched, 0.1)
     sees, blind = coverage.probability(place)[0]
-    assert sees > 0.95
+    assert sees == LARGEST_PROBABILITY
     assert blind < 0.05
 
 
