@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from mctrack_ros.config import config_from, nested
@@ -13,7 +13,7 @@ from mctrack_ros.interfaces import Tick
 
 
 def track_stored(
-    scene: StoredScene, settings: dict[str, Any], cameras: tuple[str, ...] | None = None
+    scene: StoredScene, settings: Mapping[str, Any], cameras: tuple[str, ...] | None = None
 ) -> Trajectories:
     """
     Fuse the detections of some cameras.
@@ -34,7 +34,7 @@ def track_stored(
 
     """
     cameras = scene.cameras if cameras is None else cameras
-    config = config_from(FusionConfig, nested({'batching.period': 1 / scene.rate} | settings))
+    config = config_from(FusionConfig, nested({'batching.period': 1 / scene.rate, **settings}))
     pipeline = FusionPipeline(config, cameras)
     outputs = [pipeline.step(tick).tracks for tick in ticks(scene, config, cameras)]
     rows = Trajectories.from_tracks(outputs, round(1e9 / scene.rate))

@@ -42,7 +42,7 @@ class MotionConfig:
         maximum=100.0,
     )
     sensor_sigma: float = parameter(
-        0.1,
+        0.2,
         'Error that every detection has beside its own covariance (calibration, feet) [m]',
         minimum=0.001,
         maximum=100.0,
@@ -135,7 +135,7 @@ class LifeConfig:
         1.0, 'A track without support is kept for so long [s]', minimum=0.0, maximum=1000.0
     )
     merge_distance: float = parameter(
-        0.5,
+        1.0,
         'Two tracks that no camera tells apart become one when so near [m]',
         minimum=0.0,
         maximum=100.0,

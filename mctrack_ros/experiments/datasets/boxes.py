@@ -31,15 +31,12 @@ class BodyModel:
         Of people, mean and standard deviation, m.
     edge_sigma : float
         Standard deviation of a box's edges, as a part of its height.
-    shortest : float
-        Where the box would make a person shorter than this, its lower part is hidden, m.
 
     """
 
     height: float = 1.68
     height_sigma: float = 0.10
     edge_sigma: float = 0.04
-    shortest: float = 1.45
 
 
 def boxes_to_detections(
@@ -75,12 +72,6 @@ def boxes_to_detections(
     hidden_feet = boxes[:, 1] + boxes[:, 3] > lowest
     hidden_head = boxes[:, 1] < EDGE_PX
     place, covariance = upright_fit(boxes, mapping, body, hidden_feet, hidden_head)
-    too_short = (place[:, 2] < body.shortest) & ~hidden_feet & ~hidden_head
-    if too_short.any():
-        again = upright_fit(
-            boxes[too_short], mapping, body, np.ones(too_short.sum(), bool), hidden_head[too_short]
-        )
-        place[too_short], covariance[too_short] = again
     known = np.isfinite(place).all(axis=1) & np.isfinite(covariance).all(axis=(1, 2))
     return Detections.build(
         stamp_ns,

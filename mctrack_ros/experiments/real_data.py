@@ -1,0 +1,145 @@
+"""Fusion of real detections that others made: lab6p, CMC, PETS from six views, WILDTRACK."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mctrack_ros.evaluation import Scores, Trajectories, evaluate_ground
+from mctrack_ros.experiments.datasets.boxes import BodyModel
+from mctrack_ros.experiments.datasets.cmc import AREA as CMC_AREA
+from mctrack_ros.experiments.datasets.cmc import load_cmc
+from mctrack_ros.experiments.datasets.lab6p import load_lab6p
+from mctrack_ros.experiments.datasets.pets_multiview import (
+    LEAST_SCORE,
+    VIEWS,
+    in_view_one,
+    load_pets_multiview,
+)
+from mctrack_ros.experiments.datasets.wildtrack import AREA as WILDTRACK_AREA
+from mctrack_ros.experiments.datasets.wildtrack import inside, load_wildtrack
+from mctrack_ros.experiments.figures import Figures
+from mctrack_ros.experiments.stored_tracking import track_stored
+
+Settings = Mapping[str, float]
+
+LAB6P_SETTINGS: Settings = {'motion.sensor_sigma': 0.3}
+CMC_SETTINGS: Settings = {}
+PETS_SETTINGS: Settings = {}
+WILDTRACK_SETTINGS: Settings = {}
+
+PETS_SPLIT = 398
+"""First frame that is reported; the ones before were for tuning."""
+
+
+def reproduce_lab6p(data: Path) -> Figures:
+    """Track EPFL's six people with four cameras, and with each camera alone."""
+    kind, gate, sigma_px = 'proposed_confirmed', 0.5, 2.0
+    scene = load_lab6p(data / 'epfl_lab6p', kind, sigma_px)
+    instants = scene.truth.frame
+
+    def scored(cameras: tuple[str, ...]) -> Scores:
+        tracks = track_stored(scene, LAB6P_SETTINGS, cameras)
+        return evaluate_ground(scene.truth, tracks.at_frames(instants), gate)
+
+    single = {camera: scored((camera,)) for camera in scene.cameras}
+    best = max(single, key=lambda camera: single[camera].moda)
+    figures = _figures('lab6p', scored(scene.cameras))
+    figures |= _figures('lab6p.best_single', single[best])
+    for camera, scores in single.items():
+        figures[f'lab6p.{camera}.moda'] = scores.moda
+    protocol = {
+        'detections': f'Social-Pose, real OpenPose feet, {kind}',
+        'foot_sigma_px': sigma_px,
+        'cameras': list(scene.cameras),
+        'best_single': best,
+        'gate_m': gate,
+        'frames': f'{len(set(instants.tolist()))} with truth (1 Hz) of {len(scene.frame)}',
+        'area': 'all that is annotated',
+        'settings': dict(LAB6P_SETTINGS),
+    }
+    return Figures('lab6p', 'mctrack reproduce lab6p', protocol, figures)
+
+
+def reproduce_cmc(data: Path) -> Figures:
+    """Track 3 and 10 people in a small room with four corner cameras."""
+    body, gates = BodyModel(), (1.0, 0.5)
+    figures: dict[str, float] = {}
+    for sequence in (1, 2):
+        scene = load_cmc(data / 'cmc_4cam', sequence, body)
+        tracks = track_stored(scene, CMC_SETTINGS).at_frames(scene.truth.frame)
+        for gate in gates:
+            name = f'cmc{sequence}' if gate == gates[0] else f'cmc{sequence}.gate_half_metre'
+            figures |= _figures(name, evaluate_ground(scene.truth, tracks, gate))
+    protocol = {
+        'detections': 'real Faster R-CNN boxes, on the ground by the whole box',
+        'body': str(body),
+        'gate_m': gates[0],
+        'frames': 'all 261 of each sequence that have truth, 4 a second',
+        'area': f'x {CMC_AREA[0]}, y {CMC_AREA[1]} m; detections outside are dropped',
+        'settings': dict(CMC_SETTINGS),
+    }
+    return Figures('cmc', 'mctrack reproduce cmc', protocol, figures)
+
+
+def reproduce_pets_multiview(data: Path) -> Figures:
+    """Track PETS 2009 S2.L1 from the stored detections of six views."""
+    folder, gate, body = data / 'pets2009_s2l1', 1.0, BodyModel()
+    scene = load_pets_multiview(folder, body)
+    tracks = track_stored(scene, PETS_SETTINGS)
+    tracks = tracks.select(in_view_one(folder, tracks.position))
+    figures = _figures('pets.multiview', _from(PETS_SPLIT, scene.truth, tracks, gate))
+    figures |= _figures('pets.multiview.all_frames', evaluate_ground(scene.truth, tracks, gate))
+    protocol = {
+        'detections': f'EPFL Keypoint-RCNN, score > {LEAST_SCORE}, by the whole box',
+        'views': list(VIEWS),
+        'body': str(body),
+        'gate_m': gate,
+        'frames': f'{PETS_SPLIT}-795 (all_frames: 1-795)',
+        'area': 'what view 1 shows; truth of confidence 0 is ignored',
+        'settings': dict(PETS_SETTINGS),
+    }
+    return Figures('pets_multiview', 'mctrack reproduce pets', protocol, figures)
+
+
+def reproduce_wildtrack(data: Path) -> Figures:
+    """Track WILDTRACK's training split from OpenPose detections."""
+    kind, sigma_px = 'proposed_confirmed', 10.0
+    scene = load_wildtrack(data / 'wildtrack', kind, sigma_px)
+    tracks = track_stored(scene, WILDTRACK_SETTINGS)
+    tracks = tracks.select(inside(tracks.position))
+    figures = _figures('wildtrack', evaluate_ground(scene.truth, tracks, 1.0))
+    figures |= _figures('wildtrack.gate_half_metre', evaluate_ground(scene.truth, tracks, 0.5))
+    protocol = {
+        'detections': f'Social-Pose, real OpenPose feet, {kind}',
+        'foot_sigma_px': sigma_px,
+        'cameras': list(scene.cameras),
+        'gate_m': '1 (tracking), 0.5 (detection: gate_half_metre)',
+        'frames': 'training split, 360, 2 a second',
+        'area': f'x {WILDTRACK_AREA[0]}, y {WILDTRACK_AREA[1]} m; tracks outside are dropped',
+        'settings': dict(WILDTRACK_SETTINGS),
+    }
+    return Figures('wildtrack', 'mctrack reproduce wildtrack', protocol, figures)
+
+
+def _from(first: int, truth: Trajectories, tracks: Trajectories, gate_m: float) -> Scores:
+    """Score the frames from one on."""
+    later = truth.select(np.asarray(truth.frame >= first))
+    return evaluate_ground(later, tracks.select(np.asarray(tracks.frame >= first)), gate_m)
+
+
+def _figures(prefix: str, scores: Scores) -> dict[str, float]:
+    values: dict[str, Any] = {
+        'moda': scores.moda,
+        'mota': scores.mota,
+        'idf1': scores.idf1,
+        'hota': scores.hota,
+        'switches': scores.switches,
+        'false_positives': scores.false_positives,
+        'misses': scores.misses,
+        'error_m': scores.mean_distance,
+    }
+    return {f'{prefix}.{name}': value for name, value in values.items()}
