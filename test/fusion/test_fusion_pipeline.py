@@ -82,7 +82,7 @@ def test_permuting_detections_changes_nothing(seed):
         rng = np.random.default_rng([seed, 1, index])
         return {name: rng.permutation(rows) for name, rows in noisy(index, seed).items()}
 
-    straight, mixed = run(lambda index: noisy(index, seed), 15), run(shuffled, 15)
+    straight, mixed = run(lambda index: noisy(index, seed), 25), run(shuffled, 25)
     for one, other in zip(straight, mixed):
         first = np.array(sorted(map(tuple, published(one).values()))).reshape(-1, 2)
         second = np.array(sorted(map(tuple, published(other).values()))).reshape(-1, 2)
