@@ -1,0 +1,70 @@
+"""`mctrack reproduce`: figures on real data, each with its protocol."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from mctrack_ros.experiments.figures import Figures
+
+
+class Experiment(StrEnum):
+    """What can be reproduced."""
+
+    PETS = 'pets'
+    TERRACE = 'terrace'
+    LAB6P = 'lab6p'
+    CMC = 'cmc'
+    WILDTRACK = 'wildtrack'
+
+
+def reproduce(
+    experiment: Experiment = typer.Argument(..., help='Which experiment.'),
+    data: Path | None = typer.Option(
+        None, help='Folder of the real data; unless given, MCTRACK_DATA or ../shared/data.'
+    ),
+    json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
+) -> None:
+    """Measure on real data: one camera from pixels, or several from real detections."""
+    figures = _experiment(experiment)(data_folder(data))
+    typer.echo(figures.table())
+    if json_file is not None:
+        figures.write(json_file)
+
+
+def data_folder(given: Path | None) -> Path:
+    """
+    Return the folder of the real data.
+
+    Raises
+    ------
+    OSError
+        If it is not there; says how to name it.
+
+    """
+    folder = given or Path(os.environ.get('MCTRACK_DATA', '../shared/data'))
+    if not folder.is_dir():
+        raise OSError(f'no real data in {folder}: name their folder with --data or MCTRACK_DATA')
+    return folder
+
+
+def _experiment(experiment: Experiment) -> Callable[[Path], Figures]:
+    from mctrack_ros.experiments import real_data
+    from mctrack_ros.experiments.pets import reproduce_pets
+
+    if experiment is Experiment.TERRACE:
+        from mctrack_ros.cli.terrace import track_terrace_live
+
+        return track_terrace_live
+    return {
+        Experiment.PETS: reproduce_pets,
+        Experiment.LAB6P: real_data.reproduce_lab6p,
+        Experiment.CMC: real_data.reproduce_cmc,
+        Experiment.WILDTRACK: real_data.reproduce_wildtrack,
+    }[experiment]
