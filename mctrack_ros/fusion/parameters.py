@@ -102,7 +102,7 @@ class LifeConfig:
         maximum=100.0,
     )
     miss_weight: float = parameter(
-        0.5,
+        0.8,
         'How much a miss counts for a confirmed track, which may be hidden for a while',
         minimum=0.0,
         maximum=1.0,

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from fusion_scenes import PERIOD_NS, detections
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mctrack_ros.fusion import Batcher, FusionConfig
@@ -158,6 +158,7 @@ def test_flush_closes_what_is_pending():
     assert batcher.flush() == []
 
 
+@settings(deadline=None)
 @given(st.data())
 def test_arrival_order_does_not_change_ticks(data):
     """Messages that come within the wait give the same ticks in whatever order."""
@@ -172,6 +173,7 @@ def test_arrival_order_does_not_change_ticks(data):
     assert len(ticks) == 4
 
 
+@settings(deadline=None)
 @given(
     st.lists(
         st.tuples(st.integers(0, 60), st.sampled_from(CAMERAS), st.integers(0, 400)), max_size=60

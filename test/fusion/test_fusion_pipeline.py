@@ -75,7 +75,7 @@ def test_everything_is_sorted_by_id_and_stamped_with_the_tick():
             assert (np.diff(rows.track_id.astype(int)) > 0).all()
 
 
-@settings(max_examples=20)
+@settings(max_examples=20, deadline=None)
 @given(st.integers(0, 10**6))
 def test_permuting_detections_changes_nothing(seed):
     def shuffled(index):

@@ -1,7 +1,7 @@
 from itertools import permutations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mctrack_ros.tracking.association import assign, mahalanobis
@@ -17,6 +17,7 @@ def best_sum(cost, limit):
     )
 
 
+@settings(deadline=None)
 @given(
     rows=st.integers(0, 4),
     columns=st.integers(0, 4),

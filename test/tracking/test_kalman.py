@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from filterpy.common import Q_continuous_white_noise
 from filterpy.kalman import KalmanFilter
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mctrack_ros.tracking import kalman
@@ -53,6 +53,7 @@ def test_update_agrees_with_filterpy(seconds):
         np.testing.assert_allclose(spread[index], single.P, atol=1e-12)
 
 
+@settings(deadline=None)
 @given(seed=st.integers(0, 10**6), seconds=st.floats(0, 5), sigma=st.floats(1e-3, 1e3))
 def test_covariances_stay_positive_definite(seed, seconds, sigma):
     mean, covariance = states(3, seed)
