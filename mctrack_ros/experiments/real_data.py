@@ -26,8 +26,17 @@ from mctrack_ros.experiments.stored_tracking import track_stored
 
 Settings = Mapping[str, float]
 
-LAB6P_SETTINGS: Settings = {'motion.sensor_sigma': 0.3}
-CMC_SETTINGS: Settings = {}
+LAB6P_SETTINGS: Settings = {
+    'motion.sensor_sigma': 0.3,  # feet in pictures of 360 x 288, biased by 0.25 m a camera
+    'life.coverage_prior': 0.1,  # only one camera sees the door
+    'life.hit_evidence': 3.0,  # only confirmed feet are used: few are false
+}
+CMC_SETTINGS: Settings = {
+    'motion.sensor_sigma': 0.25,
+    'motion.acceleration_density': 1.0,  # people stroll in a small room
+    'life.coverage_prior': 0.9,  # all four corner cameras see the whole room
+    'life.merge_time': 0.2,  # one picture at 4 a second
+}
 PETS_SETTINGS: Settings = {}
 WILDTRACK_SETTINGS: Settings = {}
 

@@ -11,7 +11,6 @@ SLOTS = 1 << 14
 """Cells that can be told apart; places far from each other may share one."""
 COARSENESS = 4
 """Edge of a coarse cell, fine cells."""
-PRIOR_PROBABILITY = 0.7
 LARGEST_PROBABILITY = 0.95
 """Whatever is learned: anything may be hidden behind something now and then."""
 PRIOR_SECONDS = 1.0
@@ -28,10 +27,13 @@ class CoverageMap:
         How many there are.
     cell : float
         Edge of a fine cell, m.
+    prior : float
+        Detection probability where nothing is known yet.
 
     """
 
-    def __init__(self, cameras: int, cell: float) -> None:
+    def __init__(self, cameras: int, cell: float, prior: float) -> None:
+        self._prior = prior
         self._edges = (cell, cell * COARSENESS)
         self._seen = [np.zeros((SLOTS, cameras)) for _ in self._edges]
         self._watched = [np.zeros((SLOTS, cameras)) for _ in self._edges]
@@ -43,7 +45,7 @@ class CoverageMap:
         They are the means of beta distributions whose prior is the coarse cell's mean.
         """
         fine, coarse = (_slots(position, edge) for edge in self._edges)
-        prior = self._posterior(1, coarse, PRIOR_PROBABILITY)
+        prior = self._posterior(1, coarse, self._prior)
         return np.minimum(self._posterior(0, fine, prior), LARGEST_PROBABILITY)
 
     def learn(

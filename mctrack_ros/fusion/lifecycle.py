@@ -30,7 +30,8 @@ class Evidence:
 
     def __init__(self, cameras: int, config: FusionConfig) -> None:
         self._life = config.life
-        self._coverage = CoverageMap(cameras, config.life.coverage_cell)
+        life = config.life
+        self._coverage = CoverageMap(cameras, life.coverage_cell, life.coverage_prior)
 
     def count(self, table: TrackTable, tick_ns: int, seconds: float, present: Mask) -> Mask:
         """

@@ -110,6 +110,12 @@ class LifeConfig:
     confirm_evidence: float = parameter(
         4.0, 'Log-odds that confirm a track', minimum=0.0, maximum=100.0
     )
+    coverage_prior: float = parameter(
+        0.7,
+        'Probability that a camera detects what stands where nothing is known yet',
+        minimum=0.0,
+        maximum=0.99,
+    )
     crowd_distance: float = parameter(
         1.0,
         'What begins so near to a confirmed track is at first taken for a part of it [m]',

@@ -1,0 +1,88 @@
+import numpy as np
+import pytest
+
+from mctrack_ros.experiments.datasets.boxes import BodyModel, boxes_to_detections
+from mctrack_ros.experiments.datasets.cmc import AREA, load_cmc
+from mctrack_ros.experiments.datasets.wildtrack import load_wildtrack
+from mctrack_ros.experiments.real_data import (
+    reproduce_cmc,
+    reproduce_lab6p,
+    reproduce_pets_multiview,
+)
+from mctrack_ros.ground import ProjectiveMapping
+
+IMAGE_FROM_WORLD = np.array([[800.0, 0, 320], [0, 800.0, 240], [0, 0, 1]]) @ np.array(
+    [[1.0, 0, 0, 0], [0, -0.5, -np.sqrt(0.75), 2.0], [0, np.sqrt(0.75), -0.5, 6.0]]
+)
+
+
+def upright_boxes(mapping, places, height):
+    foot = mapping.image_from_ground(places)
+    head = mapping.image_from_ground(places, height)
+    middle = (foot[:, 0] + head[:, 0]) / 2
+    return np.column_stack([middle - 20, head[:, 1], np.full(len(foot), 40), (foot - head)[:, 1]])
+
+
+def test_a_box_is_put_where_its_person_stands():
+    mapping = ProjectiveMapping(IMAGE_FROM_WORLD, (640, 480))
+    places = np.array([[0.0, 0.5], [1.0, 2.0], [-1.5, 3.0]])
+    boxes = upright_boxes(mapping, places, BodyModel().height)
+    found = boxes_to_detections(boxes, np.ones(3), mapping, 5, BodyModel())
+    np.testing.assert_allclose(found.position[:, :2], places, atol=0.01)
+    assert (np.linalg.eigvalsh(found.covariance.astype(float)) > 0).all()
+
+
+def test_hidden_feet_leave_the_place_to_the_head_and_less_certain():
+    mapping = ProjectiveMapping(IMAGE_FROM_WORLD, (640, 480))
+    place = np.array([[0.0, 2.0]])
+    box = upright_boxes(mapping, place, BodyModel().height)
+    whole = boxes_to_detections(box, np.ones(1), mapping, 5, BodyModel())
+    low = ProjectiveMapping(IMAGE_FROM_WORLD, (640, int(box[0, 1] + box[0, 3])))
+    cut = boxes_to_detections(box - [0, 0, 0, 1], np.ones(1), low, 5, BodyModel())
+    assert cut.truncated[0]
+    assert np.linalg.norm(cut.position[0, :2] - place[0]) < 0.1
+    assert np.trace(cut.covariance[0]) > np.trace(whole.covariance[0])
+
+
+@pytest.mark.real_data
+def test_lab6p_four_cameras_beat_any_one(data_root):
+    figures = reproduce_lab6p(data_root).figures
+    assert figures['lab6p.moda'] >= 0.95
+    assert figures['lab6p.moda'] > figures['lab6p.best_single.moda']
+
+
+@pytest.mark.real_data
+def test_cmc_is_tracked(data_root):
+    figures = reproduce_cmc(data_root).figures
+    assert figures['cmc1.mota'] >= 0.98
+    assert figures['cmc2.moda'] >= 0.9
+    assert figures['cmc2.mota'] >= 0.8
+
+
+@pytest.mark.real_data
+def test_pets_six_views_are_tracked(data_root):
+    figures = reproduce_pets_multiview(data_root).figures
+    assert figures['pets.multiview.moda'] >= 0.86
+    assert figures['pets.multiview.all_frames.moda'] >= 0.88
+
+
+@pytest.mark.real_data
+def test_detections_outside_the_room_are_dropped(data_root):
+    scene = load_cmc(data_root / 'cmc_4cam', 1, BodyModel())
+    positions = np.concatenate([one.position for one in scene.detections['cam4']])
+    (left, right), (low, high) = AREA
+    assert ((positions[:, 0] >= left) & (positions[:, 0] <= right)).all()
+    assert ((positions[:, 1] >= low) & (positions[:, 1] <= high)).all()
+
+
+@pytest.mark.real_data
+def test_wildtrack_detections_lie_near_the_truth(data_root):
+    scene = load_wildtrack(data_root / 'wildtrack', 'proposed_confirmed', 10.0)
+    assert len(scene.frame) == len(set(scene.truth.frame.tolist())) == 360
+    near = []
+    for index in range(0, 360, 20):
+        truth = scene.truth.position[scene.truth.frame == index]
+        for rows in scene.detections.values():
+            gap = rows[index].position[:, None, :2] - truth
+            near += np.linalg.norm(gap, axis=2).min(axis=1, initial=9.0).tolist()
+    assert np.median(near) < 0.5
