@@ -25,6 +25,13 @@ def measured(detections: Detections, config: FusionConfig) -> tuple[Floats, Floa
     return detections.position[:, :2].astype(np.float64), noise
 
 
+def overlapped(box: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Return which of the (n, 4) boxes (left, top, width, height, px) meet another one."""
+    low, high = box[:, :2], box[:, :2] + box[:, 2:]
+    meets = (low[:, None] < high[None]) & (low[None] < high[:, None])
+    return np.asarray(meets.all(axis=2).sum(axis=1) > 1)
+
+
 class CameraMatcher:
     """
     Associates one picture with the tracks and updates them.
@@ -64,6 +71,7 @@ class CameraMatcher:
         self.predicted = table.mean @ self.matrix.T
         self.spread = self.matrix @ table.covariance @ self.matrix.T
         self.is_single = detections.member_count == 1
+        self.is_overlapped = overlapped(detections.box)
 
     def run(self) -> NDArray[np.intp]:
         """Associate and update; return the single detections that no track took."""
@@ -90,7 +98,8 @@ class CameraMatcher:
         )
         cost = squared + log_determinant + 2 * np.log(2 * np.pi * settings.false_density)
         cost += np.where(self.table.confirmed, 0.0, settings.tentative_cost)[:, None]
-        cost += settings.identity_bonus * self._disbelief(columns)
+        trust = np.where(self.is_overlapped[columns], settings.overlap_trust, 1.0)
+        cost += settings.identity_bonus * trust * self._disbelief(columns)
         cost += settings.appearance_weight * self._difference(columns)
         return np.where(squared < settings.gate, cost, np.inf)
 
@@ -104,13 +113,14 @@ class CameraMatcher:
         return np.where(believed, -1.0, believed.any(axis=0).astype(np.float64))
 
     def _difference(self, columns: Indices) -> Floats:
-        """Return the squared Hellinger distances of templates, 0 where one is not known."""
+        """Return how much more than usual templates differ, 0 where one is not known."""
         ours = np.sqrt(np.maximum(self.table.template, 0))
         theirs = np.sqrt(np.maximum(self.detections.template[columns], 0))
         both: NDArray[np.bool_] = np.outer(ours.any(axis=1), theirs.any(axis=1))
         if not both.any():
             return np.zeros(both.shape)
-        return np.where(both, 1.0 - np.minimum(ours @ theirs.T, 1.0), 0.0)
+        squared_hellinger = 1.0 - np.minimum(ours @ theirs.T, 1.0)
+        return np.where(both, squared_hellinger - self.config.association.usual_difference, 0.0)
 
     def _update(self, rows: Indices, columns: Indices) -> None:
         if len(rows) == 0:
@@ -138,7 +148,7 @@ class CameraMatcher:
 
     def _learn_appearance(self, rows: Indices, columns: Indices) -> None:
         template = self.detections.template[columns]
-        told = template.any(axis=1)
+        told = template.any(axis=1) & ~self.is_overlapped[columns]
         rows, template = rows[told], template[told]
         known = self.table.template[rows]
         since = (self.detections.stamp_ns - self.table.seen_by_ns[rows, self.camera]) / 1e9

@@ -66,16 +66,28 @@ class AssociationConfig:
         4.0, 'What a track that is not confirmed costs more [-2 log]', minimum=0.0, maximum=100.0
     )
     identity_bonus: float = parameter(
-        6.0,
+        3.0,
         'What a pair gains if the camera believes it is the same target [-2 log]',
         minimum=0.0,
         maximum=100.0,
     )
     appearance_weight: float = parameter(
-        4.0,
-        'What the squared Hellinger distance of two templates costs [-2 log]',
+        12.0,
+        'What the squared Hellinger distance of two templates costs, beyond the usual [-2 log]',
         minimum=0.0,
         maximum=1000.0,
+    )
+    usual_difference: float = parameter(
+        0.15,
+        'Squared Hellinger distance of two templates that speaks neither for nor against',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    overlap_trust: float = parameter(
+        0.3,
+        'Share of the identity bonus that is left where boxes overlap in the picture',
+        minimum=0.0,
+        maximum=1.0,
     )
 
 
