@@ -24,7 +24,12 @@ class CameraNodeConfig:
         0.08, 'age of the feedback that a picture uses [s]', minimum=0.0, maximum=10.0
     )
     reliable: bool = parameter(True, 'ask again for pictures that got lost')
-    depth: int = parameter(8, 'pictures that may queue', minimum=1, maximum=1000)
+    depth: int = parameter(
+        2,
+        'pictures that may queue; the oldest are passed over when the node falls behind',
+        minimum=1,
+        maximum=1000,
+    )
     settings: CameraSettings = CameraSettings()
 
 
