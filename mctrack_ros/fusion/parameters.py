@@ -66,7 +66,7 @@ class AssociationConfig:
         4.0, 'What a track that is not confirmed costs more [-2 log]', minimum=0.0, maximum=100.0
     )
     identity_bonus: float = parameter(
-        3.0,
+        1.0,
         'What a pair gains if the camera believes it is the same target [-2 log]',
         minimum=0.0,
         maximum=100.0,
