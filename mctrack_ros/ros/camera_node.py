@@ -101,7 +101,7 @@ class CameraNode(GraphNode):
     def show(self, image: Any, detections: Detections) -> None:
         """Publish the picture with what is seen in it, while somebody looks."""
         if self.debug_image.get_subscription_count():
-            drawn = draw_overlay(image, detections, detections.box[:0])
+            drawn = draw_overlay(image, detections, self.pipeline.predicted_boxes())
             frame = f'{self.config.camera}_optical_frame'
             self.debug_image.publish(
                 image_message(drawn, RCLPY_CLASSES, detections.stamp_ns, frame)

@@ -97,8 +97,8 @@ def test_a_bag_is_tracked_live_and_recorded(bench, site, supervised, walker_bag,
     with BagReader(tmp_path / 'out') as bag:
         counts = {topic: bag.count(topic) for topic in bag.topics}
         widths = [message.width for _, message, _ in bag.messages(['/tracks'])]
-    assert min(counts['/cam1/detections'], counts['/cam2/detections']) >= 45, (counts, lines)
-    assert counts['/ticks'] >= 45, (counts, lines)
+    assert counts['/cam1/detections'] == counts['/cam2/detections'] == 50, (counts, lines)
+    assert counts['/ticks'] == 50, (counts, lines)
     assert max(widths) == 1
 
 
