@@ -53,4 +53,6 @@ $(VENV)/.requirements: requirements.lock
 $(VENV)/.package: $(VENV)/.requirements $(SOURCES)
 	rm -rf build
 	$(BIN)/pip install -q --disable-pip-version-check --no-deps --no-build-isolation --force-reinstall .
+	@echo "compiling the inner loops: some seconds"
+	cd / && $(abspath $(BIN))/python -c 'import mctrack_ros.perception'
 	touch $@

@@ -10,10 +10,11 @@ PACKAGE = Path(__file__).resolve().parents[1] / 'mctrack_ros'
 ALLOWED = {
     'interfaces': set(),
     'config': set(),
+    'compiled': set(),
     'resources': set(),
     'ground': {'interfaces', 'config'},
-    'tracking': {'interfaces', 'config', 'ground'},
-    'perception': {'interfaces', 'config', 'ground', 'tracking'},
+    'tracking': {'interfaces', 'config', 'compiled', 'ground'},
+    'perception': {'interfaces', 'config', 'compiled', 'ground', 'tracking'},
     'fusion': {'interfaces', 'config', 'ground', 'tracking'},
     'simulation': {'interfaces'},
     'evaluation': {'interfaces'},

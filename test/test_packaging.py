@@ -33,6 +33,7 @@ ROSDEP_KEY_OF_IMPORT = {
     'jinja2': 'python3-jinja2',
     'markupsafe': 'python3-jinja2',
     'matplotlib': 'python3-matplotlib',
+    'numba': 'python3-numba',
     'numpy': 'python3-numpy',
     'rich': 'python3-rich',
     'rosbags': 'python3-rosbags-pip',

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
+from statistics import median_low
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class _Camera:
     last_stamp_ns: int | None = None
     heard_ns: int | None = None
     intervals_ns: deque[int] = field(default_factory=lambda: deque(maxlen=INTERVALS))
+    interval_ns: int = 0
     late: int = 0
     dropped_detections: int = 0
     feedback_missed: int = 0
@@ -34,6 +36,7 @@ class _Camera:
         self.heard_ns = now_ns
         if self.last_stamp_ns is not None and stamp_ns > self.last_stamp_ns:
             self.intervals_ns.append(stamp_ns - self.last_stamp_ns)
+            self.interval_ns = median_low(self.intervals_ns)
         self.last_stamp_ns = max(stamp_ns, self.last_stamp_ns or stamp_ns)
 
     def has_passed(self, start_ns: int, end_ns: int) -> bool:
@@ -43,9 +46,8 @@ class _Camera:
             return last is not None
         if not self.intervals_ns:
             return last >= start_ns
-        interval = int(np.median(self.intervals_ns))
-        slack = interval // 8
-        return last + interval + (slack if last >= start_ns else -slack) >= end_ns
+        slack = self.interval_ns // 8
+        return last + self.interval_ns + (slack if last >= start_ns else -slack) >= end_ns
 
     def take_counts(self) -> tuple[int, int, int]:
         counts = self.late, self.dropped_detections, self.feedback_missed

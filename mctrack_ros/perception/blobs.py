@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.perception.fragments import Joining, joined, trimmed
 from mctrack_ros.perception.sizes import SizeTable
 
 Floats = NDArray[np.float64]
@@ -144,11 +144,13 @@ def find_blobs(
     box = np.array([cv2.boundingRect(contour) for contour in contours], np.float64).reshape(-1, 4)
     keep = box[:, 2] * box[:, 3] >= config.opening_px**2
     box = box[keep][np.lexsort(box[keep].T[::-1])]
-    box = _joined(box * scale, sizes, config)
-    box = np.array([_without_halo(mask, difference, row / scale, config) for row in box]) * scale
-    box = box.reshape(-1, 4)
-    area = np.array([_foreground(mask, row / scale) for row in box]) * scale**2
-    blobs = describe(box, area.reshape(-1), mapping, sizes, config)
+    joining = Joining(
+        config.person_width_m, config.person_height_m, config.widest_stride, config.join_gap
+    )
+    box = joined(box * scale, sizes.table, joining)
+    found = trimmed(mask, difference, box / scale, config.halo_share)
+    box, area = found[:, :4] * scale, found[:, 4] * scale**2
+    blobs = describe(box, area, mapping, sizes, config)
     width, height = blobs.expected.T
     plausible = (
         np.isfinite(height)
@@ -190,76 +192,6 @@ def overlap(first: Floats, second: Floats) -> Floats:
     extent: Floats = np.clip(high - low, 0.0, None)
     result: Floats = extent[..., 0] * extent[..., 1]
     return result
-
-
-def union(first: Floats, second: Floats) -> Floats:
-    """Return the (..., 4) boxes around pairs of (..., 4) boxes."""
-    low = np.minimum(first[..., :2], second[..., :2])
-    high = np.maximum(first[..., :2] + first[..., 2:], second[..., :2] + second[..., 2:])
-    return np.concatenate([low, high - low], axis=-1)
-
-
-def _joined(box: Floats, sizes: SizeTable, config: BlobConfig) -> Floats:
-    """Join the closest fragments while the union is no larger than one person there."""
-    while len(box) > 1:
-        pair = _closest_fragments(box, sizes, config)
-        if pair is None:
-            break
-        first, second = pair
-        whole = union(box[first], box[second])
-        box = np.vstack([np.delete(box, [first, second], axis=0), whole])
-    return box[np.lexsort(box.T[::-1])]
-
-
-def _closest_fragments(
-    box: Floats, sizes: SizeTable, config: BlobConfig
-) -> tuple[int, int] | None:
-    """Return the pair of boxes with the smallest gap that may be one person, if any."""
-    first, second = _pairs(len(box))
-    corner = box[:, :2] + box[:, 2:]
-    gap = np.maximum(box[first, :2], box[second, :2]) - np.minimum(corner[first], corner[second])
-    near = gap.max(axis=1) <= config.join_gap * expected_size(corner, sizes, config)[:, 1].max()
-    first, second, gap = first[near], second[near], gap[near]
-    if not len(first):
-        return None
-    whole = union(box[first], box[second])
-    size = expected_size(sizes.foot_of(whole), sizes, config)
-    stacked = -gap[:, 0] >= 0.5 * np.minimum(box[first, 2], box[second, 2])
-    fits = (
-        (whole[:, 2] <= np.where(stacked, config.widest_stride, 1.2) * size[:, 0])
-        & (whole[:, 3] <= 1.15 * size[:, 1])
-        & (gap.max(axis=1) <= config.join_gap * size[:, 1])
-    )
-    if not fits.any():
-        return None
-    best = int(np.argmin(np.where(fits, gap.max(axis=1), np.inf)))
-    return int(first[best]), int(second[best])
-
-
-@lru_cache(maxsize=64)
-def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    return np.triu_indices(count, 1)
-
-
-def _without_halo(
-    mask: NDArray[np.uint8], difference: NDArray[np.uint8], box: Floats, config: BlobConfig
-) -> Floats:
-    """
-    Return the box of what differs clearly from the background.
-
-    Around whatever stands out, compression and optics leave a rim that would move the foot.
-    """
-    left, top, width, height = np.rint(box).astype(int).tolist()
-    part = np.s_[top : top + height, left : left + width]
-    least = config.halo_share * cv2.mean(difference[part], mask[part])[0]
-    _, strong = cv2.threshold(difference[part], least, 255, cv2.THRESH_BINARY)
-    inner = cv2.boundingRect(cv2.bitwise_and(strong, mask[part]))
-    return np.array([left + inner[0], top + inner[1], inner[2], inner[3]], np.float64)
-
-
-def _foreground(mask: NDArray[np.uint8], box: Floats) -> float:
-    left, top, width, height = np.rint(box).astype(int)
-    return float(cv2.countNonZero(mask[top : top + height, left : left + width]))
 
 
 def _kernel(size: int) -> NDArray[np.uint8]:

@@ -1,162 +1,227 @@
-"""A blob's foreground in cells, in which bodies are placed."""
+"""A blob's foreground in cells, in which bodies are placed; compiled."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.perception.sizes import SizeTable
-from mctrack_ros.tracking.appearance import colour_likelihood
+from mctrack_ros.compiled import inner
+from mctrack_ros.perception.sizes import metre_at
+from mctrack_ros.tracking.appearance import colour_bins
 
+Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
 TALLEST = 1.15  # height of a body at most, in usual heights
-HEIGHT_STEP_M = 0.05
 RARE = 0.01  # likelihood of a colour that was not seen before
-Place = tuple[int, int]
-Body = tuple[Place, float]  # foot's cell and height, m
 
 
-class Canvas:
+class Canvas(NamedTuple):
     """
-    The blob's mask in cells, with every place where a body may stand.
+    The blob in cells, with a margin of background into which bodies may reach.
 
-    A place is a cell (row, column) at the middle of the body's lower edge. Around the blob lies a
-    margin of background into which bodies may reach.
+    A place is a cell (row, column), counted without the margin, at the middle of a body's lower
+    edge.
 
-    Parameters
+    Attributes
     ----------
-    image, mask : (h, w, 3) and (h, w) uint8 arrays
-        The picture and its cleaned foreground, reduced by `scale`.
-    box : (4,) array
-        The blob, px.
-    scale : float
-        Pixels of the picture to one of the mask.
-    sizes : SizeTable
-        Of the camera.
-    height_m, width_m : float
-        A usual height, and the width of all bodies, m.
-    cells : int
-        Cells to the usual height.
-    background_weight : float
-        Cost of background under a body, foreground being worth 1.
+    foreground : (above + rows, columns + width) float64 array
+        Share of each cell that is foreground.
+    colour : (rows, columns, 3) float64 array
+        Mean colour, BGR.
+    metre : (rows,) float64 array
+        Cells to an upright metre whose foot is in a row.
+    above, width : int
+        Rows of margin at the top; columns of a body, which are those of margin too.
+    left, top, step : float
+        Where the first cell is and how large cells are, px.
 
     """
 
-    def __init__(
-        self,
-        image: NDArray[np.uint8],
-        mask: NDArray[np.uint8],
-        box: Floats,
-        scale: float,
-        sizes: SizeTable,
-        height_m: float,
-        width_m: float,
-        cells: int,
-        background_weight: float,
-    ) -> None:
-        left, top, width, height = box.tolist()
-        middle = left + width / 2
-        expected = float(sizes.per_metre(np.array([[middle, top + height]]))[0, 1]) * height_m
-        step = max(expected / cells, scale)
-        columns, rows = max(1, math.ceil(width / step)), max(1, math.ceil(height / step))
-        first = round(left / scale), round(top / scale)
-        last = round((left + width) / scale), round((top + height) / scale)
-        part = np.s_[first[1] : last[1], first[0] : last[0]]
-        self._picture = image[part]
-        foreground = cv2.resize(mask[part], (columns, rows), interpolation=cv2.INTER_AREA)
-        self.shape = (rows, columns)
-        self._step = step
-        self._feet = left + (np.arange(columns) + 0.5) * step, top + np.arange(1, rows + 1) * step
-        pixel = np.column_stack([np.full(rows, middle), self._feet[1]])
-        across, self._metre = (sizes.per_metre(pixel) / step).T
-        self._width = max(1, round(float(across[rows // 2]) * width_m))
-        self._above = math.ceil(float(self._metre.max()) * (TALLEST * height_m + HEIGHT_STEP_M))
-        self._side = side = self._width // 2
-        self._foreground = np.zeros((self._above + rows, columns + self._width), np.float32)
-        self._foreground[self._above :, side : side + columns] = foreground * np.float32(1 / 255)
-        self._background_weight = np.float32(background_weight)
-        self.value = self._valued(1.0)
-        self._tops: dict[float, tuple[Ints, Floats]] = {}
+    foreground: Floats
+    colour: Floats
+    metre: Floats
+    above: int
+    width: int
+    left: float
+    top: float
+    step: float
 
-    def values(self, template: Floats) -> list[NDArray[np.float32]]:
-        """
-        Return what each cell is worth to each of (n, 48) templates.
 
-        Foreground of a colour that is more likely another member's is worth nothing, neither for
-        nor against.
-        """
-        known = np.flatnonzero(template.any(axis=1))
-        values = [self.value] * len(template)
-        if len(known) < 2:
-            return values
-        rows, columns = self.shape
-        picture = cv2.resize(self._picture, (columns, rows), interpolation=cv2.INTER_AREA)
-        likelihood = colour_likelihood(np.asarray(picture, np.uint8), template[known]) + RARE
-        share = np.minimum(len(known) * likelihood / likelihood.sum(axis=0), 1.0)
-        padded = np.ones_like(self._foreground)
-        for member, own in zip(known, share):
-            padded[self._above :, self._side : self._side + columns] = own
-            values[member] = self._valued(padded)
+@inner
+def canvas_of(
+    image: Bytes,
+    mask: Bytes,
+    box: Floats,
+    scale: float,
+    sizes: Floats,
+    height_m: float,
+    width_m: float,
+    cells: int,
+) -> Canvas:
+    """Reduce a blob to cells of which a person of usual height spans so many."""
+    left, top, width, height = box
+    middle = left + width / 2
+    expected = metre_at(sizes, middle, top + height)[1] * height_m
+    step = max(expected / cells, scale)
+    first_x, first_y = round(left / scale), round(top / scale)
+    last_x, last_y = round((left + width) / scale), round((top + height) / scale)
+    columns = max(1, min(math.ceil(width / step), last_x - first_x))
+    rows = max(1, min(math.ceil(height / step), last_y - first_y))
+    metre = np.empty(rows)
+    for row in range(rows):
+        upright = metre_at(sizes, middle, top + (row + 1) * step)[1]
+        metre[row] = upright / step if upright > 0 else 0.0  # NaN above the horizon
+    across = metre_at(sizes, middle, top + (rows // 2 + 1) * step)[0] / step
+    body = max(1, round(across * width_m))
+    above = math.ceil(metre.max() * (TALLEST + 0.05) * height_m)
+    side = body // 2
+    foreground = np.zeros((above + rows, columns + body))
+    colour, count = np.zeros((rows, columns, 3)), np.zeros((rows, columns))
+    for y in range(first_y, last_y):
+        row = (y - first_y) * rows // (last_y - first_y)
+        for x in range(first_x, last_x):
+            column = (x - first_x) * columns // (last_x - first_x)
+            count[row, column] += 1.0
+            foreground[above + row, side + column] += mask[y, x] > 0
+            for channel in range(3):
+                colour[row, column, channel] += image[y, x, channel]
+    for row in range(rows):
+        for column in range(columns):
+            foreground[above + row, side + column] /= count[row, column]
+            colour[row, column] /= count[row, column]
+    return Canvas(foreground, colour, metre, above, body, left, top, step)
+
+
+@inner
+def tops_of(canvas: Canvas, height_m: float) -> Ints:
+    """Return the first row, margin counted, of a body standing in each row."""
+    tops = np.empty(len(canvas.metre), np.int64)
+    for row in range(len(tops)):
+        bottom = canvas.above + row + 1
+        tops[row] = bottom - min(max(round(canvas.metre[row] * height_m), 1), bottom)
+    return tops
+
+
+@inner
+def values_of(canvas: Canvas, template: Floats, background_weight: float) -> Floats:
+    """
+    Return what each cell is worth to each of n templates, and to someone unknown.
+
+    Foreground of a colour that is more likely another member's is worth nothing, neither for nor
+    against.
+    """
+    known = np.array([index for index in range(len(template)) if template[index].any()], np.int64)
+    height, width = canvas.foreground.shape
+    values = np.empty((len(template) + 1, height, width))
+    for index in range(len(values)):
+        for y in range(height):
+            for x in range(width):
+                foreground = canvas.foreground[y, x]
+                values[index, y, x] = foreground * (1.0 + background_weight) - background_weight
+    if len(known) < 2:
         return values
+    side, likelihood = canvas.width // 2, np.empty(len(known))
+    rows, columns, _ = canvas.colour.shape
+    for row in range(rows):
+        for column in range(columns):
+            y, x = canvas.above + row, side + column
+            blue, green, red = canvas.colour[row, column]
+            hue, grey, weight = colour_bins(blue, green, red)
+            for index, member in enumerate(known):
+                likelihood[index] = (
+                    RARE + weight * template[member, hue] + (1.0 - weight) * template[member, grey]
+                )
+            usual = likelihood.mean()
+            for index, member in enumerate(known):
+                share = min(likelihood[index] / usual, 1.0)
+                values[member, y, x] += canvas.foreground[y, x] * (share - 1.0)
+    return values
 
-    def log_prior(self, predicted: Floats, precision: Floats) -> Floats:
-        """Return the log-likelihood of every place given a predicted bottom centre, px."""
-        across = self._feet[0][None] - predicted[0]
-        down = self._feet[1][:, None] - predicted[1]
-        (uu, uv), (_, vv) = precision.tolist()
-        result: Floats = -0.5 * (uu * across**2 + (2 * uv * down) * across + vv * down**2)
-        return result
 
-    def _valued(self, share: NDArray[np.float32] | float) -> NDArray[np.float32]:
-        weight = self._background_weight
-        return np.asarray(self._foreground * (share + weight) - weight, np.float32)
+@inner
+def best_place(
+    canvas: Canvas, value: Floats, cover: Ints, tops: Ints, certainty: float,
+    bottom: Floats, precision: Floats,
+) -> tuple[int, int, float]:  # fmt: skip
+    """Return the best place, row and column, past all that is covered, and its score."""
+    height, width = value.shape
+    below = np.zeros((height + 1, width))
+    for y in range(height):
+        for x in range(width):
+            free = value[y, x] if cover[y, x] == 0 else 0.0
+            below[y + 1, x] = below[y, x] + free
+    best, best_row, best_column = -np.inf, 0, 0
+    for row in range(len(tops)):
+        first, last = below[tops[row]], below[canvas.above + row + 1]
+        size = (canvas.above + row + 1 - tops[row]) * canvas.width
+        down = canvas.top + (row + 1) * canvas.step - bottom[1]
+        total = 0.0
+        for x in range(canvas.width):
+            total += last[x] - first[x]
+        for column in range(width - canvas.width):
+            across = canvas.left + (column + 0.5) * canvas.step - bottom[0]
+            distance = (
+                precision[0, 0] * across * across
+                + 2 * precision[0, 1] * across * down
+                + precision[1, 1] * down * down
+            )
+            score = certainty * total / size - 0.5 * distance
+            if score > best:
+                best, best_row, best_column = score, row, column
+            x = column + canvas.width
+            total += (last[x] - first[x]) - (last[column] - first[column])
+    return best_row, best_column, best
 
-    def empty(self) -> NDArray[np.float32]:
-        """Return the count of bodies on each cell before there are any."""
-        return np.zeros(self._foreground.shape, np.float32)
 
-    def add(self, count: NDArray[np.float32], body: Body, number: int = 1) -> None:
-        """Count a body, or with -1 take it away again, on the cells that it covers."""
-        count[self._covered(*body)] += number
+@inner
+def add_cover(cover: Ints, canvas: Canvas, tops: Ints, row: int, column: int, number: int) -> None:
+    """Count a body, or with -1 take it away again, on the cells that it covers."""
+    for y in range(tops[row], canvas.above + row + 1):
+        for x in range(column, column + canvas.width):
+            cover[y, x] += number
 
-    def worth(
-        self, value: NDArray[np.float32], count: NDArray[np.float32], height_m: float
-    ) -> Floats:
-        """Return what a body at every place, past those counted, is worth, as a share of it."""
-        columns = self.shape[1]
-        top, height = self._top(height_m)
-        total = cv2.integral(value * (count == 0))
-        strip = total[self._above + 1 :] - total[top]
-        sums = strip[:, self._width : self._width + columns] - strip[:, :columns]
-        result: Floats = sums / (height * self._width)[:, None]
-        return result
 
-    def explained(self, count: NDArray[np.float32], body: Body) -> float:
-        """Return the share of a body that is foreground on which none is counted."""
-        part = self._covered(*body)
-        free = self._foreground[part][count[part] == 0]
-        return float(free.sum()) / count[part].size
+@inner
+def explained(canvas: Canvas, tops: Ints, row: Ints, column: Ints, order: Ints) -> Floats:
+    """Return which share of each body is foreground that none before it in an order covers."""
+    share = np.zeros(len(order))
+    covered = np.zeros(canvas.foreground.shape, np.bool_)
+    for index in order:
+        first, last = tops[index, row[index]], canvas.above + row[index] + 1
+        for y in range(first, last):
+            for x in range(column[index], column[index] + canvas.width):
+                if not covered[y, x]:
+                    share[index] += canvas.foreground[y, x]
+                    covered[y, x] = True
+        share[index] /= (last - first) * canvas.width
+    return share
 
-    def box(self, place: Place, height_m: float) -> list[float]:
-        """Return left, top, width, height, px, of a body."""
-        column, row = float(self._feet[0][place[1]]), float(self._feet[1][place[0]])
-        width = self._width * self._step
-        height = float(self._metre[place[0]]) * height_m * self._step
-        return [column - width / 2, row - height, width, height]
 
-    def _covered(self, place: Place, height_m: float) -> tuple[slice, slice]:
-        row, column = place
-        top = int(self._top(height_m)[0][row])
-        return slice(top, self._above + row + 1), slice(column, column + self._width)
+@inner
+def boxes_of(canvas: Canvas, row: Ints, column: Ints, height_m: Floats) -> Floats:
+    """Return left, top, width, height, px, of bodies."""
+    box = np.empty((len(row), 4))
+    for index in range(len(row)):
+        width = canvas.width * canvas.step
+        height = canvas.metre[row[index]] * height_m[index] * canvas.step
+        box[index, 0] = canvas.left + (column[index] + 0.5) * canvas.step - width / 2
+        box[index, 1] = canvas.top + (row[index] + 1) * canvas.step - height
+        box[index, 2], box[index, 3] = width, height
+    return box
 
-    def _top(self, height_m: float) -> tuple[Ints, Floats]:
-        """Return upper edge, counted from the margin's, and height of a body in every row."""
-        if height_m not in self._tops:
-            bottom = self._above + np.arange(1, self.shape[0] + 1)
-            height = np.clip(np.rint(self._metre * height_m), 1, bottom)
-            self._tops[height_m] = (bottom - height).astype(np.int64), height
-        return self._tops[height_m]
+
+@inner
+def lowest_first(row: Floats | Ints) -> Ints:
+    """Return the order of rows of the picture from the bottom up; equal ones as they come."""
+    order = np.arange(len(row))
+    for index in range(1, len(row)):
+        place = index
+        while place and row[order[place - 1]] < row[order[place]]:
+            order[place - 1], order[place] = order[place], order[place - 1]
+            place -= 1
+    return order

@@ -11,6 +11,7 @@ from scipy.optimize import linear_sum_assignment
 from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import Feedback
 from mctrack_ros.perception.local_tracks import LocalTracks
+from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -62,21 +63,25 @@ def learn_identities(
     held = tracks.track_id[:, None] == known_id[None]
     near = (held & (distance <= config.keep_distance_m)).any(axis=1)
     tracks.track_id[~near] = 0
-    cost = _costs(tracks, feedback, difference, seconds)
-    usable = (
-        (tracks.confirmed & (tracks.track_id == 0))[:, None]
-        & ~np.isin(known_id, tracks.track_id)[None]
-        & (cost <= config.learn_gate)
-        & (distance <= config.learn_distance_m)
+    seeking = np.flatnonzero(tracks.confirmed & (tracks.track_id == 0))
+    offered = np.flatnonzero(~held[near].any(axis=0))
+    if not len(seeking) or not len(offered):
+        return
+    pairs = np.ix_(seeking, offered)
+    cost = _costs(
+        tracks.covariance[seeking], feedback.covariance[offered], difference[pairs], seconds
     )
+    usable = (cost <= config.learn_gate) & (distance[pairs] <= config.learn_distance_m)
     row, column = linear_sum_assignment(np.where(usable, cost, TOO_FAR))
     fits = usable[row, column]
-    tracks.track_id[row[fits]] = known_id[column[fits]]
+    tracks.track_id[seeking[row[fits]]] = known_id[offered[column[fits]]]
 
 
 def _rename_corrected(tracks: LocalTracks, feedback: Feedback) -> None:
     """Exchange ids that the fusion node has corrected, all at once."""
     corrected = feedback.previous_id > 0
+    if not corrected.any():
+        return
     renamed = dict(
         zip(feedback.previous_id[corrected].tolist(), feedback.track_id[corrected].tolist())
     )
@@ -84,11 +89,13 @@ def _rename_corrected(tracks: LocalTracks, feedback: Feedback) -> None:
         tracks.track_id[row] = renamed[int(tracks.track_id[row])]
 
 
-def _costs(tracks: LocalTracks, feedback: Feedback, difference: Floats, seconds: float) -> Floats:
-    """Return (tracks, targets) squared Mahalanobis distances on the ground."""
+def _costs(
+    track: Floats, target: NDArray[np.floating], difference: Floats, seconds: float
+) -> Floats:
+    """Return (n, m) squared Mahalanobis distances of tracks and targets, by covariance, in m."""
     motion = np.array([[1, 0, seconds, 0], [0, 1, 0, seconds]])
-    target = motion @ feedback.covariance.astype(np.float64) @ motion.T
-    spread = tracks.covariance[:, None, :2, :2] + target[None]
-    solved = np.linalg.solve(spread, difference[..., None])[..., 0]
+    moved = motion @ target.astype(np.float64) @ motion.T
+    spread = track[:, None, :2, :2] + moved[None]
+    solved = (inverse(spread) @ difference[..., None])[..., 0]
     cost: Floats = (difference * solved).sum(axis=-1)
     return cost

@@ -11,6 +11,7 @@ from mctrack_ros.config import parameter
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.perception.sizes import SizeTable
+from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -140,7 +141,7 @@ class LocalTracks:
 
     def update(self, rows: Ints, foot: Floats, noise: Floats) -> None:
         """
-        Correct some tracks with measured foot points.
+        Correct some tracks with measured foot points; not those predicted behind the camera.
 
         Parameters
         ----------
@@ -152,19 +153,20 @@ class LocalTracks:
             Their covariance, px².
 
         """
-        if not len(rows):
+        innovation = foot - self._mapping.image_from_ground(self.mean[rows, :2])
+        known = np.isfinite(innovation).all(axis=1)
+        if not known.any():
             return
+        rows, innovation, noise = rows[known], innovation[known], noise[known]
         mean, covariance = self.mean[rows], self.covariance[rows]
         jacobian = np.zeros((len(rows), 2, 4))
         jacobian[:, :, :2] = self._mapping.image_jacobian(mean[:, :2])
-        innovation = foot - self._mapping.image_from_ground(mean[:, :2])
-        spread = jacobian @ covariance @ jacobian.swapaxes(1, 2) + noise
-        gain = np.linalg.solve(spread, jacobian @ covariance).swapaxes(1, 2)
+        cross = covariance @ jacobian.swapaxes(1, 2)
+        gain = cross @ inverse(jacobian @ cross + noise)
         keep = np.eye(4) - gain @ jacobian
         self.mean[rows] = mean + (gain @ innovation[:, :, None])[:, :, 0]
-        self.covariance[rows] = keep @ covariance @ keep.swapaxes(
-            1, 2
-        ) + gain @ noise @ gain.swapaxes(1, 2)
+        spread = keep @ covariance @ keep.swapaxes(1, 2)
+        self.covariance[rows] = spread + gain @ noise @ gain.swapaxes(1, 2)
 
     def follow_size(self, rows: Ints, box: Floats, seconds: float) -> None:
         """Let the tracked sizes follow (k, 4) measured boxes, px."""

@@ -12,6 +12,7 @@ from mctrack_ros.config import parameter
 from mctrack_ros.perception.blobs import Blobs, overlap
 from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
 from mctrack_ros.tracking.appearance import bhattacharyya_distance
+from mctrack_ros.tracking.kalman import determinant, inverse
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -96,7 +97,7 @@ def match(
     blob_of[row[fits]] = column[fits]
     _hide(blob_of, tracks, predicted, blobs, config)
     members = np.bincount(blob_of[blob_of >= 0], minlength=len(blobs))
-    alone = np.isin(blob_of, np.flatnonzero(members == 1))
+    alone = (blob_of >= 0) & (np.append(members, 0)[blob_of] == 1)
     group_blob = np.flatnonzero(members > 1)
     return Matches(
         single_track=np.flatnonzero(alone),
@@ -116,8 +117,8 @@ def _costs(
 ) -> Floats:
     """Return (tracks, blobs) costs, `TOO_FAR` beyond the gate."""
     innovation = blobs.foot[None] - predicted.foot[:, None]
-    precision = np.linalg.inv(predicted.spread)
-    distance = np.einsum('tbi,tij,tbj->tb', innovation, precision, innovation)
+    precision = inverse(predicted.spread)
+    distance = ((innovation @ precision) * innovation).sum(axis=-1)
     ratio = np.log2(
         np.maximum(blobs.box[None, :, 3], 1.0) / np.maximum(predicted.box[:, None, 3], 1.0)
     )
@@ -126,7 +127,7 @@ def _costs(
         distance
         + config.appearance_weight * colour
         + config.size_weight * ratio**2
-        + np.log(np.linalg.det(predicted.spread))[:, None]
+        + np.log(determinant(predicted.spread))[:, None]
     )
     cost -= cost.min(initial=0.0)
     return np.where(distance <= config.gate, cost, TOO_FAR)

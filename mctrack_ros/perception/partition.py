@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
-from mctrack_ros.perception.canvas import HEIGHT_STEP_M, TALLEST, Body, Canvas, Place
+from mctrack_ros.perception.canvas import TALLEST
+from mctrack_ros.perception.placement import Search, place
 from mctrack_ros.perception.sizes import SizeTable
+from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -142,75 +143,30 @@ def partition(
         The members in their order, then new persons.
 
     """
-    width_m = max([config.body_width_m, *(config.body_share * members.extent[:, 0])])
-    canvas = Canvas(
-        image,
-        mask,
-        box,
-        scale,
-        sizes,
+    search = Search(
         usual_height_m,
-        width_m,
+        max([config.body_width_m, *(config.body_share * members.extent[:, 0])]),
         config.rows,
         config.background_weight,
+        config.certainty,
+        config.new_share,
+        config.most_new,
+        config.sweeps,
     )
-    heights = _heights(members.extent[:, 1], usual_height_m)
-    precision = np.linalg.inv(members.spread)
-    priors = [canvas.log_prior(*member) for member in zip(members.bottom, precision)]
-    values = canvas.values(members.template)
-    bodies: list[Body | None] = [None] * len(heights)
-    count = canvas.empty()
-    nearest_first = np.argsort(-members.bottom[:, 1], kind='stable').tolist()
-    for _ in range(config.sweeps):
-        for member in nearest_first:
-            former = bodies[member]
-            if former is not None:
-                canvas.add(count, former, -1)
-            worth = canvas.worth(values[member], count, heights[member])
-            place = _best(config.certainty * worth + priors[member])
-            bodies[member] = body = (place, heights[member])
-            canvas.add(count, body)
-        if count.max(initial=0) < 2:
-            break
-    placed = [body for body in bodies if body is not None]
-    for _ in range(config.most_new):
-        worth = canvas.worth(canvas.value, count, usual_height_m)
-        place = _best(worth)
-        if worth[place] < config.new_share:
-            break
-        placed.append((place, usual_height_m))
-        canvas.add(count, placed[-1])
-    return _described(canvas, placed)
-
-
-def _heights(known_m: Floats, usual_m: float) -> list[float]:
-    """Return heights, m, near the usual and rounded, so that few differ."""
-    height = np.clip(known_m, (2 - TALLEST) * usual_m, TALLEST * usual_m)
-    return [round(each / HEIGHT_STEP_M) * HEIGHT_STEP_M for each in height.tolist()]
-
-
-def _described(canvas: Canvas, bodies: list[Body]) -> Bodies:
-    """Look up where the bodies are and how much of each is seen."""
-    box, proven = np.zeros((len(bodies), 4)), np.zeros(len(bodies))
-    older = canvas.empty()
-    for index, body in enumerate(bodies):
-        box[index] = canvas.box(*body)
-        proven[index] = canvas.explained(older, body)
-        canvas.add(older, body)
-    apart = older.max(initial=0) < 2
-    return Bodies(box, proven.copy() if apart else _visible(canvas, bodies), proven)
-
-
-def _visible(canvas: Canvas, bodies: list[Body]) -> Floats:
-    """Return what is seen of each body past those whose feet are nearer to the camera."""
-    visible = np.zeros(len(bodies))
-    nearer = canvas.empty()
-    for index in sorted(range(len(bodies)), key=lambda each: -bodies[each][0][0]):
-        visible[index] = canvas.explained(nearer, bodies[index])
-        canvas.add(nearer, bodies[index])
-    return visible
-
-
-def _best(score: Floats) -> Place:
-    row, column = divmod(int(np.argmax(score)), score.shape[1])
-    return row, column
+    height_m = np.clip(
+        members.extent[:, 1], (2 - TALLEST) * usual_height_m, TALLEST * usual_height_m
+    )
+    return Bodies(
+        *place(
+            image,
+            mask,
+            box,
+            scale,
+            sizes.table,
+            members.bottom,
+            inverse(members.spread),
+            height_m,
+            members.template,
+            search,
+        )
+    )

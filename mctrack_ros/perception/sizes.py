@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import inner
 from mctrack_ros.ground import ProjectiveMapping
 
 Floats = NDArray[np.float64]
@@ -20,6 +21,12 @@ class SizeTable:
     mapping : ProjectiveMapping
         Of the camera.
 
+    Attributes
+    ----------
+    table : (r, c, 3) float64 array
+        Every `STEP_PX` pixels: pixels, across and upright, of a metre, and how far the upright
+        leans to the right, as a share of its height.
+
     """
 
     def __init__(self, mapping: ProjectiveMapping) -> None:
@@ -31,8 +38,8 @@ class SizeTable:
         across = mapping.width_px(position, 1.0)
         upright = mapping.height_px(position, 1.0)
         slant = mapping.image_from_ground(position, 1.0)[:, 0] - column.ravel()
-        self._table = np.column_stack([across, upright]).reshape(*column.shape, 2)
-        self._slant = (slant / upright).reshape(column.shape)
+        self.table = np.column_stack([across, upright, slant / upright])
+        self.table = self.table.reshape(*column.shape, 3)
 
     def per_metre(self, foot: Floats) -> Floats:
         """
@@ -41,7 +48,7 @@ class SizeTable:
         Beyond the picture its edge counts; above the horizon it is NaN.
         """
         cell = self._cell(foot)
-        found: Floats = self._table[cell[:, 1], cell[:, 0]]
+        found: Floats = self.table[cell[:, 1], cell[:, 0], :2]
         return found
 
     def foot_of(self, box: Floats) -> Floats:
@@ -63,10 +70,19 @@ class SizeTable:
 
     def _lean(self, foot: Floats) -> Floats:
         cell = self._cell(foot)
-        lean: Floats = self._slant[cell[:, 1], cell[:, 0]]
+        lean: Floats = self.table[cell[:, 1], cell[:, 0], 2]
         return lean
 
     def _cell(self, foot: Floats) -> NDArray[np.intp]:
-        last = np.array(self._table.shape[1::-1]) - 1
+        last = np.array(self.table.shape[1::-1]) - 1
         cell: NDArray[np.intp] = np.fmax(np.fmin(foot / STEP_PX + 0.5, last), 0).astype(np.intp)
         return cell
+
+
+@inner
+def metre_at(table: Floats, x: float, y: float) -> Floats:
+    """Return the row of `SizeTable.table` that counts at a pixel, in compiled functions."""
+    row = min(max(int(y / STEP_PX + 0.5), 0), table.shape[0] - 1)
+    column = min(max(int(x / STEP_PX + 0.5), 0), table.shape[1] - 1)
+    found: Floats = table[row, column]
+    return found

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import BYTES_2D, BYTES_3D, INTS_2D, compiled, inner
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 HUE_BINS = 36
@@ -34,45 +35,9 @@ def colour_templates(
         brightness, weighted by the rest. Zero where nothing counts.
 
     """
-    pixels = []
-    for left, top, width, height in box.tolist():
-        part = np.s_[max(top, 0) : top + height, max(left, 0) : left + width]
-        pixels.append(image[part][mask[part] > 0])
-    count = np.array([len(each) for each in pixels], np.int64)
-    if not count.sum():
-        return np.zeros((len(box), TEMPLATE_SIZE))
-    hue, grey, saturation = _bins(np.concatenate(pixels)[None])
-    first_bin = np.repeat(np.arange(len(box)) * TEMPLATE_SIZE, count)
-    hue, grey, saturation = first_bin + hue[0], first_bin + grey[0], saturation[0]
-    size = len(box) * TEMPLATE_SIZE
-    total = np.bincount(hue, saturation, size) + np.bincount(grey, 1 - saturation, size)
-    result: NDArray[np.float64] = total.reshape(-1, TEMPLATE_SIZE) / np.maximum(count, 1)[:, None]
-    return result
-
-
-def colour_likelihood(
-    image: NDArray[np.uint8], template: NDArray[np.floating]
-) -> NDArray[np.float64]:
-    """
-    Return how likely each pixel's colour is under each template.
-
-    Parameters
-    ----------
-    image : (h, w, 3) uint8 array
-        BGR picture.
-    template : (n, 48) array
-        Colours, as `colour_templates` counts them.
-
-    Returns
-    -------
-    (n, h, w) float64 array
-        Share of the template in the pixel's bins.
-
-    """
-    hue, grey, saturation = _bins(image)
-    columns = template.T
-    likelihood = saturation[..., None] * columns[hue] + (1 - saturation)[..., None] * columns[grey]
-    return np.asarray(np.moveaxis(likelihood, -1, 0), np.float64)
+    image, mask = np.ascontiguousarray(image), np.ascontiguousarray(mask)
+    counted: NDArray[np.float64] = _count(image, mask, np.ascontiguousarray(box, np.int64))
+    return counted
 
 
 def bhattacharyya_distance(
@@ -90,11 +55,50 @@ def bhattacharyya_distance(
     return result
 
 
-def _bins(
-    image: NDArray[np.uint8],
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """Return each pixel's bin of hue, its bin of brightness, and the weight of the former."""
-    hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
-    hue = hsv[..., 0].astype(np.int64) // (180 // HUE_BINS)
-    grey = HUE_BINS + (hsv[..., 2].astype(np.int64) * GREY_BINS) // 256
-    return hue, grey, np.asarray(hsv[..., 1] / 255.0, np.float64)
+@inner
+def colour_bins(blue: float, green: float, red: float) -> tuple[int, int, float]:
+    """
+    Return a colour's bins of hue and of brightness, and the weight of the former.
+
+    Parameters
+    ----------
+    blue, green, red : float
+        0 to 255.
+
+    """
+    value = max(blue, green, red)
+    spread = value - min(blue, green, red)
+    grey = HUE_BINS + min(int(value * GREY_BINS) // 256, GREY_BINS - 1)
+    if spread == 0.0:
+        return 0, grey, 0.0
+    if value == red:
+        sixth = (green - blue) / spread
+    elif value == green:
+        sixth = 2.0 + (blue - red) / spread
+    else:
+        sixth = 4.0 + (red - green) / spread
+    hue = int(np.floor(sixth * (HUE_BINS / 6.0))) % HUE_BINS
+    return hue, grey, spread / value
+
+
+@compiled(types.f8[:, ::1](BYTES_3D, BYTES_2D, INTS_2D))
+def _count(
+    image: NDArray[np.uint8], mask: NDArray[np.uint8], box: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Add up every box pixel by pixel."""
+    templates = np.zeros((len(box), TEMPLATE_SIZE))
+    for index in range(len(box)):
+        left, top, width, height = box[index]
+        count = 0
+        for row in range(max(top, 0), min(top + height, mask.shape[0])):
+            for column in range(max(left, 0), min(left + width, mask.shape[1])):
+                if mask[row, column]:
+                    pixel = image[row, column]
+                    hue, grey, weight = colour_bins(
+                        float(pixel[0]), float(pixel[1]), float(pixel[2])
+                    )
+                    templates[index, hue] += weight
+                    templates[index, grey] += 1.0 - weight
+                    count += 1
+        templates[index] /= max(count, 1)
+    return templates

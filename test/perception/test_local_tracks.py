@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mctrack_ros.perception.local_tracks import FilterConfig, LocalTracks
@@ -56,6 +56,7 @@ def test_update_is_that_of_the_textbook_one_track_at_a_time(tracks, mapping):
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.floats(0.0, 2.0), min_size=1, max_size=12), st.floats(-8.0, 8.0))
+@example([0.125, 2.0, 0.125, 1.0, 1.0, 0.0], 4.0).via('was predicted behind the camera')
 def test_covariances_stay_positive_definite(mapping, waits, error):
     tracks = LocalTracks(FilterConfig(), mapping, SizeTable(mapping))
     rows = begin(tracks, mapping, np.array([[0.0, 0.0]]))

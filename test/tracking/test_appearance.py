@@ -1,9 +1,15 @@
+import colorsys
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from mctrack_ros.tracking.appearance import (
+    GREY_BINS,
+    HUE_BINS,
     bhattacharyya_distance,
-    colour_likelihood,
+    colour_bins,
     colour_templates,
 )
 
@@ -54,10 +60,12 @@ def test_nothing_is_known_of_an_empty_template():
     assert bhattacharyya_distance(known, np.zeros((1, 48))) == pytest.approx(0.5)
 
 
-def test_pixels_are_likely_under_the_template_of_their_colour():
-    image, mask, boxes = patch(RED, BLUE, WHITE)
-    likelihood = colour_likelihood(image, colour_templates(image, mask, boxes))
-    assert likelihood.shape == (3, 10, 30)
-    own = [likelihood[index, 5, 10 * index + 5] for index in range(3)]
-    assert np.array_equal(likelihood[:, 5, 5::10].argmax(axis=0), [0, 1, 2])
-    assert min(own) > 0.5
+@given(st.lists(st.integers(0, 255), min_size=3, max_size=3))
+@settings(deadline=None)
+def test_bins_are_those_of_the_hsv_colour(colour):
+    hue, grey, weight = colour_bins(*map(float, colour))
+    expected_hue, saturation, value = colorsys.rgb_to_hsv(*(each / 255 for each in colour[::-1]))
+    assert grey == HUE_BINS + int(value * 255 * GREY_BINS / 256 + 1e-9)
+    assert weight == pytest.approx(saturation)
+    turn = (expected_hue * HUE_BINS - hue) % HUE_BINS
+    assert turn < 1 + 1e-9 or turn > HUE_BINS - 1e-9

@@ -1,0 +1,154 @@
+"""The search behind `partition`, compiled: bodies are tried at every place in a blob."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BYTES_2D, BYTES_3D, FLOATS_1D, FLOATS_2D, FLOATS_3D, compiled
+from mctrack_ros.perception.canvas import (
+    add_cover,
+    best_place,
+    boxes_of,
+    canvas_of,
+    explained,
+    lowest_first,
+    tops_of,
+    values_of,
+)
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bytes = NDArray[np.uint8]
+
+
+class Search(NamedTuple):
+    """
+    How bodies are placed.
+
+    Attributes
+    ----------
+    height_m, width_m : float
+        Usual height, and width of all bodies, m.
+    cells : int
+        Cells to the usual height.
+    background_weight : float
+        Cost of background under a body, foreground being worth 1.
+    certainty : float
+        Log-likelihood of a wholly explained body.
+    new_share : float
+        Share of a body newly explained that makes another person.
+    most_new : int
+        Most other persons.
+    sweeps : int
+        Rounds of placing each given the others.
+
+    """
+
+    height_m: float
+    width_m: float
+    cells: int
+    background_weight: float
+    certainty: float
+    new_share: float
+    most_new: int
+    sweeps: int
+
+
+SEARCH = types.NamedTuple([types.f8, types.f8, types.i8, *[types.f8] * 3, *[types.i8] * 2], Search)
+PLACED = types.Tuple([types.Array(types.f8, 2, 'C'), *[types.Array(types.f8, 1, 'C')] * 2])
+
+
+@compiled(
+    PLACED(
+        BYTES_3D, BYTES_2D, FLOATS_1D, types.f8, FLOATS_3D,
+        FLOATS_2D, FLOATS_3D, FLOATS_1D, FLOATS_2D, SEARCH,
+    )
+)  # fmt: skip
+def place(
+    image: Bytes,
+    mask: Bytes,
+    box: Floats,
+    scale: float,
+    sizes: Floats,
+    bottom: Floats,
+    precision: Floats,
+    height_m: Floats,
+    template: Floats,
+    search: Search,
+) -> tuple[Floats, Floats, Floats]:
+    """
+    Place the known persons of one blob near their predictions, then new ones.
+
+    Parameters
+    ----------
+    image, mask : (h, w, 3) and (h, w) uint8 arrays
+        The picture and its cleaned foreground, reduced by `scale`.
+    box : (4,) array
+        The blob, px.
+    scale : float
+        Pixels of the picture to one of the mask.
+    sizes : (r, c, 3) array
+        The camera's `SizeTable.table`.
+    bottom : (n, 2) array
+        Predicted bottom centres, px.
+    precision : (n, 2, 2) array
+        Inverse of their covariance, 1/px².
+    height_m : (n,) array
+        Heights, m.
+    template : (n, 48) array
+        Colours, zero where not known.
+    search : Search
+        Parameters.
+
+    Returns
+    -------
+    box : (m, 4) array
+        The n known, then new ones; left, top, width, height, px.
+    visible : (m,) array
+        Share of each that is foreground past those nearer to the camera.
+    proven : (m,) array
+        Share of each that is foreground past those before it.
+
+    """
+    canvas = canvas_of(
+        image, mask, box, scale, sizes, search.height_m, search.width_m, search.cells
+    )
+    known, most = len(bottom), len(bottom) + search.most_new
+    height = np.full(most, search.height_m)
+    height[:known] = height_m
+    tops = np.empty((most, len(canvas.metre)), np.int64)
+    for index in range(most):
+        tops[index] = tops_of(canvas, height[index])
+    values = values_of(canvas, template, search.background_weight)
+    cover = np.zeros(canvas.foreground.shape, np.int64)
+    row, column = np.zeros(most, np.int64), np.zeros(most, np.int64)
+    nearest_first = lowest_first(bottom[:, 1])
+    for sweep in range(search.sweeps):
+        for index in nearest_first:
+            if sweep:
+                add_cover(cover, canvas, tops[index], row[index], column[index], -1)
+            row[index], column[index], _ = best_place(
+                canvas, values[index], cover, tops[index], search.certainty,
+                bottom[index], precision[index],
+            )  # fmt: skip
+            add_cover(cover, canvas, tops[index], row[index], column[index], 1)
+        if known == 0 or cover.max() < 2:
+            break
+    nowhere, count = np.zeros(2), known
+    while count < most:
+        row[count], column[count], worth = best_place(
+            canvas, values[known], cover, tops[count], 1.0, nowhere, np.zeros((2, 2))
+        )
+        if worth < search.new_share:
+            break
+        add_cover(cover, canvas, tops[count], row[count], column[count], 1)
+        count += 1
+    oldest_first = np.arange(count)
+    front_first = lowest_first(row[:count])
+    proven = explained(canvas, tops, row, column, oldest_first)
+    visible = explained(canvas, tops, row, column, front_first)
+    return boxes_of(canvas, row[:count], column[:count], height), visible, proven
