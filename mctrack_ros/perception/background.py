@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
+from mctrack_ros.perception.difference import subtract
 
 Image = NDArray[np.uint8]
 SAMPLES = 9
@@ -147,10 +148,7 @@ class MedianBackground:
         if self.model is None:
             return None
         work = self._work
-        cv2.absdiff(image, self.model, work.colour)
-        blue, green, red = cv2.split(work.colour, work.channels)
-        cv2.max(cv2.max(blue, green, blue), red, self.difference)
-        measured = float(np.median(self.difference[::16, ::16])) / MEDIAN_OF_LARGEST
+        measured = subtract(image, self.model, self.difference) / MEDIAN_OF_LARGEST
         self.noise = measured if self.noise is None else self.noise
         mask = work.mask
         cv2.threshold(self.difference, self.threshold, 255, cv2.THRESH_BINARY, mask)
@@ -199,5 +197,4 @@ class _Work:
     def __init__(self, shape: tuple[int, ...]) -> None:
         self.colour, self.lower = np.empty(shape, np.uint8), np.empty(shape, np.uint8)
         self.one = np.ones(shape, np.uint8)
-        self.channels = [np.empty(shape[:2], np.uint8) for _ in range(3)]
         self.mask = np.empty(shape[:2], np.uint8)
