@@ -127,7 +127,7 @@ def cloud_from_rows(rows: Rows, classes: MessageClasses, frame_id: str) -> Any:
         header=header(classes, rows.stamp_ns, frame_id),
         height=1,
         width=len(rows),
-        fields=[classes.field(**field) for field in _point_fields(kind)],
+        fields=list(_point_fields(kind, classes)),
         is_bigendian=False,
         point_step=step,
         row_step=step * len(rows),
@@ -370,18 +370,18 @@ def _layout(kind: Any) -> _Layout:
 
 
 @cache
-def _point_fields(kind: Any) -> tuple[dict[str, Any], ...]:
-    """Return the arguments of a row type's ``PointField`` messages."""
+def _point_fields(kind: Any, classes: MessageClasses) -> tuple[Any, ...]:
+    """Return a row type's ``PointField`` messages; nobody changes them, so all clouds share."""
     dtype = _layout(kind).dtype
     fields = []
     for name in dtype.names or ():
         element, shape = dtype[name].subdtype or (dtype[name], ())
         fields.append(
-            {
-                'name': name,
-                'offset': int(dtype.fields[name][1]) if dtype.fields else 0,
-                'datatype': _POINT_FIELD_TYPES[element.str[1:]],
-                'count': int(shape[0]) if shape else 1,
-            }
+            classes.field(
+                name=name,
+                offset=int(dtype.fields[name][1]) if dtype.fields else 0,
+                datatype=_POINT_FIELD_TYPES[element.str[1:]],
+                count=int(shape[0]) if shape else 1,
+            )
         )
     return tuple(fields)

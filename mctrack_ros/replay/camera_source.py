@@ -119,6 +119,12 @@ class CameraSource:
         self._advance()
 
     @property
+    def next_tick(self) -> int:
+        """Index of the tick of the next picture."""
+        assert self.next_stamp_ns is not None
+        return self.next_stamp_ns // self._task.period_ns
+
+    @property
     def wanted_tick(self) -> int:
         """Index of the tick whose feedback the next picture uses."""
         assert self.next_stamp_ns is not None

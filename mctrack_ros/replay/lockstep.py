@@ -17,10 +17,8 @@ from pathlib import Path
 from mctrack_ros.fusion import Batcher, FusionOutput, FusionPipeline
 from mctrack_ros.interfaces import Tick
 from mctrack_ros.replay.camera_source import CameraResult, CameraTask
-from mctrack_ros.replay.workers import CameraWorkers
+from mctrack_ros.replay.workers import NEVER, CameraWorkers, Progress
 from mctrack_ros.site_config import SiteConfig
-
-_NEVER = 1 << 62
 
 
 class ReplayError(RuntimeError):
@@ -98,14 +96,18 @@ def run_lockstep(bag: str | Path, site: SiteConfig, processes: int) -> Iterator[
 def _run(workers: CameraWorkers, site: SiteConfig, period_ns: int) -> Iterator[TickOutput]:
     batcher = Batcher(site.fusion, site.camera_names)
     fusion = FusionPipeline(site.fusion, site.camera_names)
-    next_tick = dict.fromkeys(site.camera_names, -1)
     pending: dict[int, list[CameraResult]] = defaultdict(list)
     complete_to = -1
+    next_tick = dict.fromkeys(workers.connections, -1)
     open_connections = list(workers.connections)
     while open_connections or pending:
         for connection in wait(open_connections):
             assert isinstance(connection, Connection)
-            if not _receive(connection, next_tick, pending, period_ns):
+            progress = _received(connection)
+            for result in progress.results:
+                pending[result.detections.stamp_ns // period_ns].append(result)
+            next_tick[connection] = progress.next_tick
+            if progress.next_tick == NEVER:
                 open_connections.remove(connection)
         passed = min(next_tick.values()) - 1
         feedback = []
@@ -119,25 +121,16 @@ def _run(workers: CameraWorkers, site: SiteConfig, period_ns: int) -> Iterator[T
             workers.announce(complete_to, feedback)
 
 
-def _receive(
-    connection: Connection,
-    next_tick: dict[str, int],
-    pending: dict[int, list[CameraResult]],
-    period_ns: int,
-) -> bool:
-    """Take one message of a process; return whether more will come."""
+def _received(connection: Connection) -> Progress:
+    """Take a report of a process."""
     try:
-        kind, camera, stamp_ns, content = connection.recv()
+        report = connection.recv()
     except EOFError as error:
         raise ReplayError('a camera process died') from error
-    if kind == 'error':
-        raise content
-    if kind == 'done':
-        return False
-    if content is not None:
-        pending[content.detections.stamp_ns // period_ns].append(content)
-    next_tick[camera] = _NEVER if stamp_ns is None else stamp_ns // period_ns
-    return True
+    if isinstance(report, Exception):
+        raise report
+    assert isinstance(report, Progress)
+    return report
 
 
 def _fused(

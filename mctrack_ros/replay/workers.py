@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import pickle
 from collections.abc import Sequence
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -12,10 +14,32 @@ import cv2
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import GridError, ProjectionError
 from mctrack_ros.recording import BagError
-from mctrack_ros.replay.camera_source import CameraSource, CameraTask
+from mctrack_ros.replay.camera_source import CameraResult, CameraSource, CameraTask
 
 EXPECTED_ERRORS = (BagError, ConfigError, GridError, ProjectionError, ValueError)
 """What bad input raises: told in one line instead of a trace."""
+
+
+NEVER = 1 << 62
+"""Tick of a picture that does not come."""
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """
+    How far a process is.
+
+    Attributes
+    ----------
+    next_tick : int
+        Index of the tick of its next picture; `NEVER`: there is none.
+    results : list of CameraResult
+        What was made since the last report.
+
+    """
+
+    next_tick: int
+    results: list[CameraResult]
 
 
 class CameraWorkers:
@@ -46,9 +70,10 @@ class CameraWorkers:
 
     def announce(self, tick_index: int, feedback: Sequence[Any]) -> None:
         """Tell all processes the feedback made since, and up to which tick it is complete."""
+        message = pickle.dumps((tick_index, list(feedback)))
         for connection in self.connections:
             try:
-                connection.send((tick_index, list(feedback)))
+                connection.send_bytes(message)
             except (BrokenPipeError, ConnectionResetError):
                 continue
 
@@ -62,30 +87,28 @@ class CameraWorkers:
 
 
 def _work(connection: Connection, tasks: list[CameraTask]) -> None:
-    """Step the cameras of one process in the order of their stamps; say what comes next."""
+    """Step the cameras of one process in the order of their stamps; report tick by tick."""
     cv2.setNumThreads(1)
     try:
         sources = {task.camera: CameraSource(task) for task in tasks}
-        for camera, source in sources.items():
-            connection.send(('next', camera, source.next_stamp_ns, None))
-        complete_to = -1
-        while True:
-            waiting = [
-                (s.next_stamp_ns, c) for c, s in sources.items() if s.next_stamp_ns is not None
-            ]
-            if not waiting:
-                break
-            _, camera = min(waiting)
-            source = sources[camera]
+        complete_to, tick = -1, -1
+        results: list[CameraResult] = []
+        while waiting := [
+            (s.next_stamp_ns, c) for c, s in sources.items() if s.next_stamp_ns is not None
+        ]:
+            source = sources[min(waiting)[1]]
+            if source.next_tick != tick:
+                tick = source.next_tick
+                connection.send(Progress(tick, results))
+                results = []
             while complete_to < source.wanted_tick:
                 complete_to, feedback = connection.recv()
                 for item in feedback:
                     for each in sources.values():
                         each.push(item)
-            result = source.step()
-            connection.send(('next', camera, source.next_stamp_ns, result))
-        connection.send(('done', '', None, None))
+            results.append(source.step())
+        connection.send(Progress(NEVER, results))
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return
     except EXPECTED_ERRORS as error:
-        connection.send(('error', '', None, error))
+        connection.send(error)

@@ -1,3 +1,5 @@
+import pickle
+
 import numpy as np
 import pytest
 
@@ -48,6 +50,18 @@ def test_select_and_replace_keep_the_other_columns():
     assert picked.track_id.tolist() == [7, 5]
     assert picked.score.tolist() == [0.5, 0.25]
     assert picked.stamp_ns == 7
+
+
+@pytest.mark.parametrize('count', [0, 3])
+def test_rows_survive_pickling(count):
+    rows = Tracks.build(7, position=np.arange(3.0 * count).reshape(count, 3))
+    copy = pickle.loads(pickle.dumps(rows))
+    assert copy.stamp_ns == 7
+    for name, column in Tracks.COLUMNS.items():
+        array = getattr(copy, name)
+        assert array.dtype == column.dtype
+        assert array.tobytes() == getattr(rows, name).tobytes()
+        assert not array.flags.writeable
 
 
 def test_every_row_type_begins_with_the_position():
