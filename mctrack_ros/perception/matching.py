@@ -38,38 +38,13 @@ class MatchingConfig:
     )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Matches:
-    """
-    Outcome of one picture's matching.
-
-    Attributes
-    ----------
-    single_track, single_blob : (s,) int64 array
-        Pairs in which one blob is one track.
-    group_blob : (g,) int64 array
-        Blobs that hold several tracks.
-    group_tracks : tuple of (k,) int64 array
-        Their tracks.
-    free_blob : (f,) int64 array
-        Blobs that no track explains.
-
-    """
-
-    single_track: Ints
-    single_blob: Ints
-    group_blob: Ints
-    group_tracks: tuple[Ints, ...]
-    free_blob: Ints
-
-
 def match(
     tracks: LocalTracks,
     predicted: Prediction,
     blobs: Blobs,
     template: Floats,
     config: MatchingConfig,
-) -> Matches:
+) -> Ints:
     """
     Match predicted tracks to blobs.
 
@@ -89,6 +64,11 @@ def match(
     config : MatchingConfig
         Parameters.
 
+    Returns
+    -------
+    (t,) int64 array
+        Row of the blob that each track is in; -1: none.
+
     """
     cost = _costs(tracks, predicted, blobs, template, config)
     row, column = linear_sum_assignment(np.minimum(cost, TOO_FAR))
@@ -96,16 +76,7 @@ def match(
     blob_of = np.full(len(tracks), -1, np.int64)
     blob_of[row[fits]] = column[fits]
     _hide(blob_of, tracks, predicted, blobs, config)
-    members = np.bincount(blob_of[blob_of >= 0], minlength=len(blobs))
-    alone = (blob_of >= 0) & (np.append(members, 0)[blob_of] == 1)
-    group_blob = np.flatnonzero(members > 1)
-    return Matches(
-        single_track=np.flatnonzero(alone),
-        single_blob=blob_of[alone],
-        group_blob=group_blob,
-        group_tracks=tuple(np.flatnonzero(blob_of == blob) for blob in group_blob),
-        free_blob=np.flatnonzero(members == 0),
-    )
+    return blob_of
 
 
 def _costs(

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from mctrack_ros.perception.blobs import BlobConfig, Blobs
 from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
-from mctrack_ros.perception.matching import Matches
 from mctrack_ros.perception.partition import Bodies, Members, PartitionConfig, partition
 from mctrack_ros.perception.sizes import SizeTable
 
@@ -55,13 +54,13 @@ class Observations:
         """Return the number of persons."""
         return len(self.track)
 
-    def select(self, mask: NDArray[np.bool_]) -> Observations:
-        """Return the rows that a mask picks."""
-        return Observations(*(getattr(self, name)[mask] for name in COLUMNS))
+    def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Observations:
+        """Return the rows that a mask or an index array picks."""
+        return Observations(*(getattr(self, name)[index] for name in COLUMNS))
 
 
 def observe(
-    matches: Matches,
+    blob_of: Ints,
     tracks: LocalTracks,
     predicted: Prediction,
     blobs: Blobs,
@@ -77,8 +76,8 @@ def observe(
 
     Parameters
     ----------
-    matches : Matches
-        Which tracks are in which blobs.
+    blob_of : (t,) int64 array
+        Row of the blob that each track is in; -1: none.
     tracks : LocalTracks
         The camera's tracks.
     predicted : Prediction
@@ -99,11 +98,12 @@ def observe(
         Parameters.
 
     """
-    parts = []
-    for blob, rows in enumerate(_tracks_in(matches, len(blobs))):
-        if len(rows) < 2 and _is_one(blobs, blob, predicted.box[rows], config):
-            parts.append(_whole(blobs, blob, rows))
-            continue
+    count = np.bincount(blob_of[blob_of >= 0], minlength=len(blobs))
+    whole = (count < 2) & _looks_like_one(blob_of, predicted, blobs, config)
+    parts = [_whole(blob_of, blobs, np.flatnonzero(whole))]
+    fits_one = _fits_one(blobs, config)
+    for blob in np.flatnonzero(~whole).tolist():
+        rows = np.flatnonzero(blob_of == blob)
         members = Members(
             predicted.bottom[rows],
             predicted.spread[rows],
@@ -121,51 +121,42 @@ def observe(
             config,
         )
         parts.append(_placed(bodies, blob, rows, sizes))
-        if len(rows) and _fits_one(blobs, blob, config):
+        if len(rows) and fits_one[blob]:
             parts[-1].proven[1:] = 0.0
-    return _stacked(parts)
+    seen = _stacked(parts)
+    return seen.select(np.argsort(seen.blob, kind='stable'))
 
 
-def _tracks_in(matches: Matches, count: int) -> list[Ints]:
-    """Return the rows of the tracks in each blob."""
-    inside = [np.zeros(0, np.int64)] * count
-    for row, blob in zip(matches.single_track, matches.single_blob):
-        inside[blob] = np.array([row])
-    for rows, blob in zip(matches.group_tracks, matches.group_blob):
-        inside[blob] = rows
-    return inside
-
-
-def _is_one(blobs: Blobs, blob: int, predicted: Floats, config: PartitionConfig) -> bool:
-    """Whether a blob with at most one track looks like one whole person."""
-    width, height = blobs.box[blob, 2:]
-    usual_width, usual_height = blobs.expected[blob]
-    if blobs.truncated[blob]:
-        return True
-    if width > config.odd_width * usual_width or height > config.odd_height * usual_height:
-        return False
-    return not len(predicted) or bool(
-        height * config.odd_height > min(predicted[0, 3], usual_height)
+def _looks_like_one(
+    blob_of: Ints, predicted: Prediction, blobs: Blobs, config: PartitionConfig
+) -> NDArray[np.bool_]:
+    """Tell which blobs, if they hold at most one track, look like one whole person."""
+    matched = np.flatnonzero(blob_of >= 0)
+    least = np.zeros(len(blobs))
+    least[blob_of[matched]] = predicted.box[matched, 3]
+    width, height = blobs.box[:, 2], blobs.box[:, 3]
+    usual_width, usual_height = blobs.expected.T
+    small = (width <= config.odd_width * usual_width) & (
+        height <= config.odd_height * usual_height
     )
+    not_halved = height * config.odd_height > np.minimum(least, usual_height)
+    return np.asarray(blobs.truncated | (small & not_halved))
 
 
-def _fits_one(blobs: Blobs, blob: int, config: PartitionConfig) -> bool:
-    """Whether a blob is no larger than one person: who else is in it must be hidden."""
-    width, height = blobs.box[blob, 2:] / blobs.expected[blob]
-    return bool(width < config.single_width and height < config.odd_height)
+def _fits_one(blobs: Blobs, config: PartitionConfig) -> NDArray[np.bool_]:
+    """Tell which blobs are no larger than one person: who else is in it must be hidden."""
+    width, height = (blobs.box[:, 2:] / blobs.expected).T
+    return np.asarray((width < config.single_width) & (height < config.odd_height))
 
 
-def _whole(blobs: Blobs, blob: int, rows: Ints) -> Observations:
-    track = rows if len(rows) else np.array([NEW])
-    part = slice(blob, blob + 1)
+def _whole(blob_of: Ints, blobs: Blobs, alone: Ints) -> Observations:
+    """Return blobs that are one person each."""
+    track_in = np.full(len(blobs), NEW)
+    matched = np.flatnonzero(blob_of >= 0)
+    track_in[blob_of[matched]] = matched
+    one = np.ones(len(alone))
     return Observations(
-        track,
-        np.array([blob]),
-        blobs.box[part],
-        blobs.foot[part],
-        np.ones(1),
-        np.ones(1),
-        np.zeros(1, bool),
+        track_in[alone], alone, blobs.box[alone], blobs.foot[alone], one, one, one == 0
     )
 
 
@@ -185,11 +176,6 @@ def _placed(bodies: Bodies, blob: int, rows: Ints, sizes: SizeTable) -> Observat
 
 
 def _stacked(parts: list[Observations]) -> Observations:
-    empty = Observations(
-        np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros((0, 2)),
-        np.zeros(0), np.zeros(0), np.zeros(0, bool),
-    )  # fmt: skip
-    every = [empty, *parts]
     return Observations(
-        *(np.concatenate([getattr(part, name) for part in every]) for name in COLUMNS)
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS)
     )

@@ -126,9 +126,9 @@ class LocalTracker:
         self._drop_lost(stamp_ns, seconds, log)
         template = colour_templates(image, mask, np.rint(blobs.box / scale).astype(int))
         predicted = tracks.prediction()
-        matches = match(tracks, predicted, blobs, template, self._matching)
+        blob_of = match(tracks, predicted, blobs, template, self._matching)
         seen = observe(
-            matches,
+            blob_of,
             tracks,
             predicted,
             blobs,
