@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from mctrack_ros.fusion import lifecycle
 from mctrack_ros.fusion.admission import usable_rows
 from mctrack_ros.fusion.initiation import Leftover, new_tracks
-from mctrack_ros.fusion.matching import CameraMatcher
+from mctrack_ros.fusion.looks import Look
+from mctrack_ros.fusion.matching import match
 from mctrack_ros.fusion.output import EventLog, feedback_of, tracks_of
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -54,9 +55,9 @@ class FusionPipeline:
     """
     Tracks targets on the ground from the detections of all cameras.
 
-    A constant-velocity Kalman filter a target; each picture is assigned on its own (global
-    nearest neighbour), the cameras of a tick one after the other in canonical order; what no
-    track explains starts tracks where cameras agree or one persists.
+    A constant-velocity Kalman filter a target; the pictures of a tick are assigned together, each
+    to what prediction and the others say; what no track explains starts tracks where cameras
+    agree or one persists.
 
     Parameters
     ----------
@@ -140,14 +141,17 @@ class FusionPipeline:
 
     def _associate(self, tick: Tick) -> list[Leftover]:
         """Give every picture its tracks; return what the last one of each camera has left."""
-        leftovers: dict[int, Leftover] = {}
+        looks = []
         for frame in tick.frames:
             camera = self._camera_index(frame)
             detections = frame.detections.select(usable_rows(frame.detections))
-            matcher = CameraMatcher(self._table, detections, camera, tick.stamp_ns, self._config)
-            left = matcher.run()
-            leftovers[camera] = Leftover(camera, detections.select(left))
-        return [left for left in leftovers.values() if len(left.detections)]
+            looks.append(Look(detections, camera, tick.stamp_ns, self._config))
+        left = match(self._table, looks, self._config)
+        leftovers = {
+            look.camera: Leftover(look.camera, look.detections.select(rows))
+            for look, rows in zip(looks, left)
+        }
+        return [each for each in leftovers.values() if len(each.detections)]
 
     def _camera_index(self, frame: CameraDetections) -> int:
         if frame.camera not in self._index:

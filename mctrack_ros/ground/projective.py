@@ -107,6 +107,12 @@ class ProjectiveMapping:
             raise ValueError('the points lie on a line: they fix no homography')
         return cls.from_homography(homography, image_size)
 
+    @property
+    def camera_position(self) -> Floats:
+        """Return where the camera is, (3,) m."""
+        place: Floats = -np.linalg.solve(self.image_from_world[:, :3], self.image_from_world[:, 3])
+        return place
+
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
         """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""
         points = _homogeneous(pixel) @ self.ground_from_image_homography.T

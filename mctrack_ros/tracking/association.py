@@ -35,9 +35,30 @@ def mahalanobis(
         Natural logarithm of the determinant of the innovation's covariance.
 
     """
-    total = predicted_covariance[:, None] + noise[None]
-    xx, xy, yy = total[..., 0, 0], total[..., 0, 1], total[..., 1, 1]
     gap = measured[None] - predicted[:, None]
+    return gaussian_distance(gap, predicted_covariance[:, None] + noise[None])
+
+
+def gaussian_distance(gap: Floats, covariance: Floats) -> tuple[Floats, Floats]:
+    """
+    Return how far innovations are off, and how uncertain.
+
+    Parameters
+    ----------
+    gap : (..., 2) array
+        Innovations, m or px.
+    covariance : (..., 2, 2) array
+        Their covariances.
+
+    Returns
+    -------
+    squared_distance : (...) array
+        Squared Mahalanobis distances.
+    log_determinant : (...) array
+        Natural logarithms of the determinants of the covariances.
+
+    """
+    xx, xy, yy = covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]
     x, y = gap[..., 0], gap[..., 1]
     determinant = xx * yy - xy * xy
     squared = (yy * x * x - 2 * xy * x * y + xx * y * y) / determinant

@@ -16,17 +16,19 @@ IMAGE_FROM_WORLD = np.array([[800.0, 0, 320], [0, 800.0, 240], [0, 0, 1]]) @ np.
 )
 
 
-def upright_boxes(mapping, places, height):
-    foot = mapping.image_from_ground(places)
-    head = mapping.image_from_ground(places, height)
+def upright_boxes(mapping, places, body):
+    away = places - mapping.camera_position[:2]
+    nearest = places - body.reach * away / np.linalg.norm(away, axis=1, keepdims=True)
+    foot, toes = mapping.image_from_ground(places), mapping.image_from_ground(nearest)
+    head = mapping.image_from_ground(places, body.height)
     middle = (foot[:, 0] + head[:, 0]) / 2
-    return np.column_stack([middle - 20, head[:, 1], np.full(len(foot), 40), (foot - head)[:, 1]])
+    return np.column_stack([middle - 20, head[:, 1], np.full(len(foot), 40), (toes - head)[:, 1]])
 
 
 def test_a_box_is_put_where_its_person_stands():
     mapping = ProjectiveMapping(IMAGE_FROM_WORLD, (640, 480))
     places = np.array([[0.0, 0.5], [1.0, 2.0], [-1.5, 3.0]])
-    boxes = upright_boxes(mapping, places, BodyModel().height)
+    boxes = upright_boxes(mapping, places, BodyModel())
     found = boxes_to_detections(boxes, np.ones(3), mapping, 5, BodyModel())
     np.testing.assert_allclose(found.position[:, :2], places, atol=0.01)
     assert (np.linalg.eigvalsh(found.covariance.astype(float)) > 0).all()
@@ -35,13 +37,23 @@ def test_a_box_is_put_where_its_person_stands():
 def test_hidden_feet_leave_the_place_to_the_head_and_less_certain():
     mapping = ProjectiveMapping(IMAGE_FROM_WORLD, (640, 480))
     place = np.array([[0.0, 2.0]])
-    box = upright_boxes(mapping, place, BodyModel().height)
+    box = upright_boxes(mapping, place, BodyModel())
     whole = boxes_to_detections(box, np.ones(1), mapping, 5, BodyModel())
     low = ProjectiveMapping(IMAGE_FROM_WORLD, (640, int(box[0, 1] + box[0, 3])))
     cut = boxes_to_detections(box - [0, 0, 0, 1], np.ones(1), low, 5, BodyModel())
     assert cut.truncated[0]
     assert np.linalg.norm(cut.position[0, :2] - place[0]) < 0.1
     assert np.trace(cut.covariance[0]) > np.trace(whole.covariance[0])
+
+
+def test_feet_behind_a_nearer_person_are_less_certain():
+    mapping = ProjectiveMapping(IMAGE_FROM_WORLD, (640, 480))
+    boxes = upright_boxes(mapping, np.array([[0.0, 2.0], [0.05, 1.5]]), BodyModel())
+    alone = boxes_to_detections(boxes[:1], np.ones(1), mapping, 5, BodyModel())
+    both = boxes_to_detections(boxes, np.ones(2), mapping, 5, BodyModel())
+    nearer = boxes_to_detections(boxes[1:], np.ones(1), mapping, 5, BodyModel())
+    assert np.trace(both.covariance[0]) > np.trace(alone.covariance[0])
+    np.testing.assert_array_equal(both.covariance[1], nearer.covariance[0])
 
 
 @pytest.mark.real_data
@@ -55,8 +67,8 @@ def test_lab6p_four_cameras_beat_any_one(data_root):
 def test_cmc_is_tracked(data_root):
     figures = reproduce_cmc(data_root).figures
     assert figures['cmc1.mota'] >= 0.98
-    assert figures['cmc2.moda'] >= 0.9
-    assert figures['cmc2.mota'] >= 0.8
+    assert figures['cmc2.moda'] >= 0.94
+    assert figures['cmc2.mota'] >= 0.9
 
 
 @pytest.mark.real_data

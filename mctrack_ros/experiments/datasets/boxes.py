@@ -20,6 +20,10 @@ EDGE_PX = 4.0
 """A box that comes so near to the picture's edge is cut off by it, px."""
 
 
+COVERED_SHARE = 0.3
+"""Feet are covered if a lower box hides so much of a box's lower edge."""
+
+
 @dataclass(frozen=True, slots=True)
 class BodyModel:
     """
@@ -29,14 +33,20 @@ class BodyModel:
     ----------
     height, height_sigma : float
         Of people, mean and standard deviation, m.
+    reach : float
+        How far before the body's axis its lowest point is: half the length of a foot, m.
     edge_sigma : float
         Standard deviation of a box's edges, as a part of its height.
+    covered_sigma : float
+        The same of the lower edge and the centre where a nearer person covers the feet.
 
     """
 
     height: float = 1.68
     height_sigma: float = 0.10
+    reach: float = 0.13
     edge_sigma: float = 0.04
+    covered_sigma: float = 0.08
 
 
 def boxes_to_detections(
@@ -94,8 +104,9 @@ def upright_fit(
     """
     Fit upright people to boxes by Gauss-Newton steps.
 
-    A box's lower edge is the row of the foot, its upper edge that of the head, its centre column
-    the mean of both; the height has a normal prior.
+    A box's lower edge is the row of the toes, on the camera's side of the body's axis; its upper
+    edge is that of the head; its centre column is the mean of foot and head. The height has a
+    normal prior.
 
     Parameters
     ----------
@@ -120,13 +131,14 @@ def upright_fit(
         [boxes[:, 0] + boxes[:, 2] / 2, boxes[:, 1] + boxes[:, 3], boxes[:, 1]]
     )
     sigma = np.repeat(body.edge_sigma * boxes[:, [3]], 3, axis=1)
+    sigma[feet_covered(boxes), :2] = body.covered_sigma * boxes[feet_covered(boxes)][:, [3]]
     sigma[hidden_feet, 1] = sigma[hidden_head, 2] = HIDDEN_SIGMA
     weight = 1 / sigma**2
     place = _first_guess(boxes, mapping, body, hidden_head)
     prior = np.diag([0.0, 0.0, body.height_sigma**-2])
     for _ in range(ITERATIONS):
-        slope = _slope(place, mapping)
-        residual = measured - _edges(place, mapping)
+        slope = _slope(place, mapping, body)
+        residual = measured - _edges(place, mapping, body)
         information = np.einsum('nki,nk,nkj->nij', slope, weight, slope) + prior
         gradient = np.einsum('nki,nk,nk->ni', slope, weight, residual)
         gradient[:, 2] += (body.height - place[:, 2]) / body.height_sigma**2
@@ -136,6 +148,16 @@ def upright_fit(
         step = (covariance @ gradient[..., None])[..., 0]
         place = np.where(solvable[:, None], place + np.clip(step, -1, 1), np.nan)
     return place, covariance
+
+
+def feet_covered(boxes: Floats) -> Mask:
+    """Tell which of the (n, 4) boxes have a good part of their lower edge behind a lower box."""
+    left, top, right, bottom = *boxes[:, :2].T, *(boxes[:, :2] + boxes[:, 2:]).T
+    overlap = np.minimum(right[:, None], right) - np.maximum(left[:, None], left)
+    share = overlap / boxes[:, [2]]
+    nearer = (bottom[:, None] < bottom) & (bottom[:, None] > top)
+    covered: Mask = (nearer & (share > COVERED_SHARE)).any(axis=1)
+    return covered
 
 
 def _first_guess(
@@ -153,15 +175,21 @@ def _first_guess(
     return np.column_stack([ground, np.full(len(boxes), body.height)])
 
 
-def _edges(place: Floats, mapping: ProjectiveMapping) -> Floats:
+def _edges(place: Floats, mapping: ProjectiveMapping, body: BodyModel) -> Floats:
+    away = place[:, :2] - mapping.camera_position[:2]
+    away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), body.reach)
     foot = mapping.image_from_ground(place[:, :2])
+    toes = mapping.image_from_ground(place[:, :2] - body.reach * away)
     head = mapping.image_from_ground(place[:, :2], place[:, 2])
-    return np.column_stack([(foot[:, 0] + head[:, 0]) / 2, foot[:, 1], head[:, 1]])
+    return np.column_stack([(foot[:, 0] + head[:, 0]) / 2, toes[:, 1], head[:, 1]])
 
 
-def _slope(place: Floats, mapping: ProjectiveMapping, step: float = 1e-4) -> Floats:
+def _slope(
+    place: Floats, mapping: ProjectiveMapping, body: BodyModel, step: float = 1e-4
+) -> Floats:
     columns = [
-        (_edges(place + offset, mapping) - _edges(place - offset, mapping)) / (2 * step)
+        (_edges(place + offset, mapping, body) - _edges(place - offset, mapping, body))
+        / (2 * step)
         for offset in step * np.eye(3)
     ]
     return np.stack(columns, axis=2)

@@ -97,12 +97,17 @@ def read_truth(folder: Path) -> Trajectories:
     return Trajectories(frame=frame, id=person, position=table[:, 7:9], ignore=table[:, 6] == 0)
 
 
-def in_view_one(folder: Path, position: Floats) -> NDArray[np.bool_]:
-    """Tell which ground positions, (n, 2) m, view 1 shows: the truth covers no others."""
+def annotated(folder: Path, position: Floats, truth: Trajectories) -> NDArray[np.bool_]:
+    """
+    Tell which ground positions, (n, 2) m, the truth would cover.
+
+    It covers what view 1 shows, and nobody is annotated outside the rectangle that it spans.
+    """
     mapping = PetsView(folder, 1).mapping
-    width, height = mapping.image_size
     pixel = mapping.image_from_ground(position)
-    inside: NDArray[np.bool_] = np.all((pixel >= 0) & (pixel < (width, height)), axis=1)
+    inside: NDArray[np.bool_] = np.all((pixel >= 0) & (pixel < mapping.image_size), axis=1)
+    low, high = truth.position.min(axis=0), truth.position.max(axis=0)
+    inside &= np.all((position >= low) & (position <= high), axis=1)
     return inside
 
 

@@ -1,0 +1,76 @@
+import numpy as np
+import pytest
+from fusion_scenes import PERIOD_NS, detections
+
+from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion.joint import JointAssignment
+from mctrack_ros.fusion.looks import Look
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.tracking.kalman import update
+
+CONFIG = FusionConfig()
+
+
+def tracks(positions, sigma=0.3):
+    table = TrackTable.blank(len(positions), 4)
+    table.track_id[:] = np.arange(1, len(positions) + 1)
+    table.mean[:, :2] = positions
+    table.covariance[:] = np.diag([sigma**2, sigma**2, 1.0, 1.0])
+    table.confirmed[:] = True
+    return table
+
+
+def look(positions, camera=0, before_ns=0):
+    rows = detections(PERIOD_NS - before_ns, positions, sigma=0.2)
+    return Look(rows, camera, PERIOD_NS, CONFIG)
+
+
+def assigned(table, looks):
+    joint = JointAssignment(table, looks, CONFIG.association)
+    mean, covariance = joint.solve()
+    pairs = [dict(zip(*map(np.ndarray.tolist, joint.pairs(k)))) for k in range(len(looks))]
+    return pairs, mean, covariance
+
+
+def test_its_update_is_the_filters_one_after_the_other():
+    table = tracks([[0.0, 0.0], [4.0, 0.0]])
+    looks = [look([[0.1, 0.2], [4.1, 0.0]]), look([[0.0, 0.1]], 1, before_ns=30_000_000)]
+    _, mean, covariance = assigned(table, looks)
+    expected = table.mean.copy(), table.covariance.copy()
+    for each in looks:
+        rows = np.arange(len(each.position))
+        innovation = each.position - expected[0][rows] @ each.matrix.T
+        expected[0][rows], expected[1][rows] = update(
+            expected[0][rows], expected[1][rows], innovation, each.noise, each.matrix
+        )
+    np.testing.assert_allclose(mean, expected[0], atol=1e-12)
+    np.testing.assert_allclose(covariance, expected[1], atol=1e-12)
+
+
+def test_the_others_correct_a_picture_that_prediction_alone_misleads():
+    table = tracks([[0.0, 0.0], [0.7, 0.0]])
+    moved = [[0.45, 0.0], [1.15, 0.0]]
+    clear = [look([place], camera) for camera, place in ((1, moved[0]), (2, moved[1]))]
+    alone, *_ = assigned(table, [look(moved[:1])])
+    together, *_ = assigned(table, [look(moved[:1]), *clear, look(moved, 3)])
+    assert alone[0] == {1: 0}
+    assert together[0] == {0: 0}
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_the_order_of_the_cameras_does_not_matter(seed):
+    rng = np.random.default_rng(seed)
+    places = rng.uniform(0, 2, (5, 2))
+    table = tracks(places)
+    looks = [look(places + rng.normal(0, 0.2, (5, 2)), camera) for camera in range(4)]
+    pairs, mean, _ = assigned(table, looks)
+    backwards, again, _ = assigned(table, looks[::-1])
+    assert pairs == backwards[::-1]
+    np.testing.assert_allclose(mean, again, atol=1e-9)
+
+
+def test_a_picture_without_detections_and_no_tracks_are_no_trouble():
+    pairs, mean, _ = assigned(tracks([[0.0, 0.0]]), [look([]), look([[9.0, 9.0]], 1)])
+    assert pairs == [{}, {}]
+    np.testing.assert_array_equal(mean[:, :2], [[0.0, 0.0]])
+    assert assigned(tracks(np.empty((0, 2))), [look([[0.0, 0.0]])])[0] == [{}]
