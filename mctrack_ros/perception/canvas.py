@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import inner
+from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.perception.sizes import metre_at
 from mctrack_ros.tracking.appearance import colour_bins
 
@@ -17,6 +18,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 TALLEST = 1.15  # height of a body at most, in usual heights
+COUNTED_PX = 2  # of so many rows and columns one counts for a template
 RARE = 0.01  # likelihood of a colour that was not seen before
 
 
@@ -39,6 +41,8 @@ class Canvas(NamedTuple):
         Rows of margin at the top; columns of a body, which are those of margin too.
     left, top, step : float
         Where the first cell is and how large cells are, px.
+    part : (4,) int64 array
+        Left, top, right, bottom of the blob, pixels of the reduced picture.
 
     """
 
@@ -50,6 +54,7 @@ class Canvas(NamedTuple):
     left: float
     top: float
     step: float
+    part: Ints
 
 
 @inner
@@ -94,7 +99,8 @@ def canvas_of(
         for column in range(columns):
             foreground[above + row, side + column] /= count[row, column]
             colour[row, column] /= count[row, column]
-    return Canvas(foreground, colour, metre, above, body, left, top, step)
+    part = np.array([first_x, first_y, last_x, last_y])
+    return Canvas(foreground, colour, metre, above, body, left, top, step, part)
 
 
 @inner
@@ -200,6 +206,34 @@ def explained(canvas: Canvas, tops: Ints, row: Ints, column: Ints, order: Ints) 
                     covered[y, x] = True
         share[index] /= (last - first) * canvas.width
     return share
+
+
+@inner
+def templates_of(
+    image: Bytes, mask: Bytes, canvas: Canvas, tops: Ints, row: Ints, column: Ints, order: Ints
+) -> Floats:
+    """Count the colours of what is seen of each body past those before it in an order."""
+    owner = np.full(canvas.foreground.shape, -1)
+    for index in order[::-1]:
+        for y in range(tops[index, row[index]], canvas.above + row[index] + 1):
+            for x in range(column[index], column[index] + canvas.width):
+                owner[y, x] = index
+    templates, count = np.zeros((len(order), TEMPLATE_SIZE)), np.zeros(len(order))
+    left, top, right, bottom = canvas.part
+    rows, columns, _ = canvas.colour.shape
+    for y in range(top, bottom, COUNTED_PX):
+        line = canvas.above + (y - top) * rows // (bottom - top)
+        for x in range(left, right, COUNTED_PX):
+            index = owner[line, canvas.width // 2 + (x - left) * columns // (right - left)]
+            if index >= 0 and mask[y, x]:
+                pixel = image[y, x]
+                hue, grey, weight = colour_bins(float(pixel[0]), float(pixel[1]), float(pixel[2]))
+                templates[index, hue] += weight
+                templates[index, grey] += 1.0 - weight
+                count[index] += 1.0
+    for index in order:
+        templates[index] /= max(count[index], 1.0)
+    return templates
 
 
 @inner

@@ -15,7 +15,7 @@ from mctrack_ros.perception.sizes import SizeTable
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 NEW = -1
-COLUMNS = ('track', 'blob', 'box', 'foot', 'visible', 'proven', 'fitted')
+COLUMNS = ('track', 'blob', 'box', 'foot', 'visible', 'proven', 'template', 'fitted')
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,6 +37,8 @@ class Observations:
         Share of the body that is seen.
     proven : (n,) float64 array
         Share of the body that explains what no older track does.
+    template : (n, 48) float64 array
+        Colours of what is seen of it.
     fitted : (n,) bool array
         A body was placed in the blob; else the blob is the person.
 
@@ -48,6 +50,7 @@ class Observations:
     foot: Floats
     visible: Floats
     proven: Floats
+    template: Floats
     fitted: NDArray[np.bool_]
 
     def __len__(self) -> int:
@@ -64,6 +67,7 @@ def observe(
     tracks: LocalTracks,
     predicted: Prediction,
     blobs: Blobs,
+    template: Floats,
     image: NDArray[np.uint8],
     mask: NDArray[np.uint8],
     scale: float,
@@ -84,6 +88,8 @@ def observe(
         Where they are expected.
     blobs : Blobs
         Of the picture.
+    template : (n, 48) array
+        Colours of the blobs.
     image : (h, w, 3) uint8 array
         The picture, reduced by `scale`.
     mask : (h, w) uint8 array
@@ -100,7 +106,7 @@ def observe(
     """
     count = np.bincount(blob_of[blob_of >= 0], minlength=len(blobs))
     whole = (count < 2) & _looks_like_one(blob_of, predicted, blobs, config)
-    parts = [_whole(blob_of, blobs, np.flatnonzero(whole))]
+    parts = [_whole(blob_of, blobs, template, np.flatnonzero(whole))]
     fits_one = _fits_one(blobs, config)
     for blob in np.flatnonzero(~whole).tolist():
         rows = np.flatnonzero(blob_of == blob)
@@ -149,14 +155,21 @@ def _fits_one(blobs: Blobs, config: PartitionConfig) -> NDArray[np.bool_]:
     return np.asarray((width < config.single_width) & (height < config.odd_height))
 
 
-def _whole(blob_of: Ints, blobs: Blobs, alone: Ints) -> Observations:
+def _whole(blob_of: Ints, blobs: Blobs, template: Floats, alone: Ints) -> Observations:
     """Return blobs that are one person each."""
     track_in = np.full(len(blobs), NEW)
     matched = np.flatnonzero(blob_of >= 0)
     track_in[blob_of[matched]] = matched
     one = np.ones(len(alone))
     return Observations(
-        track_in[alone], alone, blobs.box[alone], blobs.foot[alone], one, one, one == 0
+        track_in[alone],
+        alone,
+        blobs.box[alone],
+        blobs.foot[alone],
+        one,
+        one,
+        template[alone],
+        one == 0,
     )
 
 
@@ -171,6 +184,7 @@ def _placed(bodies: Bodies, blob: int, rows: Ints, sizes: SizeTable) -> Observat
         sizes.foot_of(bodies.box),
         bodies.visible,
         bodies.proven,
+        bodies.template,
         np.ones(count, bool),
     )
 

@@ -47,6 +47,12 @@ class PartitionConfig:
     least_visible: float = parameter(
         0.15, 'share of a body that must be seen to measure it', minimum=0.0, maximum=1.0
     )
+    least_coloured: float = parameter(
+        0.3,
+        'share of a body that must be seen to tell its colours, and not those remembered',
+        minimum=0.0,
+        maximum=1.0,
+    )
     least_proven: float = parameter(
         0.35,
         'share of a body that must explain what older tracks do not, to be sure of it',
@@ -93,12 +99,15 @@ class Bodies:
         Share of the body that is foreground and not behind another body.
     proven : (n,) float64 array
         Share of the body that is foreground which no member before it in the order explains.
+    template : (n, 48) float64 array
+        Colours of what is seen of it past those nearer to the camera; zero where nothing is.
 
     """
 
     box: Floats
     visible: Floats
     proven: Floats
+    template: Floats
 
 
 def partition(

@@ -16,6 +16,7 @@ from mctrack_ros.perception.canvas import (
     canvas_of,
     explained,
     lowest_first,
+    templates_of,
     tops_of,
     values_of,
 )
@@ -59,7 +60,7 @@ class Search(NamedTuple):
 
 
 SEARCH = types.NamedTuple([types.f8, types.f8, types.i8, *[types.f8] * 3, *[types.i8] * 2], Search)
-PLACED = types.Tuple([types.Array(types.f8, 2, 'C'), *[types.Array(types.f8, 1, 'C')] * 2])
+PLACED = types.Tuple([types.f8[:, ::1], types.f8[::1], types.f8[::1], types.f8[:, ::1]])
 
 
 @compiled(
@@ -79,7 +80,7 @@ def place(
     height_m: Floats,
     template: Floats,
     search: Search,
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Floats]:
     """
     Place the known persons of one blob near their predictions, then new ones.
 
@@ -112,6 +113,8 @@ def place(
         Share of each that is foreground past those nearer to the camera.
     proven : (m,) array
         Share of each that is foreground past those before it.
+    template : (m, 48) array
+        Colours of what is seen of each; zero where nothing is.
 
     """
     canvas = canvas_of(
@@ -151,4 +154,5 @@ def place(
     front_first = lowest_first(row[:count])
     proven = explained(canvas, tops, row, column, oldest_first)
     visible = explained(canvas, tops, row, column, front_first)
-    return boxes_of(canvas, row[:count], column[:count], height), visible, proven
+    colours = templates_of(image, mask, canvas, tops, row, column, front_first)
+    return boxes_of(canvas, row[:count], column[:count], height), visible, proven, colours

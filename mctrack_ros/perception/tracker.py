@@ -132,6 +132,7 @@ class LocalTracker:
             tracks,
             predicted,
             blobs,
+            template,
             image,
             mask,
             scale,
@@ -140,8 +141,8 @@ class LocalTracker:
             self._partition,
         )
         self._note_groups(seen, log)
-        self._update(seen, blobs, template, seconds, stamp_ns)
-        seen = self._start(seen, template, stamp_ns)
+        self._update(seen, blobs, seconds, stamp_ns)
+        seen = self._start(seen, stamp_ns)
         seen = seen.select(
             (seen.visible >= self._partition.least_visible)
             & (seen.proven >= self._partition.least_proven)
@@ -150,7 +151,7 @@ class LocalTracker:
         if feedback is not None:
             learn_identities(tracks, feedback, stamp_ns, self._identity)
         self._announce(log)
-        detections = self._detections(seen, blobs, template, stamp_ns)
+        detections = self._detections(seen, blobs, stamp_ns)
         return detections, log.rows()
 
     def _drop_lost(self, stamp_ns: int, seconds: float, log: EventLog) -> None:
@@ -208,9 +209,7 @@ class LocalTracker:
         log.add(EventCode.MERGE, tracks, first, tracks.local_id[rows[rows != first]])
         tracks.group[rows] = number
 
-    def _update(
-        self, seen: Observations, blobs: Blobs, template: Floats, seconds: float, stamp_ns: int
-    ) -> None:
+    def _update(self, seen: Observations, blobs: Blobs, seconds: float, stamp_ns: int) -> None:
         """Correct the tracks with what is seen of them (E6); learn sizes and colours alone."""
         tracks, known = self.tracks, seen.track != NEW
         tracks.seen_ns[seen.track[known]] = stamp_ns
@@ -224,7 +223,7 @@ class LocalTracker:
         tracks.follow_size(seen.track[whole], seen.box[whole], seconds)
         share = 1 - np.exp(-seconds / max(self._config.template_time_s, 1e-9))
         rows = seen.track[alone]
-        tracks.template[rows] += share * (template[seen.blob[alone]] - tracks.template[rows])
+        tracks.template[rows] += share * (seen.template[alone] - tracks.template[rows])
 
     def _noise(self, seen: Observations, blobs: Blobs) -> Floats:
         """Return the (n, 2, 2) covariance, px², of the foot points."""
@@ -236,14 +235,14 @@ class LocalTracker:
         noise[:, [0, 1], [0, 1]] += missing**2
         return noise
 
-    def _start(self, seen: Observations, template: Floats, stamp_ns: int) -> Observations:
+    def _start(self, seen: Observations, stamp_ns: int) -> Observations:
         """Start a track for each person who has none."""
         new = seen.track == NEW
         if not new.any():
             return seen
         position = self._mapping.ground_from_image(seen.foot[new])
         noise = self.tracks.foot_noise(seen.box[new])
-        colours = np.where(seen.fitted[new, None], 0.0, template[seen.blob[new]])
+        colours = np.where(seen.fitted[new, None], 0.0, seen.template[new])
         track = seen.track.copy()
         track[new] = self.tracks.start(position, seen.box[new], noise, colours, stamp_ns)
         return replace(seen, track=track)
@@ -261,15 +260,14 @@ class LocalTracker:
             known = self.tracks.track_id[row] > 0
             log.add(EventCode.ENTER if known else EventCode.NEW, self.tracks, int(row))
 
-    def _detections(
-        self, seen: Observations, blobs: Blobs, template: Floats, stamp_ns: int
-    ) -> Detections:
+    def _detections(self, seen: Observations, blobs: Blobs, stamp_ns: int) -> Detections:
         """Write one row a person."""
         tracks, rows = self.tracks, seen.track
         position = self._mapping.ground_from_image(seen.foot)
         age = (stamp_ns - tracks.first_ns[rows]) * 1e-9
         score = np.clip(age / max(self._config.confirm_s, 1e-9), 0.1, 1.0)
-        colours = np.where(seen.fitted[:, None], tracks.template[rows], template[seen.blob])
+        shown = ~seen.fitted | (seen.visible >= self._partition.least_coloured)
+        colours = np.where(shown[:, None], seen.template, tracks.template[rows])
         return Detections.build(
             stamp_ns,
             position=np.column_stack([position, np.zeros(len(seen))]),

@@ -11,7 +11,9 @@ def canvas_like(rng, rows, columns):
     foreground = np.zeros((ABOVE + rows, columns + WIDTH))
     foreground[ABOVE:, 1 : 1 + columns] = rng.random((rows, columns))
     colour, metre = np.zeros((rows, columns, 3)), np.full(rows, 2.0)
-    return Canvas(foreground, colour, metre, ABOVE, WIDTH, 10.0, 20.0, STEP)
+    return Canvas(
+        foreground, colour, metre, ABOVE, WIDTH, 10.0, 20.0, STEP, np.array([0, 0, columns, rows])
+    )
 
 
 def bodies(canvas, tops):

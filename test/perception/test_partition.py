@@ -95,3 +95,13 @@ def test_same_input_gives_the_same_bodies(mapping):
     first, second = crowd.split(crowd.bottom), crowd.split(crowd.bottom)
     assert np.array_equal(first.box, second.box)
     assert np.array_equal(first.visible, second.visible)
+
+
+def test_colours_are_those_of_what_is_seen_of_each(mapping):
+    crowd = Crowd(mapping, [((0.0, 1.5), RED), ((0.1, 0.0), BLUE)])
+    bodies = crowd.split(crowd.bottom)
+    own = colour_templates(crowd.image, crowd.mask, crowd.boxes.astype(int))[1]
+    behind, before = bodies.template
+    assert np.abs(before - own).sum() < 0.2
+    assert np.abs(behind - own).sum() > 1.0
+    assert bodies.template.sum(axis=1) == pytest.approx(1.0)
