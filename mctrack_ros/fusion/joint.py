@@ -11,7 +11,7 @@ from mctrack_ros.fusion.costs import prior_costs
 from mctrack_ros.fusion.looks import Look
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.tracking.association import assign, gaussian_distance
+from mctrack_ros.tracking.association import assign, gaussian_distance, pair_probabilities
 from mctrack_ros.tracking.kalman import inverse, symmetric
 
 Floats = NDArray[np.float64]
@@ -29,7 +29,8 @@ class JointAssignment:
     A picture is assigned (global nearest neighbour) first to the predicted tracks, then again to
     what prediction and all *other* pictures say of them, until nothing changes: the joint
     assignment's iterated conditional modes (Besag 1986). One picture's mistake is so corrected by
-    the others instead of dragging them along, and the order of the cameras does not matter.
+    the others instead of dragging them along, and the order of the cameras does not matter. A
+    pair counts for as much as it is probable, so a doubtful one moves its track little.
 
     Parameters
     ----------
@@ -57,15 +58,16 @@ class JointAssignment:
         self._prior = table.mean, table.covariance
         self._prior_information = np.linalg.inv(table.covariance)
         self._taken = np.full((len(looks), len(table)), NOTHING, np.intp)
+        self._weight = np.zeros_like(self._information)
 
     def solve(self) -> tuple[Floats, Floats]:
         """Return the updated means (n, 4) and covariances (n, 4, 4) of the best assignment."""
         state = self._prior
         for _ in range(SWEEPS):
-            taken = self._assigned(*self._without_own(*state))
+            taken, probability = self._assigned(*self._without_own(*state))
             if np.array_equal(taken, self._taken):
                 break
-            self._taken = taken
+            self._taken, self._weight = taken, probability[:, None, None] * self._information
             state = self._updated()
         return state
 
@@ -74,23 +76,26 @@ class JointAssignment:
         rows = np.flatnonzero(self._taken[look] != NOTHING)
         return rows, self._taken[look, rows] - self._first[look]
 
-    def _assigned(self, predicted: Floats, spread: Floats) -> Indices:
-        """Return what each picture has of each track, (looks, n), given (looks, n, ...) states."""
+    def _assigned(self, predicted: Floats, spread: Floats) -> tuple[Indices, Floats]:
+        """Return what each picture has of each track (looks, n), and how probably (m,) it does."""
         gap = self._position[:, None] - predicted[self._look]
         total = spread[self._look] + self._noise[:, None]
         squared, log_determinant = gaussian_distance(gap, total)
         cost = np.where(squared < self._gate, squared + log_determinant + self._cost, np.inf)
-        taken = np.full_like(self._taken, NOTHING)
+        likelihood = np.exp(-cost / 2)
+        taken, probability = np.full_like(self._taken, NOTHING), np.zeros(len(cost))
         for look, (first, end) in enumerate(zip(self._first[:-1], self._first[1:])):
             columns, rows = assign(cost[first:end])
             taken[look, rows] = columns + first
-        return taken
+            every = pair_probabilities(likelihood[first:end])
+            probability[columns + first] = every[columns, rows]
+        return taken, probability
 
     def _updated(self) -> tuple[Floats, Floats]:
         """Return the states that all pairs make of the prediction: the information filter."""
         look, row = np.nonzero(self._taken != NOTHING)
         column = self._taken[look, row]
-        weight = self._matrix[look].swapaxes(1, 2) @ self._information[column]
+        weight = self._matrix[look].swapaxes(1, 2) @ self._weight[column]
         added = np.zeros((*self._taken.shape, 4, 5))
         added[look, row, :, :4] = weight @ self._matrix[look]
         innovation = self._position[column] - self._seen_from(look, self._prior[0][row])
@@ -107,10 +112,8 @@ class JointAssignment:
         look, row = np.nonzero(self._taken != NOTHING)
         column = self._taken[look, row]
         known = inverse(spread[look, row])
-        rest = symmetric(inverse(known - self._information[column]))
-        pull = (
-            self._information[column] @ (position[look, row] - self._position[column])[..., None]
-        )
+        rest = symmetric(inverse(known - self._weight[column]))
+        pull = self._weight[column] @ (position[look, row] - self._position[column])[..., None]
         position[look, row] += (rest @ pull)[..., 0]
         spread[look, row] = rest
         return position, spread

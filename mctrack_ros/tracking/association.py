@@ -65,6 +65,29 @@ def gaussian_distance(gap: Floats, covariance: Floats) -> tuple[Floats, Floats]:
     return squared, np.log(determinant)
 
 
+def pair_probabilities(likelihood: Floats) -> Floats:
+    """
+    Return how probable the pairs of one picture are: the cheap JPDA.
+
+    Each competes with all that share its row or its column, and with there being no pair
+    (Fitzgerald 1986, "Development of practical PDA logic for multitarget tracking by
+    microprocessor").
+
+    Parameters
+    ----------
+    likelihood : (n, m) array
+        Of each pair, relative to no pair.
+
+    Returns
+    -------
+    (n, m) array
+
+    """
+    per_row, per_column = likelihood.sum(axis=1, keepdims=True), likelihood.sum(axis=0)
+    probability: Floats = likelihood / (1.0 + per_row + per_column - likelihood)
+    return probability
+
+
 def assign(cost: Floats, limit: float = 0.0) -> tuple[Indices, Indices]:
     """
     Find the one-to-one assignment that minimises the sum of ``cost - limit`` over its pairs.

@@ -5,10 +5,12 @@ from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.joint import JointAssignment
 from mctrack_ros.fusion.looks import Look
+from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import update
 
 CONFIG = FusionConfig()
+SURE = AssociationConfig(false_density=1e-9)
 
 
 def tracks(positions, sigma=0.3):
@@ -25,17 +27,17 @@ def look(positions, camera=0, before_ns=0):
     return Look(rows, camera, PERIOD_NS, CONFIG)
 
 
-def assigned(table, looks):
-    joint = JointAssignment(table, looks, CONFIG.association)
+def assigned(table, looks, config=CONFIG.association):
+    joint = JointAssignment(table, looks, config)
     mean, covariance = joint.solve()
     pairs = [dict(zip(*map(np.ndarray.tolist, joint.pairs(k)))) for k in range(len(looks))]
     return pairs, mean, covariance
 
 
-def test_its_update_is_the_filters_one_after_the_other():
+def test_where_no_pair_is_in_doubt_the_update_is_the_filters_one_after_the_other():
     table = tracks([[0.0, 0.0], [4.0, 0.0]])
     looks = [look([[0.1, 0.2], [4.1, 0.0]]), look([[0.0, 0.1]], 1, before_ns=30_000_000)]
-    _, mean, covariance = assigned(table, looks)
+    _, mean, covariance = assigned(table, looks, SURE)
     expected = table.mean.copy(), table.covariance.copy()
     for each in looks:
         rows = np.arange(len(each.position))
@@ -43,8 +45,8 @@ def test_its_update_is_the_filters_one_after_the_other():
         expected[0][rows], expected[1][rows] = update(
             expected[0][rows], expected[1][rows], innovation, each.noise, each.matrix
         )
-    np.testing.assert_allclose(mean, expected[0], atol=1e-12)
-    np.testing.assert_allclose(covariance, expected[1], atol=1e-12)
+    np.testing.assert_allclose(mean, expected[0], atol=1e-6)
+    np.testing.assert_allclose(covariance, expected[1], atol=1e-6)
 
 
 def test_the_others_correct_a_picture_that_prediction_alone_misleads():
@@ -55,6 +57,14 @@ def test_the_others_correct_a_picture_that_prediction_alone_misleads():
     together, *_ = assigned(table, [look(moved[:1]), *clear, look(moved, 3)])
     assert alone[0] == {1: 0}
     assert together[0] == {0: 0}
+
+
+def test_a_doubtful_pair_moves_its_track_less():
+    seen = [look([[0.2, 0.0]])]
+    _, clear, sure = assigned(tracks([[0.0, 0.0]]), seen)
+    _, doubtful, unsure = assigned(tracks([[0.0, 0.0], [0.45, 0.0]]), seen)
+    assert 0 < doubtful[0, 0] < 0.8 * clear[0, 0]
+    assert np.trace(unsure[0]) > np.trace(sure[0])
 
 
 @pytest.mark.parametrize('seed', range(5))

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mctrack_ros.tracking.association import assign, mahalanobis
+from mctrack_ros.tracking.association import assign, mahalanobis, pair_probabilities
 
 
 def best_sum(cost, limit):
@@ -55,3 +55,10 @@ def test_mahalanobis_is_the_textbook_one():
             expected = gap @ np.linalg.solve(total, gap)
             np.testing.assert_allclose(squared[row, column], expected)
             np.testing.assert_allclose(log_determinant[row, column], np.log(np.linalg.det(total)))
+
+
+def test_pair_probabilities_share_rows_and_columns():
+    likelihood = np.array([[8.0, 0.0], [1.0, 3.0]])
+    expected = np.array([[8 / 10, 0.0], [1 / 13, 3 / 5]])
+    np.testing.assert_allclose(pair_probabilities(likelihood), expected)
+    assert pair_probabilities(np.zeros((0, 3))).shape == (0, 3)
