@@ -32,6 +32,9 @@ class BlobConfig:
     )
     person_height_m: float = parameter(1.75, 'height of what is tracked [m]', minimum=0.05)
     person_width_m: float = parameter(0.6, 'width of what is tracked [m]', minimum=0.05)
+    farthest_height_px: float = parameter(
+        8.0, 'where a person would look smaller than this, it is too far away [px]', minimum=0.0
+    )
     smallest_height: float = parameter(
         0.35, 'least height of a blob, as a share of the expected', minimum=0.0
     )
@@ -153,7 +156,7 @@ def find_blobs(
     blobs = describe(box, area, mapping, sizes, config)
     width, height = blobs.expected.T
     plausible = (
-        np.isfinite(height)
+        (height >= config.farthest_height_px)
         & (box[:, 3] >= config.smallest_height * height * np.where(blobs.truncated, 0.5, 1.0))
         & (blobs.area >= config.smallest_area * width * height)
         & (box[:, 3] <= config.largest_height * height)
@@ -192,6 +195,13 @@ def overlap(first: Floats, second: Floats) -> Floats:
     extent: Floats = np.clip(high - low, 0.0, None)
     result: Floats = extent[..., 0] * extent[..., 1]
     return result
+
+
+def likeness(first: Floats, second: Floats) -> Floats:
+    """Return the (n, m) intersections over unions of (n, 4) and (m, 4) boxes."""
+    shared = overlap(first, second)
+    area = np.prod(first[:, 2:], axis=1)[:, None] + np.prod(second[:, 2:], axis=1)[None]
+    return np.asarray(shared / np.maximum(area - shared, 1e-9))
 
 
 def _kernel(size: int) -> NDArray[np.uint8]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.perception.blobs import BlobConfig, Blobs
+from mctrack_ros.perception.blobs import BlobConfig, Blobs, likeness
 from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
 from mctrack_ros.perception.partition import Bodies, Members, PartitionConfig, partition
 from mctrack_ros.perception.sizes import SizeTable
@@ -110,6 +110,10 @@ def observe(
     fits_one = _fits_one(blobs, config)
     for blob in np.flatnonzero(~whole).tolist():
         rows = np.flatnonzero(blob_of == blob)
+        alike = likeness(predicted.box[rows], blobs.box[[blob]])[:, 0]
+        if fits_one[blob] and alike.max(initial=0.0) < config.least_alike:
+            parts.append(_whole(np.full(0, NEW), blobs, template, np.array([blob])))
+            continue
         members = Members(
             predicted.bottom[rows],
             predicted.spread[rows],
@@ -128,7 +132,7 @@ def observe(
         )
         parts.append(_placed(bodies, blob, rows, sizes))
         if len(rows) and fits_one[blob]:
-            parts[-1].proven[1:] = 0.0
+            parts[-1].proven[np.arange(len(bodies.proven)) != alike.argmax()] = 0.0
     seen = _stacked(parts)
     return seen.select(np.argsort(seen.blob, kind='stable'))
 

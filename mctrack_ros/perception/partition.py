@@ -44,6 +44,12 @@ class PartitionConfig:
     odd_height: float = parameter(
         1.25, 'height from which a blob is more than one person, in usual heights', minimum=1.0
     )
+    least_alike: float = parameter(
+        0.5,
+        'likeness (intersection over union) to its tracks below which a usual blob is new',
+        minimum=0.0,
+        maximum=1.0,
+    )
     least_visible: float = parameter(
         0.15, 'share of a body that must be seen to measure it', minimum=0.0, maximum=1.0
     )

@@ -13,7 +13,7 @@ from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import Detections, Events, Feedback
 from mctrack_ros.perception.background import BackgroundConfig, MedianBackground
 from mctrack_ros.perception.blobs import BlobConfig, clean_mask, find_blobs
-from mctrack_ros.perception.ghosts import GhostConfig, heal_ghosts
+from mctrack_ros.perception.ghosts import GhostConfig, GhostWatch
 from mctrack_ros.perception.identity import IdentityConfig
 from mctrack_ros.perception.local_tracks import FilterConfig
 from mctrack_ros.perception.matching import MatchingConfig
@@ -97,6 +97,7 @@ class CameraPipeline:
         self._mask = None if mask is None else self._reduced(mask)
         self._sizes = SizeTable(mapping)
         self._background = MedianBackground(config.background)
+        self._ghosts = GhostWatch(config.ghosts)
         self._tracker = LocalTracker(
             config.tracker,
             config.filter,
@@ -108,7 +109,6 @@ class CameraPipeline:
             self._sizes,
         )
         self._last_ns: int | None = None
-        self._next_healing_ns = 0
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
         """
@@ -136,8 +136,9 @@ class CameraPipeline:
         self._advance(stamp_ns)
         small = self._reduced(image)
         raw = self._background.apply(small, stamp_ns)
-        if raw is None:
+        if raw is None or self._background.model is None:
             self._tracker.restart()
+            self._ghosts.restart()
             return CameraOutput(Detections.build(stamp_ns), Events.build(stamp_ns))
         if self._mask is not None:
             raw = cv2.bitwise_and(raw, self._mask)  # type: ignore[assignment]
@@ -152,21 +153,13 @@ class CameraPipeline:
             self._config.blobs,
         )
         detections, events = self._tracker.step(blobs, small, mask, scale, stamp_ns, feedback)
-        self._heal(small, mask, np.vstack([blobs.box, detections.box]) / scale, stamp_ns)
+        persons = np.vstack([blobs.box, detections.box]) / scale
+        self._ghosts.look(self._background.model, small, mask, persons, stamp_ns)
         return CameraOutput(detections, events)
 
     def predicted_boxes(self) -> NDArray[np.float64]:
         """Return the (n, 4) boxes, px, where the camera's own tracks are, for an overlay."""
         return self._tracker.tracks.prediction().box
-
-    def _heal(self, image: Image, mask: Image, box: NDArray[np.floating], stamp_ns: int) -> None:
-        """Fill holes of the background from the picture."""
-        background = self._background
-        assert background.model is not None
-        if stamp_ns >= self._next_healing_ns:
-            cells = np.unique(np.rint(box).astype(int), axis=0)
-            heal_ghosts(background.model, image, mask, cells, self._config.ghosts)
-            self._next_healing_ns = stamp_ns + round(self._config.ghosts.period_s * 1e9)
 
     def _check(self, image: Image) -> None:
         width, height = self._mapping.image_size
@@ -184,7 +177,7 @@ class CameraPipeline:
             )
         if last is not None and abs(stamp_ns - last) > RESET_NS:
             self._tracker.restart()
-            self._next_healing_ns = 0
+            self._ghosts.restart()
             if stamp_ns < last:
                 self._background.restart()
         self._last_ns = stamp_ns

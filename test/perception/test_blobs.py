@@ -60,6 +60,12 @@ def test_specks_are_dropped(person, blobs_of):
     assert len(blobs_of((left, top, 4, 4))) == 0
 
 
+def test_who_is_too_far_away_is_left_out(person, blobs_of):
+    near, far = person(0.0, 0.0), person(0.0, 14.0)
+    config = BlobConfig(farthest_height_px=(near[3] + far[3]) / 2)
+    assert blobs_of(near, far, config=config).box.tolist() == [near.tolist()]
+
+
 def test_blob_at_the_edge_is_truncated(person, blobs_of):
     _, top, width, height = person(0.0, 0.0)
     assert blobs_of((0, top, width, height)).truncated.all()
