@@ -13,6 +13,7 @@ from mctrack_ros.perception.difference import subtract
 
 Image = NDArray[np.uint8]
 SAMPLES = 9
+BANDS = 16
 MEDIAN_OF_LARGEST = 1.26  # median of the largest of three |N(0, 1)|
 NOISE_SHARE = 0.05
 KERNEL = np.ones((3, 3), np.uint8)
@@ -115,6 +116,7 @@ class MedianBackground:
         self.difference: Image = np.zeros((0, 0), np.uint8)
         self.noise: float | None = None
         self._samples: list[Image] = []
+        self._band = 0
         self._next_sample_ns = 0
         self._length_s = self._config.learning_s
         self._next_update_ns = 0
@@ -163,20 +165,35 @@ class MedianBackground:
 
     def _sample(self, image: Image, stamp_ns: int) -> None:
         """Collect nine pictures, evenly in time, and take their median; then nine more."""
+        if len(self._samples) == SAMPLES:
+            self._renew_band()
+            return
         if stamp_ns < self._next_sample_ns:
             return
         self._samples.append(image.copy())
         self._next_sample_ns = stamp_ns + round(self._length_s / SAMPLES * 1e9)
-        if len(self._samples) < SAMPLES:
-            return
-        median = median_of_nine(self._samples)
-        self._samples = []
-        if self.model is None:
-            self.model, self._work = median, _Work(median.shape)
-            self.difference = np.zeros(median.shape[:2], np.uint8)
-        else:
-            self.model = smoother(self.model, median)
+        if self.model is None and len(self._samples) == SAMPLES:
+            self.model, self._work = median_of_nine(self._samples), _Work(image.shape)
+            self.difference = np.zeros(image.shape[:2], np.uint8)
+            self._begin_samples()
+
+    def _begin_samples(self) -> None:
+        """Collect anew, over a longer time."""
+        self._samples, self._band = [], 0
         self._length_s = min(3 * self._length_s, max(self._config.renewal_s, self._length_s))
+
+    def _renew_band(self) -> None:
+        """Renew one band of the model: all at once would make this picture late."""
+        assert self.model is not None
+        height, halo = len(self.model), WINDOW_PX
+        top, bottom = (height * band // BANDS for band in (self._band, self._band + 1))
+        low, high = max(top - halo, 0), min(bottom + halo, height)
+        median = median_of_nine([sample[low:high] for sample in self._samples])
+        chosen = smoother(self.model[low:high], median)
+        self.model[top:bottom] = chosen[top - low : bottom - low]
+        self._band += 1
+        if self._band == BANDS:
+            self._begin_samples()
 
     def _update(self, image: Image, mask: Image) -> None:
         """Move the model one grey level; foreground only now and then."""
