@@ -36,7 +36,7 @@ class Canvas(NamedTuple):
     colour : (rows, columns, 3) float64 array
         Mean colour, BGR.
     metre : (rows,) float64 array
-        Cells to an upright metre whose foot is in a row.
+        Cells to an upright metre whose foot is in a row; 0 above the horizon.
     above, width : int
         Rows of margin at the top; columns of a body, which are those of margin too.
     left, top, step : float
@@ -80,7 +80,7 @@ def canvas_of(
     metre = np.empty(rows)
     for row in range(rows):
         upright = metre_at(sizes, middle, top + (row + 1) * step)[1]
-        metre[row] = upright / step if upright > 0 else 0.0  # NaN above the horizon
+        metre[row] = upright / step if upright > 0 else 0.0
     across = metre_at(sizes, middle, top + (rows // 2 + 1) * step)[0] / step
     body = max(1, round(across * width_m))
     above = math.ceil(metre.max() * (TALLEST + 0.05) * height_m)
@@ -163,6 +163,8 @@ def best_place(
             below[y + 1, x] = below[y, x] + free
     best, best_row, best_column = -np.inf, 0, 0
     for row in range(len(tops)):
+        if canvas.metre[row] == 0.0:
+            continue
         first, last = below[tops[row]], below[canvas.above + row + 1]
         size = (canvas.above + row + 1 - tops[row]) * canvas.width
         down = canvas.top + (row + 1) * canvas.step - bottom[1]

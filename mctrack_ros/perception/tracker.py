@@ -140,6 +140,7 @@ class LocalTracker:
             self._blobs,
             self._partition,
         )
+        seen = seen.select(self._is_ground(seen.foot))
         self._note_groups(seen, log)
         self._update(seen, blobs, seconds, stamp_ns)
         seen = self._start(seen, stamp_ns)
@@ -161,6 +162,7 @@ class LocalTracker:
         foot = self._mapping.image_from_ground(tracks.mean[:, :2])
         with np.errstate(invalid='ignore'):
             inside = (foot >= 0).all(axis=1) & (foot[:, 0] < width) & (foot[:, 1] < height * 1.1)
+        inside &= self._is_ground(foot)
         unseen = (stamp_ns - tracks.seen_ns) * 1e-9
         patience = np.where(tracks.confirmed, self._config.coast_s, self._config.confirm_s)
         obscure = (stamp_ns - tracks.clear_ns) * 1e-9
@@ -170,6 +172,11 @@ class LocalTracker:
         hope = np.where(tracks.confirmed, self._config.hidden_s, 0.0)
         obscure -= seconds  # the last picture's
         tracks.keep(~left & (unseen <= patience) & (obscure <= hope))
+
+    def _is_ground(self, foot: Floats) -> NDArray[np.bool_]:
+        """Tell which (n, 2) foot points, px, lie below the horizon, where sizes are known."""
+        position, size = self._mapping.ground_from_image(foot), self._sizes.per_metre(foot)
+        return np.asarray(np.isfinite(position).all(axis=1) & np.isfinite(size).all(axis=1))
 
     def _note_groups(self, seen: Observations, log: EventLog) -> None:
         """Give groups numbers; note who joined one (E5) and who left (E3)."""

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import EventCode, Feedback
 from mctrack_ros.perception import BackwardStampError, CameraConfig, CameraPipeline
 
@@ -173,3 +174,23 @@ def test_masked_part_is_ignored(mapping, new_stage):
     stage.pipeline = CameraPipeline(CameraConfig(), mapping, mask)
     stage.empty()
     assert not len(stage.show([((0.0, 0.0), RED)]).detections)
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_camera_that_sees_the_horizon_publishes_only_what_is_on_the_ground(seed):
+    intrinsics = np.array([[300.0, 0, 160], [0, 300, 120], [0, 0, 1]])
+    level = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])  # looks along y, 1.7 m up
+    eye = np.array([0.0, 0.0, 1.7])
+    mapping = ProjectiveMapping(intrinsics @ np.column_stack([level, -level @ eye]), (320, 240))
+    pipeline, rng, found = CameraPipeline(CameraConfig(), mapping), np.random.default_rng(seed), 0
+    for index in range(80):
+        image = np.full((240, 320, 3), (60, 120, 60), np.uint8)
+        for _ in range(8 if index > 30 else 0):
+            left, top = rng.integers(0, 300), rng.integers(40, 200)
+            width, height = rng.integers(4, 60), rng.integers(4, 190)
+            image[top : top + height, left : left + width] = rng.integers(0, 255, 3)
+        detections = pipeline.step(image, (index + 1) * 40_000_000, None).detections
+        found += len(detections)
+        assert np.isfinite(detections.position).all()
+        assert np.isfinite(detections.covariance).all()
+    assert found
