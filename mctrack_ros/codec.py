@@ -105,7 +105,7 @@ def cloud_from_rows(rows: Rows, classes: MessageClasses, frame_id: str) -> Any:
     Returns
     -------
     object
-        The message.
+        The message. Its field descriptions are shared with other messages: copy before changing.
 
     """
     kind: Any = type(rows)

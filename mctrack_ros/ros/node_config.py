@@ -23,7 +23,7 @@ class CameraNodeConfig:
     feedback_delay: float = parameter(
         0.08, 'age of the feedback that a picture uses [s]', minimum=0.0, maximum=10.0
     )
-    reliable: bool = parameter(True, 'ask again for pictures that got lost')
+    reliable: bool = parameter(False, 'ask again for pictures that got lost')
     depth: int = parameter(
         2,
         'pictures that may queue; the oldest are passed over when the node falls behind',

@@ -1,5 +1,6 @@
 """The fusion node over DDS: what it publishes, and what cannot stop it."""
 
+import copy
 import json
 
 import numpy as np
@@ -123,7 +124,7 @@ def broken_clouds():
     lacking.fields = lacking.fields[:-1]
     cut = cloud(seen(101))
     cut.data = cut.data[:-8]
-    wrong = cloud(seen(101))
+    wrong = copy.deepcopy(cloud(seen(101)))
     wrong.fields[3].datatype = 2
     infinite = cloud(
         Detections.build(0, position=[[np.inf, 0, 0]], covariance=[np.eye(2)], box=[[0, 0, 1, 1]])
