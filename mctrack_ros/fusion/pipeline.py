@@ -189,6 +189,8 @@ class FusionPipeline:
         return self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)
 
     def _remove(self, mask: NDArray[np.bool_], events: EventLog) -> TrackTable:
+        if not mask.any():
+            return TrackTable.blank(0, len(self._index))
         removed = self._table.select(mask)
         events.add_all(EventCode.EXIT, removed, removed.confirmed)
         self._table = self._table.select(~mask)

@@ -106,7 +106,9 @@ class TrackTable:
         return type(self)(**{name: array[index] for name, array in self._arrays().items()})
 
     def extended(self, other: Self) -> Self:
-        """Return these tracks and then the other ones."""
+        """Return these tracks and then the other ones, or themselves if there are none."""
+        if not len(other):
+            return self
         added = other._arrays()
         return type(self)(
             **{

@@ -162,7 +162,7 @@ class LocalTracker:
         foot = self._mapping.image_from_ground(tracks.mean[:, :2])
         with np.errstate(invalid='ignore'):
             inside = (foot >= 0).all(axis=1) & (foot[:, 0] < width) & (foot[:, 1] < height * 1.1)
-        inside &= self._is_ground(foot)
+        inside &= np.isfinite(self._sizes.per_metre(foot)[:, 0])
         unseen = (stamp_ns - tracks.seen_ns) * 1e-9
         patience = np.where(tracks.confirmed, self._config.coast_s, self._config.confirm_s)
         obscure = (stamp_ns - tracks.clear_ns) * 1e-9
