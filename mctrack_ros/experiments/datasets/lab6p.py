@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.io import loadmat
 
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.experiments.datasets.stored import StoredScene, feet_to_detections, stamp_of
-from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.experiments.datasets.social_pose import load_feet
+from mctrack_ros.experiments.datasets.stored import StoredScene
 
 RATE = 25.0
 CAMERAS = ('6p-c0', '6p-c1', '6p-c2', '6p-c3')
@@ -29,20 +26,15 @@ def load_lab6p(folder: Path, kind: str, foot_sigma_px: float) -> StoredScene:
     folder : Path
         Folder of the data set.
     kind : str
-        Which detections: ``basic_all``, ``basic_confirmed``, ``proposed_all`` or
-        ``proposed_confirmed``.
+        Which detections, as in `load_feet`.
     foot_sigma_px : float
         Standard deviation of a foot point, px.
 
     """
-    detections = {}
-    for camera in CAMERAS:
-        mapping = _mapping(folder / 'Calibration' / f'{camera}.mat')
-        stored = loadmat(folder / 'Ground_Position_Detections' / f'{camera}.mat')
-        detections[camera] = [
-            feet_to_detections(_points(cell), mapping, stamp_of(index, RATE), foot_sigma_px)
-            for index, cell in enumerate(stored[f'gp_uv_{kind}'][0])
-        ]
+    detections = {
+        camera: load_feet(folder, camera, kind, IMAGE_SIZE, RATE, foot_sigma_px)
+        for camera in CAMERAS
+    }
     count = len(detections[CAMERAS[0]])
     truth = read_truth(folder / 'gt_epfl' / 'ground_table.txt')
     return StoredScene(np.arange(1, count + 1), RATE, detections, truth)
@@ -66,13 +58,3 @@ def read_truth(path: Path) -> Trajectories:
     table = np.array(rows)
     frame, person = table[:, :2].astype(np.int64).T
     return Trajectories(frame=frame, id=person, position=table[:, 2:])
-
-
-def _mapping(path: Path) -> ProjectiveMapping:
-    stored = loadmat(path)
-    scale = np.diag([1 / float(stored['Scale'][0, 0]), 1 / float(stored['Scale'][0, 0]), 1.0])
-    return ProjectiveMapping.from_homography(np.linalg.inv(scale @ stored['H']), IMAGE_SIZE)
-
-
-def _points(cell: Any) -> NDArray[np.float64]:
-    return np.asarray(cell, np.float64).reshape(-1, 2)

@@ -8,16 +8,10 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.io import loadmat
 
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.experiments.datasets.stored import (
-    Floats,
-    StoredScene,
-    feet_to_detections,
-    stamp_of,
-)
-from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.experiments.datasets.social_pose import load_feet
+from mctrack_ros.experiments.datasets.stored import Floats, StoredScene
 from mctrack_ros.interfaces import Detections
 
 RATE = 2.0
@@ -38,8 +32,7 @@ def load_wildtrack(folder: Path, kind: str, foot_sigma_px: float) -> StoredScene
     folder : Path
         Folder of the data set.
     kind : str
-        Which detections: ``basic_all``, ``basic_confirmed``, ``proposed_all`` or
-        ``proposed_confirmed``.
+        Which detections, as in `load_feet`.
     foot_sigma_px : float
         Standard deviation of a foot point, px.
 
@@ -47,19 +40,8 @@ def load_wildtrack(folder: Path, kind: str, foot_sigma_px: float) -> StoredScene
     stored_folder = folder / 'openpose_socialpose'
     detections = {}
     for camera in CAMERAS:
-        mapping = _mapping(stored_folder / 'Calibration' / f'{camera}.mat')
-        feet = loadmat(stored_folder / 'Ground_Position_Detections' / f'{camera}.mat')
-        detections[camera] = [
-            _in_area(
-                feet_to_detections(
-                    np.asarray(cell, np.float64).reshape(-1, 2),
-                    mapping,
-                    stamp_of(index, RATE),
-                    foot_sigma_px,
-                )
-            )
-            for index, cell in enumerate(feet[f'gp_uv_{kind}'][0][:FRAMES])
-        ]
+        feet = load_feet(stored_folder, camera, kind, IMAGE_SIZE, RATE, foot_sigma_px)
+        detections[camera] = [_in_area(each) for each in feet[:FRAMES]]
     truth = read_truth(folder / 'annotations_positions_train.tar.gz')
     return StoredScene(np.arange(FRAMES), RATE, detections, truth)
 
@@ -94,10 +76,3 @@ def _position_of(position_id: NDArray[np.int64]) -> Floats:
 
 def _in_area(detections: Detections) -> Detections:
     return detections.select(inside(detections.position[:, :2].astype(np.float64)))
-
-
-def _mapping(path: Path) -> ProjectiveMapping:
-    stored = loadmat(path)
-    scale = 1 / float(stored['Scale'][0, 0])
-    ground_from_image = np.diag([scale, scale, 1.0]) @ stored['H']
-    return ProjectiveMapping.from_homography(np.linalg.inv(ground_from_image), IMAGE_SIZE)

@@ -1,0 +1,60 @@
+"""Social-Pose's files: foot detections by OpenPose and the calibrations that they come with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from scipy.io import loadmat
+
+from mctrack_ros.experiments.datasets.stored import feet_to_detections, stamp_of
+from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.interfaces import Detections
+
+
+def load_feet(
+    folder: Path,
+    camera: str,
+    kind: str,
+    image_size: tuple[int, int],
+    rate: float,
+    foot_sigma_px: float,
+) -> list[Detections]:
+    """
+    Load one camera's foot detections, on the ground, one item an instant.
+
+    Parameters
+    ----------
+    folder : Path
+        With ``Calibration`` and ``Ground_Position_Detections``.
+    camera : str
+        Name of the camera.
+    kind : str
+        Which detections: ``basic_all``, ``basic_confirmed``, ``proposed_all`` or
+        ``proposed_confirmed``.
+    image_size : (int, int)
+        Width and height of its pictures, px.
+    rate : float
+        Instants a second.
+    foot_sigma_px : float
+        Standard deviation of a foot point, px.
+
+    """
+    mapping = _mapping(folder / 'Calibration' / f'{camera}.mat', image_size)
+    stored = loadmat(folder / 'Ground_Position_Detections' / f'{camera}.mat')
+    return [
+        feet_to_detections(
+            np.asarray(cell, np.float64).reshape(-1, 2),
+            mapping,
+            stamp_of(index, rate),
+            foot_sigma_px,
+        )
+        for index, cell in enumerate(stored[f'gp_uv_{kind}'][0])
+    ]
+
+
+def _mapping(path: Path, image_size: tuple[int, int]) -> ProjectiveMapping:
+    stored = loadmat(path)
+    scale = 1 / float(stored['Scale'][0, 0])
+    ground_from_image = np.diag([scale, scale, 1.0]) @ stored['H']
+    return ProjectiveMapping.from_homography(np.linalg.inv(ground_from_image), image_size)
