@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import inner
 from mctrack_ros.interfaces import TEMPLATE_SIZE
-from mctrack_ros.perception.sizes import metre_at
+from mctrack_ros.perception.sizes import TALLEST, metre_at
 from mctrack_ros.tracking.appearance import colour_bins
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-TALLEST = 1.15  # height of a body at most, in usual heights
 COUNTED_PX = 2  # of so many rows and columns one counts for a template
 RARE = 0.01  # likelihood of a colour that was not seen before
 

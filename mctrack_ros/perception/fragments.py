@@ -9,13 +9,12 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BYTES_2D, FLOATS_2D, FLOATS_3D, compiled, inner
-from mctrack_ros.perception.sizes import metre_at
+from mctrack_ros.perception.sizes import TALLEST, metre_at
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 
 WIDEST = 1.2  # width of one person who stands, in usual widths
-TALLEST = 1.15  # height of one person, in usual heights
 
 
 class Joining(NamedTuple):

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
-from mctrack_ros.perception.canvas import TALLEST
 from mctrack_ros.perception.placement import Search, place
-from mctrack_ros.perception.sizes import SizeTable
+from mctrack_ros.perception.sizes import TALLEST, SizeTable
 from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]

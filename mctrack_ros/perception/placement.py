@@ -8,8 +8,17 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BYTES_2D, BYTES_3D, FLOATS_1D, FLOATS_2D, FLOATS_3D, compiled
+from mctrack_ros.compiled import (
+    BYTES_2D,
+    BYTES_3D,
+    FLOATS_1D,
+    FLOATS_2D,
+    FLOATS_3D,
+    compiled,
+    inner,
+)
 from mctrack_ros.perception.canvas import (
+    Canvas,
     add_cover,
     best_place,
     boxes_of,
@@ -61,6 +70,42 @@ class Search(NamedTuple):
 
 SEARCH = types.NamedTuple([types.f8, types.f8, types.i8, *[types.f8] * 3, *[types.i8] * 2], Search)
 PLACED = types.Tuple([types.f8[:, ::1], types.f8[::1], types.f8[::1], types.f8[:, ::1]])
+
+
+@inner
+def _place_known(
+    canvas: Canvas, values: Floats, cover: Ints, tops: Ints, bottom: Floats, precision: Floats,
+    search: Search, row: Ints, column: Ints,
+) -> None:  # fmt: skip
+    """Place each near its prediction given the others, a few times; write row and column."""
+    for sweep in range(search.sweeps):
+        for index in lowest_first(bottom[:, 1]):
+            if sweep:
+                add_cover(cover, canvas, tops[index], row[index], column[index], -1)
+            row[index], column[index], _ = best_place(
+                canvas, values[index], cover, tops[index], search.certainty,
+                bottom[index], precision[index],
+            )  # fmt: skip
+            add_cover(cover, canvas, tops[index], row[index], column[index], 1)
+        if len(bottom) == 0 or cover.max() < 2:
+            break
+
+
+@inner
+def _place_new(
+    canvas: Canvas, value: Floats, cover: Ints, tops: Ints, new_share: float,
+    count: int, row: Ints, column: Ints,
+) -> int:  # fmt: skip
+    """Add persons while they explain enough; write row and column, return how many there are."""
+    while count < len(row):
+        row[count], column[count], worth = best_place(
+            canvas, value, cover, tops[count], 1.0, np.zeros(2), np.zeros((2, 2))
+        )
+        if worth < new_share:
+            break
+        add_cover(cover, canvas, tops[count], row[count], column[count], 1)
+        count += 1
+    return count
 
 
 @compiled(
@@ -129,27 +174,8 @@ def place(
     values = values_of(canvas, template, search.background_weight)
     cover = np.zeros(canvas.foreground.shape, np.int64)
     row, column = np.zeros(most, np.int64), np.zeros(most, np.int64)
-    nearest_first = lowest_first(bottom[:, 1])
-    for sweep in range(search.sweeps):
-        for index in nearest_first:
-            if sweep:
-                add_cover(cover, canvas, tops[index], row[index], column[index], -1)
-            row[index], column[index], _ = best_place(
-                canvas, values[index], cover, tops[index], search.certainty,
-                bottom[index], precision[index],
-            )  # fmt: skip
-            add_cover(cover, canvas, tops[index], row[index], column[index], 1)
-        if known == 0 or cover.max() < 2:
-            break
-    nowhere, count = np.zeros(2), known
-    while count < most:
-        row[count], column[count], worth = best_place(
-            canvas, values[known], cover, tops[count], 1.0, nowhere, np.zeros((2, 2))
-        )
-        if worth < search.new_share:
-            break
-        add_cover(cover, canvas, tops[count], row[count], column[count], 1)
-        count += 1
+    _place_known(canvas, values, cover, tops, bottom, precision, search, row, column)
+    count = _place_new(canvas, values[known], cover, tops, search.new_share, known, row, column)
     oldest_first = np.arange(count)
     front_first = lowest_first(row[:count])
     proven = explained(canvas, tops, row, column, oldest_first)

@@ -10,6 +10,7 @@ from mctrack_ros.ground import ProjectiveMapping
 
 Floats = NDArray[np.float64]
 STEP_PX = 4
+TALLEST = 1.15  # height of one person at most, in usual heights
 
 
 class SizeTable:
