@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from mctrack_ros.cli.sites import named_site
-
 if TYPE_CHECKING:
     from mctrack_ros.ros.graph import NodeSpec
 
@@ -27,6 +25,7 @@ def run(
     domain: int | None = _DOMAIN,
 ) -> None:
     """Run the graph of a site: a camera node a camera, and the fusion node. Ctrl-C stops it."""
+    from mctrack_ros.cli.sites import named_site
     from mctrack_ros.ros.graph import site_nodes
 
     _run_nodes(site_nodes(named_site(site), use_sim_time), namespace, domain)

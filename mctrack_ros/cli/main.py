@@ -48,11 +48,13 @@ app.command('results')(compare.results)
 
 def main() -> None:
     """Run the command line; an expected error is one line and exit code 1."""
-    from mctrack_ros.cli.errors import expected_errors
-
     try:
         app()
-    except expected_errors() as error:
+    except Exception as error:
+        from mctrack_ros.cli.errors import expected_errors
+
+        if not isinstance(error, expected_errors()):
+            raise
         print(f'mctrack: {error}', file=sys.stderr)
         sys.exit(1)
 
