@@ -12,7 +12,7 @@ ALLOWED = {
     'config': set(),
     'compiled': set(),
     'resources': set(),
-    'ground': {'interfaces', 'config'},
+    'ground': {'interfaces', 'config', 'compiled'},
     'tracking': {'interfaces', 'config', 'compiled', 'ground'},
     'perception': {'interfaces', 'config', 'compiled', 'ground', 'tracking'},
     'fusion': {'interfaces', 'config', 'ground', 'tracking'},

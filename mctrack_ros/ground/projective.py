@@ -6,7 +6,10 @@ from typing import Self
 
 import cv2
 import numpy as np
+from numba import types
 from numpy.typing import ArrayLike, NDArray
+
+from mctrack_ros.compiled import FLOATS_2D, compiled
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +36,7 @@ class ProjectiveMapping:
         matrix = np.asarray(image_from_world, np.float64)
         if matrix.shape != (3, 4) or not np.isfinite(matrix).all():
             raise ValueError(f'image_from_world has shape {matrix.shape}, expected finite (3, 4)')
-        homography = matrix[:, [0, 1, 3]]
+        homography = np.ascontiguousarray(matrix[:, [0, 1, 3]])
         _check_regular(homography)
         centre = np.array([image_size[0] / 2, image_size[1] * 0.75, 1.0])
         depth = homography[2] @ np.linalg.solve(homography, centre)
@@ -115,11 +118,7 @@ class ProjectiveMapping:
 
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
         """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""
-        points = _homogeneous(pixel) @ self.ground_from_image_homography.T
-        below_horizon = points[:, 2:] > 0
-        return np.where(
-            below_horizon, points[:, :2] / np.where(below_horizon, points[:, 2:], 1), np.nan
-        )
+        return _projected(self.ground_from_image_homography, _points(pixel))
 
     def image_from_ground(self, position: ArrayLike, height: ArrayLike = 0.0) -> Floats:
         """
@@ -133,21 +132,18 @@ class ProjectiveMapping:
             Height above the ground, m: a number or (n,).
 
         """
-        points = _homogeneous(position) @ self.image_from_ground_homography.T
-        if np.any(height):
-            points += np.multiply.outer(
-                np.asarray(height, np.float64), self.image_from_world[:, 2]
-            )
-        ahead = points[:, 2:] > 0
-        return np.where(ahead, points[:, :2] / np.where(ahead, points[:, 2:], 1), np.nan)
+        points = _points(position)
+        if not np.any(height):
+            return _projected(self.image_from_ground_homography, points)
+        heights = np.broadcast_to(np.asarray(height, np.float64), len(points))
+        world = np.column_stack([points, heights, np.ones(len(points))])
+        image = world @ self.image_from_world.T
+        ahead = image[:, 2:] > 0
+        return np.where(ahead, image[:, :2] / np.where(ahead, image[:, 2:], 1), np.nan)
 
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
-        matrix = self.image_from_ground_homography
-        points = _homogeneous(position) @ matrix.T
-        pixel = points[:, :2] / points[:, 2:]
-        derivative = matrix[None, :2, :2] - pixel[:, :, None] * matrix[None, 2:, :2]
-        return np.asarray(derivative / points[:, 2:, None], np.float64)
+        return _derivatives(self.image_from_ground_homography, _points(position))
 
     def ground_covariance(self, position: ArrayLike, pixel_covariance: ArrayLike) -> Floats:
         """
@@ -188,11 +184,39 @@ def _check_regular(homography: Floats) -> None:
         raise ValueError('the ground plane projects to a line: the homography is singular')
 
 
-def _homogeneous(points: ArrayLike) -> Floats:
-    points = np.asarray(points, np.float64).reshape(-1, 2)
-    homogeneous = np.ones((len(points), 3))
-    homogeneous[:, :2] = points
-    return homogeneous
+def _points(points: ArrayLike) -> Floats:
+    """Return (n, 2) points as the compiled functions take them."""
+    return np.ascontiguousarray(points, np.float64).reshape(-1, 2)
+
+
+@compiled(types.f8[:, ::1](FLOATS_2D, FLOATS_2D))
+def _projected(matrix: Floats, points: Floats) -> Floats:
+    """Map (n, 2) points by a homography; NaN for what it sends beyond infinity."""
+    mapped = np.full((len(points), 2), np.nan)
+    for index in range(len(points)):
+        x, y = points[index]
+        depth = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2]
+        if depth > 0.0:
+            for axis in range(2):
+                mapped[index, axis] = (
+                    matrix[axis, 0] * x + matrix[axis, 1] * y + matrix[axis, 2]
+                ) / depth
+    return mapped
+
+
+@compiled(types.f8[:, :, ::1](FLOATS_2D, FLOATS_2D))
+def _derivatives(matrix: Floats, points: Floats) -> Floats:
+    """Return the (n, 2, 2) derivatives of a homography at (n, 2) points."""
+    derivatives = np.empty((len(points), 2, 2))
+    for index in range(len(points)):
+        x, y = points[index]
+        depth = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2]
+        share = 1.0 / depth if depth != 0.0 else np.nan
+        for axis in range(2):
+            mapped = (matrix[axis, 0] * x + matrix[axis, 1] * y + matrix[axis, 2]) * share
+            for by in range(2):
+                derivatives[index, axis, by] = (matrix[axis, by] - mapped * matrix[2, by]) * share
+    return derivatives
 
 
 def _focal_length(first: Floats, second: Floats, fallback: float) -> float:

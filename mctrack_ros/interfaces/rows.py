@@ -107,6 +107,8 @@ class Rows:
 
     def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Self:
         """Return the rows that a mask or an index array picks, in its order."""
+        if index.dtype == np.bool_ and index.all():
+            return self
         columns = [getattr(self, name)[index] for name in self.COLUMNS]
         return _unchecked(type(self), self.stamp_ns, columns)
 

@@ -11,7 +11,7 @@ from mctrack_ros.config import parameter
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.perception.sizes import SizeTable
-from mctrack_ros.tracking.kalman import inverse
+from mctrack_ros.tracking import kalman
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -124,12 +124,8 @@ class LocalTracks:
 
     def predict(self, seconds: float) -> None:
         """Move all tracks on with constant velocity and white acceleration."""
-        transition = np.eye(4)
-        transition[[0, 1], [2, 3]] = seconds
-        block = np.array([[seconds**3 / 3, seconds**2 / 2], [seconds**2 / 2, seconds]])
-        noise = np.kron(block, np.eye(2)) * self._config.acceleration**2
-        self.mean = self.mean @ transition.T
-        self.covariance = transition @ self.covariance @ transition.T + noise
+        density = self._config.acceleration**2
+        self.mean, self.covariance = kalman.predict(self.mean, self.covariance, seconds, density)
 
     def prediction(self) -> Prediction:
         """Return where the tracks are expected in the picture (the paper's KBB)."""
@@ -158,15 +154,11 @@ class LocalTracks:
         if not known.any():
             return
         rows, innovation, noise = rows[known], innovation[known], noise[known]
-        mean, covariance = self.mean[rows], self.covariance[rows]
         jacobian = np.zeros((len(rows), 2, 4))
-        jacobian[:, :, :2] = self._mapping.image_jacobian(mean[:, :2])
-        cross = covariance @ jacobian.swapaxes(1, 2)
-        gain = cross @ inverse(jacobian @ cross + noise)
-        keep = np.eye(4) - gain @ jacobian
-        self.mean[rows] = mean + (gain @ innovation[:, :, None])[:, :, 0]
-        spread = keep @ covariance @ keep.swapaxes(1, 2)
-        self.covariance[rows] = spread + gain @ noise @ gain.swapaxes(1, 2)
+        jacobian[:, :, :2] = self._mapping.image_jacobian(self.mean[rows, :2])
+        self.mean[rows], self.covariance[rows] = kalman.update(
+            self.mean[rows], self.covariance[rows], innovation, noise, jacobian
+        )
 
     def follow_size(self, rows: Ints, box: Floats, seconds: float) -> None:
         """Let the tracked sizes follow (k, 4) measured boxes, px."""

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.perception.blobs import BlobConfig, Blobs, likeness
 from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
 from mctrack_ros.perception.partition import Bodies, Members, PartitionConfig, partition
+from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.sizes import SizeTable
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 NEW = -1
-COLUMNS = ('track', 'blob', 'box', 'foot', 'visible', 'proven', 'template', 'fitted')
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,6 +34,10 @@ class Observations:
         Left, top, width, height, px.
     foot : (n, 2) float64 array
         Foot point, px.
+    position : (n, 2) float64 array
+        Where that stands, m.
+    noise : (n, 2, 2) float64 array
+        Covariance of the foot point, px².
     visible : (n,) float64 array
         Share of the body that is seen.
     proven : (n,) float64 array
@@ -48,6 +53,8 @@ class Observations:
     blob: Ints
     box: Floats
     foot: Floats
+    position: Floats
+    noise: Floats
     visible: Floats
     proven: Floats
     template: Floats
@@ -59,141 +66,177 @@ class Observations:
 
     def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Observations:
         """Return the rows that a mask or an index array picks."""
-        return Observations(*(getattr(self, name)[index] for name in COLUMNS))
+        return Observations(*(getattr(self, field.name)[index] for field in fields(self)))
 
 
-def observe(
-    blob_of: Ints,
-    tracks: LocalTracks,
-    predicted: Prediction,
-    blobs: Blobs,
-    template: Floats,
-    image: NDArray[np.uint8],
-    mask: NDArray[np.uint8],
-    scale: float,
-    sizes: SizeTable,
-    blob_config: BlobConfig,
-    config: PartitionConfig,
-) -> Observations:
+@dataclass(frozen=True, eq=False, slots=True)
+class _Part:
+    """Some rows of what becomes `Observations`; the same attributes."""
+
+    track: Ints
+    blob: Ints
+    box: Floats
+    visible: Floats
+    proven: Floats
+    template: Floats
+    fitted: NDArray[np.bool_]
+
+
+class Observer:
     """
-    Tell persons from blobs: a blob of usual size is one, in others bodies are placed.
+    Tells persons from blobs: a blob of usual size is one, in others bodies are placed.
 
     Parameters
     ----------
-    blob_of : (t,) int64 array
-        Row of the blob that each track is in; -1: none.
-    tracks : LocalTracks
-        The camera's tracks.
-    predicted : Prediction
-        Where they are expected.
-    blobs : Blobs
-        Of the picture.
-    template : (n, 48) array
-        Colours of the blobs.
-    image : (h, w, 3) uint8 array
-        The picture, reduced by `scale`.
-    mask : (h, w) uint8 array
-        Its cleaned foreground.
-    scale : float
-        Pixels of the picture to one of the mask.
+    mapping : ProjectiveMapping
+        Of the camera.
     sizes : SizeTable
         Of the camera.
-    blob_config : BlobConfig
+    blobs : BlobConfig
         A person's usual size.
     config : PartitionConfig
         Parameters.
 
     """
-    count = np.bincount(blob_of[blob_of >= 0], minlength=len(blobs))
-    whole = (count < 2) & _looks_like_one(blob_of, predicted, blobs, config)
-    parts = [_whole(blob_of, blobs, template, np.flatnonzero(whole))]
-    fits_one = _fits_one(blobs, config)
-    for blob in np.flatnonzero(~whole).tolist():
-        rows = np.flatnonzero(blob_of == blob)
-        alike = likeness(predicted.box[rows], blobs.box[[blob]])[:, 0]
-        if fits_one[blob] and alike.max(initial=0.0) < config.least_alike:
-            parts.append(_whole(np.full(0, NEW), blobs, template, np.array([blob])))
-            continue
+
+    def __init__(
+        self,
+        mapping: ProjectiveMapping,
+        sizes: SizeTable,
+        blobs: BlobConfig,
+        config: PartitionConfig,
+    ) -> None:
+        self._mapping, self._sizes = mapping, sizes
+        self._blobs, self._config = blobs, config
+
+    def observe(
+        self,
+        blob_of: Ints,
+        tracks: LocalTracks,
+        predicted: Prediction,
+        blobs: Blobs,
+        template: Floats,
+        picture: Picture,
+    ) -> Observations:
+        """
+        Return the persons in the blobs of a picture, by blob; none above the horizon.
+
+        Parameters
+        ----------
+        blob_of : (t,) int64 array
+            Row of the blob that each track is in; -1: none.
+        tracks : LocalTracks
+            The camera's tracks.
+        predicted : Prediction
+            Where they are expected.
+        blobs : Blobs
+            Of the picture.
+        template : (n, 48) array
+            Colours of the blobs.
+        picture : Picture
+            With its foreground.
+
+        """
+        count = np.bincount(blob_of[blob_of >= 0], minlength=len(blobs))
+        whole = (count < 2) & self._looks_like_one(blob_of, predicted, blobs)
+        parts = [_whole(blob_of, blobs, template, np.flatnonzero(whole))]
+        fits_one = self._fits_one(blobs)
+        for blob in np.flatnonzero(~whole).tolist():
+            rows = np.flatnonzero(blob_of == blob)
+            if fits_one[blob]:
+                alike = likeness(predicted.box[rows], blobs.box[[blob]])[:, 0]
+                if alike.max(initial=0.0) < self._config.least_alike:
+                    parts.append(_whole(np.full(0, NEW), blobs, template, np.array([blob])))
+                    continue
+            bodies = self._partition(blob, rows, tracks, predicted, blobs, picture)
+            parts.append(_placed(bodies, blob, rows))
+            if len(rows) and fits_one[blob]:
+                parts[-1].proven[np.arange(len(bodies.proven)) != alike.argmax()] = 0.0
+        return self._on_ground(parts, tracks, blobs)
+
+    def _looks_like_one(
+        self, blob_of: Ints, predicted: Prediction, blobs: Blobs
+    ) -> NDArray[np.bool_]:
+        """Tell which blobs, if they hold at most one track, look like one whole person."""
+        matched = np.flatnonzero(blob_of >= 0)
+        least = np.zeros(len(blobs))
+        least[blob_of[matched]] = predicted.box[matched, 3]
+        width, height = blobs.box[:, 2], blobs.box[:, 3]
+        usual_width, usual_height = blobs.expected.T
+        small = (width <= self._config.odd_width * usual_width) & (
+            height <= self._config.odd_height * usual_height
+        )
+        not_halved = height * self._config.odd_height > np.minimum(least, usual_height)
+        return np.asarray(blobs.truncated | (small & not_halved))
+
+    def _fits_one(self, blobs: Blobs) -> NDArray[np.bool_]:
+        """Tell which blobs are no larger than one person: who else is in it must be hidden."""
+        width, height = (blobs.box[:, 2:] / blobs.expected).T
+        return np.asarray((width < self._config.single_width) & (height < self._config.odd_height))
+
+    def _partition(
+        self,
+        blob: int,
+        rows: Ints,
+        tracks: LocalTracks,
+        predicted: Prediction,
+        blobs: Blobs,
+        picture: Picture,
+    ) -> Bodies:
+        """Place the tracks of some rows, and new persons, in a blob."""
         members = Members(
             predicted.bottom[rows],
             predicted.spread[rows],
             tracks.extent[rows],
             tracks.template[rows],
         )
-        bodies = partition(
-            image,
-            mask,
-            blobs.box[blob],
-            scale,
-            sizes,
-            members,
-            blob_config.person_height_m,
-            config,
+        usual_height_m = self._blobs.person_height_m
+        return partition(
+            picture, blobs.box[blob], self._sizes, members, usual_height_m, self._config
         )
-        parts.append(_placed(bodies, blob, rows, sizes))
-        if len(rows) and fits_one[blob]:
-            parts[-1].proven[np.arange(len(bodies.proven)) != alike.argmax()] = 0.0
-    seen = _stacked(parts)
-    return seen.select(np.argsort(seen.blob, kind='stable'))
+
+    def _on_ground(self, parts: list[_Part], tracks: LocalTracks, blobs: Blobs) -> Observations:
+        """Join the parts, by blob, and look up where the feet stand."""
+        track, blob, box, visible, proven, template, fitted = (
+            np.concatenate([getattr(part, field.name) for part in parts])
+            for field in fields(_Part)
+        )
+        foot = self._sizes.foot_of(box)
+        position = self._mapping.ground_from_image(foot)
+        noise = tracks.foot_noise(box)
+        hidden = 1 / np.clip(visible, self._config.least_visible, 1.0)
+        noise *= np.where(fitted, hidden**2, 1.0)[:, None, None]
+        missing = np.clip(blobs.expected[blob] - blobs.box[blob, 2:], 0.0, None)
+        missing[~blobs.truncated[blob]] = 0.0
+        noise[:, [0, 1], [0, 1]] += missing**2
+        seen = Observations(
+            track, blob, box, foot, position, noise, visible, proven, template, fitted
+        )
+        order = np.argsort(blob, kind='stable')
+        known = np.isfinite(position).all(axis=1) & self._sizes.known_at(foot)
+        return seen.select(order[known[order]])
 
 
-def _looks_like_one(
-    blob_of: Ints, predicted: Prediction, blobs: Blobs, config: PartitionConfig
-) -> NDArray[np.bool_]:
-    """Tell which blobs, if they hold at most one track, look like one whole person."""
-    matched = np.flatnonzero(blob_of >= 0)
-    least = np.zeros(len(blobs))
-    least[blob_of[matched]] = predicted.box[matched, 3]
-    width, height = blobs.box[:, 2], blobs.box[:, 3]
-    usual_width, usual_height = blobs.expected.T
-    small = (width <= config.odd_width * usual_width) & (
-        height <= config.odd_height * usual_height
-    )
-    not_halved = height * config.odd_height > np.minimum(least, usual_height)
-    return np.asarray(blobs.truncated | (small & not_halved))
-
-
-def _fits_one(blobs: Blobs, config: PartitionConfig) -> NDArray[np.bool_]:
-    """Tell which blobs are no larger than one person: who else is in it must be hidden."""
-    width, height = (blobs.box[:, 2:] / blobs.expected).T
-    return np.asarray((width < config.single_width) & (height < config.odd_height))
-
-
-def _whole(blob_of: Ints, blobs: Blobs, template: Floats, alone: Ints) -> Observations:
+def _whole(blob_of: Ints, blobs: Blobs, template: Floats, alone: Ints) -> _Part:
     """Return blobs that are one person each."""
     track_in = np.full(len(blobs), NEW)
     matched = np.flatnonzero(blob_of >= 0)
     track_in[blob_of[matched]] = matched
     one = np.ones(len(alone))
-    return Observations(
-        track_in[alone],
-        alone,
-        blobs.box[alone],
-        blobs.foot[alone],
-        one,
-        one,
-        template[alone],
-        one == 0,
-    )
+    return _Part(track_in[alone], alone, blobs.box[alone], one, one, template[alone], one == 0)
 
 
-def _placed(bodies: Bodies, blob: int, rows: Ints, sizes: SizeTable) -> Observations:
+def _placed(bodies: Bodies, blob: int, rows: Ints) -> _Part:
+    """Return bodies in a blob, first those of known tracks."""
     count = len(bodies.box)
     track = np.full(count, NEW)
     track[: len(rows)] = rows
-    return Observations(
+    return _Part(
         track,
         np.full(count, blob),
         bodies.box,
-        sizes.foot_of(bodies.box),
         bodies.visible,
         bodies.proven,
         bodies.template,
         np.ones(count, bool),
-    )
-
-
-def _stacked(parts: list[Observations]) -> Observations:
-    return Observations(
-        *(np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS)
     )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
+from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.placement import Search, place
 from mctrack_ros.perception.sizes import TALLEST, SizeTable
 from mctrack_ros.tracking.kalman import inverse
@@ -116,10 +117,8 @@ class Bodies:
 
 
 def partition(
-    image: NDArray[np.uint8],
-    mask: NDArray[np.uint8],
+    picture: Picture,
     box: Floats,
-    scale: float,
     sizes: SizeTable,
     members: Members,
     usual_height_m: float,
@@ -134,14 +133,10 @@ def partition(
 
     Parameters
     ----------
-    image : (h, w, 3) uint8 array
-        The picture, reduced by `scale`.
-    mask : (h, w) uint8 array
-        Cleaned foreground, reduced by `scale`.
+    picture : Picture
+        With its foreground.
     box : (4,) array
         The blob, px.
-    scale : float
-        Pixels of the picture to one of the mask.
     sizes : SizeTable
         Of the camera.
     members : Members
@@ -172,10 +167,10 @@ def partition(
     )
     return Bodies(
         *place(
-            image,
-            mask,
+            picture.image,
+            picture.mask,
             box,
-            scale,
+            picture.scale,
             sizes.table,
             members.bottom,
             inverse(members.spread),

@@ -18,6 +18,7 @@ from mctrack_ros.perception.identity import IdentityConfig
 from mctrack_ros.perception.local_tracks import FilterConfig
 from mctrack_ros.perception.matching import MatchingConfig
 from mctrack_ros.perception.partition import PartitionConfig
+from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.perception.tracker import LocalTracker, TrackerConfig
 
@@ -152,7 +153,8 @@ class CameraPipeline:
             scale,
             self._config.blobs,
         )
-        detections, events = self._tracker.step(blobs, small, mask, scale, stamp_ns, feedback)
+        picture = Picture(small, mask, scale)
+        detections, events = self._tracker.step(blobs, picture, stamp_ns, feedback)
         persons = np.vstack([blobs.box, detections.box]) / scale
         self._ghosts.look(self._background.model, small, mask, persons, stamp_ns)
         return CameraOutput(detections, events)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import inner
+from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, compiled, inner
 from mctrack_ros.ground import ProjectiveMapping
 
 Floats = NDArray[np.float64]
@@ -48,9 +49,11 @@ class SizeTable:
 
         Beyond the picture its edge counts; above the horizon it is NaN.
         """
-        cell = self._cell(foot)
-        found: Floats = self.table[cell[:, 1], cell[:, 0], :2]
-        return found
+        return self._at(foot)[:, :2]
+
+    def known_at(self, foot: Floats) -> NDArray[np.bool_]:
+        """Tell at which of (n, 2) foot points, px, sizes are known: below the horizon."""
+        return np.isfinite(self._at(foot)[:, 2])
 
     def foot_of(self, box: Floats) -> Floats:
         """
@@ -59,31 +62,43 @@ class SizeTable:
         The bottom centre (event-tracking paper, eq. (2)), moved by half of what the upright leans
         over the box's height: beside the picture's middle, head and foot are not in one column.
         """
-        bottom = np.column_stack([box[:, 0] + box[:, 2] / 2, box[:, 1] + box[:, 3]])
-        bottom[:, 0] -= self._lean(bottom) * box[:, 3] / 2
-        return bottom
+        return _feet(self.table, np.ascontiguousarray(box, np.float64))
 
     def box_of(self, foot: Floats, extent: Floats) -> Floats:
         """Return the (n, 4) boxes, px, of (n, 2) widths and heights, m, at foot points."""
-        size = extent * self.per_metre(foot)
-        left = foot[:, 0] - size[:, 0] / 2 + self._lean(foot) * size[:, 1] / 2
+        metre = self._at(foot)
+        size = extent * metre[:, :2]
+        left = foot[:, 0] - size[:, 0] / 2 + metre[:, 2] * size[:, 1] / 2
         return np.column_stack([left, foot[:, 1] - size[:, 1], size])
 
-    def _lean(self, foot: Floats) -> Floats:
-        cell = self._cell(foot)
-        lean: Floats = self.table[cell[:, 1], cell[:, 0], 2]
-        return lean
-
-    def _cell(self, foot: Floats) -> NDArray[np.intp]:
-        last = np.array(self.table.shape[1::-1]) - 1
-        cell: NDArray[np.intp] = np.fmax(np.fmin(foot / STEP_PX + 0.5, last), 0).astype(np.intp)
-        return cell
+    def _at(self, foot: Floats) -> Floats:
+        """Return the (n, 3) rows of the table at (n, 2) foot points, px."""
+        return _metres(self.table, np.ascontiguousarray(foot, np.float64))
 
 
 @inner
 def metre_at(table: Floats, x: float, y: float) -> Floats:
     """Return the row of `SizeTable.table` that counts at a pixel, in compiled functions."""
-    row = min(max(int(y / STEP_PX + 0.5), 0), table.shape[0] - 1)
-    column = min(max(int(x / STEP_PX + 0.5), 0), table.shape[1] - 1)
+    row = int(max(np.fmin(y / STEP_PX + 0.5, table.shape[0] - 1), 0))
+    column = int(max(np.fmin(x / STEP_PX + 0.5, table.shape[1] - 1), 0))
     found: Floats = table[row, column]
     return found
+
+
+@compiled(types.f8[:, ::1](FLOATS_3D, FLOATS_2D))
+def _metres(table: Floats, foot: Floats) -> Floats:
+    found = np.empty((len(foot), 3))
+    for index in range(len(foot)):
+        found[index] = metre_at(table, foot[index, 0], foot[index, 1])
+    return found
+
+
+@compiled(types.f8[:, ::1](FLOATS_3D, FLOATS_2D))
+def _feet(table: Floats, box: Floats) -> Floats:
+    foot = np.empty((len(box), 2))
+    for index in range(len(box)):
+        left, top, width, height = box[index]
+        x, y = left + width / 2, top + height
+        foot[index, 0] = x - metre_at(table, x, y)[2] * height / 2
+        foot[index, 1] = y
+    return foot

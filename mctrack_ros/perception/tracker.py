@@ -15,13 +15,12 @@ from mctrack_ros.perception.identity import IdentityConfig, learn_identities
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.local_tracks import FilterConfig, LocalTracks
 from mctrack_ros.perception.matching import MatchingConfig, match
-from mctrack_ros.perception.observations import NEW, Observations, observe
+from mctrack_ros.perception.observations import NEW, Observations, Observer
 from mctrack_ros.perception.partition import PartitionConfig
+from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.tracking.appearance import colour_templates
 
-Image = NDArray[np.uint8]
-Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
@@ -80,8 +79,8 @@ class LocalTracker:
         sizes: SizeTable,
     ) -> None:
         self._config, self._matching, self._identity = config, matching, identity
-        self._blobs, self._partition, self._mapping = blobs, partition, mapping
-        self._sizes = sizes
+        self._partition, self._mapping, self._sizes = partition, mapping, sizes
+        self._observer = Observer(mapping, sizes, blobs, partition)
         self.tracks = LocalTracks(filtering, mapping, sizes)
         self._next_group = 1
         self._last_ns: int | None = None
@@ -92,13 +91,7 @@ class LocalTracker:
         self._last_ns = None
 
     def step(
-        self,
-        blobs: Blobs,
-        image: Image,
-        mask: Image,
-        scale: float,
-        stamp_ns: int,
-        feedback: Feedback | None,
+        self, blobs: Blobs, picture: Picture, stamp_ns: int, feedback: Feedback | None
     ) -> tuple[Detections, Events]:
         """
         Process the blobs of one picture.
@@ -107,12 +100,8 @@ class LocalTracker:
         ----------
         blobs : Blobs
             In pixels of the full picture.
-        image : (h, w, 3) uint8 array
-            The reduced picture.
-        mask : (h, w) uint8 array
-            Its foreground.
-        scale : float
-            Pixels of the picture to one of the reduced.
+        picture : Picture
+            With its foreground.
         stamp_ns : int
             Time of the picture, ns.
         feedback : Feedback or None
@@ -124,23 +113,11 @@ class LocalTracker:
         self._last_ns = stamp_ns
         tracks.predict(seconds)
         self._drop_lost(stamp_ns, seconds, log)
-        template = colour_templates(image, mask, np.rint(blobs.box / scale).astype(int))
+        cells = np.rint(blobs.box / picture.scale).astype(int)
+        template = colour_templates(picture.image, picture.mask, cells)
         predicted = tracks.prediction()
         blob_of = match(tracks, predicted, blobs, template, self._matching)
-        seen = observe(
-            blob_of,
-            tracks,
-            predicted,
-            blobs,
-            template,
-            image,
-            mask,
-            scale,
-            self._sizes,
-            self._blobs,
-            self._partition,
-        )
-        seen = seen.select(self._is_ground(seen.foot))
+        seen = self._observer.observe(blob_of, tracks, predicted, blobs, template, picture)
         self._note_groups(seen, log)
         self._update(seen, blobs, seconds, stamp_ns)
         seen = self._start(seen, stamp_ns)
@@ -162,7 +139,7 @@ class LocalTracker:
         foot = self._mapping.image_from_ground(tracks.mean[:, :2])
         with np.errstate(invalid='ignore'):
             inside = (foot >= 0).all(axis=1) & (foot[:, 0] < width) & (foot[:, 1] < height * 1.1)
-        inside &= np.isfinite(self._sizes.per_metre(foot)[:, 0])
+        inside &= self._sizes.known_at(foot)
         unseen = (stamp_ns - tracks.seen_ns) * 1e-9
         patience = np.where(tracks.confirmed, self._config.coast_s, self._config.confirm_s)
         obscure = (stamp_ns - tracks.clear_ns) * 1e-9
@@ -172,11 +149,6 @@ class LocalTracker:
         hope = np.where(tracks.confirmed, self._config.hidden_s, 0.0)
         obscure -= seconds  # the last picture's
         tracks.keep(~left & (unseen <= patience) & (obscure <= hope))
-
-    def _is_ground(self, foot: Floats) -> NDArray[np.bool_]:
-        """Tell which (n, 2) foot points, px, lie below the horizon, where sizes are known."""
-        position, size = self._mapping.ground_from_image(foot), self._sizes.per_metre(foot)
-        return np.asarray(np.isfinite(position).all(axis=1) & np.isfinite(size).all(axis=1))
 
     def _note_groups(self, seen: Observations, log: EventLog) -> None:
         """Give groups numbers; note who joined one (E5) and who left (E3)."""
@@ -223,8 +195,7 @@ class LocalTracker:
         clear = known & (seen.proven >= self._partition.least_proven)
         tracks.clear_ns[seen.track[clear]] = stamp_ns
         measured = known & (~seen.fitted | (seen.visible >= self._partition.least_visible))
-        noise = self._noise(seen, blobs)
-        tracks.update(seen.track[measured], seen.foot[measured], noise[measured])
+        tracks.update(seen.track[measured], seen.foot[measured], seen.noise[measured])
         alone = known & ~seen.fitted
         whole = alone & ~blobs.truncated[seen.blob]
         tracks.follow_size(seen.track[whole], seen.box[whole], seconds)
@@ -232,26 +203,15 @@ class LocalTracker:
         rows = seen.track[alone]
         tracks.template[rows] += share * (seen.template[alone] - tracks.template[rows])
 
-    def _noise(self, seen: Observations, blobs: Blobs) -> Floats:
-        """Return the (n, 2, 2) covariance, px², of the foot points."""
-        noise = self.tracks.foot_noise(seen.box)
-        hidden = 1 / np.clip(seen.visible, self._partition.least_visible, 1.0)
-        noise *= np.where(seen.fitted, hidden**2, 1.0)[:, None, None]
-        missing = np.clip(blobs.expected[seen.blob] - blobs.box[seen.blob, 2:], 0.0, None)
-        missing[~blobs.truncated[seen.blob]] = 0.0
-        noise[:, [0, 1], [0, 1]] += missing**2
-        return noise
-
     def _start(self, seen: Observations, stamp_ns: int) -> Observations:
         """Start a track for each person who has none."""
         new = seen.track == NEW
         if not new.any():
             return seen
-        position = self._mapping.ground_from_image(seen.foot[new])
         noise = self.tracks.foot_noise(seen.box[new])
         colours = np.where(seen.fitted[new, None], 0.0, seen.template[new])
         track = seen.track.copy()
-        track[new] = self.tracks.start(position, seen.box[new], noise, colours, stamp_ns)
+        track[new] = self.tracks.start(seen.position[new], seen.box[new], noise, colours, stamp_ns)
         return replace(seen, track=track)
 
     def _confirm(self, stamp_ns: int) -> None:
@@ -270,15 +230,14 @@ class LocalTracker:
     def _detections(self, seen: Observations, blobs: Blobs, stamp_ns: int) -> Detections:
         """Write one row a person."""
         tracks, rows = self.tracks, seen.track
-        position = self._mapping.ground_from_image(seen.foot)
         age = (stamp_ns - tracks.first_ns[rows]) * 1e-9
         score = np.clip(age / max(self._config.confirm_s, 1e-9), 0.1, 1.0)
         shown = ~seen.fitted | (seen.visible >= self._partition.least_coloured)
         colours = np.where(shown[:, None], seen.template, tracks.template[rows])
         return Detections.build(
             stamp_ns,
-            position=np.column_stack([position, np.zeros(len(seen))]),
-            covariance=self._mapping.ground_covariance(position, self._noise(seen, blobs)),
+            position=np.column_stack([seen.position, np.zeros(len(seen))]),
+            covariance=self._mapping.ground_covariance(seen.position, seen.noise),
             box=seen.box,
             area=np.where(
                 seen.fitted, seen.visible * seen.box[:, 2] * seen.box[:, 3], blobs.area[seen.blob]

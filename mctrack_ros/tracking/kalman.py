@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 from numpy.typing import ArrayLike, NDArray
 
+from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, FLOATS_3D, compiled, inner
+
 Floats = NDArray[np.float64]
+_STATES = types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])
 
 
 def transition_matrix(seconds: ArrayLike) -> Floats:
@@ -15,27 +19,6 @@ def transition_matrix(seconds: ArrayLike) -> Floats:
     matrix[..., range(4), range(4)] = 1.0
     matrix[..., 0, 2] = matrix[..., 1, 3] = seconds
     return matrix
-
-
-def process_noise(seconds: ArrayLike, acceleration_density: float) -> Floats:
-    """
-    Return the (..., 4, 4) covariances that white-noise acceleration adds over times (...), s.
-
-    Parameters
-    ----------
-    seconds : array_like
-        Durations, not negative, s.
-    acceleration_density : float
-        Power spectral density of the acceleration, m²/s³.
-
-    """
-    seconds = np.asarray(seconds, np.float64)
-    matrix = np.zeros((*seconds.shape, 4, 4))
-    matrix[..., 0, 0] = matrix[..., 1, 1] = seconds**3 / 3
-    matrix[..., 0, 2] = matrix[..., 1, 3] = seconds**2 / 2
-    matrix[..., 2, 0] = matrix[..., 3, 1] = seconds**2 / 2
-    matrix[..., 2, 2] = matrix[..., 3, 3] = seconds
-    return acceleration_density * matrix
 
 
 def position_matrix(seconds: ArrayLike = 0.0) -> Floats:
@@ -66,10 +49,8 @@ def predict(
     covariance : (n, 4, 4) array
 
     """
-    transition = transition_matrix(seconds)
-    moved = np.einsum('...ij,...j->...i', transition, mean)
-    spread = transition @ covariance @ transition.swapaxes(-1, -2)
-    return moved, symmetric(spread + process_noise(seconds, acceleration_density))
+    each = np.ascontiguousarray(np.broadcast_to(np.asarray(seconds, np.float64), len(mean)))
+    return _predict(_array(mean), _array(covariance), each, float(acceleration_density))
 
 
 def update(
@@ -97,20 +78,15 @@ def update(
     covariance : (n, 4, 4) array
 
     """
-    transposed = measurement_matrix.swapaxes(-1, -2)
-    cross = covariance @ transposed
-    gain = cross @ inverse(measurement_matrix @ cross + noise)
-    kept = np.eye(4) - gain @ measurement_matrix
-    spread = kept @ covariance @ kept.swapaxes(-1, -2) + gain @ noise @ gain.swapaxes(-1, -2)
-    return mean + (gain @ innovation[..., None])[..., 0], symmetric(spread)
+    matrix = np.broadcast_to(measurement_matrix, (len(mean), 2, 4))
+    return _update(
+        _array(mean), _array(covariance), _array(innovation), _array(noise), _array(matrix)
+    )
 
 
 def inverse(matrix: Floats) -> Floats:
     """Return the inverses of (..., 2, 2) matrices."""
-    adjugate = np.empty_like(matrix)
-    adjugate[..., 0, 0], adjugate[..., 1, 1] = matrix[..., 1, 1], matrix[..., 0, 0]
-    adjugate[..., 0, 1], adjugate[..., 1, 0] = -matrix[..., 0, 1], -matrix[..., 1, 0]
-    return adjugate / determinant(matrix)[..., None, None]
+    return _inverses(_array(matrix).reshape(-1, 2, 2)).reshape(matrix.shape)
 
 
 def determinant(matrix: Floats) -> Floats:
@@ -123,3 +99,95 @@ def symmetric(matrix: Floats) -> Floats:
     """Return matrices without the asymmetry that rounding leaves."""
     halved: Floats = (matrix + matrix.swapaxes(-1, -2)) / 2
     return halved
+
+
+def _array(values: Floats) -> Floats:
+    """Return values as compiled functions take them."""
+    return np.ascontiguousarray(values, np.float64)
+
+
+@inner
+def _inverted(matrix: Floats, inverse: Floats) -> None:
+    """Write the inverse of a (2, 2) matrix; infinite where there is none."""
+    scale = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
+    scale = 1.0 / scale if scale != 0.0 else np.inf
+    inverse[0, 0], inverse[1, 1] = matrix[1, 1] * scale, matrix[0, 0] * scale
+    inverse[0, 1], inverse[1, 0] = -matrix[0, 1] * scale, -matrix[1, 0] * scale
+
+
+@compiled(types.f8[:, :, ::1](FLOATS_3D))
+def _inverses(matrix: Floats) -> Floats:
+    inverses = np.empty(matrix.shape)
+    for index in range(len(matrix)):
+        _inverted(matrix[index], inverses[index])
+    return inverses
+
+
+@compiled(_STATES(FLOATS_2D, FLOATS_3D, FLOATS_1D, types.f8))
+def _predict(
+    mean: Floats, covariance: Floats, seconds: Floats, density: float
+) -> tuple[Floats, Floats]:
+    """Apply `transition_matrix` and add white acceleration, integrated, block by block."""
+    moved, spread = np.empty(mean.shape), np.empty(covariance.shape)
+    for index in range(len(mean)):
+        time, old, new = seconds[index], covariance[index], spread[index]
+        for i in range(2):
+            moved[index, i] = mean[index, i] + time * mean[index, 2 + i]
+            moved[index, 2 + i] = mean[index, 2 + i]
+            for j in range(2):
+                mixed, velocity = (old[i, 2 + j] + old[2 + j, i]) / 2, old[2 + i, 2 + j]
+                other = (old[j, 2 + i] + old[2 + i, j]) / 2
+                new[i, j] = old[i, j] + time * (mixed + other) + time**2 * velocity
+                new[i, 2 + j] = new[2 + j, i] = mixed + time * velocity
+                new[2 + i, 2 + j] = velocity
+            new[i, i] += density * time**3 / 3
+            new[i, 2 + i] += density * time**2 / 2
+            new[2 + i, i] = new[i, 2 + i]
+            new[2 + i, 2 + i] += density * time
+    return moved, spread
+
+
+@compiled(_STATES(FLOATS_2D, FLOATS_3D, FLOATS_2D, FLOATS_3D, FLOATS_3D))
+def _update(
+    mean: Floats, covariance: Floats, innovation: Floats, noise: Floats, matrix: Floats
+) -> tuple[Floats, Floats]:
+    """Apply Joseph's form to one state after the other."""
+    corrected, spread = mean.copy(), np.empty(covariance.shape)
+    cross, gain, kept = np.empty((4, 2)), np.empty((4, 2)), np.empty((4, 4))
+    expected, certainty = np.empty((2, 2)), np.empty((2, 2))
+    half = np.empty((4, 4))
+    for n in range(len(mean)):
+        for i in range(4):
+            for j in range(2):
+                cross[i, j] = 0.0
+                for k in range(4):
+                    cross[i, j] += covariance[n, i, k] * matrix[n, j, k]
+        for i in range(2):
+            for j in range(2):
+                expected[i, j] = noise[n, i, j]
+                for k in range(4):
+                    expected[i, j] += matrix[n, i, k] * cross[k, j]
+        _inverted(expected, certainty)
+        for i in range(4):
+            for j in range(2):
+                gain[i, j] = cross[i, 0] * certainty[0, j] + cross[i, 1] * certainty[1, j]
+                corrected[n, i] += gain[i, j] * innovation[n, j]
+            for j in range(4):
+                kept[i, j] = -gain[i, 0] * matrix[n, 0, j] - gain[i, 1] * matrix[n, 1, j]
+            kept[i, i] += 1.0
+        for i in range(4):
+            for j in range(4):
+                half[i, j] = 0.0
+                for k in range(4):
+                    half[i, j] += kept[i, k] * covariance[n, k, j]
+        for i in range(4):
+            for j in range(i + 1):
+                value = 0.0
+                for k in range(4):
+                    value += half[i, k] * kept[j, k]
+                for k in range(2):
+                    value += gain[i, k] * (
+                        noise[n, k, 0] * gain[j, 0] + noise[n, k, 1] * gain[j, 1]
+                    )
+                spread[n, i, j] = spread[n, j, i] = value
+    return corrected, spread

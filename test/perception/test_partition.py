@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.perception.partition import Members, PartitionConfig, partition
+from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.tracking.appearance import colour_templates
 
@@ -41,9 +42,8 @@ class Crowd:
             np.tile([0.6, 1.75], (count, 1)),
             np.zeros((count, 48)) if templates is None else templates,
         )
-        return partition(
-            self.image, self.mask, self.blob, 1.0, self.sizes, members, 1.75, PartitionConfig()
-        )
+        picture = Picture(self.image, self.mask, 1.0)
+        return partition(picture, self.blob, self.sizes, members, 1.75, PartitionConfig())
 
 
 def bottoms(bodies):

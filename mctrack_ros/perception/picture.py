@@ -1,0 +1,29 @@
+"""One picture as the tracker sees it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Picture:
+    """
+    A picture, reduced, with its foreground.
+
+    Attributes
+    ----------
+    image : (h, w, 3) uint8 array
+        Blue, green, red.
+    mask : (h, w) uint8 array
+        Its cleaned foreground, 255.
+    scale : float
+        Pixels of the camera's picture to one of these.
+
+    """
+
+    image: NDArray[np.uint8]
+    mask: NDArray[np.uint8]
+    scale: float
