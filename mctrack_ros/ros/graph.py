@@ -57,7 +57,8 @@ class NodeSpec:
             arguments += ['-r', f'__ns:={namespace}']
         arguments += ['--params-file', str(self.write(directory))]
         module = f'mctrack_ros.ros.{self.executable}'
-        command = (sys.executable, '-m', module, *arguments)
+        # -P: the package that runs here, not one that lies in the current directory
+        command = (sys.executable, '-P', '-m', module, *arguments)
         return Process(self.name, command, self.restart, self.ends)
 
 
