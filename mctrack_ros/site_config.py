@@ -17,7 +17,14 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import ConfigError, config_from, parameter, values_of
 from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.ground import ProjectiveMapping, read_grid, read_projection
+from mctrack_ros.ground import (
+    METHODS,
+    FitError,
+    GroundMapping,
+    mapping_from_grid,
+    read_grid,
+    read_projection,
+)
 from mctrack_ros.interfaces import MAX_CAMERAS, code_tables
 from mctrack_ros.perception import CameraConfig
 
@@ -38,11 +45,15 @@ class CameraSettings:
     image_width: int = parameter(768, 'width of the pictures [px]', minimum=16, maximum=16384)
     image_height: int = parameter(576, 'height of the pictures [px]', minimum=16, maximum=16384)
     grid: str = parameter('', 'transformation-grid XML file')
+    method: str = parameter('fitted', 'how the grid maps pixels to metres', choices=METHODS)
+    click_noise_px: float = parameter(
+        0.5, "standard deviation of the grid's pixels along one axis [px]", minimum=0.0
+    )
     projection: str = parameter('', 'YAML file with a homography or projection, instead of a grid')
     mask: str = parameter('', 'picture whose black pixels are ignored; empty: none')
     pipeline: CameraConfig = CameraConfig()
 
-    def mapping(self) -> ProjectiveMapping:
+    def mapping(self) -> GroundMapping:
         """
         Read the calibration.
 
@@ -50,7 +61,7 @@ class CameraSettings:
         ------
         ConfigError
             If neither a grid nor a projection is named, or both.
-        GridError, ProjectionError
+        FitError, GridError, ProjectionError
             If the file cannot be used.
 
         """
@@ -59,7 +70,10 @@ class CameraSettings:
             raise ConfigError('name either a grid or a projection file of the camera')
         if self.projection:
             return read_projection(self.projection, size)
-        return ProjectiveMapping.from_points(*read_grid(self.grid).points(), size)
+        try:
+            return mapping_from_grid(read_grid(self.grid), size, self.method, self.click_noise_px)
+        except FitError as error:
+            raise FitError(f'{self.grid}: {error}') from error
 
     def ignore_mask(self) -> NDArray[np.uint8] | None:
         """

@@ -22,6 +22,8 @@ class Experiment(StrEnum):
     LAB6P = 'lab6p'
     CMC = 'cmc'
     WILDTRACK = 'wildtrack'
+    TABLE3 = 'table3'
+    FIG18 = 'fig18'
 
 
 def reproduce(
@@ -31,8 +33,8 @@ def reproduce(
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
 ) -> None:
-    """Measure on real data: one camera from pixels, or several from real detections."""
-    figures = _experiment(experiment)(data_folder(data))
+    """Measure on real data, or what the event-tracking paper measured: table3, fig18."""
+    figures = _experiment(experiment, data)
     typer.echo(figures.table())
     if json_file is not None:
         figures.write(json_file)
@@ -54,7 +56,17 @@ def data_folder(given: Path | None) -> Path:
     return folder
 
 
-def _experiment(experiment: Experiment) -> Callable[[Path], Figures]:
+def _experiment(experiment: Experiment, data: Path | None) -> Figures:
+    if experiment in (Experiment.TABLE3, Experiment.FIG18):
+        from mctrack_ros.experiments import ground_accuracy
+
+        if experiment is Experiment.TABLE3:
+            return ground_accuracy.reproduce_table3()
+        return ground_accuracy.reproduce_fig18()
+    return _real_experiment(experiment)(data_folder(data))
+
+
+def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
     from mctrack_ros.experiments import real_data
     from mctrack_ros.experiments.pets import reproduce_pets
 

@@ -18,7 +18,7 @@ from mctrack_ros.experiments.report import (
     write_birdseye,
     write_report,
 )
-from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.ground import GroundMapping
 from mctrack_ros.recording import write_mot_text
 
 GATE_M = 1.0
@@ -76,7 +76,7 @@ class DemoOptions:
 
 def evaluate_demo(
     options: DemoOptions,
-    mappings: Sequence[ProjectiveMapping] = (),
+    mappings: Sequence[GroundMapping] = (),
     wall_seconds: float | None = None,
     settings: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
@@ -90,7 +90,7 @@ def evaluate_demo(
     ----------
     options : DemoOptions
         Where the bags are.
-    mappings : sequence of ProjectiveMapping
+    mappings : sequence of GroundMapping
         The cameras', for the video.
     wall_seconds : float, optional
         How long tracking took; by default the recording's own time.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,6 +47,63 @@ class TransformationGrid:
         both = np.concatenate([self.ground, self.image], axis=2).reshape(-1, 4)
         distinct = np.unique(both, axis=0)
         return distinct[:, :2], distinct[:, 2:]
+
+
+def grid_from_points(
+    workstation: str,
+    names: Sequence[str],
+    ground: NDArray[np.float64],
+    image: NDArray[np.float64],
+) -> tuple[TransformationGrid, tuple[str, ...]]:
+    """
+    Group clicked points into cells: each of four neighbours in rows and columns.
+
+    Parameters
+    ----------
+    workstation : str
+        Name of the camera.
+    names : sequence of str
+        Of the points.
+    ground, image : (n, 2) arrays
+        The points, m, and where they were clicked, px.
+
+    Returns
+    -------
+    grid : TransformationGrid
+        The complete cells.
+    ignored : tuple of str
+        Points of no complete cell, which are left out (event-tracking paper, section 4.4).
+
+    Raises
+    ------
+    GridError
+        If there is no complete cell.
+
+    """
+    column, row = (
+        np.unique(np.round(axis, 6), return_inverse=True)[1].tolist() for axis in ground.T
+    )
+    at = {place: index for index, place in enumerate(zip(column, row))}
+    cells = [
+        [at[place] for place in corners]
+        for x, y in sorted(at)
+        if at.keys() >= set(corners := [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)])
+    ]
+    if not cells:
+        raise GridError(
+            f'the {len(names)} points of {workstation} make no complete cell: '
+            'click the four corners of at least one rectangle'
+        )
+    used = {index for cell in cells for index in cell}
+    return (
+        TransformationGrid(
+            workstation,
+            tuple(tuple(names[index] for index in cell) for cell in cells),
+            ground[cells],
+            image[cells],
+        ),
+        tuple(name for index, name in enumerate(names) if index not in used),
+    )
 
 
 def read_grid(path: str | Path) -> TransformationGrid:

@@ -10,11 +10,12 @@ from numba import types
 from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.compiled import FLOATS_2D, compiled
+from mctrack_ros.ground.mapping import GroundMapping, points_of
 
 Floats = NDArray[np.float64]
 
 
-class ProjectiveMapping:
+class ProjectiveMapping(GroundMapping):
     """
     Image <-> ground plane z = 0 through a pinhole camera without lens distortion.
 
@@ -118,7 +119,7 @@ class ProjectiveMapping:
 
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
         """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""
-        return _projected(self.ground_from_image_homography, _points(pixel))
+        return _projected(self.ground_from_image_homography, points_of(pixel))
 
     def image_from_ground(self, position: ArrayLike, height: ArrayLike = 0.0) -> Floats:
         """
@@ -132,7 +133,7 @@ class ProjectiveMapping:
             Height above the ground, m: a number or (n,).
 
         """
-        points = _points(position)
+        points = points_of(position)
         if not np.any(height):
             return _projected(self.image_from_ground_homography, points)
         heights = np.broadcast_to(np.asarray(height, np.float64), len(points))
@@ -143,50 +144,12 @@ class ProjectiveMapping:
 
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
-        return _derivatives(self.image_from_ground_homography, _points(position))
-
-    def ground_covariance(self, position: ArrayLike, pixel_covariance: ArrayLike) -> Floats:
-        """
-        Propagate pixel covariance to the ground, to first order.
-
-        Parameters
-        ----------
-        position : (n, 2) array_like
-            Ground positions, m.
-        pixel_covariance : (n, 2, 2) or (2, 2) array_like
-            Covariance in the image, px².
-
-        Returns
-        -------
-        (n, 2, 2) array
-            Covariance on the ground, m².
-
-        """
-        inverse = np.linalg.inv(self.image_jacobian(position))
-        covariance = inverse @ np.asarray(pixel_covariance, np.float64) @ inverse.swapaxes(1, 2)
-        symmetric: Floats = (covariance + covariance.swapaxes(1, 2)) / 2
-        return symmetric
-
-    def height_px(self, position: ArrayLike, height: float) -> Floats:
-        """Return how many rows, (n,) px, something of that height (m) spans at (n, 2) places."""
-        foot = self.image_from_ground(position)
-        head = self.image_from_ground(position, height)
-        return foot[:, 1] - head[:, 1]
-
-    def width_px(self, position: ArrayLike, width: float) -> Floats:
-        """Return how many columns, (n,) px, something of that width (m) spans at (n, 2) places."""
-        jacobian = self.image_jacobian(position)
-        return width * np.hypot(jacobian[:, 0, 0], jacobian[:, 0, 1])
+        return _derivatives(self.image_from_ground_homography, points_of(position))
 
 
 def _check_regular(homography: Floats) -> None:
     if np.linalg.matrix_rank(homography) < 3:
         raise ValueError('the ground plane projects to a line: the homography is singular')
-
-
-def _points(points: ArrayLike) -> Floats:
-    """Return (n, 2) points as the compiled functions take them."""
-    return np.ascontiguousarray(points, np.float64).reshape(-1, 2)
 
 
 @compiled(types.f8[:, ::1](FLOATS_2D, FLOATS_2D))

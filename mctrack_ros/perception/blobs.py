@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
-from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.fragments import Joining, joined, trimmed
 from mctrack_ros.perception.sizes import SizeTable
 
@@ -114,7 +114,7 @@ def clean_mask(mask: NDArray[np.uint8], config: BlobConfig) -> NDArray[np.uint8]
 def find_blobs(
     mask: NDArray[np.uint8],
     difference: NDArray[np.uint8],
-    mapping: ProjectiveMapping,
+    mapping: GroundMapping,
     sizes: SizeTable,
     scale: float,
     config: BlobConfig,
@@ -128,7 +128,7 @@ def find_blobs(
         Foreground, 255; the mapping's picture reduced by `scale`.
     difference : (h, w) uint8 array
         Of that picture from the background.
-    mapping : ProjectiveMapping
+    mapping : GroundMapping
         Of the camera.
     sizes : SizeTable
         Tells what size a person has where.
@@ -165,7 +165,7 @@ def find_blobs(
 
 
 def describe(
-    box: Floats, area: Floats, mapping: ProjectiveMapping, sizes: SizeTable, config: BlobConfig
+    box: Floats, area: Floats, mapping: GroundMapping, sizes: SizeTable, config: BlobConfig
 ) -> Blobs:
     """Look up where boxes stand and how large a person would be there."""
     foot = sizes.foot_of(box)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
-from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.tracking import kalman
@@ -99,7 +99,7 @@ class LocalTracks:
         'seen_ns', 'clear_ns', 'group', 'confirmed',
     )  # fmt: skip
 
-    def __init__(self, config: FilterConfig, mapping: ProjectiveMapping, sizes: SizeTable) -> None:
+    def __init__(self, config: FilterConfig, mapping: GroundMapping, sizes: SizeTable) -> None:
         self._config, self._mapping, self._sizes = config, mapping, sizes
         self._next_id = 1
         self.clear()

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.blobs import BlobConfig, Blobs, likeness
 from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
 from mctrack_ros.perception.partition import Bodies, Members, PartitionConfig, partition
@@ -88,7 +88,7 @@ class Observer:
 
     Parameters
     ----------
-    mapping : ProjectiveMapping
+    mapping : GroundMapping
         Of the camera.
     sizes : SizeTable
         Of the camera.
@@ -101,7 +101,7 @@ class Observer:
 
     def __init__(
         self,
-        mapping: ProjectiveMapping,
+        mapping: GroundMapping,
         sizes: SizeTable,
         blobs: BlobConfig,
         config: PartitionConfig,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
-from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, Events, Feedback
 from mctrack_ros.perception.background import BackgroundConfig, MedianBackground
 from mctrack_ros.perception.blobs import BlobConfig, clean_mask, find_blobs
@@ -73,7 +73,7 @@ class CameraPipeline:
     ----------
     config : CameraConfig
         Parameters.
-    mapping : ProjectiveMapping
+    mapping : GroundMapping
         Of the camera; fixes the size of its pictures.
     mask : (h, w) uint8 array, optional
         0 where the picture is to be ignored.
@@ -86,7 +86,7 @@ class CameraPipeline:
     """
 
     def __init__(
-        self, config: CameraConfig, mapping: ProjectiveMapping, mask: Image | None = None
+        self, config: CameraConfig, mapping: GroundMapping, mask: Image | None = None
     ) -> None:
         self._config, self._mapping = config, mapping
         width, height = mapping.image_size

@@ -7,7 +7,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, compiled, inner
-from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.ground import GroundMapping
 
 Floats = NDArray[np.float64]
 STEP_PX = 4
@@ -20,7 +20,7 @@ class SizeTable:
 
     Parameters
     ----------
-    mapping : ProjectiveMapping
+    mapping : GroundMapping
         Of the camera.
 
     Attributes
@@ -31,7 +31,7 @@ class SizeTable:
 
     """
 
-    def __init__(self, mapping: ProjectiveMapping) -> None:
+    def __init__(self, mapping: GroundMapping) -> None:
         width, height = mapping.image_size
         column, row = np.meshgrid(
             np.arange(0, width + STEP_PX, STEP_PX), np.arange(0, height + STEP_PX, STEP_PX)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
-from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
 from mctrack_ros.perception.blobs import BlobConfig, Blobs
 from mctrack_ros.perception.identity import IdentityConfig, learn_identities
@@ -60,7 +60,7 @@ class LocalTracker:
         A person's usual size.
     partition : PartitionConfig
         Of telling persons in one blob apart.
-    mapping : ProjectiveMapping
+    mapping : GroundMapping
         Of the camera.
     sizes : SizeTable
         Of the camera.
@@ -75,7 +75,7 @@ class LocalTracker:
         identity: IdentityConfig,
         blobs: BlobConfig,
         partition: PartitionConfig,
-        mapping: ProjectiveMapping,
+        mapping: GroundMapping,
         sizes: SizeTable,
     ) -> None:
         self._config, self._matching, self._identity = config, matching, identity

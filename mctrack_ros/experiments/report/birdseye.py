@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.experiments.report.ground_plan import pitch_lines, track_colour
 from mctrack_ros.experiments.report.session import Session
-from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.ground import GroundMapping
 from mctrack_ros.simulation import LENGTH_M, WIDTH_M
 
 Image = NDArray[np.uint8]
@@ -37,7 +37,7 @@ _SHIFT = 3
 def write_birdseye(
     path: str | Path,
     session: Session,
-    mappings: Sequence[ProjectiveMapping] = (),
+    mappings: Sequence[GroundMapping] = (),
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> None:
     """
@@ -52,7 +52,7 @@ def write_birdseye(
         The file, ending in ``.webm``.
     session : Session
         What was tracked.
-    mappings : sequence of ProjectiveMapping
+    mappings : sequence of GroundMapping
         The cameras', for what they see of the ground.
     progress : callable
         Called with pictures written and in all.
@@ -141,7 +141,7 @@ class _Tails:
         return shown
 
 
-def _background(mappings: Sequence[ProjectiveMapping]) -> Image:
+def _background(mappings: Sequence[GroundMapping]) -> Image:
     """Return the pitch, (height, width, 3), the lighter the more cameras see a place."""
     width = round((LENGTH_M + 2 * _MARGIN_M) * _SCALE)
     height = round((WIDTH_M + 2 * _MARGIN_M) * _SCALE)
@@ -158,7 +158,7 @@ def _background(mappings: Sequence[ProjectiveMapping]) -> Image:
     return image
 
 
-def _is_seen(mapping: ProjectiveMapping, ground: Floats) -> NDArray[np.bool_]:
+def _is_seen(mapping: GroundMapping, ground: Floats) -> NDArray[np.bool_]:
     width, height = mapping.image_size
     pixel = mapping.image_from_ground(ground)
     with np.errstate(invalid='ignore'):

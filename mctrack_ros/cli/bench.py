@@ -1,0 +1,27 @@
+"""`mctrack bench`: how fast the parts are, beside a peer in the same run."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+
+import typer
+
+
+class Part(StrEnum):
+    """What can be timed."""
+
+    GROUND = 'ground'
+
+
+def bench(
+    part: Part = typer.Argument(..., help='Which part.'),
+    json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
+) -> None:
+    """Time a part of the system on one core, beside a peer in the same run."""
+    from mctrack_ros.experiments.bench_ground import bench_ground
+
+    figures = {Part.GROUND: bench_ground}[part]()
+    typer.echo(figures.table())
+    if json_file is not None:
+        figures.write(json_file)

@@ -1,0 +1,274 @@
+"""Experiments I and II of the event-tracking paper: how exact image-to-ground mappings are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.experiments.figures import Figures
+from mctrack_ros.ground import (
+    Camera,
+    CameraMapping,
+    CellMapping,
+    Cells,
+    FitError,
+    GridError,
+    GroundMapping,
+    IteratedMapping,
+    ProjectiveMapping,
+    fit_camera,
+    grid_from_points,
+)
+
+Floats = NDArray[np.float64]
+IMAGE_SIZE = (720, 576)
+PITCH_M = (105.0, 68.0)
+SPACINGS_M = (8, 16, 24, 32, 40)
+PATH_POINTS = 40
+CLICK_NOISE_PX = 0.5
+SEEDS = 20
+TABLE_K1 = -0.2
+EYE_M, TARGET_M, FOCAL_PX = (52.5, -20.0, 35.0), (52.5, 34.0, 0.0), 600.0
+PATHS_M = {
+    'path1': ((36.0, 7.0), (69.0, 7.0)),
+    'path2': ((24.0, 33.0), (81.0, 33.0)),
+    'path3': ((14.0, 61.0), (91.0, 61.0)),
+    'path4': ((54.0, 4.0), (54.0, 64.0)),
+    'path5': ((26.0, 30.0), (26.0, 64.0)),
+}
+"""Ends of the five paths: across near, middle and far; away in the middle and at the edge."""
+PAPER_M = {
+    'iterated': [(0.59, 0.65), (0.51, 0.57), (0.60, 0.67), (0.31, 0.28), (1.02, 0.98)],
+    'plane1': [(29.77, 33.03), (13.53, 15.28), (28.81, 25.11), (19.13, 18.64), (31.35, 35.21)],
+    'plane2': [(12.95, 13.48), (14.69, 15.49), (11.73, 13.22), (10.75, 9.61), (15.02, 13.84)],
+}
+"""RMSE in x and y of each path as the paper's Table 3 prints them."""
+
+
+def true_camera(k1: float) -> Camera:
+    """Return the camera of the experiments: over the middle of the pitch, 20 m up."""
+    eye, target = np.array(EYE_M), np.array(TARGET_M)
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    rotation = np.array([right, np.cross(forward, right), forward])
+    width, height = IMAGE_SIZE
+    return Camera(
+        np.array([FOCAL_PX, FOCAL_PX, width / 2, height / 2]),
+        np.array([k1, 0, 0, 0, 0]),
+        rotation,
+        -rotation @ eye,
+    )
+
+
+def visible_grid(camera: CameraMapping, spacing_m: float) -> Floats:
+    """
+    Return the grid points, (n, 2) m, on the pitch that the camera sees.
+
+    The grid is centred on the pitch, with an even or an odd number of points along each side:
+    whichever gives most whole cells in the picture, then most points.
+    """
+    offers = []
+    for across in _centred(PITCH_M[0], spacing_m):
+        for along in _centred(PITCH_M[1], spacing_m):
+            points = np.stack(np.meshgrid(across, along), axis=-1).reshape(-1, 2)
+            seen = camera.image_from_ground(points)
+            inside = (seen >= 0).all(axis=1) & (seen < IMAGE_SIZE).all(axis=1)
+            offers.append(points[inside])
+    return max(offers, key=lambda points: (_cell_count(points), len(points)))
+
+
+def _centred(length: float, spacing_m: float) -> list[NDArray[np.floating]]:
+    most = int(length // spacing_m) + 1
+    return [
+        length / 2 + spacing_m * (np.arange(count) - (count - 1) / 2)
+        for count in (most, most - 1)
+        if count >= 2
+    ]
+
+
+def path_points() -> dict[str, Floats]:
+    """Return the points of the five paths, (40, 2) m each."""
+    share = np.linspace(0, 1, PATH_POINTS)[:, None]
+    return {
+        name: np.array(start) + share * (np.array(end) - np.array(start))
+        for name, (start, end) in PATHS_M.items()
+    }
+
+
+Maker = Callable[[Floats, Floats], GroundMapping]
+
+
+def makers(grid: Floats) -> dict[str, Maker]:
+    """Return what makes each method's mapping from grid points, m, and their clicks, px."""
+    planes = {'plane1': _plane(grid, 1.0), 'plane2': _plane(grid, 0.5)}
+    return {
+        'fitted': lambda ground, image: fit_camera(ground, image, IMAGE_SIZE).mapping,
+        'cell': lambda ground, image: CellMapping(_cells(ground, image), IMAGE_SIZE),
+        'iterated': lambda ground, image: IteratedMapping(_cells(ground, image), IMAGE_SIZE),
+        'iterated_exact': lambda ground, image: IteratedMapping(
+            _cells(ground, image), IMAGE_SIZE, threshold_px=0.0
+        ),
+        'homography': lambda ground, image: ProjectiveMapping.from_points(
+            ground, image, IMAGE_SIZE
+        ),
+    } | {
+        name: lambda ground, image, corners=corners: IteratedMapping(
+            Cells(ground[None, corners], image[None, corners]), IMAGE_SIZE, threshold_px=0.0
+        )
+        for name, corners in planes.items()
+        if corners is not None
+    }
+
+
+def _cells(ground: Floats, image: Floats) -> Cells:
+    names = [f'{x:g}-{y:g}' for x, y in ground]
+    return Cells.of(grid_from_points('camera', names, ground, image)[0])
+
+
+def _cell_count(points: Floats) -> int:
+    """Return how many whole cells the points of a grid, m, make."""
+    try:
+        return len(_cells(points, points))
+    except GridError:
+        return 0
+
+
+def _plane(grid: Floats, share: float) -> list[int] | None:
+    """Return the corners, least x and y first, of the largest rectangle in a part of a grid."""
+    middle = (grid.min(axis=0) + grid.max(axis=0)) / 2
+    half = share * (grid.max(axis=0) - grid.min(axis=0)) / 2 + 1e-6
+    near = {tuple(p) for p in grid[(np.abs(grid - middle) <= half).all(axis=1)].round(6).tolist()}
+    offers = []
+    for x0, y0 in near:
+        for x1, y1 in near:
+            corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+            if x1 > x0 and y1 > y0 and near >= set(corners):
+                offers.append(((x1 - x0) * (y1 - y0), corners))
+    if not offers:
+        return None
+    at = {tuple(place): index for index, place in enumerate(grid.round(6).tolist())}
+    return [at[corner] for corner in max(offers)[1]]
+
+
+def measure(spacing_m: float, k1: float, noise_px: float, seeds: int) -> dict[str, float]:
+    """
+    Return RMSE by dotted name: method, path and axis; the fitted camera's beside its bound.
+
+    Parameters
+    ----------
+    spacing_m : float
+        Between neighbouring grid points, m.
+    k1 : float
+        First radial coefficient of the lens.
+    noise_px : float
+        Standard deviation of a click along one axis, px.
+    seeds : int
+        How often the grid is clicked.
+
+    """
+    camera = CameraMapping(true_camera(k1), IMAGE_SIZE)
+    grid = visible_grid(camera, spacing_m)
+    paths = path_points()
+    where = np.concatenate(list(paths.values()))
+    seen = camera.image_from_ground(where)
+    figures: dict[str, float] = {'points': len(grid)}
+    for name, make in makers(grid).items():
+        try:
+            errors = []
+            for seed in range(seeds):
+                noise = np.random.default_rng(seed).normal(0.0, noise_px, grid.shape)
+                mapping = make(grid, camera.image_from_ground(grid) + noise)
+                errors.append(mapping.ground_from_image(seen) - where)
+        except (FitError, GridError):
+            figures[f'{name}.refused'] = 1
+            continue
+        rmse = _by_path(np.sqrt(np.mean(np.square(errors), axis=0)), paths)
+        figures |= {f'{name}.{key}_m': value for key, value in rmse.items()}
+        figures[f'{name}.rmse_max_m'] = max(rmse.values())
+        figures[f'{name}.extrapolated'] = float(mapping.is_extrapolated(seen).mean())
+        if name == 'fitted' and noise_px:
+            bound = _by_path(np.sqrt(_bound(camera, grid, where, noise_px)), paths)
+            ratios = [rmse[key] / bound[key] for key in rmse]
+            figures['fitted.crb_ratio_max'] = max(ratios)
+    return figures
+
+
+def _by_path(deviation: Floats, paths: dict[str, Floats]) -> dict[str, float]:
+    """Return root mean squares, by path and axis, of (points, 2) root mean squares."""
+    parts = np.split(deviation, np.cumsum([len(points) for points in paths.values()])[:-1])
+    return {
+        f'{name}.rmse_{axis}': float(np.sqrt(np.mean(np.square(part[:, index]))))
+        for name, part in zip(paths, parts)
+        for index, axis in enumerate('xy')
+    }
+
+
+def _bound(camera: CameraMapping, grid: Floats, where: Floats, noise_px: float) -> Floats:
+    """Return the Cramer-Rao bound, (n, 2) m², of positions by a camera fitted to clicks."""
+    jacobian = camera.parameter_jacobian(grid).reshape(-1, 8)
+    scale = 1 / np.linalg.norm(jacobian, axis=0)
+    information = (jacobian * scale).T @ (jacobian * scale) / noise_px**2
+    covariance = np.linalg.pinv(information) * scale[:, None] * scale
+    slopes = camera.parameter_jacobian(where)
+    image = slopes @ covariance @ slopes.swapaxes(1, 2)
+    inverse = np.linalg.inv(camera.image_jacobian(where))
+    ground = inverse @ image @ inverse.swapaxes(1, 2)
+    return np.asarray(np.einsum('nii->ni', ground))
+
+
+def reproduce_table3() -> Figures:
+    """Measure Experiment I: five paths, grid points 8 m apart, and wider for the fitted camera."""
+    figures: dict[str, float] = {}
+    for spacing in SPACINGS_M:
+        measured = measure(spacing, TABLE_K1, CLICK_NOISE_PX, SEEDS)
+        prefix = '' if spacing == SPACINGS_M[0] else f'grid{spacing}.'
+        for name, value in measured.items():
+            method, _, rest = name.partition('.')
+            figures[f'{method}.{prefix}{rest}' if rest else f'{prefix}{name}'] = value
+    figures['fitted.crb_ratio_max'] = max(
+        value for name, value in figures.items() if name.endswith('crb_ratio_max')
+    )
+    clean = measure(SPACINGS_M[0], 0.0, 0.0, 1)
+    figures |= {f'clean.{name}': value for name, value in clean.items() if 'rmse_max' in name}
+    figures |= {
+        f'paper.{method}.path{index}.rmse_{axis}_m': value
+        for method, rows in PAPER_M.items()
+        for index, row in enumerate(rows, 1)
+        for axis, value in zip('xy', row)
+    }
+    return Figures('table3', 'mctrack reproduce table3', _protocol(TABLE_K1), figures)
+
+
+def reproduce_fig18() -> Figures:
+    """Measure Experiment II: all spacings, with and without distortion and clicking noise."""
+    figures: dict[str, float] = {}
+    for k1 in (0.0, TABLE_K1):
+        for noise_px in (0.0, CLICK_NOISE_PX):
+            name = f'{"distorted" if k1 else "straight"}.{"clicked" if noise_px else "exact"}'
+            for spacing in SPACINGS_M:
+                measured = measure(spacing, k1, noise_px, SEEDS if noise_px else 1)
+                figures |= {
+                    f'{name}.grid{spacing}.{key}': value
+                    for key, value in measured.items()
+                    if key.endswith(('rmse_max_m', 'refused', 'extrapolated'))
+                }
+    return Figures('fig18', 'mctrack reproduce fig18', _protocol(TABLE_K1), figures)
+
+
+def _protocol(k1: float) -> dict[str, object]:
+    return {
+        'image_size_px': list(IMAGE_SIZE),
+        'camera': f'at {EYE_M} m, looking at {TARGET_M} m, focal length {FOCAL_PX:g} px',
+        'k1': k1,
+        'click_noise_px': CLICK_NOISE_PX,
+        'seeds': SEEDS,
+        'paths_m': {name: [list(end) for end in ends] for name, ends in PATHS_M.items()},
+        'rmse': 'of x and of y over the 40 points of a path, path points exact',
+        'iterated': "the paper's method, stopping at 1 px; iterated_exact: stopping at 0",
+        'planes': 'reference [17]: largest rectangle of grid points in the picture, and in its '
+        'middle half',
+        'paper': "the paper's figures are of another pose, which it does not give",
+    }

@@ -1,0 +1,296 @@
+"""A calibrated camera over the ground plane: pinhole with lens distortion, as OpenCV has it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import types
+from numpy.typing import ArrayLike, NDArray
+
+from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, FLOATS_3D, compiled, inner
+from mctrack_ros.ground.mapping import GroundMapping, points_of, solve_spread
+
+Floats = NDArray[np.float64]
+PARAMETERS = ('focal length', 'k1', 'rotation x', 'rotation y', 'rotation z', 'x', 'y', 'z')
+"""What of a camera can be uncertain: px, none, rad about the camera's axes, m along them."""
+NEWTON_STEPS = 20
+CONVERGED = 1e-12
+_POINTS = types.f8[:, ::1]
+_MATRICES = types.f8[:, :, ::1]
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """
+    Where a camera is and what its lens does.
+
+    Attributes
+    ----------
+    intrinsics : (4,) array
+        Focal lengths across and down, principal point across and down, px.
+    distortion : (5,) array
+        k1, k2, p1, p2, k3 of OpenCV.
+    rotation : (3, 3) array
+        From world to camera axes (right, down, forward).
+    translation : (3,) array
+        The world's origin in camera axes, m.
+    covariance : (8, 8) array
+        Of `PARAMETERS`, small changes: the rotation is followed by one about the camera's axes.
+        Zero where the calibration does not tell.
+
+    """
+
+    intrinsics: Floats
+    distortion: Floats
+    rotation: Floats
+    translation: Floats
+    covariance: Floats = field(default_factory=lambda: np.zeros((8, 8)))
+
+    def __post_init__(self) -> None:
+        """Refuse what is no camera."""
+        shapes = {
+            'intrinsics': (4,), 'distortion': (5,), 'rotation': (3, 3), 'translation': (3,),
+            'covariance': (8, 8),
+        }  # fmt: skip
+        for name, shape in shapes.items():
+            array = np.ascontiguousarray(getattr(self, name), np.float64)
+            if array.shape != shape or not np.isfinite(array).all():
+                raise ValueError(f'{name} has shape {array.shape}, expected finite {shape}')
+            object.__setattr__(self, name, array)
+        if (self.intrinsics[:2] <= 0).any():
+            raise ValueError(f'focal lengths are {self.intrinsics[:2]} px, expected above 0')
+        if not np.allclose(self.rotation @ self.rotation.T, np.eye(3), atol=1e-6):
+            raise ValueError('rotation is not orthonormal')
+
+    @property
+    def position(self) -> Floats:
+        """Where it stands, (3,) m."""
+        place: Floats = -self.rotation.T @ self.translation
+        return place
+
+    @property
+    def image_from_world(self) -> Floats:
+        """The (3, 4) projection without distortion."""
+        across, down, x, y = self.intrinsics
+        matrix = np.array([[across, 0, x], [0, down, y], [0, 0, 1.0]])
+        projection: Floats = matrix @ np.column_stack([self.rotation, self.translation])
+        return projection
+
+
+class CameraMapping(GroundMapping):
+    """
+    Image <-> ground plane z = 0 through a `Camera`, its uncertainty carried along.
+
+    Parameters
+    ----------
+    camera : Camera
+        The camera.
+    image_size : (int, int)
+        Width and height of its pictures, px.
+
+    Raises
+    ------
+    ValueError
+        If it stands on the ground plane.
+
+    """
+
+    def __init__(self, camera: Camera, image_size: tuple[int, int]) -> None:
+        if abs(camera.position[2]) < 1e-6:
+            raise ValueError('the camera stands on the ground plane: it sees it as a line')
+        self.camera = camera
+        self.image_size = (int(image_size[0]), int(image_size[1]))
+        radius = _largest_radius(camera.distortion)
+        self._lens = np.concatenate([camera.intrinsics, camera.distortion, [radius**2]])
+        self._pose = np.ascontiguousarray(np.column_stack([camera.rotation, camera.translation]))
+
+    def ground_from_image(self, pixel: ArrayLike) -> Floats:
+        """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""
+        return _on_ground(self._lens, self._pose, points_of(pixel))
+
+    def image_from_ground(self, position: ArrayLike, height: ArrayLike = 0.0) -> Floats:
+        """Return the (n, 2) pixels of (n, 2) ground positions, m; NaN where it cannot see."""
+        position = points_of(position)
+        heights = np.broadcast_to(np.asarray(height, np.float64), len(position))
+        return _in_image(self._lens, self._pose, np.column_stack([position, heights]))
+
+    def image_jacobian(self, position: ArrayLike) -> Floats:
+        """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
+        return _derivatives(self._lens, self._pose, points_of(position))[:, :, :2]
+
+    def parameter_jacobian(self, position: ArrayLike) -> Floats:
+        """Return the (n, 2, 8) derivatives of the pixels of positions, m, by `PARAMETERS`."""
+        return _derivatives(self._lens, self._pose, points_of(position))[:, :, 2:]
+
+    def calibration_covariance(self, position: ArrayLike) -> Floats:
+        """Return the (n, 2, 2) covariances, m², that the calibration adds at positions, m."""
+        position = points_of(position)
+        return self._covariance(position, np.zeros((1, 2, 2)))
+
+    def ground_covariance(self, position: ArrayLike, pixel_covariance: ArrayLike) -> Floats:
+        """Return the (n, 2, 2) covariances, m², of positions, m, seen so well, px²."""
+        return self._covariance(points_of(position), pixel_covariance)
+
+    def _covariance(self, position: Floats, pixel_covariance: ArrayLike) -> Floats:
+        noise = np.asarray(pixel_covariance, np.float64).reshape(-1, 2, 2)
+        return _spread(
+            self._lens, self._pose, self.camera.covariance, position, np.ascontiguousarray(noise)
+        )
+
+
+def _largest_radius(distortion: Floats) -> float:
+    """Return up to which undistorted radius the lens keeps the order of radii."""
+    k1, k2, _, _, k3 = distortion
+    squares = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0])
+    turning = [root.real for root in squares if abs(root.imag) < 1e-12 and root.real > 0]
+    return float(np.sqrt(min(turning, default=1e12)))
+
+
+@inner
+def _distorted(lens: Floats, x: float, y: float, out: Floats) -> None:
+    """Write where the lens puts a direction, and its derivatives: x, y, xx, xy, yx, yy."""
+    k1, k2, p1, p2, k3 = lens[4], lens[5], lens[6], lens[7], lens[8]
+    square = x * x + y * y
+    radial = 1.0 + square * (k1 + square * (k2 + square * k3))
+    slope = 2.0 * (k1 + square * (2.0 * k2 + square * 3.0 * k3))
+    out[0] = x * radial + 2.0 * p1 * x * y + p2 * (square + 2.0 * x * x)
+    out[1] = y * radial + p1 * (square + 2.0 * y * y) + 2.0 * p2 * x * y
+    out[2] = radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
+    out[3] = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
+    out[4] = out[3]
+    out[5] = radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
+
+
+@inner
+def _undistorted(lens: Floats, u: float, v: float, work: Floats) -> tuple[float, float]:
+    """Return the direction that the lens puts at a pixel, by Newton's method; NaN if none."""
+    goal_x, goal_y = (u - lens[2]) / lens[0], (v - lens[3]) / lens[1]
+    x, y = goal_x, goal_y
+    if lens[4] == 0.0 and lens[5] == 0.0 and lens[6] == 0.0 and lens[7] == 0.0 and lens[8] == 0.0:
+        return x, y
+    for _ in range(NEWTON_STEPS):
+        square = x * x + y * y
+        if square > lens[9]:
+            inside = 0.99 * np.sqrt(lens[9] / square)
+            x, y = x * inside, y * inside
+        _distorted(lens, x, y, work)
+        miss_x, miss_y = work[0] - goal_x, work[1] - goal_y
+        if miss_x * miss_x + miss_y * miss_y < CONVERGED * CONVERGED:
+            return x, y
+        scale = work[2] * work[5] - work[3] * work[4]
+        if scale <= 0.0:
+            break
+        x -= (work[5] * miss_x - work[3] * miss_y) / scale
+        y -= (work[2] * miss_y - work[4] * miss_x) / scale
+    return np.nan, np.nan
+
+
+@compiled(_POINTS(FLOATS_1D, FLOATS_2D, FLOATS_2D))
+def _on_ground(lens: Floats, pose: Floats, pixel: Floats) -> Floats:
+    position = np.full((len(pixel), 2), np.nan)
+    work = np.empty(6)
+    for index in range(len(pixel)):
+        x, y = _undistorted(lens, pixel[index, 0], pixel[index, 1], work)
+        # the ray meets the ground where x and y of the plane's homography are solved for
+        a, b = pose[0, 0] - x * pose[2, 0], pose[0, 1] - x * pose[2, 1]
+        c, d = pose[1, 0] - y * pose[2, 0], pose[1, 1] - y * pose[2, 1]
+        e, f = x * pose[2, 3] - pose[0, 3], y * pose[2, 3] - pose[1, 3]
+        scale = a * d - b * c
+        if scale == 0.0:
+            continue
+        ground_x, ground_y = (d * e - b * f) / scale, (a * f - c * e) / scale
+        if pose[2, 0] * ground_x + pose[2, 1] * ground_y + pose[2, 3] > 0.0:
+            position[index, 0], position[index, 1] = ground_x, ground_y
+    return position
+
+
+@compiled(_POINTS(FLOATS_1D, FLOATS_2D, FLOATS_2D))
+def _in_image(lens: Floats, pose: Floats, world: Floats) -> Floats:
+    pixel = np.full((len(world), 2), np.nan)
+    work, axes = np.empty(6), np.empty(3)
+    for index in range(len(world)):
+        for axis in range(3):
+            axes[axis] = pose[axis, 3]
+            for by in range(3):
+                axes[axis] += pose[axis, by] * world[index, by]
+        if axes[2] > 0.0:
+            x, y = axes[0] / axes[2], axes[1] / axes[2]
+            if x * x + y * y <= lens[9]:
+                _distorted(lens, x, y, work)
+                pixel[index, 0] = lens[0] * work[0] + lens[2]
+                pixel[index, 1] = lens[1] * work[1] + lens[3]
+    return pixel
+
+
+@inner
+def _derive(
+    lens: Floats, pose: Floats, x: float, y: float, work: Floats, by_axes: Floats, out: Floats
+) -> None:
+    """Write the (2, 10) derivatives of a ground position's pixel: by it, by `PARAMETERS`."""
+    turned_x = pose[0, 0] * x + pose[0, 1] * y
+    turned_y = pose[1, 0] * x + pose[1, 1] * y
+    turned_z = pose[2, 0] * x + pose[2, 1] * y
+    depth = turned_z + pose[2, 3]
+    if not depth > 0.0:
+        out[:] = np.nan
+        return
+    across, down = (turned_x + pose[0, 3]) / depth, (turned_y + pose[1, 3]) / depth
+    _distorted(lens, across, down, work)
+    for row in range(2):
+        focal = lens[row]
+        left, right = work[2 + 2 * row], work[3 + 2 * row]
+        by_axes[0] = focal * left / depth
+        by_axes[1] = focal * right / depth
+        by_axes[2] = -focal * (left * across + right * down) / depth
+        for axis in range(2):
+            out[row, axis] = (
+                by_axes[0] * pose[0, axis] + by_axes[1] * pose[1, axis]
+                + by_axes[2] * pose[2, axis]
+            )  # fmt: skip
+        direction = across if row == 0 else down
+        out[row, 2] = work[row] * focal / lens[0]
+        out[row, 3] = focal * direction * (across * across + down * down)
+        out[row, 4] = by_axes[2] * turned_y - by_axes[1] * turned_z
+        out[row, 5] = by_axes[0] * turned_z - by_axes[2] * turned_x
+        out[row, 6] = by_axes[1] * turned_x - by_axes[0] * turned_y
+        out[row, 7], out[row, 8], out[row, 9] = by_axes[0], by_axes[1], by_axes[2]
+
+
+@compiled(_MATRICES(FLOATS_1D, FLOATS_2D, FLOATS_2D))
+def _derivatives(lens: Floats, pose: Floats, position: Floats) -> Floats:
+    derivatives = np.empty((len(position), 2, 10))
+    work, by_axes = np.empty(6), np.empty(3)
+    for index in range(len(position)):
+        x, y = position[index]
+        _derive(lens, pose, x, y, work, by_axes, derivatives[index])
+    return derivatives
+
+
+@compiled(_MATRICES(FLOATS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FLOATS_3D))
+def _spread(
+    lens: Floats, pose: Floats, calibration: Floats, position: Floats, noise: Floats
+) -> Floats:
+    """Return ground covariances from those of pixels, one for all or one each, and camera."""
+    spread = np.empty((len(position), 2, 2))
+    work, by_axes, jacobian = np.empty(6), np.empty(3), np.empty((2, 10))
+    known = calibration.any()
+    image = np.empty((2, 2))
+    for index in range(len(position)):
+        x, y = position[index]
+        _derive(lens, pose, x, y, work, by_axes, jacobian)
+        image[:] = noise[index if len(noise) > 1 else 0]
+        if known:
+            for i in range(8):
+                across, down = 0.0, 0.0
+                for j in range(8):
+                    across += calibration[i, j] * jacobian[0, 2 + j]
+                    down += calibration[i, j] * jacobian[1, 2 + j]
+                image[0, 0] += jacobian[0, 2 + i] * across
+                image[0, 1] += jacobian[0, 2 + i] * down
+                image[1, 0] += jacobian[1, 2 + i] * across
+                image[1, 1] += jacobian[1, 2 + i] * down
+        solve_spread(
+            jacobian[0, 0], jacobian[0, 1], jacobian[1, 0], jacobian[1, 1], image, spread[index]
+        )
+    return spread

@@ -1,0 +1,325 @@
+"""Cells of a transformation grid: which one a point is in, and each cell's own homography."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numba import types
+from numpy.typing import ArrayLike, NDArray
+
+from mctrack_ros.compiled import (
+    FLOATS_1D,
+    FLOATS_2D,
+    FLOATS_3D,
+    INTS_1D,
+    INTS_2D,
+    compiled,
+    inner,
+)
+from mctrack_ros.ground.grid import GridError, TransformationGrid
+from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, solve_spread
+from mctrack_ros.ground.projective import ProjectiveMapping
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+GUESSES = 128
+FOUND = types.Tuple([types.i8[::1], types.b1[::1]])
+
+
+class Cells:
+    """
+    Cells of a grid, their corners in the order of the event-tracking paper's Figure 11.
+
+    Parameters
+    ----------
+    ground : (c, 4, 2) array
+        P11, P12, P22, P21 of each, m: least x and y first, then around with x growing first.
+    image : (c, 4, 2) array
+        The same corners, px.
+
+    """
+
+    def __init__(self, ground: Floats, image: Floats) -> None:
+        self.ground, self.image = ground, image
+        self.on_ground, self.in_image = CellFinder(ground), CellFinder(image)
+
+    def __len__(self) -> int:
+        """Return the number of cells."""
+        return len(self.ground)
+
+    @classmethod
+    def of(cls, grid: TransformationGrid) -> Cells:
+        """
+        Put the corners of a grid's cells in order.
+
+        Raises
+        ------
+        GridError
+            If a cell is not a rectangle along the axes, or is folded in the picture.
+
+        """
+        ground, image = np.empty_like(grid.ground), np.empty_like(grid.image)
+        for index, (places, pixels) in enumerate(zip(grid.ground, grid.image)):
+            low, high = places.min(axis=0), places.max(axis=0)
+            wanted = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+            far = np.abs(wanted[:, None] - places[None]).max(axis=2)
+            order = far.argmin(axis=1)
+            if (
+                far.min(axis=1).max() > 1e-6 * max(float((high - low).max()), 1e-9)
+                or (low >= high).any()
+            ):
+                raise GridError(
+                    f'cell {index} of {grid.workstation} is no rectangle along the axes: '
+                    f'its points are {", ".join(grid.names[index])}'
+                )
+            ground[index], image[index] = wanted, pixels[order]
+            if not cv2.isContourConvex(image[index].astype(np.float32)):
+                raise GridError(
+                    f'cell {index} of {grid.workstation} is folded in the picture: '
+                    f'are two of {", ".join(grid.names[index])} swapped?'
+                )
+        return cls(ground, image)
+
+
+class CellMapping(GroundMapping):
+    """
+    Image <-> ground with a homography for each cell of a grid: exact at all four corners.
+
+    A point outside all cells is mapped by the nearest one, and flagged by `is_extrapolated`.
+
+    Parameters
+    ----------
+    cells : Cells
+        Of the grid.
+    image_size : (int, int)
+        Width and height of the pictures, px.
+    click_noise_px : float
+        Standard deviation of a corner's pixel along one axis, carried into the covariances.
+
+    """
+
+    def __init__(
+        self, cells: Cells, image_size: tuple[int, int], click_noise_px: float = 0.0
+    ) -> None:
+        self.cells, self.image_size = cells, (int(image_size[0]), int(image_size[1]))
+        self._noise_px = float(click_noise_px)
+        self._to_image = np.array([_exact(a, b) for a, b in zip(cells.ground, cells.image)])
+        self._to_ground = np.linalg.inv(self._to_image)
+        corners, where = cells.ground.reshape(-1, 2), cells.image.reshape(-1, 2)
+        _, first = np.unique(corners, axis=0, return_index=True)
+        self._upright = ProjectiveMapping.from_points(
+            corners[first], where[first], self.image_size
+        )
+
+    def ground_from_image(self, pixel: ArrayLike) -> Floats:
+        """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""
+        pixel = points_of(pixel)
+        cell, _ = self.cells.in_image(pixel)
+        return _mapped(self._to_ground, cell, pixel)
+
+    def image_from_ground(self, position: ArrayLike, height: ArrayLike = 0.0) -> Floats:
+        """Return the (n, 2) pixels of (n, 2) ground positions, m; heights by one homography."""
+        position = points_of(position)
+        cell, _ = self.cells.on_ground(position)
+        pixel = _mapped(self._to_image, cell, position)
+        if np.any(height):
+            raised = self._upright.image_from_ground(position, height)
+            pixel += raised - self._upright.image_from_ground(position)
+        return pixel
+
+    def image_jacobian(self, position: ArrayLike) -> Floats:
+        """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
+        position = points_of(position)
+        cell, _ = self.cells.on_ground(position)
+        return _slopes(self._to_image, cell, position)
+
+    def is_extrapolated(self, pixel: ArrayLike) -> Mask:
+        """Tell which (n, 2) pixels lie in no cell."""
+        return ~self.cells.in_image(points_of(pixel))[1]
+
+    def calibration_covariance(self, position: ArrayLike) -> Floats:
+        """Return the (n, 2, 2) covariances, m², that the corners' clicks add at positions, m."""
+        return self._covariance(points_of(position), np.zeros((1, 2, 2)))
+
+    def ground_covariance(self, position: ArrayLike, pixel_covariance: ArrayLike) -> Floats:
+        """Return the (n, 2, 2) covariances, m², of positions, m, seen so well, px²."""
+        return self._covariance(points_of(position), pixel_covariance)
+
+    def locate(self, pixel: ArrayLike, pixel_covariance: ArrayLike) -> tuple[Floats, Floats]:
+        """Return (n, 2) positions, m, and their (n, 2, 2) covariances, m²."""
+        pixel = points_of(pixel)
+        cell, _ = self.cells.in_image(pixel)
+        position = _mapped(self._to_ground, cell, pixel)
+        return position, self._covariance(position, pixel_covariance, cell)
+
+    def _covariance(
+        self, position: Floats, pixel_covariance: ArrayLike, cell: Ints | None = None
+    ) -> Floats:
+        if cell is None:
+            cell, _ = self.cells.on_ground(position)
+        noise = np.ascontiguousarray(pixel_covariance, np.float64).reshape(-1, 2, 2)
+        variance = self._noise_px**2
+        return _spread(self._to_image, self.cells.ground, cell, position, noise, variance)
+
+
+def _exact(ground: Floats, image: Floats) -> Floats:
+    """Return the homography of four points, its third coordinate above 0 among them."""
+    to_image, to_ground = _from_basis(image), _from_basis(ground)
+    matrix = to_image @ np.linalg.inv(to_ground)
+    sign = np.sign(matrix[2] @ [*ground.mean(axis=0), 1.0])
+    homography: Floats = matrix * sign / np.abs(matrix).max()
+    return homography
+
+
+def _from_basis(corners: Floats) -> Floats:
+    """Return the (3, 3) matrix that sends the projective basis to four corners."""
+    points = np.column_stack([corners, np.ones(4)]).T
+    basis: Floats = points[:, :3] * np.linalg.solve(points[:, :3], points[:, 3])
+    return basis
+
+
+@inner
+def _side(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> float:
+    return (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+
+
+@inner
+def _is_within(corners: Floats, x: float, y: float) -> bool:
+    """Tell whether a point is in a convex cell and on none of its edges."""
+    left, right = True, True
+    for corner in range(4):
+        ax, ay = corners[corner]
+        bx, by = corners[(corner + 1) % 4]
+        side = _side(ax, ay, bx, by, x, y)
+        left &= side > 0.0
+        right &= side < 0.0
+    return left or right
+
+
+@inner
+def _distance(corners: Floats, x: float, y: float) -> float:
+    """Return the squared distance of a point from a convex cell; 0 inside."""
+    left, right = False, False
+    for corner in range(4):
+        ax, ay = corners[corner]
+        bx, by = corners[(corner + 1) % 4]
+        side = _side(ax, ay, bx, by, x, y)
+        left |= side > 0.0
+        right |= side < 0.0
+    if not (left and right):
+        return 0.0
+    best = np.inf
+    for corner in range(4):
+        ax, ay = corners[corner]
+        bx, by = corners[(corner + 1) % 4]
+        along = (x - ax) * (bx - ax) + (y - ay) * (by - ay)
+        share = min(max(along / ((bx - ax) ** 2 + (by - ay) ** 2), 0.0), 1.0)
+        away_x, away_y = x - ax - share * (bx - ax), y - ay - share * (by - ay)
+        best = min(best, away_x * away_x + away_y * away_y)
+    return max(best, 1e-300)
+
+
+@compiled(FOUND(FLOATS_3D, INTS_2D, FLOATS_1D, FLOATS_1D, FLOATS_2D))
+def _found(
+    corners: Floats, guess: Ints, low: Floats, step: Floats, points: Floats
+) -> tuple[Ints, Mask]:
+    cell, inside = np.zeros(len(points), np.int64), np.zeros(len(points), np.bool_)
+    rows, columns = guess.shape
+    for index in range(len(points)):
+        x, y = points[index]
+        across, down = (x - low[0]) / step[0], (y - low[1]) / step[1]
+        if 0.0 <= across < columns and 0.0 <= down < rows:
+            likely = guess[int(down), int(across)]
+            if _is_within(corners[likely], x, y):
+                cell[index], inside[index] = likely, True
+                continue
+        best = np.inf
+        for candidate in range(len(corners)):
+            distance = _distance(corners[candidate], x, y)
+            if distance < best:
+                best, cell[index] = distance, candidate
+                if distance == 0.0:
+                    inside[index] = True
+                    break
+    return cell, inside
+
+
+class CellFinder:
+    """
+    Finds which of some convex cells points are in, or are nearest to.
+
+    Parameters
+    ----------
+    corners : (c, 4, 2) array
+        Of the cells, around each.
+
+    """
+
+    def __init__(self, corners: Floats) -> None:
+        self._corners = np.ascontiguousarray(corners, np.float64)
+        self._low = self._corners.min(axis=(0, 1))
+        self._step = (self._corners.max(axis=(0, 1)) - self._low) / GUESSES
+        self._guess = np.zeros((GUESSES, GUESSES), np.int64)
+        centre = (np.arange(GUESSES) + 0.5)[:, None] * self._step + self._low
+        x, y = np.meshgrid(*centre.T)
+        cell, _ = self(np.column_stack([x.ravel(), y.ravel()]))
+        self._guess = cell.reshape(GUESSES, GUESSES)
+
+    def __call__(self, points: Floats) -> tuple[Ints, Mask]:
+        """
+        Return the cells, (n,), of (n, 2) points, and which points are inside.
+
+        On an edge the first of its cells counts.
+        """
+        return _found(self._corners, self._guess, self._low, self._step, points)
+
+
+@compiled(types.f8[:, ::1](FLOATS_3D, INTS_1D, FLOATS_2D))
+def _mapped(matrices: Floats, cell: Ints, points: Floats) -> Floats:
+    mapped = np.full((len(points), 2), np.nan)
+    for index in range(len(points)):
+        matrix, (x, y) = matrices[cell[index]], points[index]
+        depth = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2]
+        if depth > 0.0:
+            for axis in range(2):
+                along = matrix[axis, 0] * x + matrix[axis, 1] * y + matrix[axis, 2]
+                mapped[index, axis] = along / depth
+    return mapped
+
+
+@inner
+def _slope(matrix: Floats, x: float, y: float, slope: Floats) -> None:
+    """Write the (2, 2) derivatives of a homography."""
+    depth = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2]
+    share = 1.0 / depth if depth != 0.0 else np.nan
+    for axis in range(2):
+        along = (matrix[axis, 0] * x + matrix[axis, 1] * y + matrix[axis, 2]) * share
+        for by in range(2):
+            slope[axis, by] = (matrix[axis, by] - along * matrix[2, by]) * share
+
+
+@compiled(types.f8[:, :, ::1](FLOATS_3D, INTS_1D, FLOATS_2D))
+def _slopes(matrices: Floats, cell: Ints, points: Floats) -> Floats:
+    slopes = np.empty((len(points), 2, 2))
+    for index in range(len(points)):
+        _slope(matrices[cell[index]], points[index, 0], points[index, 1], slopes[index])
+    return slopes
+
+
+@compiled(types.f8[:, :, ::1](FLOATS_3D, FLOATS_3D, INTS_1D, FLOATS_2D, FLOATS_3D, types.f8))
+def _spread(
+    matrices: Floats, corners: Floats, cell: Ints, position: Floats, noise: Floats, click: float
+) -> Floats:
+    """Return ground covariances: of the pixels, and of corners that share in each place."""
+    spread, slope, image = np.empty((len(position), 2, 2)), np.empty((2, 2)), np.empty((2, 2))
+    for index in range(len(position)):
+        own, (x, y) = cell[index], position[index]
+        image[:] = noise[index if len(noise) > 1 else 0]
+        low, high = corners[own, 0], corners[own, 2]
+        across, along = (x - low[0]) / (high[0] - low[0]), (y - low[1]) / (high[1] - low[1])
+        kept = (across**2 + (1.0 - across) ** 2) * (along**2 + (1.0 - along) ** 2)
+        image[0, 0] += click * kept
+        image[1, 1] += click * kept
+        _slope(matrices[own], x, y, slope)
+        solve_spread(slope[0, 0], slope[0, 1], slope[1, 0], slope[1, 1], image, spread[index])
+    return spread

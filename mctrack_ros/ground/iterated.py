@@ -1,0 +1,168 @@
+"""The transformation grid as the event-tracking paper iterates it (section 4.4, Algorithm 3)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+from numpy.typing import ArrayLike, NDArray
+
+from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
+from mctrack_ros.ground.cells import CellMapping, Cells
+from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+STEPS = 40
+FARTHEST = 2.0
+"""How far a point outside its cell is followed, in cells; beyond it is held there."""
+SLOPE_STEP = 1e-5
+SOLVED_PX = 1e-10
+
+
+class IteratedMapping(GroundMapping):
+    """
+    Image <-> ground by equal ratios on opposite edges of a cell, equation (4) of the paper.
+
+    The ratio is halved towards the line through the point until that is near enough, as in
+    Algorithm 3 with its comparison turned the right way round. With one large cell it is the fast
+    projection of the paper's reference [17]. Outside all cells the nearest is extended, and
+    `is_extrapolated` tells.
+
+    Parameters
+    ----------
+    cells : Cells
+        Of the grid.
+    image_size : (int, int)
+        Width and height of the pictures, px.
+    threshold_px : float
+        Distance from the line at which the search ends; the paper's is 1 px. At 0 the ratios of
+        equation (4) are solved for instead of searched.
+
+    """
+
+    def __init__(
+        self, cells: Cells, image_size: tuple[int, int], threshold_px: float = 1.0
+    ) -> None:
+        self.cells, self.image_size = cells, (int(image_size[0]), int(image_size[1]))
+        self._threshold_px = float(threshold_px)
+        self._exact = CellMapping(cells, image_size)
+
+    def ground_from_image(self, pixel: ArrayLike) -> Floats:
+        """Return the (n, 2) ground positions, m, of (n, 2) pixels."""
+        pixel = points_of(pixel)
+        cell, inside = self.cells.in_image(pixel)
+        ratio = _ratios(self.cells.image, cell, inside, pixel, self._threshold_px)
+        low, high = self.cells.ground[cell, 0], self.cells.ground[cell, 2]
+        position: Floats = low + (high - low) * ratio
+        return position
+
+    def image_from_ground(self, position: ArrayLike, height: ArrayLike = 0.0) -> Floats:
+        """Return the (n, 2) pixels of (n, 2) ground positions, m; heights by one homography."""
+        position = points_of(position)
+        cell, _ = self.cells.on_ground(position)
+        pixel = _crossings(self.cells.image, cell, self._ratio(position, cell))
+        if np.any(height):
+            raised = self._exact.image_from_ground(position, height)
+            pixel += raised - self._exact.image_from_ground(position)
+        return pixel
+
+    def image_jacobian(self, position: ArrayLike) -> Floats:
+        """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
+        position = points_of(position)
+        cell, _ = self.cells.on_ground(position)
+        ratio = self._ratio(position, cell)
+        size = self.cells.ground[cell, 2] - self.cells.ground[cell, 0]
+        jacobian = np.empty((len(position), 2, 2))
+        for axis in range(2):
+            step = np.zeros(2)
+            step[axis] = SLOPE_STEP
+            ahead = _crossings(self.cells.image, cell, ratio + step)
+            behind = _crossings(self.cells.image, cell, ratio - step)
+            jacobian[:, :, axis] = (ahead - behind) / (2 * SLOPE_STEP * size[:, [axis]])
+        return jacobian
+
+    def is_extrapolated(self, pixel: ArrayLike) -> Mask:
+        """Tell which (n, 2) pixels lie in no cell."""
+        return self._exact.is_extrapolated(pixel)
+
+    def _ratio(self, position: Floats, cell: Ints) -> Floats:
+        low, high = self.cells.ground[cell, 0], self.cells.ground[cell, 2]
+        ratio: Floats = (position - low) / (high - low)
+        return np.clip(ratio, -FARTHEST, 1 + FARTHEST)
+
+
+@inner
+def _from_line(corners: Floats, axis: int, ratio: float, x: float, y: float) -> float:
+    """Return how far, px, a point is to one side of the line at a ratio of two edges."""
+    first, second, third, fourth = corners[0], corners[1], corners[3], corners[2]
+    if axis == 1:
+        second, third = corners[3], corners[1]
+    ax = first[0] + ratio * (second[0] - first[0])
+    ay = first[1] + ratio * (second[1] - first[1])
+    bx = third[0] + ratio * (fourth[0] - third[0])
+    by = third[1] + ratio * (fourth[1] - third[1])
+    length = np.hypot(bx - ax, by - ay)
+    if length == 0.0:
+        return float(np.hypot(x - ax, y - ay))
+    return float(((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / length)
+
+
+@inner
+def _halved(corners: Floats, axis: int, x: float, y: float, threshold: float) -> float:
+    """Return the ratio of a point inside its cell: Algorithm 3, corrected."""
+    ratio, step = 0.5, 0.25
+    for _ in range(STEPS):
+        if abs(_from_line(corners, axis, ratio, x, y)) <= threshold:
+            break
+        above = abs(_from_line(corners, axis, ratio + step, x, y))
+        below = abs(_from_line(corners, axis, ratio - step, x, y))
+        ratio += step if above < below else -step
+        step /= 2.0
+    return ratio
+
+
+@inner
+def _extended(corners: Floats, axis: int, x: float, y: float, threshold: float) -> float:
+    """Return the ratio of a point, in its cell or not, by secants; held at `FARTHEST`."""
+    before, ratio = 0.0, 1.0
+    miss_before = _from_line(corners, axis, before, x, y)
+    for _ in range(STEPS):
+        miss = _from_line(corners, axis, ratio, x, y)
+        if abs(miss) <= max(threshold, SOLVED_PX) or miss == miss_before:
+            break
+        following = ratio - miss * (ratio - before) / (miss - miss_before)
+        before, miss_before = ratio, miss
+        ratio = min(max(following, -FARTHEST), 1.0 + FARTHEST)
+    return ratio
+
+
+@compiled(types.f8[:, ::1](FLOATS_3D, INTS_1D, types.Array(types.b1, 1, 'C', readonly=True),
+                           FLOATS_2D, types.f8))  # fmt: skip
+def _ratios(corners: Floats, cell: Ints, inside: Mask, pixel: Floats, threshold: float) -> Floats:
+    ratios = np.empty((len(pixel), 2))
+    for index in range(len(pixel)):
+        x, y = pixel[index]
+        own = corners[cell[index]]
+        for axis in range(2):
+            if inside[index] and threshold > 0.0:
+                ratios[index, axis] = _halved(own, axis, x, y, threshold)
+            else:
+                ratios[index, axis] = _extended(own, axis, x, y, threshold)
+    return ratios
+
+
+@compiled(types.f8[:, ::1](FLOATS_3D, INTS_1D, FLOATS_2D))
+def _crossings(corners: Floats, cell: Ints, ratio: Floats) -> Floats:
+    """Return the pixels where the lines at two ratios of a cell's edges cross."""
+    pixel = np.empty((len(ratio), 2))
+    for index in range(len(ratio)):
+        own = corners[cell[index]]
+        r, s = ratio[index]
+        ax, ay = own[0, 0] + r * (own[1, 0] - own[0, 0]), own[0, 1] + r * (own[1, 1] - own[0, 1])
+        bx, by = own[3, 0] + r * (own[2, 0] - own[3, 0]), own[3, 1] + r * (own[2, 1] - own[3, 1])
+        cx, cy = own[0, 0] + s * (own[3, 0] - own[0, 0]), own[0, 1] + s * (own[3, 1] - own[0, 1])
+        dx, dy = own[1, 0] + s * (own[2, 0] - own[1, 0]), own[1, 1] + s * (own[2, 1] - own[1, 1])
+        cross = (bx - ax) * (dy - cy) - (by - ay) * (dx - cx)
+        share = ((cx - ax) * (dy - cy) - (cy - ay) * (dx - cx)) / cross if cross != 0.0 else np.nan
+        pixel[index, 0], pixel[index, 1] = ax + share * (bx - ax), ay + share * (by - ay)
+    return pixel

@@ -1,0 +1,173 @@
+"""The seam between pixels and metres: what every kind of calibration can do."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numba import types
+from numpy.typing import ArrayLike, NDArray
+
+from mctrack_ros.compiled import FLOATS_3D, compiled, inner
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+class GroundMapping(ABC):
+    """
+    Image <-> ground plane z = 0 of one camera; everything is vectorised.
+
+    Attributes
+    ----------
+    image_size : (int, int)
+        Width and height of the camera's pictures, px.
+
+    """
+
+    image_size: tuple[int, int]
+
+    @abstractmethod
+    def ground_from_image(self, pixel: ArrayLike) -> Floats:
+        """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN where there is none."""
+
+    @abstractmethod
+    def image_from_ground(self, position: ArrayLike, height: ArrayLike = 0.0) -> Floats:
+        """
+        Return the (n, 2) pixels of (n, 2) ground positions, m; NaN where there is none.
+
+        Parameters
+        ----------
+        position : (n, 2) array_like
+            Ground positions, m.
+        height : array_like
+            Height above the ground, m: a number or (n,).
+
+        """
+
+    @abstractmethod
+    def image_jacobian(self, position: ArrayLike) -> Floats:
+        """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
+
+    def is_extrapolated(self, pixel: ArrayLike) -> Mask:
+        """Tell which (n, 2) pixels lie where the calibration is not supported by its points."""
+        return np.zeros(len(np.asarray(pixel).reshape(-1, 2)), np.bool_)
+
+    def calibration_covariance(self, position: ArrayLike) -> Floats:
+        """
+        Return the (n, 2, 2) covariances, m², that the calibration adds at (n, 2) positions, m.
+
+        Zero for a calibration that does not know how good it is.
+        """
+        return np.zeros((len(np.asarray(position).reshape(-1, 2)), 2, 2))
+
+    def ground_covariance(self, position: ArrayLike, pixel_covariance: ArrayLike) -> Floats:
+        """
+        Propagate pixel covariance to the ground, to first order, and add the calibration's.
+
+        Parameters
+        ----------
+        position : (n, 2) array_like
+            Ground positions, m.
+        pixel_covariance : (n, 2, 2) or (2, 2) array_like
+            Covariance in the image, px².
+
+        Returns
+        -------
+        (n, 2, 2) array
+            Covariance on the ground, m².
+
+        """
+        spread = self.propagated(position, pixel_covariance)
+        return spread + self.calibration_covariance(position)
+
+    def propagated(self, position: ArrayLike, pixel_covariance: ArrayLike) -> Floats:
+        """Return the (n, 2, 2) covariances, m², that pixel covariances alone give."""
+        noise = np.ascontiguousarray(pixel_covariance, np.float64).reshape(-1, 2, 2)
+        return propagated(self.image_jacobian(position), noise)
+
+    def locate(self, pixel: ArrayLike, pixel_covariance: ArrayLike) -> tuple[Floats, Floats]:
+        """
+        Return (n, 2) positions, m, and their (n, 2, 2) covariances, m².
+
+        Parameters
+        ----------
+        pixel : (n, 2) array_like
+            Pixels.
+        pixel_covariance : (n, 2, 2) or (2, 2) array_like
+            How well they are known, px².
+
+        """
+        position = self.ground_from_image(pixel)
+        return position, self.ground_covariance(position, pixel_covariance)
+
+    def image_covariance(self, position: ArrayLike, ground_covariance: ArrayLike) -> Floats:
+        """
+        Propagate ground covariance into the image, to first order.
+
+        Parameters
+        ----------
+        position : (n, 2) array_like
+            Ground positions, m.
+        ground_covariance : (n, 2, 2) or (2, 2) array_like
+            Covariance on the ground, m².
+
+        Returns
+        -------
+        (n, 2, 2) array
+            Covariance in the image, px².
+
+        """
+        jacobian = self.image_jacobian(position)
+        covariance: Floats = (
+            jacobian @ np.asarray(ground_covariance, np.float64) @ jacobian.swapaxes(1, 2)
+        )
+        return covariance
+
+    def height_px(self, position: ArrayLike, height: float) -> Floats:
+        """Return how many rows, (n,) px, something of that height (m) spans at (n, 2) places."""
+        foot = self.image_from_ground(position)
+        head = self.image_from_ground(position, height)
+        rows: Floats = foot[:, 1] - head[:, 1]
+        return rows
+
+    def width_px(self, position: ArrayLike, width: float) -> Floats:
+        """Return how many columns, (n,) px, something of that width (m) spans at (n, 2) places."""
+        jacobian = self.image_jacobian(position)
+        columns: Floats = width * np.hypot(jacobian[:, 0, 0], jacobian[:, 0, 1])
+        return columns
+
+
+@inner
+def solve_spread(
+    xx: float, xy: float, yx: float, yy: float, noise: Floats, spread: Floats
+) -> None:
+    """Write the inverse of ((xx, xy), (yx, yy)), a jacobian, about a (2, 2) covariance."""
+    scale = xx * yy - xy * yx
+    if scale == 0.0:
+        spread[:] = np.nan
+        return
+    a, b, c, d = yy / scale, -xy / scale, -yx / scale, xx / scale
+    mixed = (noise[0, 1] + noise[1, 0]) / 2.0
+    spread[0, 0] = a * a * noise[0, 0] + 2.0 * a * b * mixed + b * b * noise[1, 1]
+    spread[1, 1] = c * c * noise[0, 0] + 2.0 * c * d * mixed + d * d * noise[1, 1]
+    spread[0, 1] = a * c * noise[0, 0] + (a * d + b * c) * mixed + b * d * noise[1, 1]
+    spread[1, 0] = spread[0, 1]
+
+
+@compiled(types.f8[:, :, ::1](FLOATS_3D, FLOATS_3D))
+def propagated(jacobian: Floats, noise: Floats) -> Floats:
+    """Return (n, 2, 2) ground covariances from those in the image, one for all or one each."""
+    spread = np.empty((len(jacobian), 2, 2))
+    for index in range(len(jacobian)):
+        slope = jacobian[index]
+        solve_spread(
+            slope[0, 0], slope[0, 1], slope[1, 0], slope[1, 1],
+            noise[index if len(noise) > 1 else 0], spread[index],
+        )  # fmt: skip
+    return spread
+
+
+def points_of(values: ArrayLike) -> Floats:
+    """Return (n, 2) points as the compiled functions take them."""
+    return np.ascontiguousarray(values, np.float64).reshape(-1, 2)

@@ -1,0 +1,52 @@
+"""From a transformation grid to a mapping, by the name of a method."""
+
+from __future__ import annotations
+
+from mctrack_ros.ground.camera_fit import FitError, fit_camera
+from mctrack_ros.ground.cells import CellMapping, Cells
+from mctrack_ros.ground.grid import TransformationGrid
+from mctrack_ros.ground.iterated import IteratedMapping
+from mctrack_ros.ground.mapping import GroundMapping
+from mctrack_ros.ground.projective import ProjectiveMapping
+
+METHODS = ('fitted', 'cell', 'iterated', 'homography')
+"""A camera fitted to the points; a homography a cell; the paper's; one homography for all."""
+
+
+def mapping_from_grid(
+    grid: TransformationGrid,
+    image_size: tuple[int, int],
+    method: str = 'fitted',
+    click_noise_px: float = 0.5,
+) -> GroundMapping:
+    """
+    Return the mapping that a grid gives.
+
+    Parameters
+    ----------
+    grid : TransformationGrid
+        Cells with their points.
+    image_size : (int, int)
+        Width and height of the pictures, px.
+    method : str
+        One of `METHODS`.
+    click_noise_px : float
+        Standard deviation of a click along one axis, px.
+
+    Raises
+    ------
+    GridError, FitError, ValueError
+        If the grid does not give one.
+
+    """
+    if method == 'cell':
+        return CellMapping(Cells.of(grid), image_size, click_noise_px)
+    if method == 'iterated':
+        return IteratedMapping(Cells.of(grid), image_size)
+    ground, image = grid.points()
+    if method == 'homography':
+        return ProjectiveMapping.from_points(ground, image, image_size)
+    try:
+        return fit_camera(ground, image, image_size, click_noise_px).mapping
+    except FitError as error:
+        raise FitError(f'{error}; or map by `method: homography`') from error

@@ -1,0 +1,97 @@
+import numpy as np
+import pytest
+from lens_cameras import SIZE, camera, seen_grid
+from scipy.stats import chi2
+
+from mctrack_ros.ground import FitError, fit_camera
+
+NOISE = 0.5
+
+
+def clicked(mapping, points, seed):
+    noise = np.random.default_rng(seed).normal(0, NOISE, points.shape)
+    return mapping.image_from_ground(points) + noise
+
+
+def random_camera(seed):
+    random = np.random.default_rng(seed)
+    while True:
+        eye = (random.uniform(-10, 10), random.uniform(-40, -15), random.uniform(5, 25))
+        target = (random.uniform(-5, 5), random.uniform(0, 15), 0.0)
+        mapping = camera(
+            eye, target, random.uniform(450, 1000), (random.uniform(-0.3, 0.1),) + (0,) * 4
+        )
+        points = seen_grid(mapping)
+        if len(points) >= 20:
+            chosen = random.choice(len(points), min(len(points), 40), replace=False)
+            return mapping, points[np.sort(chosen)]
+
+
+def test_exact_points_give_the_camera_back():
+    mapping = camera()
+    points = seen_grid(mapping)
+    fit = fit_camera(points, mapping.image_from_ground(points), SIZE)
+    assert fit.rms_px < 1e-4
+    assert fit.noise_px == NOISE
+    np.testing.assert_allclose(fit.mapping.camera.position, mapping.camera.position, atol=1e-3)
+    np.testing.assert_allclose(fit.mapping.camera.distortion[0], -0.2, atol=1e-4)
+
+
+def test_predicted_errors_are_those_that_occur():
+    nees = []
+    for seed in range(200):
+        mapping, points = random_camera(seed)
+        fit = fit_camera(points, clicked(mapping, points, seed), SIZE)
+        place = points[[seed % len(points)]] + 0.3
+        error = fit.mapping.ground_from_image(mapping.image_from_ground(place)) - place
+        covariance = fit.mapping.calibration_covariance(place)
+        nees.append((error @ np.linalg.inv(covariance[0]) @ error.T).item())
+    low, high = chi2.ppf([0.025, 0.975], 2 * len(nees)) / len(nees)
+    assert low <= np.mean(nees) <= high
+
+
+def test_one_wild_click_counts_for_little():
+    mapping = camera()
+    points = seen_grid(mapping)
+    pixel = clicked(mapping, points, 1)
+    pixel[7] += [14.0, -9.0]
+    fit = fit_camera(points, pixel, SIZE)
+    assert np.linalg.norm(fit.residual, axis=1).argmax() == 7
+    error = fit.mapping.ground_from_image(mapping.image_from_ground(points)) - points
+    assert np.abs(error).max() < 0.5
+
+
+@pytest.mark.parametrize(
+    ('choose', 'reason'),
+    [
+        (lambda points: points[:4], 'under-determined'),
+        (lambda points: points[points[:, 1] == 0.0], 'on a line on the ground'),
+        (lambda points: np.vstack([points, points[:1]]), 'same place'),
+        (lambda points: np.where(points == points[0, 0], np.nan, points), 'not finite'),
+    ],
+)
+def test_points_that_fix_no_camera_are_refused(choose, reason):
+    mapping = camera()
+    points = choose(seen_grid(mapping))
+    with pytest.raises(FitError, match=reason):
+        fit_camera(points, mapping.image_from_ground(points), SIZE)
+
+
+def test_points_in_a_corner_are_under_determined():
+    mapping = camera()
+    points = np.array([[x, y] for x in (0.0, 0.5, 1.0) for y in (20.0, 20.5)])
+    with pytest.raises(FitError, match='under-determined'):
+        fit_camera(points, clicked(mapping, points, 3), SIZE)
+
+
+def test_swapped_points_are_refused_or_named_by_their_residuals():
+    mapping = camera()
+    points = seen_grid(mapping, 8.0)
+    pixel = mapping.image_from_ground(points)
+    pixel[[0, -1]] = pixel[[-1, 0]]
+    try:
+        fit = fit_camera(points, pixel, SIZE)
+    except FitError:
+        return
+    worst = np.argsort(np.linalg.norm(fit.residual, axis=1))[-2:]
+    assert set(worst.tolist()) == {0, len(points) - 1}

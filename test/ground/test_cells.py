@@ -1,0 +1,121 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from lens_cameras import SIZE, camera, seen_grid
+
+from mctrack_ros.ground import (
+    CellMapping,
+    Cells,
+    GridError,
+    IteratedMapping,
+    TransformationGrid,
+    grid_from_points,
+)
+
+
+def grid_of(mapping, spacing=4.0):
+    points = seen_grid(mapping, spacing)
+    names = [f'{x:g}/{y:g}' for x, y in points]
+    return grid_from_points('cam', names, points, mapping.image_from_ground(points))[0]
+
+
+def middle(count):
+    """Return points in the middle of the grid, (count, 2) m."""
+    return np.random.default_rng(1).uniform((-6, 6), (6, 18), (count, 2))
+
+
+STRAIGHT = camera(distortion=(0, 0, 0, 0, 0))
+CELLS = Cells.of(grid_of(STRAIGHT))
+METHODS = [CellMapping(CELLS, SIZE), IteratedMapping(CELLS, SIZE, 0.0)]
+
+
+@pytest.mark.parametrize('mapping', METHODS)
+def test_corners_are_mapped_to_themselves(mapping):
+    ground, image = CELLS.ground.reshape(-1, 2), CELLS.image.reshape(-1, 2)
+    np.testing.assert_allclose(mapping.ground_from_image(image), ground, atol=1e-5)
+    np.testing.assert_allclose(mapping.image_from_ground(ground), image, atol=1e-5)
+    assert not mapping.is_extrapolated(CELLS.image.mean(axis=1)).any()
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    share=st.tuples(st.floats(0, 1), st.floats(0, 1)), cell=st.integers(0, len(CELLS.ground) - 1)
+)
+def test_no_method_moves_a_point_to_another_cell(share, cell):
+    weights = np.outer([1 - share[1], share[1]], [1 - share[0], share[0]]).ravel()[[0, 1, 3, 2]]
+    pixel = (weights[:, None] * CELLS.image[cell]).sum(axis=0)[None]
+    low, high = CELLS.ground[cell].min(axis=0), CELLS.ground[cell].max(axis=0)
+    for mapping in METHODS:
+        place = mapping.ground_from_image(pixel)
+        assert (place >= low - 1e-6).all()
+        assert (place <= high + 1e-6).all()
+
+
+def test_a_cell_of_its_own_is_exact_without_distortion():
+    points = middle(200)
+    place = METHODS[0].ground_from_image(STRAIGHT.image_from_ground(points))
+    np.testing.assert_allclose(place, points, atol=1e-6)
+
+
+@pytest.mark.parametrize('mapping', METHODS)
+def test_derivatives_agree_with_differences(mapping):
+    points, step = middle(50), 1e-6
+    for axis in range(2):
+        moved = np.eye(2)[axis] * step
+        expected = (
+            mapping.image_from_ground(points + moved) - mapping.image_from_ground(points - moved)
+        ) / (2 * step)
+        found = mapping.image_jacobian(points)[:, :, axis]
+        np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize('mapping', METHODS)
+def test_ground_to_image_and_back_inside_and_beyond(mapping):
+    points = middle(50)
+    back = mapping.ground_from_image(mapping.image_from_ground(points))
+    np.testing.assert_allclose(back, points, atol=1e-5)
+    outside = CELLS.image.max(axis=(0, 1))[None] + np.array([30.0, 10.0])
+    assert mapping.is_extrapolated(outside).all()
+    assert np.isfinite(mapping.ground_from_image(outside)).all()
+
+
+def test_the_paper_stops_a_pixel_away():
+    points = middle(200)
+    pixel = STRAIGHT.image_from_ground(points)
+    stopped = IteratedMapping(CELLS, SIZE).ground_from_image(pixel)
+    misses = METHODS[1].image_from_ground(stopped) - METHODS[1].image_from_ground(
+        METHODS[1].ground_from_image(pixel)
+    )
+    assert 0.1 < np.abs(misses).max() < 4.0
+
+
+def test_points_of_incomplete_cells_are_ignored_and_listed():
+    names = ['a', 'b', 'c', 'd', 'e', 'f']
+    ground = np.array([[0, 0], [8, 0], [8, 8], [0, 8], [16, 0], [0, 16.0]])
+    grid, ignored = grid_from_points('cam', names, ground, ground * 10 + 5)
+    assert grid.names == (('a', 'b', 'c', 'd'),)
+    assert ignored == ('e', 'f')
+    with pytest.raises(GridError, match='no complete cell'):
+        grid_from_points('cam', names[:3], ground[:3], ground[:3])
+
+
+@pytest.mark.parametrize(
+    ('ground', 'reason'),
+    [
+        ([[0, 0], [8, 0], [8, 8], [1, 8]], 'no rectangle along the axes'),
+        ([[0, 0], [8, 0], [8, 0], [0, 8]], 'no rectangle along the axes'),
+    ],
+)
+def test_cells_that_are_no_rectangles_are_refused(ground, reason):
+    image = np.array([[0, 0], [80, 0], [80, 80], [0, 80.0]])
+    grid = TransformationGrid('cam', (tuple('abcd'),), np.array([ground], float), image[None])
+    with pytest.raises(GridError, match=reason):
+        Cells.of(grid)
+
+
+def test_swapped_corners_are_refused_by_name():
+    ground = np.array([[0, 0], [8, 0], [8, 8], [0, 8.0]])
+    image = ground[[0, 2, 1, 3]] * 10
+    with pytest.raises(GridError, match='are two of a, b, c, d swapped'):
+        Cells.of(TransformationGrid('cam', (tuple('abcd'),), ground[None], image[None]))

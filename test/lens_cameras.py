@@ -1,0 +1,29 @@
+"""Cameras to test with."""
+
+import numpy as np
+
+from mctrack_ros.ground import Camera, CameraMapping
+
+SIZE = (720, 576)
+
+
+def camera(
+    eye=(3.0, -30.0, 15.0), target=(0.0, 12.0, 0.0), focal=650.0, distortion=(-0.2, 0, 0, 0, 0)
+):
+    """Return a camera's mapping; its principal point is the picture's centre."""
+    eye, target = np.array(eye, float), np.array(target, float)
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    rotation = np.array([right, np.cross(forward, right), forward])
+    intrinsics = np.array([focal, focal, SIZE[0] / 2, SIZE[1] / 2])
+    return CameraMapping(Camera(intrinsics, np.array(distortion), rotation, -rotation @ eye), SIZE)
+
+
+def seen_grid(mapping, spacing=4.0, reach=60.0):
+    """Return the points of a square grid on the ground that a camera sees, m."""
+    axis = np.arange(-reach, reach + spacing / 2, spacing)
+    points = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    pixel = mapping.image_from_ground(points)
+    inside = (pixel >= 0).all(axis=1) & (pixel < mapping.image_size).all(axis=1)
+    return points[inside]
