@@ -26,18 +26,34 @@ class Experiment(StrEnum):
     FIG18 = 'fig18'
 
 
+PAPER = (Experiment.TABLE3, Experiment.FIG18)
+"""What the event-tracking paper measured: needs no data."""
+
+
 def reproduce(
     experiment: Experiment = typer.Argument(..., help='Which experiment.'),
     data: Path | None = typer.Option(
         None, help='Folder of the real data; unless given, MCTRACK_DATA or ../shared/data.'
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
+    picture: Path | None = typer.Option(None, help='table3, fig18: also draw them, as PNG.'),
 ) -> None:
     """Measure on real data, or what the event-tracking paper measured: table3, fig18."""
+    if picture is not None and experiment not in PAPER:
+        raise ValueError(f'{experiment} has no picture: leave --picture away')
     figures = _experiment(experiment, data)
     typer.echo(figures.table())
     if json_file is not None:
         figures.write(json_file)
+    if picture is not None:
+        _draw(experiment, figures, picture)
+
+
+def _draw(experiment: Experiment, figures: Figures, picture: Path) -> None:
+    from mctrack_ros.experiments.report.accuracy_charts import draw_fig18, draw_table3
+
+    draw = draw_table3 if experiment is Experiment.TABLE3 else draw_fig18
+    draw(figures, picture)
 
 
 def data_folder(given: Path | None) -> Path:
@@ -57,7 +73,7 @@ def data_folder(given: Path | None) -> Path:
 
 
 def _experiment(experiment: Experiment, data: Path | None) -> Figures:
-    if experiment in (Experiment.TABLE3, Experiment.FIG18):
+    if experiment in PAPER:
         from mctrack_ros.experiments import ground_accuracy
 
         if experiment is Experiment.TABLE3:

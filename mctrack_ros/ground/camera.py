@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 from numba import types
 from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, FLOATS_3D, compiled, inner
-from mctrack_ros.ground.mapping import GroundMapping, points_of, solve_spread
+from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, solve_spread
 
 Floats = NDArray[np.float64]
 PARAMETERS = ('focal length', 'k1', 'rotation x', 'rotation y', 'rotation z', 'x', 'y', 'z')
@@ -88,6 +89,8 @@ class CameraMapping(GroundMapping):
         The camera.
     image_size : (int, int)
         Width and height of its pictures, px.
+    support : (n, 2) array, optional
+        Pixels that it was calibrated by: beyond their convex hull it is extrapolated.
 
     Raises
     ------
@@ -96,11 +99,14 @@ class CameraMapping(GroundMapping):
 
     """
 
-    def __init__(self, camera: Camera, image_size: tuple[int, int]) -> None:
+    def __init__(
+        self, camera: Camera, image_size: tuple[int, int], support: Floats | None = None
+    ) -> None:
         if abs(camera.position[2]) < 1e-6:
             raise ValueError('the camera stands on the ground plane: it sees it as a line')
         self.camera = camera
         self.image_size = (int(image_size[0]), int(image_size[1]))
+        self._hull = None if support is None else cv2.convexHull(support.astype(np.float32))[:, 0]
         radius = _largest_radius(camera.distortion)
         self._lens = np.concatenate([camera.intrinsics, camera.distortion, [radius**2]])
         self._pose = np.ascontiguousarray(np.column_stack([camera.rotation, camera.translation]))
@@ -118,6 +124,15 @@ class CameraMapping(GroundMapping):
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
         return _derivatives(self._lens, self._pose, points_of(position))[:, :, :2]
+
+    def is_extrapolated(self, pixel: ArrayLike) -> Mask:
+        """Tell which (n, 2) pixels lie beyond those that the camera was calibrated by."""
+        if self._hull is None:
+            return super().is_extrapolated(pixel)
+        edge = np.roll(self._hull, -1, axis=0) - self._hull
+        away = points_of(pixel)[:, None] - self._hull
+        side = edge[:, 0] * away[..., 1] - edge[:, 1] * away[..., 0]
+        return np.asarray(~((side >= 0).all(axis=1) | (side <= 0).all(axis=1)))
 
     def parameter_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 8) derivatives of the pixels of positions, m, by `PARAMETERS`."""

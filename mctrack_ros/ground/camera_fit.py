@@ -119,6 +119,7 @@ def fit_camera(
             camera.intrinsics, camera.distortion, camera.rotation, camera.translation, covariance
         ),
         image_size,
+        image,
     )
     _check_informative(mapping, ground)
     return CameraFit(mapping, ground, image, residual, noise_px)
