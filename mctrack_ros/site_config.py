@@ -19,7 +19,7 @@ from mctrack_ros.config import ConfigError, config_from, parameter, values_of
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.ground import (
     METHODS,
-    FitError,
+    CalibrationError,
     GroundMapping,
     mapping_from_grid,
     read_grid,
@@ -61,7 +61,7 @@ class CameraSettings:
         ------
         ConfigError
             If neither a grid nor a projection is named, or both.
-        FitError, GridError, ProjectionError
+        CalibrationError
             If the file cannot be used.
 
         """
@@ -70,10 +70,11 @@ class CameraSettings:
             raise ConfigError('name either a grid or a projection file of the camera')
         if self.projection:
             return read_projection(self.projection, size)
+        grid = read_grid(self.grid)
         try:
-            return mapping_from_grid(read_grid(self.grid), size, self.method, self.click_noise_px)
-        except FitError as error:
-            raise FitError(f'{self.grid}: {error}') from error
+            return mapping_from_grid(grid, size, self.method, self.click_noise_px)
+        except CalibrationError as error:
+            raise type(error)(f'{self.grid}: {error}') from error
 
     def ignore_mask(self) -> NDArray[np.uint8] | None:
         """

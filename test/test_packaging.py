@@ -31,6 +31,7 @@ ROSDEP_KEY_OF_IMPORT = {
     'defusedxml': 'python3-defusedxml',
     'h5py': 'python3-h5py',
     'jinja2': 'python3-jinja2',
+    'lxml': 'python3-lxml',
     'markupsafe': 'python3-jinja2',
     'matplotlib': 'python3-matplotlib',
     'numba': 'python3-numba',
@@ -99,6 +100,7 @@ def test_wheel_holds_what_ros2_run_and_launch_look_for(wheel):
         names = [name.split('.data/data/')[-1] for name in archive.namelist()]
     assert 'share/ament_index/resource_index/packages/mctrack_ros' in names
     assert 'share/mctrack_ros/package.xml' in names
+    assert 'mctrack_ros/ground/calibration.xsd' in names
     assert {f'lib/mctrack_ros/{name}' for name in EXECUTABLES} <= set(names)
     for folder in ('config', 'launch'):
         for path in (ROOT / folder).rglob('*.*'):

@@ -5,17 +5,16 @@ def expected_errors() -> tuple[type[BaseException], ...]:
     """Return the exceptions that bad input raises."""
     from mctrack_ros.codec import CodecError
     from mctrack_ros.config import ConfigError
-    from mctrack_ros.ground import GridError, ProjectionError
+    from mctrack_ros.ground import CalibrationError
     from mctrack_ros.recording import BagError, MotTextError
     from mctrack_ros.replay import ReplayError
 
     return (
         BagError,
+        CalibrationError,
         CodecError,
         ConfigError,
-        GridError,
         MotTextError,
-        ProjectionError,
         ReplayError,
         OSError,
         ValueError,

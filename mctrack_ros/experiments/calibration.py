@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from mctrack_ros.ground import TransformationGrid, write_grid
+from mctrack_ros.ground import TransformationGrid, write_grid, write_scene
 from mctrack_ros.simulation import LENGTH_M, WIDTH_M, Camera, Scenario, landmarks, pitch5_cameras
 
 CELL_M = 8.0
@@ -30,7 +29,7 @@ def write_calibration(scenario: Scenario, folder: str | Path) -> None:
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    _write_scene(folder / 'scene.xml')
+    write_scene(landmarks(), folder / 'scene.xml')
     for camera in pitch5_cameras(scenario):
         write_grid(camera_grid(camera), folder / f'{camera.name}.xml')
 
@@ -46,12 +45,4 @@ def camera_grid(camera: Camera) -> TransformationGrid:
     seen = camera.sees(world).all(axis=1)
     image = np.round(camera.project(world[seen]), 2)
     names = tuple(tuple(f'{x}-{y}' for x, y in cell) for cell in corners[seen].tolist())
-    return TransformationGrid(camera.name, names, ground[seen], image)
-
-
-def _write_scene(path: Path) -> None:
-    lines = ['<?xml version="1.0" encoding="utf-8"?>', '<scene>']
-    for name, (x, y) in landmarks().items():
-        lines.append(f'  <point name={quoteattr(name)} x="{x!r}" y="{y!r}"/>')
-    lines.append('</scene>')
-    path.write_text('\n'.join(lines) + '\n', encoding='utf-8')
+    return TransformationGrid(camera.name, names, ground[seen], image, image_size=camera.size)

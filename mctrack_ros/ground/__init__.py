@@ -3,21 +3,21 @@
 from mctrack_ros.ground.camera import Camera, CameraMapping
 from mctrack_ros.ground.camera_fit import CameraFit, FitError, fit_camera
 from mctrack_ros.ground.cells import CellMapping, Cells
-from mctrack_ros.ground.grid import (
-    GridError,
-    TransformationGrid,
-    grid_from_points,
-    read_grid,
-    write_grid,
-)
+from mctrack_ros.ground.errors import CalibrationError, GridError, SceneError
+from mctrack_ros.ground.grid import TransformationGrid, grid_from_points
+from mctrack_ros.ground.grid_checks import grid_flaws, polygon_flaw
+from mctrack_ros.ground.grid_file import read_grid, write_grid
 from mctrack_ros.ground.iterated import IteratedMapping
 from mctrack_ros.ground.mapping import GroundMapping
 from mctrack_ros.ground.methods import METHODS, mapping_from_grid
+from mctrack_ros.ground.plausible import check_units
 from mctrack_ros.ground.projection_file import ProjectionError, read_projection
 from mctrack_ros.ground.projective import ProjectiveMapping
+from mctrack_ros.ground.scene import read_scene, write_scene
 
 __all__ = [
     'METHODS',
+    'CalibrationError',
     'Camera',
     'CameraFit',
     'CameraMapping',
@@ -29,11 +29,17 @@ __all__ = [
     'IteratedMapping',
     'ProjectionError',
     'ProjectiveMapping',
+    'SceneError',
     'TransformationGrid',
+    'check_units',
     'fit_camera',
+    'grid_flaws',
     'grid_from_points',
     'mapping_from_grid',
+    'polygon_flaw',
     'read_grid',
     'read_projection',
+    'read_scene',
     'write_grid',
+    'write_scene',
 ]

@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from mctrack_ros.ground.camera import PARAMETERS, Camera, CameraMapping
+from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.mapping import points_of
 from mctrack_ros.ground.projective import ProjectiveMapping
 
@@ -26,7 +27,7 @@ FOCAL_STARTS = (0.5, 0.8, 1.3, 2.0, 4.0)
 TRIED = 2
 
 
-class FitError(ValueError):
+class FitError(CalibrationError):
     """Points to which no camera can be fitted; says why."""
 
 

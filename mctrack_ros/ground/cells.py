@@ -16,7 +16,8 @@ from mctrack_ros.compiled import (
     compiled,
     inner,
 )
-from mctrack_ros.ground.grid import GridError, TransformationGrid
+from mctrack_ros.ground.errors import GridError
+from mctrack_ros.ground.grid import TransformationGrid
 from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, solve_spread
 from mctrack_ros.ground.projective import ProjectiveMapping
 

@@ -1,22 +1,17 @@
-"""The transformation grid of the event-tracking paper: its XML file (Algorithm 2)."""
+"""The transformation grid of the event-tracking paper (section 4.4, Definitions 4 and 5)."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import ParseError, parse
 from numpy.typing import NDArray
 
+from mctrack_ros.ground.errors import GridError
 
-class GridError(ValueError):
-    """A grid file that cannot be used; names the file and the reason."""
+OUTSIDE_SHARE = 0.05
+"""How far outside the picture a point may lie, as a share of the picture's longer side."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -34,6 +29,10 @@ class TransformationGrid:
         Ground coordinates, m.
     image : (cells, 4, 2) array
         Pixels.
+    fov : (k, 2) array or None
+        Corners of the camera's field of view on the ground, m; None: not drawn.
+    image_size : (int, int) or None
+        Width and height of the pictures that the pixels belong to, px; None: not known.
 
     """
 
@@ -41,12 +40,47 @@ class TransformationGrid:
     names: tuple[tuple[str, ...], ...]
     ground: NDArray[np.float64]
     image: NDArray[np.float64]
+    fov: NDArray[np.float64] | None = None
+    image_size: tuple[int, int] | None = None
 
     def points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the distinct points: (n, 2) on the ground, m, and (n, 2) px."""
         both = np.concatenate([self.ground, self.image], axis=2).reshape(-1, 4)
         distinct = np.unique(both, axis=0)
         return distinct[:, :2], distinct[:, 2:]
+
+    def named_points(self) -> tuple[tuple[str, ...], NDArray[np.float64], NDArray[np.float64]]:
+        """Return the distinct points by name, in the grid's order: names, (n, 2) m, (n, 2) px."""
+        flat = [name for cell in self.names for name in cell]
+        first = [flat.index(name) for name in dict.fromkeys(flat)]
+        names = tuple(flat[index] for index in first)
+        return names, self.ground.reshape(-1, 2)[first], self.image.reshape(-1, 2)[first]
+
+    def check_size(self, image_size: tuple[int, int]) -> None:
+        """
+        Refuse to be used for pictures of another size, px.
+
+        Raises
+        ------
+        GridError
+            If the grid names another size, or a point lies far outside the picture.
+
+        """
+        width, height = image_size
+        if self.image_size is not None and tuple(self.image_size) != (width, height):
+            raise GridError(
+                f'the grid of {self.workstation} is for pictures of '
+                f'{self.image_size[0]} x {self.image_size[1]} px, not of {width} x {height} px'
+            )
+        beyond = np.maximum(-self.image, self.image - image_size).max(axis=2)
+        if (beyond > OUTSIDE_SHARE * max(image_size)).any():
+            cell, corner = np.unravel_index(int(beyond.argmax()), beyond.shape)
+            x, y = self.image[cell, corner]
+            raise GridError(
+                f'point {self.names[cell][corner]!r} of {self.workstation} at pixel '
+                f'({x:g}, {y:g}) is outside a picture of {width} x {height} px: '
+                'is the grid for another picture size?'
+            )
 
 
 def grid_from_points(
@@ -77,9 +111,10 @@ def grid_from_points(
     Raises
     ------
     GridError
-        If there is no complete cell.
+        If there is no complete cell, or a point is there twice.
 
     """
+    check_points(workstation, names, ground, image)
     column, row = (
         np.unique(np.round(axis, 6), return_inverse=True)[1].tolist() for axis in ground.T
     )
@@ -106,71 +141,31 @@ def grid_from_points(
     )
 
 
-def read_grid(path: str | Path) -> TransformationGrid:
+def check_points(
+    workstation: str,
+    names: Sequence[str],
+    ground: NDArray[np.float64],
+    image: NDArray[np.float64],
+) -> None:
     """
-    Read a transformation-grid XML file; entities are not expanded.
+    Refuse a point that is given twice, or that is not finite.
 
     Raises
     ------
     GridError
-        If the file cannot be read, is not XML, or its cells are not of four complete points.
+        Names the points.
 
     """
-    try:
-        root = parse(str(path), forbid_dtd=True).getroot()
-    except (ParseError, DefusedXmlException) as error:
-        raise GridError(f'{path}: not a readable XML file: {error}') from error
-    except OSError as error:
-        raise GridError(f'{path}: {error.strerror or error}') from error
-    if root is None or root.tag != 'workstation':
-        raise GridError(
-            f'{path}: the root is <{root.tag if root is not None else ""}>, expected <workstation>'
-        )
-    cells = root.findall('cell')
-    if not cells:
-        raise GridError(f'{path}: the grid has no <cell>')
-    names, numbers = [], []
-    for cell in cells:
-        points = cell.findall('point')
-        where = f'{path}: cell {cell.get("id")!r}'
-        if len(points) != 4:
-            raise GridError(f'{where} has {len(points)} points, expected 4')
-        names.append(tuple(point.get('name', '') for point in points))
-        numbers.append([_numbers(point, where) for point in points])
-    table = np.asarray(numbers, np.float64)
-    return TransformationGrid(root.get('id', ''), tuple(names), table[..., :2], table[..., 2:])
-
-
-def write_grid(grid: TransformationGrid, path: str | Path) -> None:
-    """Write a transformation grid as XML."""
-    lines = [
-        '<?xml version="1.0" encoding="utf-8"?>',
-        f'<workstation id={quoteattr(grid.workstation)}>',
-    ]
-    for index, (names, ground, image) in enumerate(zip(grid.names, grid.ground, grid.image)):
-        lines.append(f'  <cell id="{index}">')
-        for name, (xr, yr), (xi, yi) in zip(names, ground.tolist(), image.tolist()):
-            where = f'xr="{xr!r}" yr="{yr!r}" xi="{xi!r}" yi="{yi!r}"'
-            lines.append(f'    <point name={quoteattr(name)} {where}/>')
-        lines.append('  </cell>')
-    lines.append('</workstation>')
-    Path(path).write_text('\n'.join(lines) + '\n', encoding='utf-8')
-
-
-def _numbers(point: Any, where: str) -> list[float]:
-    values = []
-    for attribute in ('xr', 'yr', 'xi', 'yi'):
-        text = point.get(attribute)
-        if text is None:
-            raise GridError(f'{where}: point {point.get("name")!r} lacks {attribute}')
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise GridError(
-                f'{where}: {attribute} of point {point.get("name")!r} is {text!r}, '
-                'expected a finite number'
-            )
-        values.append(value)
-    return values
+    if len(set(names)) != len(names):
+        name = next(name for name in names if list(names).count(name) > 1)
+        raise GridError(f'point {name!r} of {workstation} is there twice')
+    for what, points in (('place on the ground', ground), ('pixel', image)):
+        seen: dict[tuple[float, ...], str] = {}
+        for name, point in zip(names, np.asarray(points, np.float64)):
+            if not np.isfinite(point).all():
+                raise GridError(f'the {what} of point {name!r} of {workstation} is not finite')
+            other = seen.setdefault(tuple(point.tolist()), name)
+            if other != name:
+                raise GridError(
+                    f'points {other!r} and {name!r} of {workstation} have the same {what}'
+                )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from mctrack_ros.ground.camera import CameraMapping
 from mctrack_ros.ground.camera_fit import FitError, fit_camera
 from mctrack_ros.ground.cells import CellMapping, Cells
 from mctrack_ros.ground.grid import TransformationGrid
 from mctrack_ros.ground.iterated import IteratedMapping
 from mctrack_ros.ground.mapping import GroundMapping
+from mctrack_ros.ground.plausible import check_units
 from mctrack_ros.ground.projective import ProjectiveMapping
 
 METHODS = ('fitted', 'cell', 'iterated', 'homography')
@@ -35,10 +37,23 @@ def mapping_from_grid(
 
     Raises
     ------
-    GridError, FitError, ValueError
-        If the grid does not give one.
+    CalibrationError, ValueError
+        If the grid does not give one, is for pictures of another size, or not in metres.
 
     """
+    grid.check_size(image_size)
+    mapping = _mapping(grid, image_size, method, click_noise_px)
+    knows_height = isinstance(mapping, CameraMapping | ProjectiveMapping)
+    upright = (
+        mapping if knows_height else ProjectiveMapping.from_points(*grid.points(), image_size)
+    )
+    check_units(upright, grid.ground)
+    return mapping
+
+
+def _mapping(
+    grid: TransformationGrid, image_size: tuple[int, int], method: str, click_noise_px: float
+) -> GroundMapping:
     if method == 'cell':
         return CellMapping(Cells.of(grid), image_size, click_noise_px)
     if method == 'iterated':

@@ -8,12 +8,13 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.projective import ProjectiveMapping
 
 _SHAPES = {'image_from_ground': (3, 3), 'ground_from_image': (3, 3), 'image_from_world': (3, 4)}
 
 
-class ProjectionError(ValueError):
+class ProjectionError(CalibrationError):
     """A projection file that cannot be used; names the file and the reason."""
 
 

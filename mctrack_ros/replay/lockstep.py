@@ -81,7 +81,7 @@ def run_lockstep(bag: str | Path, site: SiteConfig, processes: int) -> Iterator[
 
     Raises
     ------
-    BagError, ConfigError, GridError, ProjectionError, ReplayError, ValueError
+    BagError, CalibrationError, ConfigError, ReplayError, ValueError
         If the input cannot be used.
 
     """

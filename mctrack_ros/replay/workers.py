@@ -12,11 +12,11 @@ from typing import Any
 import cv2
 
 from mctrack_ros.config import ConfigError
-from mctrack_ros.ground import GridError, ProjectionError
+from mctrack_ros.ground import CalibrationError
 from mctrack_ros.recording import BagError
 from mctrack_ros.replay.camera_source import CameraResult, CameraSource, CameraTask
 
-EXPECTED_ERRORS = (BagError, ConfigError, GridError, ProjectionError, ValueError)
+EXPECTED_ERRORS = (BagError, CalibrationError, ConfigError, ValueError)
 """What bad input raises: told in one line instead of a trace."""
 
 

@@ -1,0 +1,60 @@
+"""Whether a calibration can be one in metres: cameras do not stand 300 m above people."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mctrack_ros.ground.camera import CameraMapping
+from mctrack_ros.ground.errors import CalibrationError
+from mctrack_ros.ground.mapping import GroundMapping
+from mctrack_ros.ground.projective import ProjectiveMapping
+
+HIGHEST_CAMERA_M = 150.0
+PERSON_M = 1.7
+SMALLEST_PERSON_PX = 2.0
+
+
+def check_units(mapping: GroundMapping, position: ArrayLike = ()) -> None:
+    """
+    Refuse a calibration whose lengths are not metres.
+
+    A camera stands at most 150 m above the ground, and a person of 1.7 m is at least 2 px tall at
+    the nearest of its points: centimetres taken for metres make a room's camera 300 m high and
+    its people a hundredth of what they are.
+
+    Parameters
+    ----------
+    mapping : GroundMapping
+        The calibration.
+    position : (n, 2) array_like
+        Points on the ground that it was made from, m; may be empty.
+
+    Raises
+    ------
+    CalibrationError
+        If it breaks the rule; says which unit may be meant.
+
+    """
+    height = _camera_height(mapping)
+    if height > HIGHEST_CAMERA_M:
+        raise CalibrationError(
+            f'the camera would stand {height:.0f} m above the ground, expected at most '
+            f'{HIGHEST_CAMERA_M:.0f} m: are the lengths in centimetres or millimetres?'
+        )
+    places = np.asarray(position, np.float64).reshape(-1, 2)
+    tall = np.abs(mapping.height_px(places, PERSON_M)) if len(places) else np.array([])
+    if np.isfinite(tall).any() and np.nanmax(tall) < SMALLEST_PERSON_PX:
+        raise CalibrationError(
+            f'a person would be at most {np.nanmax(tall):.2g} px tall, expected at least '
+            f'{SMALLEST_PERSON_PX:g} px: are the lengths in centimetres or millimetres?'
+        )
+
+
+def _camera_height(mapping: GroundMapping) -> float:
+    """Return the camera's height above the ground, m; 0 if the mapping does not know it."""
+    if isinstance(mapping, CameraMapping):
+        return abs(float(mapping.camera.position[2]))
+    if isinstance(mapping, ProjectiveMapping):
+        return abs(float(mapping.camera_position[2]))
+    return 0.0

@@ -1,0 +1,86 @@
+"""Calibration XML: read without entities and checked against the schema, written as text."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import ParseError
+from defusedxml.ElementTree import fromstring as parse_guarded
+from lxml import etree
+
+from mctrack_ros.ground.errors import CalibrationError
+
+SCHEMA = Path(__file__).with_name('calibration.xsd')
+DECLARATION = '<?xml version="1.0" encoding="utf-8"?>'
+
+
+def read_xml(path: str | Path, error: type[CalibrationError]) -> etree._Element:
+    """
+    Read an XML file that declares no entities; its elements know their lines.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    error : type
+        What to raise, with the file and, where there is one, the line.
+
+    """
+    try:
+        content = Path(path).read_bytes()
+        parse_guarded(content, forbid_dtd=True)
+        return etree.fromstring(content, etree.XMLParser(resolve_entities=False, no_network=True))
+    except OSError as cause:
+        raise error(f'{path}: {cause.strerror or cause}') from cause
+    except DefusedXmlException as cause:
+        raise error(
+            f'{path}: not a readable XML file: document types and entities are refused'
+        ) from cause
+    except (ParseError, etree.XMLSyntaxError, ValueError) as cause:
+        raise error(f'{path}: not a readable XML file: {cause}') from cause
+
+
+def read_checked(path: str | Path, root: str, error: type[CalibrationError]) -> etree._Element:
+    """
+    Read an XML file and check it against the schema, ``calibration.xsd``.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    root : str
+        Name of the root element: ``scene`` or ``workstation``.
+    error : type
+        What to raise, with file, line and reason.
+
+    """
+    element = read_xml(path, error)
+    if element.tag != root:
+        raise error(f'{path}:{element.sourceline}: the root is <{element.tag}>, expected <{root}>')
+    schema = _schema()
+    if not schema.validate(element):
+        flaw = schema.error_log[0]
+        raise error(f'{path}:{flaw.line}: {" ".join(flaw.message.split())}')
+    return element
+
+
+@cache
+def _schema() -> etree.XMLSchema:
+    return etree.XMLSchema(etree.parse(str(SCHEMA)))
+
+
+def tag(name: str, /, *, end: str = '/', **attributes: str | float) -> str:
+    """Return an element's tag as it stands in a file; numbers in full precision."""
+    values = ''.join(
+        f' {key}={quoteattr(value if isinstance(value, str) else repr(value))}'
+        for key, value in attributes.items()
+    )
+    return f'<{name}{values}{end}>'
+
+
+def write_lines(path: str | Path, lines: list[str]) -> None:
+    """Write the lines of an XML file below its declaration."""
+    Path(path).write_text('\n'.join([DECLARATION, *lines]) + '\n', encoding='utf-8', newline='\n')
