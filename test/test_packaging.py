@@ -42,7 +42,7 @@ ROSDEP_KEY_OF_IMPORT = {
     'typer': 'python3-typer',
     'yaml': 'python3-yaml',
 }
-WITHOUT_KEY = {'motmetrics', 'simplejpeg'}
+WITHOUT_KEY = {'motmetrics', 'nicegui', 'simplejpeg', 'starlette'}
 
 
 @pytest.fixture(scope='module')

@@ -7,7 +7,7 @@ import sys
 import typer
 
 from mctrack_ros import __version__
-from mctrack_ros.cli import bench, compare, demo, graph, offline, reproduce
+from mctrack_ros.cli import bench, calibrate, compare, demo, graph, offline, reproduce
 
 app = typer.Typer(
     name='mctrack',
@@ -41,6 +41,7 @@ app.command('echo')(offline.echo)
 app.command('run')(graph.run)
 app.command('record')(graph.record)
 app.command('play')(graph.play)
+app.command('calibrate')(calibrate.calibrate)
 app.command('evaluate')(compare.evaluate)
 app.command('reproduce')(reproduce.reproduce)
 app.command('bench')(bench.bench)

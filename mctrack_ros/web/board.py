@@ -1,0 +1,55 @@
+"""A drawing to click on, drag in, zoom and pan, in the browser."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from nicegui.element import Element
+
+from mctrack_ros.web.drawing import Drawing, Extent
+
+
+class Board(Element, component='board.js'):
+    """
+    Show a drawing over a picture or a blank ground; tell of clicks and drags.
+
+    Parameters
+    ----------
+    extent : (float, float, float, float)
+        Left, top, width and height of what it shows at first, in the drawing's units.
+    on_click : callable
+        Given x and y of a click that meets no mark, or any while `show` says so.
+    on_pick : callable
+        Given the name of a mark that is clicked.
+    on_move : callable
+        Given the name of a mark and the x and y to which it was dragged.
+    picture : str
+        Address of a picture that fills the extent.
+    unit : str
+        Of the drawing's coordinates.
+
+    """
+
+    def __init__(
+        self,
+        extent: Extent,
+        on_click: Callable[[float, float], None],
+        on_pick: Callable[[str], None],
+        on_move: Callable[[str, float, float], None],
+        picture: str = '',
+        unit: str = 'px',
+    ) -> None:
+        super().__init__()
+        self._props.update(extent=list(extent), picture=picture, unit=unit, placing=False)
+        self.on('placed', lambda event: on_click(event.args['x'], event.args['y']))
+        self.on('picked', lambda event: on_pick(event.args['name']))
+        self.on('moved', lambda e: on_move(e.args['name'], e.args['x'], e.args['y']))
+
+    def show(self, drawing: Drawing, placing: bool = False) -> None:
+        """Show a drawing; while `placing`, marks do not catch clicks."""
+        self._props.update(drawing=drawing.as_json(), placing=placing)
+        self.update()
+
+    def show_all(self) -> None:
+        """Zoom out to the whole extent."""
+        self.run_method('show_all')

@@ -1,0 +1,184 @@
+"""The calibration page in headless Chromium, by a real mouse; run it alone with `-m browser`."""
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from web.scenes import CAMERA, block, seen_points, write_scene_and_picture
+
+from mctrack_ros.ground import mapping_from_grid, read_grid
+
+CHROMIUM = next(filter(None, map(shutil.which, ('chromium', 'chromium-browser'))), None)
+TOKEN = 'for-the-browser-test'
+PICTURE, PLAN = 0, 1
+ON_SCREEN = """([board, x, y]) => {
+  const svg = document.querySelectorAll('.board svg')[board];
+  const place = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
+  return [place.x, place.y];
+}"""
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.xdist_group('browser'),
+    pytest.mark.skipif(CHROMIUM is None, reason='browser tests left out: no chromium installed'),
+]
+
+
+@pytest.fixture(scope='module')
+def browser():
+    """Return a headless Chromium."""
+    api = pytest.importorskip('playwright.sync_api', reason='browser tests left out: playwright')
+    with api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(
+            executable_path=CHROMIUM, chromium_sandbox=os.geteuid() != 0
+        )
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    """Return a folder with a picture and a scene."""
+    path = tmp_path_factory.mktemp('calibrate')
+    write_scene_and_picture(path)
+    return path
+
+
+@pytest.fixture(scope='module')
+def address(folder):
+    """Serve the page in the folder; return its address."""
+    with socket.socket() as free:
+        free.bind(('127.0.0.1', 0))
+        port = free.getsockname()[1]
+    command = [sys.executable, '-m', 'mctrack_ros.cli.main', 'calibrate', 'cam1.png', 'scene.xml']
+    options = ['--camera', 'cam1', '--out', 'cam1.xml', '--no-browser', '--port', str(port)]
+    environment = {name: text for name, text in os.environ.items() if 'PYTEST' not in name}
+    server = subprocess.Popen(
+        [*command, *options, '--token', TOKEN],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        line = server.stdout.readline()
+        assert line.startswith('http'), line
+        yield line.split()[0]
+    finally:
+        server.terminate()
+        assert server.wait(20) in (0, -15)
+
+
+@pytest.fixture
+def desk(browser, address):
+    """Return the opened page; nothing it asks for lies on another machine."""
+    asked = []
+    page = browser.new_page(viewport={'width': 1440, 'height': 860})
+    page.on('request', lambda request: asked.append(request.url))
+    page.on('pageerror', lambda error: pytest.fail(f'the page fails: {error}'))
+    page.goto(address)
+    page.wait_for_selector('.mark')
+    yield Desk(page)
+    while page.locator('.picture .mark:not(.expected)').count():
+        page.keyboard.press('Control+z')
+        page.wait_for_timeout(30)
+    page.close()
+    own = address.split('/?')[0]
+    assert [url for url in asked if not url.startswith((own, own.replace('http', 'ws')))] == []
+
+
+class Desk:
+    """A person with a mouse before the page."""
+
+    def __init__(self, page):
+        self.page = page
+        self.ground, self.image = seen_points()
+
+    def at(self, board, x, y):
+        return self.page.evaluate(ON_SCREEN, [board, x, y])
+
+    def choose(self, name):
+        x, y = self.ground[name]
+        self.page.mouse.click(*self.at(PLAN, x, -y))
+
+    def pair(self, name):
+        self.choose(name)
+        self.page.wait_for_selector('.picture svg.placing')
+        self.page.mouse.click(*self.at(PICTURE, *self.image[name]))
+        self.is_paired(name)
+
+    def is_paired(self, name):
+        self.page.wait_for_selector(f'.picture .mark.paired[data-name="{name}"]')
+
+    def drag(self, start, *, right, down):
+        x, y = start
+        self.page.mouse.move(x, y)
+        self.page.mouse.down()
+        self.page.mouse.move(x + right / 2, y + down / 2)
+        self.page.mouse.move(x + right, y + down)
+        self.page.mouse.up()
+
+    def says(self, text):
+        self.page.get_by_text(text).first.wait_for()
+
+
+def test_twelve_points_clicked_make_a_grid_within_a_pixel_or_two_of_truth(desk, folder):
+    names, page = block(), desk.page
+    desk.says('No camera yet')
+    for name in names:
+        desk.pair(name)
+    desk.says('12 points')
+    desk.drag(desk.at(PICTURE, *desk.image[names[3]]), right=25, down=6)
+    desk.says(f'Point {names[3]} is')
+    page.keyboard.press('Control+z')
+    desk.is_paired(names[3])
+    page.get_by_role('button', name='Save').click()
+    desk.says('Saved cam1.xml')
+
+    grid = read_grid(folder / 'cam1.xml')
+    ground, image = grid.points()
+    assert len(ground) == 12
+    true = CAMERA.project(np.hstack([ground, np.zeros((12, 1))]))
+    assert np.hypot(*(image - true).T).max() < 1.0
+    fitted = mapping_from_grid(grid, CAMERA.size)
+    assert np.hypot(*(fitted.image_from_ground(ground) - true).T).max() < 1.5
+
+
+def test_zoomed_to_the_pixel_a_click_is_exact_to_a_tenth(desk, folder):
+    names, page = block(2, 2), desk.page
+    page.mouse.move(*desk.at(PICTURE, *desk.image[names[0]]))
+    for _ in range(12):
+        page.mouse.wheel(0, -300)
+    page.wait_for_function("document.querySelector('.board svg').viewBox.baseVal.width < 60")
+    desk.pair(names[0])
+    page.get_by_role('button', name='Whole').click()
+    page.wait_for_function("document.querySelector('.board svg').viewBox.baseVal.width > 700")
+    for name in names[1:]:
+        desk.pair(name)
+    page.get_by_role('button', name='Save').click()
+    desk.says('Saved cam1.xml')
+    grid = read_grid(folder / 'cam1.xml')
+    clicked = dict(zip(grid.names[0], grid.image[0]))[names[0]]
+    assert clicked == pytest.approx(desk.image[names[0]], abs=0.1)
+
+
+def test_the_place_first_pairs_too_and_delete_takes_it_apart(desk):
+    name, page = block()[0], desk.page
+    page.mouse.click(*desk.at(PICTURE, *desk.image[name]))
+    desk.says('Now click its point on the plan')
+    desk.choose(name)
+    desk.is_paired(name)
+    page.mouse.click(*desk.at(PICTURE, *desk.image[name]))
+    desk.says('drag it to mend')
+    page.keyboard.press('Delete')
+    page.wait_for_selector('.picture .mark', state='detached')
+
+
+def test_without_the_token_nothing_is_shown(browser, address):
+    page = browser.new_page()
+    assert page.goto(address.split('?')[0]).status == 403
+    page.close()
