@@ -24,10 +24,10 @@ class Experiment(StrEnum):
     WILDTRACK = 'wildtrack'
     TABLE3 = 'table3'
     FIG18 = 'fig18'
+    HONESTY = 'honesty'
 
 
-PAPER = (Experiment.TABLE3, Experiment.FIG18)
-"""What the event-tracking paper measured: needs no data."""
+DRAWN = (Experiment.TABLE3, Experiment.FIG18)
 
 
 def reproduce(
@@ -38,8 +38,8 @@ def reproduce(
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
     picture: Path | None = typer.Option(None, help='table3, fig18: also draw them, as PNG.'),
 ) -> None:
-    """Measure on real data, or what the event-tracking paper measured: table3, fig18."""
-    if picture is not None and experiment not in PAPER:
+    """Measure on real data, or the ground mappings: table3, fig18, honesty."""
+    if picture is not None and experiment not in DRAWN:
         raise ValueError(f'{experiment} has no picture: leave --picture away')
     figures = _experiment(experiment, data)
     typer.echo(figures.table())
@@ -73,7 +73,11 @@ def data_folder(given: Path | None) -> Path:
 
 
 def _experiment(experiment: Experiment, data: Path | None) -> Figures:
-    if experiment in PAPER:
+    if experiment is Experiment.HONESTY:
+        from mctrack_ros.experiments.ground_honesty import reproduce_honesty
+
+        return reproduce_honesty()
+    if experiment in DRAWN:
         from mctrack_ros.experiments import ground_accuracy
 
         if experiment is Experiment.TABLE3:

@@ -48,19 +48,18 @@ PAPER_M = {
 
 
 def true_camera(k1: float) -> Camera:
-    """Return the camera of the experiments: over the middle of the pitch, 20 m up."""
-    eye, target = np.array(EYE_M), np.array(TARGET_M)
+    """Return the camera of the experiments: over the middle of the pitch, 35 m up."""
+    return looking(np.array(EYE_M), np.array(TARGET_M), FOCAL_PX, k1)
+
+
+def looking(eye: Floats, target: Floats, focal_px: float, k1: float) -> Camera:
+    """Return a camera at one place, (3,) m, that looks at another."""
     forward = (target - eye) / np.linalg.norm(target - eye)
     right = np.cross(forward, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)
     rotation = np.array([right, np.cross(forward, right), forward])
-    width, height = IMAGE_SIZE
-    return Camera(
-        np.array([FOCAL_PX, FOCAL_PX, width / 2, height / 2]),
-        np.array([k1, 0, 0, 0, 0]),
-        rotation,
-        -rotation @ eye,
-    )
+    intrinsics = np.array([focal_px, focal_px, IMAGE_SIZE[0] / 2, IMAGE_SIZE[1] / 2])
+    return Camera(intrinsics, np.array([k1, 0, 0, 0, 0]), rotation, -rotation @ eye)
 
 
 def visible_grid(camera: CameraMapping, spacing_m: float) -> Floats:

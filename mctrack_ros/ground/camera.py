@@ -134,6 +134,12 @@ class CameraMapping(GroundMapping):
         side = edge[:, 0] * away[..., 1] - edge[:, 1] * away[..., 0]
         return np.asarray(~((side >= 0).all(axis=1) | (side <= 0).all(axis=1)))
 
+    def unfolded(self, position: ArrayLike) -> Floats:
+        """Return the (n, 2) pixels of positions, m, also where the lens model folds back."""
+        position = points_of(position)
+        lens = np.append(self._lens[:-1], np.inf)
+        return _in_image(lens, self._pose, np.column_stack([position, np.zeros(len(position))]))
+
     def parameter_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 8) derivatives of the pixels of positions, m, by `PARAMETERS`."""
         return _derivatives(self._lens, self._pose, points_of(position))[:, :, 2:]

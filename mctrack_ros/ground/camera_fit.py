@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
 from mctrack_ros.ground.camera import PARAMETERS, Camera, CameraMapping
 from mctrack_ros.ground.errors import CalibrationError
@@ -19,6 +20,10 @@ CLICK_NOISE_PX = 0.5
 ROBUST_SCALE = 2.5
 FEWEST = len(PARAMETERS) // 2 + 2
 """Points without which nothing is left to check the fit by: two more than it has unknowns for."""
+WILD = 3.5
+"""Distance of a click from where the camera sees its point from which it is wild, in noises."""
+BELIEVED = 0.99
+"""Probability up to which larger misses than the stated noise makes are taken for chance."""
 NEAREST = 20.0
 """Standard deviation of the points in the picture below which they say too little, in noises."""
 LARGEST_ERROR = 0.05
@@ -47,7 +52,8 @@ class CameraFit:
     residual : (n, 2) array
         Clicked minus where the camera sees them, px.
     noise_px : float
-        Standard deviation of a click along one axis, px: as stated or, if larger, as found.
+        Standard deviation of a click along one axis, px: as stated or, if clearly larger, as
+        found.
 
     """
 
@@ -109,9 +115,7 @@ def fit_camera(
     if not np.isfinite(residual).all() or np.abs(residual).max() > scale:
         raise FitError('no camera sees the points so: are two of them swapped?')
     weight = _weights(residual, click_noise_px)
-    freedom = 2 * len(ground) - len(PARAMETERS)
-    found = float((weight[:, None] * residual**2).sum() / freedom)
-    noise_px = max(click_noise_px, float(np.sqrt(found)))
+    noise_px = _noise(residual, weight, click_noise_px)
     jacobian = fitted.parameter_jacobian(ground)
     information = np.einsum('n,nik,nil->kl', weight, jacobian, jacobian) / noise_px**2
     covariance = _inverse(information)
@@ -214,7 +218,7 @@ class _Problem:
         )
 
     def misses(self, values: Floats) -> Floats:
-        seen = CameraMapping(self.camera(values), self._size).image_from_ground(self._ground)
+        seen = CameraMapping(self.camera(values), self._size).unfolded(self._ground)
         missed = (seen - self._image) / self._scale_px
         return np.where(np.isfinite(missed), missed, FAR).ravel()
 
@@ -249,10 +253,19 @@ FAR = 1e4
 
 
 def _weights(residual: Floats, noise_px: float) -> Floats:
-    """Return how much each point counts, (n,), with the loss that was minimised."""
-    share = (residual**2).sum(axis=1) / 2 / (ROBUST_SCALE * noise_px) ** 2
-    weight: Floats = 1 / np.sqrt(1 + share)
+    """Return how much each point tells, (n,): all that it can, unless it is a wild click."""
+    distance = np.linalg.norm(residual, axis=1) / (WILD * noise_px)
+    weight: Floats = 1 / np.maximum(distance, 1.0) ** 2
     return weight
+
+
+def _noise(residual: Floats, weight: Floats, stated_px: float) -> float:
+    """Return the noise of a click along one axis, px: as stated, unless the misses belie it."""
+    freedom = 2 * len(residual) - len(PARAMETERS)
+    missed = float((weight[:, None] * residual**2).sum())
+    if missed <= stated_px**2 * chi2.ppf(BELIEVED, freedom):
+        return stated_px
+    return float(np.sqrt(missed / freedom))
 
 
 def _inverse(information: Floats) -> Floats:

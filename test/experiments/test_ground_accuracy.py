@@ -1,6 +1,7 @@
 import pytest
 
 from mctrack_ros.experiments.ground_accuracy import SPACINGS_M, measure
+from mctrack_ros.experiments.ground_honesty import honesty
 
 
 @pytest.fixture(scope='module')
@@ -33,3 +34,8 @@ def test_a_straight_lens_and_exact_points_leave_no_error_but_that_of_equal_ratio
     assert exact['cell.rmse_max_m'] < 1e-6
     assert exact['homography.rmse_max_m'] < 1e-5
     assert exact['iterated.rmse_max_m'] > 0.1
+
+
+def test_predicted_errors_are_those_that_occur():
+    found = honesty()
+    assert found['nees.low'] <= found['nees.mean'] <= found['nees.high']

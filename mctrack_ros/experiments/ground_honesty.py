@@ -1,0 +1,81 @@
+"""Whether the errors that a fitted camera predicts for itself are those that occur."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import chi2
+
+from mctrack_ros.experiments.figures import Figures
+from mctrack_ros.experiments.ground_accuracy import CLICK_NOISE_PX, IMAGE_SIZE, looking
+from mctrack_ros.ground import CameraMapping, fit_camera
+
+CAMERAS = 200
+MOST_POINTS, FEWEST_POINTS = 40, 20
+GRID_M = 4.0
+PLACES = 3
+BAND = 0.95
+
+
+def reproduce_honesty() -> Figures:
+    """Measure `honesty` with its protocol."""
+    protocol = {
+        'cameras': f'{CAMERAS}, random',
+        'points': f'{FEWEST_POINTS} to {MOST_POINTS} of a {GRID_M:g} m grid',
+        'click_noise_px': CLICK_NOISE_PX,
+        'nees': f'errors of {PLACES} places a camera, pixels exact, over their joint covariance',
+        'low, high': f'of the mean, {BAND:.0%} of a chi-square distribution',
+    }
+    return Figures('honesty', 'mctrack reproduce honesty', protocol, honesty())
+
+
+def honesty(cameras: int = CAMERAS) -> dict[str, float]:
+    """
+    Return the mean normalised error squared (NEES) of fitted cameras, and its band.
+
+    Each of the random cameras is fitted to 20 to 40 points of a 4 m grid clicked with 0.5 px of
+    noise; the errors of three places, their pixels exact, are held against their joint covariance
+    by the fit. An honest fit has a mean of 2 a place, within the band of a chi-square
+    distribution.
+
+    Parameters
+    ----------
+    cameras : int
+        How many.
+
+    """
+    nees = [_normalised_error(seed) for seed in range(cameras)]
+    low, high = chi2.ppf([(1 - BAND) / 2, (1 + BAND) / 2], 2 * PLACES * cameras)
+    low, high = low / PLACES / cameras, high / PLACES / cameras
+    return {'nees.mean': float(np.mean(nees)), 'nees.low': float(low), 'nees.high': float(high)}
+
+
+def _normalised_error(seed: int) -> float:
+    random = np.random.default_rng(seed)
+    points = np.zeros((0, 2))
+    while len(points) < FEWEST_POINTS:
+        mapping = _random_camera(random)
+        points = _seen(mapping)
+    chosen = random.choice(len(points), min(len(points), MOST_POINTS), replace=False)
+    points = points[np.sort(chosen)]
+    clicks = mapping.image_from_ground(points) + random.normal(0, CLICK_NOISE_PX, points.shape)
+    fitted = fit_camera(points, clicks, IMAGE_SIZE, CLICK_NOISE_PX).mapping
+    place = random.choice(points, PLACES, replace=False) + random.uniform(-1, 1, (PLACES, 2))
+    error = fitted.ground_from_image(mapping.image_from_ground(place)) - place
+    inverse = np.linalg.inv(fitted.image_jacobian(place))
+    by_camera = (inverse @ fitted.parameter_jacobian(place)).reshape(2 * PLACES, -1)
+    covariance = by_camera @ fitted.camera.covariance @ by_camera.T
+    return float(error.ravel() @ np.linalg.solve(covariance, error.ravel())) / PLACES
+
+
+def _random_camera(random: np.random.Generator) -> CameraMapping:
+    eye = random.uniform((-10, -40, 5), (10, -15, 25))
+    target = np.array([*random.uniform((-5, 0), (5, 15)), 0.0])
+    camera = looking(eye, target, random.uniform(450, 1000), random.uniform(-0.3, 0.1))
+    return CameraMapping(camera, IMAGE_SIZE)
+
+
+def _seen(mapping: CameraMapping) -> np.ndarray:
+    axis = np.arange(-60, 61, GRID_M)
+    points = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    pixel = mapping.image_from_ground(points)
+    return points[(pixel >= 0).all(axis=1) & (pixel < IMAGE_SIZE).all(axis=1)]
