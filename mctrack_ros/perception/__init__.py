@@ -8,12 +8,15 @@ from mctrack_ros.perception.pipeline import (
     CameraOutput,
     CameraPipeline,
 )
+from mctrack_ros.perception.watchdog import CameraShift, ShiftState
 
 __all__ = [
     'BackwardStampError',
     'CameraConfig',
     'CameraOutput',
     'CameraPipeline',
+    'CameraShift',
     'FeedbackBuffer',
+    'ShiftState',
     'feedback_missed',
 ]

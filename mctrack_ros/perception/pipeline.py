@@ -21,6 +21,7 @@ from mctrack_ros.perception.partition import PartitionConfig
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.perception.tracker import LocalTracker, TrackerConfig
+from mctrack_ros.perception.watchdog import CameraShift, Watchdog, WatchdogConfig
 
 Image = NDArray[np.uint8]
 RESET_NS = 1_000_000_000
@@ -45,6 +46,7 @@ class CameraConfig:
     partition: PartitionConfig = field(default_factory=PartitionConfig)
     identity: IdentityConfig = field(default_factory=IdentityConfig)
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
+    watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -58,11 +60,14 @@ class CameraOutput:
         What is seen; empty while the background is learned.
     events : Events
         What happened to the camera's own tracks; ``others`` are local ids.
+    shift : CameraShift
+        Whether the camera has moved since the start, as far as is known.
 
     """
 
     detections: Detections
     events: Events
+    shift: CameraShift
 
 
 class CameraPipeline:
@@ -99,6 +104,7 @@ class CameraPipeline:
         self._sizes = SizeTable(mapping)
         self._background = MedianBackground(config.background)
         self._ghosts = GhostWatch(config.ghosts)
+        self._watchdog = Watchdog(config.watchdog, mask)
         self._tracker = LocalTracker(
             config.tracker,
             config.filter,
@@ -135,12 +141,13 @@ class CameraPipeline:
         """
         self._check(image)
         self._advance(stamp_ns)
+        shift = self._watchdog.watch(image, stamp_ns)
         small = self._reduced(image)
         raw = self._background.apply(small, stamp_ns)
         if raw is None or self._background.model is None:
             self._tracker.restart()
             self._ghosts.restart()
-            return CameraOutput(Detections.build(stamp_ns), Events.build(stamp_ns))
+            return CameraOutput(Detections.build(stamp_ns), Events.build(stamp_ns), shift)
         if self._mask is not None:
             raw = cv2.bitwise_and(raw, self._mask)  # type: ignore[assignment]
         mask = clean_mask(raw, self._config.blobs)
@@ -154,10 +161,10 @@ class CameraPipeline:
             self._config.blobs,
         )
         picture = Picture(small, mask, scale)
-        detections, events = self._tracker.step(blobs, picture, stamp_ns, feedback)
+        detections, events = self._tracker.step(blobs, picture, stamp_ns, feedback, shift.noise_px)
         persons = np.vstack([blobs.box, detections.box]) / scale
         self._ghosts.look(self._background.model, small, mask, persons, stamp_ns)
-        return CameraOutput(detections, events)
+        return CameraOutput(detections, events, shift)
 
     def predicted_boxes(self) -> NDArray[np.float64]:
         """Return the (n, 4) boxes, px, where the camera's own tracks are, for an overlay."""

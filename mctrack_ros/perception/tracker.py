@@ -91,7 +91,12 @@ class LocalTracker:
         self._last_ns = None
 
     def step(
-        self, blobs: Blobs, picture: Picture, stamp_ns: int, feedback: Feedback | None
+        self,
+        blobs: Blobs,
+        picture: Picture,
+        stamp_ns: int,
+        feedback: Feedback | None,
+        shift_px: float = 0.0,
     ) -> tuple[Detections, Events]:
         """
         Process the blobs of one picture.
@@ -106,6 +111,9 @@ class LocalTracker:
             Time of the picture, ns.
         feedback : Feedback or None
             The fusion node's.
+        shift_px : float
+            How far the camera has moved, px. What is published is by its square less certain
+            along each axis; the camera's own tracks lie in one picture and do not care.
 
         """
         tracks, log = self.tracks, EventLog(stamp_ns)
@@ -129,7 +137,7 @@ class LocalTracker:
         if feedback is not None:
             learn_identities(tracks, feedback, stamp_ns, self._identity)
         self._announce(log)
-        detections = self._detections(seen, blobs, stamp_ns)
+        detections = self._detections(seen, blobs, stamp_ns, shift_px)
         return detections, log.rows()
 
     def _drop_lost(self, stamp_ns: int, seconds: float, log: EventLog) -> None:
@@ -227,17 +235,20 @@ class LocalTracker:
             known = self.tracks.track_id[row] > 0
             log.add(EventCode.ENTER if known else EventCode.NEW, self.tracks, int(row))
 
-    def _detections(self, seen: Observations, blobs: Blobs, stamp_ns: int) -> Detections:
+    def _detections(
+        self, seen: Observations, blobs: Blobs, stamp_ns: int, shift_px: float
+    ) -> Detections:
         """Write one row a person."""
         tracks, rows = self.tracks, seen.track
         age = (stamp_ns - tracks.first_ns[rows]) * 1e-9
         score = np.clip(age / max(self._config.confirm_s, 1e-9), 0.1, 1.0)
+        noise = seen.noise + shift_px**2 * np.eye(2)
         shown = ~seen.fitted | (seen.visible >= self._partition.least_coloured)
         colours = np.where(shown[:, None], seen.template, tracks.template[rows])
         return Detections.build(
             stamp_ns,
             position=np.column_stack([seen.position, np.zeros(len(seen))]),
-            covariance=self._mapping.ground_covariance(seen.position, seen.noise),
+            covariance=self._mapping.ground_covariance(seen.position, noise),
             box=seen.box,
             area=np.where(
                 seen.fitted, seen.visible * seen.box[:, 2] * seen.box[:, 3], blobs.area[seen.blob]

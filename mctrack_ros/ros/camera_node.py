@@ -16,10 +16,16 @@ from mctrack_ros.codec import (
     stamp_ns_of,
 )
 from mctrack_ros.interfaces import Detections, Feedback, Rows
-from mctrack_ros.perception import CameraPipeline, FeedbackBuffer, feedback_missed
+from mctrack_ros.perception import (
+    CameraPipeline,
+    CameraShift,
+    FeedbackBuffer,
+    ShiftState,
+    feedback_missed,
+)
 from mctrack_ros.perception.overlay import draw_overlay
 from mctrack_ros.ros import quality
-from mctrack_ros.ros.diagnostics import Diagnostics, StreamHealth
+from mctrack_ros.ros.diagnostics import Diagnostics, Health, PoseHealth, StreamHealth
 from mctrack_ros.ros.lifecycle import GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.node_config import CameraNodeConfig
@@ -40,22 +46,23 @@ class CameraNode(GraphNode):
 
     def open(self) -> None:
         """Build the pipeline and the publishers."""
-        self.build()
-        camera = self.config.camera
+        settings, camera = self.config.settings, self.config.camera
+        self.pipeline = CameraPipeline(
+            settings.pipeline, settings.mapping(), settings.ignore_mask()
+        )
+        self.forget_feedback()
         self.last_stamp_ns = -1
         self.health = StreamHealth()
-        self.diagnostics = Diagnostics(self, {camera: self.health})
+        self.pose = PoseHealth()
+        parts: dict[str, Health] = {camera: self.health, f'{camera} calibration': self.pose}
+        self.diagnostics = Diagnostics(self, parts)
         reliable = quality.reliable
         self.detections = self.publisher(PointCloud2, f'{camera}/detections', reliable(10))
         self.events = self.publisher(PointCloud2, f'{camera}/events', reliable(100))
         self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
 
-    def build(self) -> None:
-        """Begin with an empty background and no tracks."""
-        settings = self.config.settings
-        self.pipeline = CameraPipeline(
-            settings.pipeline, settings.mapping(), settings.ignore_mask()
-        )
+    def forget_feedback(self) -> None:
+        """Begin without feedback."""
         self.feedback = FeedbackBuffer(
             round(self.config.period * 1e9), round(self.config.feedback_delay * 1e9)
         )
@@ -96,7 +103,20 @@ class CameraNode(GraphNode):
         if len(output.events):
             self.send(self.events, output.events)
         self.send(self.detections, output.detections)
+        self.note_shift(output.shift)
         self.show(image, output.detections)
+
+    def note_shift(self, shift: CameraShift) -> None:
+        """Keep what the watchdog says; log when the camera moves or is back."""
+        before, self.pose.shift = self.pose.shift.state, shift
+        if shift.state is before:
+            return
+        if shift.state is ShiftState.MOVED:
+            self.get_logger().warning(
+                f'the camera has moved by {shift.size_px:.1f} px: calibrate it anew'
+            )
+        elif before is ShiftState.MOVED:
+            self.get_logger().info('the camera is back where it was')
 
     def show(self, image: Any, detections: Detections) -> None:
         """Publish the picture with what is seen in it, while somebody looks."""
@@ -108,14 +128,14 @@ class CameraNode(GraphNode):
             )
 
     def check_stamp(self, stamp_ns: int) -> None:
-        """Refuse a picture that is no newer than the last; a long step back begins anew."""
+        """Refuse a picture that is no newer than the last; a long step back is a new run."""
         if stamp_ns > self.last_stamp_ns:
             return
         if self.last_stamp_ns - stamp_ns <= _RESTART_NS:
             word = 'again' if stamp_ns == self.last_stamp_ns else 'backwards'
             raise ValueError(f'its stamp {stamp_ns} ns comes {word} after {self.last_stamp_ns}')
         self.get_logger().warning('stamps step back by more than a second: the camera begins anew')
-        self.build()
+        self.forget_feedback()
 
     def check_size(self, width: int, height: int) -> None:
         """Refuse a picture that the calibration is not made for."""

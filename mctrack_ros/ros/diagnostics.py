@@ -1,14 +1,16 @@
-"""Health of the streams that a node receives, on `/diagnostics` once a second."""
+"""Health of a node's streams and of its camera's pose, on `/diagnostics` once a second."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.lifecycle import LifecyclePublisher
 
 from mctrack_ros.codec import header
+from mctrack_ros.perception import CameraShift, ShiftState
 from mctrack_ros.ros.lifecycle import GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.quality import reliable
@@ -77,22 +79,72 @@ class StreamHealth:
         return status
 
 
+_POSE_MESSAGES = {
+    ShiftState.SETTLING: 'learning where the picture lies',
+    ShiftState.STILL: 'the camera has not moved',
+    ShiftState.MOVED: 'the camera has moved: calibrate it anew',
+    ShiftState.UNKNOWN: 'what the camera saw at the start is not found again',
+}
+
+
+@dataclass(slots=True)
+class PoseHealth:
+    """
+    Whether the camera still stands as it was calibrated.
+
+    Attributes
+    ----------
+    shift : CameraShift
+        What its watchdog said last.
+
+    """
+
+    shift: CameraShift = field(default_factory=CameraShift)
+
+    def report(self, name: str) -> DiagnosticStatus:
+        """Return the state; a camera that has moved, or may have, is a warning."""
+        shift = self.shift
+        values = {
+            'shift [px]': f'{shift.size_px:.2f}',
+            'shift right [px]': f'{shift.right_px:.2f}',
+            'shift down [px]': f'{shift.down_px:.2f}',
+            'turn [deg]': f'{shift.turn_deg:.3f}',
+            'added noise [px]': f'{shift.noise_px:.2f}',
+            'patches': str(shift.patches),
+        }
+        doubtful = shift.state in (ShiftState.MOVED, ShiftState.UNKNOWN)
+        return DiagnosticStatus(
+            level=DiagnosticStatus.WARN if doubtful else DiagnosticStatus.OK,
+            name=name,
+            message=_POSE_MESSAGES[shift.state],
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        )
+
+
+class Health(Protocol):
+    """What is reported under one name."""
+
+    def report(self, name: str) -> DiagnosticStatus:
+        """Return the state."""
+        ...
+
+
 class Diagnostics:
     """
-    Publish the health of a node's streams once a second.
+    Publish the health of a node's parts once a second.
 
     Parameters
     ----------
     node : GraphNode
         Opened just now; its `start` calls `begin`.
-    streams : mapping of str to StreamHealth
+    parts : mapping of str to Health
         By name.
 
     """
 
-    def __init__(self, node: GraphNode, streams: Mapping[str, StreamHealth]) -> None:
+    def __init__(self, node: GraphNode, parts: Mapping[str, Health]) -> None:
         self._node = node
-        self._streams = streams
+        self._parts = parts
         self._publisher: LifecyclePublisher = node.publisher(
             DiagnosticArray, '/diagnostics', reliable(10)
         )
@@ -108,8 +160,6 @@ class Diagnostics:
         self._publisher.publish(
             DiagnosticArray(
                 header=header(RCLPY_CLASSES, stamp_ns, ''),
-                status=[
-                    health.report(f'{name}: {stream}') for stream, health in self._streams.items()
-                ],
+                status=[health.report(f'{name}: {part}') for part, health in self._parts.items()],
             )
         )

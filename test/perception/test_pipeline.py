@@ -1,9 +1,16 @@
+import cv2
 import numpy as np
 import pytest
 
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import EventCode, Feedback
-from mctrack_ros.perception import BackwardStampError, CameraConfig, CameraPipeline
+from mctrack_ros.perception import (
+    BackwardStampError,
+    CameraConfig,
+    CameraPipeline,
+    ShiftState,
+)
+from mctrack_ros.perception.watchdog import WatchdogConfig
 
 RED, BLUE, WHITE = (30, 30, 220), (220, 60, 30), (240, 240, 240)
 
@@ -194,3 +201,41 @@ def test_camera_that_sees_the_horizon_publishes_only_what_is_on_the_ground(seed)
         assert np.isfinite(detections.position).all()
         assert np.isfinite(detections.covariance).all()
     assert found
+
+
+def test_a_camera_that_has_moved_is_less_certain_by_the_shift(mapping):
+    size = mapping.image_size
+    paving = cv2.resize(
+        np.random.default_rng(3).integers(60, 160, (40, 50, 3)).astype(np.uint8),
+        (size[0] + 40, size[1] + 40),
+        interpolation=cv2.INTER_NEAREST,
+    )
+
+    quick = WatchdogConfig(settling_s=2.0, sustain_s=2.0)
+
+    def walk(shift_px):
+        pipeline = CameraPipeline(CameraConfig(watchdog=quick), mapping)
+        for index in range(80):
+            offset = 20 - (shift_px if index > 50 else 0)
+            image = paving[20 : 20 + size[1], offset : offset + size[0]].copy()
+            if index > 10:
+                left = 60 + index
+                image[60:130, left : left + 18] = RED
+            output = pipeline.step(image, (index + 1) * 100_000_000, None)
+        return output
+
+    still, moved = walk(0), walk(4)
+    assert moved.shift.state is ShiftState.MOVED
+    assert moved.shift.size_px == pytest.approx(4.0, abs=0.2)
+
+    def pixel_variance(output):
+        """Return the mean variance, px², of what is published of the walker."""
+        x = 60 + 79 + 9
+        box = output.detections.box
+        walker = np.abs(box[:, 0] + box[:, 2] / 2 - x).argmin()
+        jacobian = mapping.image_jacobian(output.detections.position[walker, None, :2])[0]
+        covariance = jacobian @ output.detections.covariance[walker] @ jacobian.T
+        return np.trace(covariance) / 2
+
+    grown = pixel_variance(moved) - pixel_variance(still)
+    assert grown == pytest.approx(moved.shift.size_px**2, rel=0.15)

@@ -1,11 +1,13 @@
 """The camera node over DDS: pictures to detections, and what cannot stop it."""
 
+import moving_camera
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 from walker import PERIOD_NS, SIZE, camera_parameters, picture_message
 
-from mctrack_ros.codec import cloud_from_rows, image_message, jpeg_from_image
+from mctrack_ros.codec import cloud_from_rows, compressed_message, image_message, jpeg_from_image
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
 from mctrack_ros.ros.camera_node import CameraNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
@@ -134,3 +136,45 @@ def test_debug_image_is_drawn_while_somebody_looks(bench, camera):
     camera.show(range(3))
     bench.until(lambda: drawings)
     assert (drawings[0].width, drawings[0].height) == SIZE
+
+
+def test_a_camera_that_has_moved_is_a_warning_until_it_is_configured_anew(bench, projection):
+    parameters = camera_parameters(projection)
+    parameters['settings'] |= {'image_width': moving_camera.SIZE[0]}
+    parameters['settings'] |= {'image_height': moving_camera.SIZE[1]}
+    parameters['settings']['pipeline']['watchdog'] = {'settling_s': 5.0}
+    node = bench.make(CameraNode, **parameters)
+    reports = bench.messages(DiagnosticArray, '/diagnostics')
+    camera, still = Pictures(bench), moving_camera.ground()
+
+    def show(seconds, right):
+        for index in range(*(round(5 * second) for second in seconds)):
+            jpeg = jpeg_from_image(moving_camera.seen(still, right=right))
+            stamp_ns = START_NS + index * 200_000_000
+            camera.send(compressed_message(jpeg, RCLPY_CLASSES, stamp_ns, 'cam1_optical_frame'))
+
+    def said(message):
+        reports.clear()
+        bench.until(lambda: any(message in pose.message for pose in poses(reports)))
+        return next(pose for pose in poses(reports) if message in pose.message)
+
+    show((0, 10), 0.0)
+    assert said('has not moved').level == DiagnosticStatus.OK
+    show((10, 15), 6.0)
+    pose = said('has moved')
+    assert pose.level == DiagnosticStatus.WARN
+    values = {value.key: value.value for value in pose.values}
+    assert float(values['shift [px]']) == pytest.approx(6.0, abs=0.2)
+    assert float(values['added noise [px]']) == pytest.approx(6.0, abs=0.2)
+    for transition in (node.trigger_deactivate, node.trigger_cleanup, node.trigger_configure):
+        transition()
+    node.trigger_activate()
+    bench.heard('/cam1/detections')
+    bench.until(lambda: camera.pictures.get_subscription_count() > 0)
+    show((15, 25), 6.0)
+    assert said('has not moved').level == DiagnosticStatus.OK
+
+
+def poses(reports):
+    """Return what was said about the camera's pose."""
+    return [one for report in reports for one in report.status if 'calibration' in one.name]

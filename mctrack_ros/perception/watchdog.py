@@ -1,0 +1,266 @@
+"""Notices that a camera has moved since it was calibrated, from what stands still before it."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import parameter
+from mctrack_ros.perception.coarse_shift import coarse_shifts, reduced
+from mctrack_ros.perception.patches import (
+    Grey,
+    Motion,
+    Patches,
+    median_motion,
+    prepared,
+)
+
+SEARCH_PX = 5
+WIDE_SEARCH_PX = 12
+CLOSE_PX = 1.5
+ROUNDS = 3
+COARSE_NS = 1_000_000_000
+LONGEST_COARSE_NS = 16_000_000_000
+LEAST_MEASURES = 3
+LEAST_SPAN = 0.75  # of the time over which a shift must last
+END_SHARE = 0.5  # of the threshold, below which an alarm ends
+
+
+@dataclass(frozen=True)
+class WatchdogConfig:
+    """Parameters of `Watchdog`."""
+
+    threshold_px: float = parameter(
+        1.4, 'lasting shift from which the camera counts as moved [px]', minimum=0.2
+    )
+    sustain_s: float = parameter(
+        4.0, 'time of whose shifts the median counts; found in about half of it [s]', minimum=0.1
+    )
+    period_s: float = parameter(0.4, 'time between looks [s]', minimum=0.0)
+    settling_s: float = parameter(
+        10.0, 'time after the start whose median is taken for no shift [s]', minimum=0.0
+    )
+    renewal_s: float = parameter(
+        20.0, 'time after which patches that are seldom found are exchanged [s]', minimum=0.1
+    )
+
+
+class ShiftState(StrEnum):
+    """What is known about the camera's pose."""
+
+    SETTLING = 'settling'
+    STILL = 'still'
+    MOVED = 'moved'
+    UNKNOWN = 'unknown'
+
+
+@dataclass(frozen=True, slots=True)
+class CameraShift:
+    """
+    How far the picture lies from where it was at the start.
+
+    Attributes
+    ----------
+    state : ShiftState
+        Whether that is much.
+    size_px : float
+        Root mean square over the picture, px.
+    right_px, down_px : float
+        Of the picture's middle, px.
+    turn_deg : float
+        Clockwise as seen.
+    patches : int
+        How many agreed when last looked.
+
+    """
+
+    state: ShiftState = ShiftState.SETTLING
+    size_px: float = 0.0
+    right_px: float = 0.0
+    down_px: float = 0.0
+    turn_deg: float = 0.0
+    patches: int = 0
+
+    @property
+    def noise_px(self) -> float:
+        """Standard deviation that it adds to a place in the picture along each axis, px."""
+        return self.size_px if self.state is ShiftState.MOVED else 0.0
+
+
+class Watchdog:
+    """
+    Compares patches of the first picture with later ones (beyond the papers).
+
+    The background model follows a moved picture, so it is not asked: a patch whose texture is
+    found again votes for where the picture lies, one behind people is not found. Most of those
+    found must agree on one shift, turn and zoom. The median of some seconds counts, so wind does
+    not. Patches that are seldom found are exchanged under the motion that the others show: the
+    first picture stays the reference through a changing day.
+
+    Parameters
+    ----------
+    config : WatchdogConfig
+        Parameters.
+    allowed : (h, w) uint8 array, optional
+        0 where the picture is to be ignored.
+
+    Attributes
+    ----------
+    shift : CameraShift
+        What is known now.
+
+    """
+
+    def __init__(self, config: WatchdogConfig, allowed: Grey | None = None) -> None:
+        self._config, self._allowed = config, allowed
+        self._patches: Patches | None = None
+        self._recent: deque[tuple[int, Motion]] = deque()
+        self._settled = False
+        self._last = self._held = Motion()
+        self._next_ns = self._renewal_ns = self._coarse_ns = 0
+        self._coarse_wait_ns = COARSE_NS
+        self._looked_ns: int | None = None
+        self.shift = CameraShift()
+
+    def watch(self, picture: NDArray[np.uint8], stamp_ns: int) -> CameraShift:
+        """
+        Look at a picture, if it is time to.
+
+        Parameters
+        ----------
+        picture : (h, w, 3) uint8 array
+            Blue, green, red; always of one size.
+        stamp_ns : int
+            Its time, ns. A step back forgets what was measured last, but not the reference.
+
+        """
+        if self._looked_ns is not None and stamp_ns < self._looked_ns:
+            self._recent.clear()
+            self._next_ns = self._renewal_ns = self._coarse_ns = self._started_ns = stamp_ns
+        if self._looked_ns is None or stamp_ns >= self._next_ns:
+            self._looked_ns = stamp_ns
+            self._next_ns = stamp_ns + _ns(self._config.period_s)
+            self._look(prepared(picture), stamp_ns)
+        return self.shift
+
+    def _look(self, grey: Grey, stamp_ns: int) -> None:
+        if self._patches is None:
+            self._begin(grey, stamp_ns)
+            return
+        measured = self._measure(self._patches, grey, stamp_ns)
+        self._agreed = 0
+        if measured is not None:
+            self._last, self._agreed = measured
+            self._recent.append((stamp_ns, self._last))
+        if not self._settled:
+            self._settle(grey, stamp_ns)
+            return
+        oldest = stamp_ns - _ns(self._config.sustain_s)
+        while self._recent and self._recent[0][0] <= oldest:
+            self._recent.popleft()
+        lasting = self._lasting()
+        self._judge(lasting)
+        still = self.shift.state is ShiftState.STILL
+        if still and lasting is not None and stamp_ns >= self._renewal_ns:
+            self._patches.renew(grey, lasting)
+            self._coarse = reduced(grey)
+            self._renewal_ns = stamp_ns + _ns(self._config.renewal_s)
+
+    def _begin(self, grey: Grey, stamp_ns: int) -> None:
+        """Take the reference."""
+        height, width = grey.shape
+        self._image_size = (width, height)
+        self._patches = Patches(grey, self._allowed)
+        self._coarse = reduced(grey)
+        self._last = Motion()
+        self._recent.clear()
+        self._started_ns = stamp_ns
+
+    def _settle(self, grey: Grey, stamp_ns: int) -> None:
+        """Take the median of the first time for no shift; begin anew if nothing was found."""
+        if stamp_ns - self._started_ns < _ns(self._config.settling_s):
+            return
+        if len(self._recent) < LEAST_MEASURES:
+            self._begin(grey, stamp_ns)
+            return
+        assert self._patches is not None
+        self._patches.rebase(median_motion([motion for _, motion in self._recent]))
+        self._recent.clear()
+        self._last = Motion()
+        self._settled = True
+        self._renewal_ns = stamp_ns + _ns(self._config.renewal_s)
+
+    def _measure(self, patches: Patches, grey: Grey, stamp_ns: int) -> tuple[Motion, int] | None:
+        """Return the motion: near the last or the lasting one, else near a coarse one."""
+        guesses = [self._last]
+        if self._distance(self._last, self._held) > CLOSE_PX:
+            guesses.append(self._held)
+        near = self._best(patches, grey, guesses, SEARCH_PX)
+        if near is not None:
+            self._coarse_wait_ns = COARSE_NS
+            return near
+        if not self._settled or stamp_ns < self._coarse_ns:
+            return None
+        self._coarse_ns = stamp_ns + self._coarse_wait_ns
+        self._coarse_wait_ns = min(2 * self._coarse_wait_ns, LONGEST_COARSE_NS)
+        scale = grey.shape[1] / self._coarse.shape[1]
+        shifts = coarse_shifts(reduced(grey), self._coarse)
+        coarse = [Motion(right * scale, down * scale) for right, down in shifts]
+        return self._best(patches, grey, [self._held, *coarse], WIDE_SEARCH_PX)
+
+    def _best(
+        self, patches: Patches, grey: Grey, guesses: list[Motion], search_px: int
+    ) -> tuple[Motion, int] | None:
+        """Return the motion near one of some guesses on which most patches agree."""
+        followed = [self._followed(patches, grey, guess, search_px) for guess in guesses]
+        return max(filter(None, followed), key=lambda each: each[1], default=None)
+
+    def _followed(
+        self, patches: Patches, grey: Grey, guess: Motion, search_px: int
+    ) -> tuple[Motion, int] | None:
+        """Return the motion near a guess, searched again where it is until it stays."""
+        found = None
+        for _ in range(ROUNDS):
+            found = patches.motion(grey, guess, search_px)
+            if found is None or self._distance(found[0], guess) < CLOSE_PX:
+                break
+            guess = found[0]
+        return found
+
+    def _distance(self, one: Motion, other: Motion) -> float:
+        return one.minus(other).size(self._image_size)
+
+    def _lasting(self) -> Motion | None:
+        """Return the median motion, if enough of the time is covered."""
+        if len(self._recent) < LEAST_MEASURES:
+            return None
+        span = self._recent[-1][0] - self._recent[0][0]
+        if span < LEAST_SPAN * _ns(self._config.sustain_s - self._config.period_s):
+            return None
+        return median_motion([motion for _, motion in self._recent])
+
+    def _judge(self, lasting: Motion | None) -> None:
+        """State what is known; an alarm stays until the picture is seen to be back."""
+        moved = self.shift.state is ShiftState.MOVED
+        if lasting is None:
+            if not self._recent and not moved:
+                self.shift = CameraShift(ShiftState.UNKNOWN)
+            return
+        self._held, size = lasting, lasting.size(self._image_size)
+        limit = self._config.threshold_px * (END_SHARE if moved else 1.0)
+        self.shift = CameraShift(
+            ShiftState.MOVED if size >= limit else ShiftState.STILL,
+            size,
+            lasting.right,
+            lasting.down,
+            float(np.degrees(np.arctan2(lasting.turn, 1 + lasting.zoom))),
+            self._agreed,
+        )
+
+
+def _ns(seconds: float) -> int:
+    return round(seconds * 1e9)
