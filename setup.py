@@ -6,7 +6,15 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 NAME = 'mctrack_ros'
-NODES = ('camera_node', 'fusion_node', 'video_node', 'simulator_node', 'recorder', 'player')
+NODES = (
+    'camera_node',
+    'fusion_node',
+    'coverage_node',
+    'video_node',
+    'simulator_node',
+    'recorder',
+    'player',
+)
 SCRIPTS = [f'{node} = {NAME}.ros.{node}:main' for node in NODES]
 SCRIPTS.append(f'mctrack = {NAME}.cli.main:main')
 

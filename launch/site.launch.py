@@ -1,4 +1,4 @@
-"""Start the camera nodes and the fusion node of a site."""
+"""Start the camera nodes, the fusion node and the coverage node of a site."""
 
 import tempfile
 from pathlib import Path
@@ -8,12 +8,14 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchDescription
-from mctrack_ros.ros.graph import ENVIRONMENT, site_nodes
+from mctrack_ros.ros.graph import ENVIRONMENT, coverage_node, site_nodes
 from mctrack_ros.site_config import load_site
 
 
 def site(context):
     values = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
+    simulated = values['use_sim_time'] == 'true'
+    nodes = site_nodes(load_site(values['site']), simulated)
     directory = Path(tempfile.mkdtemp(prefix='mctrack_'))
     return [
         Node(
@@ -26,7 +28,7 @@ def site(context):
             respawn_delay=1.0,
             output='screen',
         )
-        for spec in site_nodes(load_site(values['site']), values['use_sim_time'] == 'true')
+        for spec in [*nodes, coverage_node(values['site'], simulated)]
     ]
 
 

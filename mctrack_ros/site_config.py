@@ -25,6 +25,8 @@ from mctrack_ros.ground import (
     read_grid,
     read_projection,
 )
+from mctrack_ros.ground.coverage import area_from
+from mctrack_ros.ground.field_of_view import FieldOfViewError
 from mctrack_ros.interfaces import MAX_CAMERAS, code_tables
 from mctrack_ros.perception import CameraConfig
 
@@ -109,6 +111,8 @@ class SiteConfig:
         ``frame_id`` of everything on the ground.
     feedback_delay : float
         Age of the feedback that a camera uses, s.
+    area : str
+        What is to be covered, as `mctrack_ros.ground.coverage.area_from` reads it; may be empty.
     cameras : dict of str to CameraSettings
         By name, in the order of the camera bits: sorted.
     fusion : FusionConfig
@@ -119,6 +123,7 @@ class SiteConfig:
     name: str
     ground_frame: str
     feedback_delay: float
+    area: str
     cameras: Mapping[str, CameraSettings]
     fusion: FusionConfig
 
@@ -145,6 +150,11 @@ class _SiteScalars:
     ground_frame: str = parameter('map', 'frame_id of positions on the ground')
     feedback_delay: float = parameter(
         0.08, 'age of the feedback that a camera uses [s]', minimum=0.0, maximum=10.0
+    )
+    area: str = parameter(
+        '',
+        'what the cameras are to cover: x0,y0,x1,y1 or the corners x,y of a polygon; '
+        'empty: the rectangle around all that they see [m]',
     )
     fusion: FusionConfig = FusionConfig()
 
@@ -216,6 +226,8 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     if len(cameras) > MAX_CAMERAS:
         raise ConfigError(f'{len(cameras)} cameras, expected at most {MAX_CAMERAS}')
     scalars = config_from(_SiteScalars, values)
+    if scalars.area:
+        _check_area(scalars.area)
     settings = {}
     for name in sorted(cameras):
         if not (isinstance(name, str) and name.isidentifier() and name.islower()):
@@ -233,9 +245,17 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         name=scalars.name,
         ground_frame=scalars.ground_frame,
         feedback_delay=scalars.feedback_delay,
+        area=scalars.area,
         cameras=settings,
         fusion=scalars.fusion,
     )
+
+
+def _check_area(text: str) -> None:
+    try:
+        area_from(text)
+    except FieldOfViewError as error:
+        raise ConfigError(str(error)) from error
 
 
 def _with_paths(camera: CameraSettings, directory: Path) -> CameraSettings:

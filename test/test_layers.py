@@ -21,10 +21,12 @@ ALLOWED = {
     'codec': {'interfaces'},
 }
 ALLOWED['site_config'] = {'interfaces', 'config', 'ground', 'tracking', 'perception', 'fusion'}
+ALLOWED['site_coverage'] = ALLOWED['site_config'] | {'site_config'}
 ALLOWED['recording'] = {'interfaces', 'config', 'codec'}
 ALLOWED['replay'] = ALLOWED['site_config'] | {'site_config', 'codec', 'recording'}
 ALLOWED['experiments'] = ALLOWED['replay'] | {
     'replay',
+    'site_coverage',
     'simulation',
     'evaluation',
     'resources',

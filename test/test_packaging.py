@@ -19,6 +19,7 @@ SOURCES = ('mctrack_ros', 'config', 'launch', 'resource')
 FILES = ('setup.py', 'setup.cfg', 'package.xml', 'pyproject.toml')
 EXECUTABLES = {
     'camera_node',
+    'coverage_node',
     'fusion_node',
     'mctrack',
     'player',
@@ -39,6 +40,7 @@ ROSDEP_KEY_OF_IMPORT = {
     'rich': 'python3-rich',
     'rosbags': 'python3-rosbags-pip',
     'scipy': 'python3-scipy',
+    'shapely': 'python3-shapely',
     'typer': 'python3-typer',
     'yaml': 'python3-yaml',
 }

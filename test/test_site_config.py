@@ -66,6 +66,8 @@ def test_paths_are_relative_to_the_file(site, tmp_path):
         ({'feedback_delay': 'long'}, "feedback_delay is 'long', expected a number"),
         ({'pipeline': {'reduction': 99}}, 'cameras.north.pipeline.reduction is 99'),
         ({'pipeline': [1]}, 'pipeline is'),
+        ({'area': '0,0,5'}, "area is '0,0,5', expected x0,y0,x1,y1"),
+        ({'area': '0,0,9,9,9,0,0,5'}, 'the area crosses or touches itself near'),
     ],
 )
 def test_wrong_sites_are_refused_by_file_and_key(site, content, reason):

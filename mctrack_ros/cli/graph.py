@@ -24,11 +24,12 @@ def run(
     use_sim_time: bool = typer.Option(False, '--use-sim-time', help='Take time from /clock.'),
     domain: int | None = _DOMAIN,
 ) -> None:
-    """Run the graph of a site: a camera node a camera, and the fusion node. Ctrl-C stops it."""
-    from mctrack_ros.cli.sites import named_site
-    from mctrack_ros.ros.graph import site_nodes
+    """Run the graph of a site: a node a camera, fusion and coverage. Ctrl-C stops it."""
+    from mctrack_ros.cli.sites import named_site, site_path
+    from mctrack_ros.ros.graph import coverage_node, site_nodes
 
-    _run_nodes(site_nodes(named_site(site), use_sim_time), namespace, domain)
+    nodes = site_nodes(named_site(site), use_sim_time)
+    _run_nodes([*nodes, coverage_node(site_path(site), use_sim_time)], namespace, domain)
 
 
 def record(

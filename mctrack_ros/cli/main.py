@@ -7,7 +7,16 @@ import sys
 import typer
 
 from mctrack_ros import __version__
-from mctrack_ros.cli import bench, calibrate, compare, demo, graph, offline, reproduce
+from mctrack_ros.cli import (
+    bench,
+    calibrate,
+    compare,
+    coverage,
+    demo,
+    graph,
+    offline,
+    reproduce,
+)
 
 app = typer.Typer(
     name='mctrack',
@@ -44,6 +53,7 @@ app.command('play')(graph.play)
 app.command('calibrate')(calibrate.calibrate)
 app.command('evaluate')(compare.evaluate)
 app.command('reproduce')(reproduce.reproduce)
+app.command('coverage')(coverage.coverage)
 app.command('bench')(bench.bench)
 app.command('results')(compare.results)
 

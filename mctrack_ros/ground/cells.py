@@ -112,6 +112,11 @@ class CellMapping(GroundMapping):
             corners[first], where[first], self.image_size
         )
 
+    @property
+    def camera_position(self) -> Floats:
+        """Where the camera stands, (3,) m, by one homography over all points."""
+        return self._upright.camera_position
+
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
         """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""
         pixel = points_of(pixel)

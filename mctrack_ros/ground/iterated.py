@@ -47,6 +47,11 @@ class IteratedMapping(GroundMapping):
         self._threshold_px = float(threshold_px)
         self._exact = CellMapping(cells, image_size)
 
+    @property
+    def camera_position(self) -> Floats:
+        """Where the camera stands, (3,) m, by one homography over all points."""
+        return self._exact.camera_position
+
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
         """Return the (n, 2) ground positions, m, of (n, 2) pixels."""
         pixel = points_of(pixel)

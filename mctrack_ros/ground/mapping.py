@@ -27,6 +27,11 @@ class GroundMapping(ABC):
 
     image_size: tuple[int, int]
 
+    @property
+    def camera_position(self) -> Floats:
+        """Where the camera stands, (3,) m; NaN for a calibration that does not tell."""
+        return np.full(3, np.nan)
+
     @abstractmethod
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
         """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN where there is none."""

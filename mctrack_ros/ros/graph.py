@@ -81,6 +81,12 @@ def site_nodes(site: SiteConfig, use_sim_time: bool = False) -> list[NodeSpec]:
     return nodes
 
 
+def coverage_node(path: str | Path, use_sim_time: bool = False) -> NodeSpec:
+    """Return the node that says what the cameras of a site, a file, see."""
+    site = str(Path(path).absolute())
+    return NodeSpec('coverage_node', 'coverage', {'site': site, 'use_sim_time': use_sim_time})
+
+
 def player_node(path: str | Path, **parameters: Any) -> NodeSpec:
     """Return the node that plays a bag; the graph ends with it."""
     return NodeSpec('player', 'player', {'path': str(path)} | parameters, False, True)

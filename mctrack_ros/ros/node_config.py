@@ -7,6 +7,7 @@ from typing import Any
 
 from mctrack_ros.config import parameter
 from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.ground.coverage import CoverageConfig
 from mctrack_ros.site_config import CameraSettings
 
 _AUTOSTART = 'configure and activate on start; false: wait for the lifecycle services'
@@ -44,6 +45,20 @@ class FusionNodeConfig:
         0.5, 'height of the points on /tracks/obstacles [m]', minimum=0.0, maximum=10.0
     )
     fusion: FusionConfig = FusionConfig()
+
+
+@dataclass(frozen=True, slots=True)
+class CoverageNodeConfig:
+    """Parameters of `coverage_node`."""
+
+    autostart: bool = parameter(True, _AUTOSTART)
+    site: str = parameter('', 'site YAML, with the cameras and their calibrations')
+    area: str = parameter(
+        '',
+        'what is to be covered: x0,y0,x1,y1 or the corners x,y of a polygon; empty: what the '
+        'site says [m]',
+    )
+    coverage: CoverageConfig = CoverageConfig()
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +176,7 @@ class SimulatorNodeConfig:
 NODE_CONFIGS: dict[str, type[Any]] = {
     'camera_node': CameraNodeConfig,
     'fusion_node': FusionNodeConfig,
+    'coverage_node': CoverageNodeConfig,
     'video_node': VideoNodeConfig,
     'simulator_node': SimulatorNodeConfig,
     'recorder': RecorderConfig,

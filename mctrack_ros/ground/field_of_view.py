@@ -1,0 +1,227 @@
+"""Which part of the ground a camera sees, as polygons: given by its corners, or derived."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike, NDArray
+from shapely import MultiPolygon, Polygon
+
+from mctrack_ros.ground.camera import CameraMapping
+from mctrack_ros.ground.errors import CalibrationError
+from mctrack_ros.ground.mapping import GroundMapping
+
+Floats = NDArray[np.float64]
+Region = Polygon | MultiPolygon
+"""What a camera sees: nothing, one piece or several."""
+
+_OUTLINE_STEP_PX = 1.0
+_FARTHEST = 2.0
+"""How far beyond its reach a camera's outline is followed, in reaches."""
+_HALVINGS = 60
+_DIRECTIONS = 720
+_RADII = 400
+_SMOOTHED_M = 0.001
+_SLIVER_M2 = 1e-6
+
+
+class FieldOfViewError(CalibrationError):
+    """A polygon on the ground that cannot be one; says whose and why."""
+
+
+def polygon_from(corners: ArrayLike, name: str = 'the polygon') -> Polygon:
+    """
+    Return the polygon of some corners.
+
+    Parameters
+    ----------
+    corners : (k, 2) array_like
+        Around it, either way, m; the first may be repeated at the end.
+    name : str
+        What it is, for messages.
+
+    Raises
+    ------
+    FieldOfViewError
+        If it has fewer than three different corners or no area, crosses itself, or a number is
+        not finite.
+
+    """
+    points = np.asarray(corners, np.float64)
+    if points.ndim != 2 or points.shape[1] != 2:
+        raise FieldOfViewError(f'{name} has corners of shape {points.shape}, expected (k, 2)')
+    if not np.isfinite(points).all():
+        raise FieldOfViewError(f'{name} has a corner that is not finite')
+    distinct = len(np.unique(points, axis=0))
+    if distinct < 3:
+        raise FieldOfViewError(f'{name} has {distinct} different corners, expected at least 3')
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    if spread[1] <= 1e-9 * spread[0]:
+        raise FieldOfViewError(f'{name} has no area: its corners lie on one line')
+    polygon = Polygon(points)
+    if not polygon.is_valid:
+        reason = shapely.is_valid_reason(polygon)
+        where = reason[reason.find('[') + 1 : reason.find(']')].split()
+        raise FieldOfViewError(
+            f'{name} crosses or touches itself near '
+            f'({float(where[0]):.2f}, {float(where[1]):.2f}) m: '
+            'its corners must go around it in order'
+        )
+    return polygon
+
+
+def seen_ground(
+    mapping: GroundMapping,
+    reach: float = 200.0,
+    person_height: float = 1.75,
+    least_height_px: float = 0.0,
+) -> Region:
+    """
+    Return the ground that a camera's picture shows.
+
+    The picture's outline is mapped to the ground point by point, so a lens may bend it, and cut
+    where it comes near the horizon.
+
+    Parameters
+    ----------
+    mapping : GroundMapping
+        The camera.
+    reach : float
+        How far from the camera's foot it is of use, m.
+    person_height : float
+        Height of who is to be seen, m.
+    least_height_px : float
+        How high they must look, px; 0 does not limit.
+
+    Returns
+    -------
+    Polygon or MultiPolygon
+        Empty for a camera that sees no ground. Where the lens has no direction for a corner of
+        the picture, a straight line cuts it off.
+
+    """
+    limit = _limit(mapping, reach, person_height, least_height_px)
+    lines = [shapely.LineString(line) for line in _outline_on_ground(mapping, _FARTHEST * reach)]
+    drawn = shapely.union_all([limit.exterior, *lines])
+    faces = shapely.get_parts(shapely.polygonize([drawn]))
+    faces = faces[shapely.area(faces) > _SLIVER_M2]
+    inside = shapely.point_on_surface(faces)
+    places = shapely.get_coordinates(inside)
+    seen = is_in_picture(mapping, places) & shapely.contains(limit, inside)
+    region = shapely.union_all(faces[seen]).simplify(_SMOOTHED_M)
+    return region if isinstance(region, Polygon | MultiPolygon) else Polygon()
+
+
+def foot_of(mapping: GroundMapping) -> Floats:
+    """Return the place on the ground below a camera, (2,) m."""
+    if isinstance(mapping, CameraMapping):
+        return mapping.camera.position[:2]
+    return mapping.camera_position[:2]
+
+
+def is_in_picture(mapping: GroundMapping, position: Floats) -> NDArray[np.bool_]:
+    """Tell which (n, 2) ground positions, m, a camera's picture shows."""
+    pixel = mapping.image_from_ground(position)
+    inside = (pixel >= 0) & (pixel <= mapping.image_size)
+    return np.asarray(inside.all(axis=1))
+
+
+def _limit(
+    mapping: GroundMapping, reach: float, person_height: float, least_height_px: float
+) -> Polygon:
+    """Return the region around the camera's foot in which people look large enough."""
+    foot = foot_of(mapping)
+    angle = np.linspace(0, 2 * np.pi, _DIRECTIONS, endpoint=False)
+    direction = np.column_stack([np.cos(angle), np.sin(angle)])
+    radius = np.full(_DIRECTIONS, reach)
+    if least_height_px > 0:
+        radius = _radius(mapping, direction, reach, person_height, least_height_px)
+    return Polygon(foot + radius[:, None] * direction)
+
+
+def _radius(
+    mapping: GroundMapping, direction: Floats, reach: float, height: float, least_px: float
+) -> Floats:
+    """Return up to where, (n,) m, people in (n, 2) directions look large enough."""
+    radius = np.geomspace(reach / 1000, reach, _RADII)
+    place = foot_of(mapping) + radius[:, None, None] * direction
+    rows = mapping.height_px(place.reshape(-1, 2), height).reshape(_RADII, -1)
+    # near the camera people are seen from above: only those beyond the tallest are too far
+    fits = ~(rows < least_px)
+    last = np.where(fits.any(axis=0), _RADII - 1 - fits[::-1].argmax(axis=0), 0)
+    farther = np.minimum(last + 1, _RADII - 1)
+    column = np.arange(len(direction))
+    tall, small = rows[last, column], rows[farther, column]
+    with np.errstate(invalid='ignore', divide='ignore'):
+        share = np.clip((1 / least_px - 1 / tall) / (1 / small - 1 / tall), 0, 1)
+    share = np.where(np.isfinite(share), share, 0.0)
+    limit: Floats = radius[last] + share * (radius[farther] - radius[last])
+    return limit
+
+
+def _outline_on_ground(mapping: GroundMapping, farthest: float) -> list[Floats]:
+    """Return the picture's outline as lines on the ground, each cut at a distance, m."""
+    pixel = _outline(mapping.image_size)
+    foot = foot_of(mapping)
+    position = mapping.ground_from_image(pixel)
+    near = _is_near(position, foot, farthest)
+    if near.all():
+        return [np.vstack([position, position[:1]])]
+    if not near.any():
+        return []
+    first = int(np.argmin(near))
+    pixel, near = np.roll(pixel, -first, axis=0), np.roll(near, -first)
+    starts = np.flatnonzero(~near[:-1] & near[1:]) + 1
+    stops = np.flatnonzero(near[:-1] & ~near[1:]) + 1
+    if near[-1]:
+        stops = np.append(stops, len(near))
+    lines = []
+    for start, stop in zip(starts, stops):
+        ends = [(start, start - 1), (stop - 1, stop % len(pixel))]
+        edge = [_last_near(mapping, pixel[a], pixel[b], farthest) for a, b in ends]
+        inner = mapping.ground_from_image(pixel[start:stop])
+        lines.append(np.vstack([edge[0], inner, edge[1]]))
+    return lines + _chords(lines, foot, farthest)
+
+
+def _outline(image_size: tuple[int, int]) -> Floats:
+    """Return (n, 2) pixels around the picture's edge."""
+    width, height = image_size
+    corners = np.array([[0, 0], [width, 0], [width, height], [0, height], [0, 0]], np.float64)
+    sides = []
+    for start, end in itertools.pairwise(corners):
+        steps = math.ceil(np.abs(end - start).max() / _OUTLINE_STEP_PX)
+        sides.append(start + np.linspace(0, 1, steps, endpoint=False)[:, None] * (end - start))
+    return np.vstack(sides)
+
+
+def _is_near(position: Floats, foot: Floats, farthest: float) -> NDArray[np.bool_]:
+    """Tell which (n, 2) positions exist and are no farther, m, from the camera's foot."""
+    near: NDArray[np.bool_] = np.hypot(*(position - foot).T) <= farthest
+    return near
+
+
+def _last_near(mapping: GroundMapping, near: Floats, far: Floats, farthest: float) -> Floats:
+    """Return the (2,) ground position at which the outline leaves the distance, m."""
+    foot = foot_of(mapping)
+    for _ in range(_HALVINGS):
+        middle = (near + far) / 2
+        if _is_near(mapping.ground_from_image(middle), foot, farthest)[0]:
+            near = middle
+        else:
+            far = middle
+    place: Floats = mapping.ground_from_image(near)[0]
+    return place
+
+
+def _chords(lines: list[Floats], foot: Floats, farthest: float) -> list[Floats]:
+    """Return what joins lines that end before the distance: there the lens has no direction."""
+    chords = []
+    for line, following in zip(lines, [*lines[1:], lines[0]]):
+        ends = np.array([line[-1], following[0]])
+        if (np.hypot(*(ends - foot).T) < 0.999 * farthest).all():
+            chords.append(ends)
+    return chords

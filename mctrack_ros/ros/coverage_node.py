@@ -1,0 +1,50 @@
+"""What a site's cameras see, as latched occupancy grids."""
+
+from __future__ import annotations
+
+import sys
+
+from nav_msgs.msg import OccupancyGrid
+
+from mctrack_ros.config import ConfigError
+from mctrack_ros.ros import quality
+from mctrack_ros.ros.lifecycle import GraphNode
+from mctrack_ros.ros.node_config import CoverageNodeConfig
+from mctrack_ros.ros.occupancy import error_grid, seen_grid
+from mctrack_ros.ros.process import run
+from mctrack_ros.site_config import load_site
+from mctrack_ros.site_coverage import site_coverage
+
+
+class CoverageNode(GraphNode):
+    """Publish, once and for whoever comes later, how many cameras see a place and how well."""
+
+    CONFIG = CoverageNodeConfig
+    config: CoverageNodeConfig
+
+    def __init__(self) -> None:
+        super().__init__('coverage_node')
+
+    def open(self) -> None:
+        """Compute what the site's cameras see."""
+        if not self.config.site:
+            raise ConfigError("site is '', expected the site YAML")
+        site = load_site(self.config.site)
+        self.frame = site.ground_frame
+        self.raster = site_coverage(site, self.config.coverage, self.config.area).raster
+        self.seen = self.publisher(OccupancyGrid, 'coverage', quality.latched())
+        self.error = self.publisher(OccupancyGrid, 'coverage/error', quality.latched())
+
+    def start(self) -> None:
+        """Say it."""
+        self.seen.publish(seen_grid(self.raster, self.frame))
+        self.error.publish(error_grid(self.raster, self.frame))
+
+
+def main() -> int:
+    """Run the node."""
+    return run(CoverageNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,38 @@
+import json
+
+import cv2
+import pytest
+from typer.testing import CliRunner
+
+from mctrack_ros.cli.main import app
+from mctrack_ros.ground.field_of_view import FieldOfViewError
+
+
+def mctrack(*arguments):
+    result = CliRunner().invoke(app, [*map(str, arguments)], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def test_coverage_prints_a_table_and_writes_figures_and_a_picture(tmp_path):
+    figures, picture = tmp_path / 'coverage.json', tmp_path / 'coverage.png'
+    output = mctrack('coverage', 'pitch5', '--cell', 2, '--json', figures, '--picture', picture)
+    assert 'share.at_least_1' in output
+    content = json.loads(figures.read_text())
+    assert content['command'] == 'mctrack coverage pitch5 --cell 2 --reach 200'
+    assert content['figures']['area_m2'] == 7140.0
+    assert cv2.imread(str(picture)).shape[1] > 1500
+
+
+def test_coverage_of_an_area_lists_its_blind_areas(tmp_path):
+    figures = tmp_path / 'coverage.json'
+    mctrack('coverage', 'pitch5', '--area=-120,0,105,68', '--cell', 2, '--json', figures)
+    values = json.loads(figures.read_text())['figures']
+    assert values['blind.count'] >= 1
+    assert values['blind.1.x_m'] < 0
+    assert values['blind.m2'] == pytest.approx(values['area_m2'] * values['share.exactly_0'])
+
+
+def test_coverage_refuses_a_crossing_area():
+    with pytest.raises(FieldOfViewError, match='the area crosses or touches itself near'):
+        mctrack('coverage', 'pitch5', '--area', '0,0,9,9,9,0,0,5')
