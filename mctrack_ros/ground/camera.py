@@ -111,6 +111,11 @@ class CameraMapping(GroundMapping):
         self._lens = np.concatenate([camera.intrinsics, camera.distortion, [radius**2]])
         self._pose = np.ascontiguousarray(np.column_stack([camera.rotation, camera.translation]))
 
+    @property
+    def camera_position(self) -> Floats:
+        """Where the camera stands, (3,) m."""
+        return self.camera.position
+
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
         """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""
         return _on_ground(self._lens, self._pose, points_of(pixel))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from shapely import Polygon
 
 from mctrack_ros.config import parameter
-from mctrack_ros.ground.field_of_view import FieldOfViewError, Region, foot_of, polygon_from
+from mctrack_ros.ground.field_of_view import FieldOfViewError, Region, polygon_from
 from mctrack_ros.ground.mapping import GroundMapping
 
 Floats = NDArray[np.float64]
@@ -66,7 +66,7 @@ class View:
     @property
     def foot(self) -> Floats:
         """Where the camera stands, (2,) m; NaN if that is not known."""
-        return np.full(2, np.nan) if self.mapping is None else foot_of(self.mapping)
+        return np.full(2, np.nan) if self.mapping is None else self.mapping.camera_position[:2]
 
     def covariance(self, position: Floats) -> Floats:
         """Return (n, 2, 2) covariances, m², of people's (n, 2) positions; NaN if not known."""

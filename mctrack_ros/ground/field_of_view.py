@@ -10,7 +10,6 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely import MultiPolygon, Polygon
 
-from mctrack_ros.ground.camera import CameraMapping
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.mapping import GroundMapping
 
@@ -115,13 +114,6 @@ def seen_ground(
     return region if isinstance(region, Polygon | MultiPolygon) else Polygon()
 
 
-def foot_of(mapping: GroundMapping) -> Floats:
-    """Return the place on the ground below a camera, (2,) m."""
-    if isinstance(mapping, CameraMapping):
-        return mapping.camera.position[:2]
-    return mapping.camera_position[:2]
-
-
 def is_in_picture(mapping: GroundMapping, position: Floats) -> NDArray[np.bool_]:
     """Tell which (n, 2) ground positions, m, a camera's picture shows."""
     pixel = mapping.image_from_ground(position)
@@ -133,7 +125,7 @@ def _limit(
     mapping: GroundMapping, reach: float, person_height: float, least_height_px: float
 ) -> Polygon:
     """Return the region around the camera's foot in which people look large enough."""
-    foot = foot_of(mapping)
+    foot = mapping.camera_position[:2]
     angle = np.linspace(0, 2 * np.pi, _DIRECTIONS, endpoint=False)
     direction = np.column_stack([np.cos(angle), np.sin(angle)])
     radius = np.full(_DIRECTIONS, reach)
@@ -147,7 +139,7 @@ def _radius(
 ) -> Floats:
     """Return up to where, (n,) m, people in (n, 2) directions look large enough."""
     radius = np.geomspace(reach / 1000, reach, _RADII)
-    place = foot_of(mapping) + radius[:, None, None] * direction
+    place = mapping.camera_position[:2] + radius[:, None, None] * direction
     rows = mapping.height_px(place.reshape(-1, 2), height).reshape(_RADII, -1)
     # near the camera people are seen from above: only those beyond the tallest are too far
     fits = ~(rows < least_px)
@@ -165,7 +157,7 @@ def _radius(
 def _outline_on_ground(mapping: GroundMapping, farthest: float) -> list[Floats]:
     """Return the picture's outline as lines on the ground, each cut at a distance, m."""
     pixel = _outline(mapping.image_size)
-    foot = foot_of(mapping)
+    foot = mapping.camera_position[:2]
     position = mapping.ground_from_image(pixel)
     near = _is_near(position, foot, farthest)
     if near.all():
@@ -206,7 +198,7 @@ def _is_near(position: Floats, foot: Floats, farthest: float) -> NDArray[np.bool
 
 def _last_near(mapping: GroundMapping, near: Floats, far: Floats, farthest: float) -> Floats:
     """Return the (2,) ground position at which the outline leaves the distance, m."""
-    foot = foot_of(mapping)
+    foot = mapping.camera_position[:2]
     for _ in range(_HALVINGS):
         middle = (near + far) / 2
         if _is_near(mapping.ground_from_image(middle), foot, farthest)[0]:

@@ -28,9 +28,9 @@ class GroundMapping(ABC):
     image_size: tuple[int, int]
 
     @property
+    @abstractmethod
     def camera_position(self) -> Floats:
-        """Where the camera stands, (3,) m; NaN for a calibration that does not tell."""
-        return np.full(3, np.nan)
+        """Where the camera stands, (3,) m."""
 
     @abstractmethod
     def ground_from_image(self, pixel: ArrayLike) -> Floats:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from lens_cameras import camera
 
 from mctrack_ros.ground import ProjectiveMapping
-from mctrack_ros.ground.field_of_view import FieldOfViewError, foot_of, polygon_from, seen_ground
+from mctrack_ros.ground.field_of_view import FieldOfViewError, polygon_from, seen_ground
 
 REACH = 60.0
 
@@ -17,7 +17,7 @@ def sampled(mapping, places, reach=REACH):
     """Tell by projection alone which places a camera sees within its reach."""
     pixel = mapping.image_from_ground(places)
     inside = ((pixel >= 0) & (pixel <= mapping.image_size)).all(axis=1)
-    return inside & (np.hypot(*(places - foot_of(mapping)).T) <= reach)
+    return inside & (np.hypot(*(places - mapping.camera_position[:2]).T) <= reach)
 
 
 def agrees(mapping, region, places, reach=REACH):
