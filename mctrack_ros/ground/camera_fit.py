@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,10 @@ CLICK_NOISE_PX = 0.5
 ROBUST_SCALE = 2.5
 FEWEST = len(PARAMETERS) // 2 + 2
 """Points without which nothing is left to check the fit by: two more than it has unknowns for."""
+FOCAL_SPREAD, K1_SPREAD = 0.7, 0.5
+"""Spread of lenses: of the focal length's logarithm about the picture's longer side, and of k1.
+A camera that looks straight down sees the ground the same from twice as high with twice the focal
+length; this decides."""
 WILD = 3.5
 """Distance of a click from where the camera sees its point from which it is wild, in noises."""
 BELIEVED = 0.99
@@ -30,6 +34,7 @@ LARGEST_ERROR = 0.05
 """Predicted error from which points say too little, as a share of the area that they span."""
 FOCAL_STARTS = (0.5, 0.8, 1.3, 2.0, 4.0)
 TRIED = 2
+SWAPPED = 'no camera sees the points so: are two of them swapped?'
 
 
 class FitError(CalibrationError):
@@ -101,33 +106,31 @@ def fit_camera(
     """
     ground, image = points_of(ground), points_of(image)
     _check(ground, image, click_noise_px)
-    scale = max(float(np.abs(image - np.divide(image_size, 2)).max()), 1.0)
-    problems = [
-        _Problem(start, ground, image, image_size, ROBUST_SCALE * click_noise_px)
-        for start in _starts(ground, image, image_size)
-    ]
-    problems.sort(key=lambda problem: float(np.abs(problem.misses(problem.first)).sum()))
-    if not problems:
-        raise FitError('no camera sees the points so: are two of them swapped?')
-    camera, _ = min((each.solved() for each in problems[:TRIED]), key=lambda found: found[1])
+    camera = _solved(ground, image, image_size, click_noise_px)
     fitted = CameraMapping(camera, image_size)
     residual = image - fitted.image_from_ground(ground)
-    if not np.isfinite(residual).all() or np.abs(residual).max() > scale:
-        raise FitError('no camera sees the points so: are two of them swapped?')
+    farthest = float(np.abs(image - np.divide(image_size, 2)).max())
+    if not np.abs(residual).max() <= farthest:
+        raise FitError(SWAPPED)
     weight = _weights(residual, click_noise_px)
     noise_px = _noise(residual, weight, click_noise_px)
-    jacobian = fitted.parameter_jacobian(ground)
-    information = np.einsum('n,nik,nil->kl', weight, jacobian, jacobian) / noise_px**2
-    covariance = _inverse(information)
-    mapping = CameraMapping(
-        Camera(
-            camera.intrinsics, camera.distortion, camera.rotation, camera.translation, covariance
-        ),
-        image_size,
-        image,
-    )
+    covariance = _covariance(fitted, ground, weight / noise_px**2)
+    mapping = CameraMapping(replace(camera, covariance=covariance), image_size, image)
     _check_informative(mapping, ground)
     return CameraFit(mapping, ground, image, residual, noise_px)
+
+
+def _solved(ground: Floats, image: Floats, image_size: tuple[int, int], noise_px: float) -> Camera:
+    """Return the camera that misses the points least, from the starts that miss least."""
+    problems = [
+        _Problem(start, ground, image, image_size, ROBUST_SCALE * noise_px)
+        for start in _starts(ground, image, image_size)
+    ]
+    if not problems:
+        raise FitError(SWAPPED)
+    problems.sort(key=lambda problem: float(np.abs(problem.misses(problem.first)).sum()))
+    camera, _ = min((each.solved() for each in problems[:TRIED]), key=lambda found: found[1])
+    return camera
 
 
 def _check(ground: Floats, image: Floats, noise_px: float) -> None:
@@ -219,14 +222,19 @@ class _Problem:
 
     def misses(self, values: Floats) -> Floats:
         seen = CameraMapping(self.camera(values), self._size).unfolded(self._ground)
-        missed = (seen - self._image) / self._scale_px
-        return np.where(np.isfinite(missed), missed, FAR).ravel()
+        missed = np.where(np.isfinite(seen), (seen - self._image) / self._scale_px, FAR)
+        focal, k1 = max(values[0], 1.0), values[1]
+        odd = [np.log(focal / max(self._size)) / FOCAL_SPREAD, k1 / K1_SPREAD]
+        return np.concatenate([missed.ravel(), np.divide(odd, ROBUST_SCALE)])
 
     def derivatives(self, values: Floats) -> Floats:
         mapping = CameraMapping(self.camera(values), self._size)
         slopes = mapping.parameter_jacobian(self._ground)
         slopes[:, :, 2:5] = slopes[:, :, 2:5] @ _turned(values[2:5])
-        return np.where(np.isfinite(slopes), slopes, 0.0).reshape(-1, 8) / self._scale_px
+        slopes = np.where(np.isfinite(slopes), slopes, 0.0).reshape(-1, 8) / self._scale_px
+        odd = np.zeros((2, 8))
+        odd[0, 0], odd[1, 1] = 1 / max(values[0], 1.0) / FOCAL_SPREAD, 1 / K1_SPREAD
+        return np.concatenate([slopes, odd / ROBUST_SCALE])
 
     def solved(self) -> tuple[Camera, float]:
         """Return the camera at the minimum and its cost."""
@@ -268,15 +276,13 @@ def _noise(residual: Floats, weight: Floats, stated_px: float) -> float:
     return float(np.sqrt(missed / freedom))
 
 
-def _inverse(information: Floats) -> Floats:
-    """Return the covariance of an information matrix, its units balanced first."""
-    scale = 1 / np.sqrt(np.diag(information))
-    balanced = information * scale[:, None] * scale
-    if not np.isfinite(balanced).all() or np.linalg.cond(balanced) > 1e14:
-        raise FitError(
-            'the points are under-determined: another camera sees them the same; '
-            'add points that are spread over the picture'
-        )
-    covariance = np.linalg.inv(balanced) * scale[:, None] * scale
+def _covariance(mapping: CameraMapping, ground: Floats, weight: Floats) -> Floats:
+    """Return the (8, 8) covariance of a camera seen by points that weigh so much, 1/px²."""
+    jacobian = mapping.parameter_jacobian(ground)
+    information = np.einsum('n,nik,nil->kl', weight, jacobian, jacobian)
+    information[0, 0] += 1 / (FOCAL_SPREAD * mapping.camera.intrinsics[0]) ** 2
+    information[1, 1] += 1 / K1_SPREAD**2
+    scale = 1 / np.sqrt(np.diag(information))  # the units are balanced before it is inverted
+    covariance = np.linalg.inv(information * scale[:, None] * scale) * scale[:, None] * scale
     symmetric: Floats = (covariance + covariance.T) / 2
     return symmetric

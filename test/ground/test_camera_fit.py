@@ -67,3 +67,13 @@ def test_swapped_points_are_refused_or_named_by_their_residuals():
         return
     worst = np.argsort(np.linalg.norm(fit.residual, axis=1))[-2:]
     assert set(worst.tolist()) == {0, len(points) - 1}
+
+
+def test_a_camera_that_looks_straight_down_is_fitted_though_its_height_is_a_guess():
+    mapping = camera((0.0, 0.0, 8.0), (0.0, 0.01, 0.0), 500.0, (0, 0, 0, 0, 0))
+    points = seen_grid(mapping, 1.0, 8.0)
+    fit = fit_camera(points, clicked(mapping, points, 1), SIZE)
+    error = fit.mapping.ground_from_image(mapping.image_from_ground(points)) - points
+    assert np.sqrt((error**2).mean()) < 0.005
+    assert 4.0 < fit.mapping.camera.position[2] < 16.0
+    assert fit.mapping.camera.covariance[0, 0] > 100.0**2
