@@ -19,11 +19,12 @@ from mctrack_ros.config import ConfigError, config_from, parameter, values_of
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.ground import (
     METHODS,
+    METRES,
     CalibrationError,
     GroundMapping,
     mapping_from_grid,
+    read_calibration,
     read_grid,
-    read_projection,
 )
 from mctrack_ros.ground.coverage import area_from
 from mctrack_ros.ground.field_of_view import FieldOfViewError
@@ -33,7 +34,7 @@ from mctrack_ros.perception import CameraConfig
 LAYOUT_VERSION = 1
 """Of the clouds' fields; counts up when a field changes its meaning."""
 
-_FILES = ('grid', 'projection', 'mask')
+_FILES = ('grid', 'calibration', 'extrinsics', 'mask')
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +52,12 @@ class CameraSettings:
     click_noise_px: float = parameter(
         0.5, "standard deviation of the grid's pixels along one axis [px]", minimum=0.0
     )
-    projection: str = parameter('', 'YAML file with a homography or projection, instead of a grid')
+    calibration: str = parameter(
+        '',
+        'instead of a grid: file with a matrix, a ROS camera info, or a camera of OpenCV or Tsai',
+    )
+    extrinsics: str = parameter('', "file with the camera's pose, if the calibration has none")
+    length_unit: str = parameter('m', 'of lengths in the calibration', choices=tuple(METRES))
     mask: str = parameter('', 'picture whose black pixels are ignored; empty: none')
     pipeline: CameraConfig = CameraConfig()
 
@@ -62,16 +68,16 @@ class CameraSettings:
         Raises
         ------
         ConfigError
-            If neither a grid nor a projection is named, or both.
+            If neither a grid nor a calibration is named, or both.
         CalibrationError
             If the file cannot be used.
 
         """
         size = (self.image_width, self.image_height)
-        if bool(self.grid) == bool(self.projection):
-            raise ConfigError('name either a grid or a projection file of the camera')
-        if self.projection:
-            return read_projection(self.projection, size)
+        if bool(self.grid) == bool(self.calibration):
+            raise ConfigError('name either a grid or a calibration file of the camera')
+        if self.calibration:
+            return read_calibration(self.calibration, size, self.extrinsics, self.length_unit)
         grid = read_grid(self.grid)
         try:
             return mapping_from_grid(grid, size, self.method, self.click_noise_px)

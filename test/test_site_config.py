@@ -20,7 +20,7 @@ def site(tmp_path):
     (tmp_path / 'view.yaml').write_text(HOMOGRAPHY)
 
     def make(**content):
-        cameras = {'north': {'projection': 'view.yaml'}}
+        cameras = {'north': {'calibration': 'view.yaml'}}
         path = tmp_path / 'site.yaml'
         path.write_text(yaml.safe_dump({'cameras': cameras} | content))
         return load_site(path)
@@ -39,7 +39,7 @@ def test_the_shipped_site_has_five_cameras_that_all_read():
 def test_cameras_are_sorted_and_share_settings_that_they_may_override(site):
     loaded = site(
         pipeline={'reduction': 2},
-        cameras={'west': {'projection': 'view.yaml'}, 'east': {'pipeline': {'reduction': 1}}},
+        cameras={'west': {'calibration': 'view.yaml'}, 'east': {'pipeline': {'reduction': 1}}},
     )
     assert loaded.camera_names == ('east', 'west')
     assert loaded.cameras['east'].pipeline.reduction == 1
@@ -47,7 +47,7 @@ def test_cameras_are_sorted_and_share_settings_that_they_may_override(site):
 
 
 def test_paths_are_relative_to_the_file(site, tmp_path):
-    assert site().cameras['north'].projection == str(tmp_path / 'view.yaml')
+    assert site().cameras['north'].calibration == str(tmp_path / 'view.yaml')
 
 
 @pytest.mark.parametrize(
@@ -89,9 +89,9 @@ def test_a_missing_site_is_named(tmp_path):
         load_site(tmp_path / 'nowhere.yaml')
 
 
-@pytest.mark.parametrize('files', [{}, {'grid': 'a.xml', 'projection': 'b.yaml'}])
+@pytest.mark.parametrize('files', [{}, {'grid': 'a.xml', 'calibration': 'b.yaml'}])
 def test_a_camera_needs_exactly_one_calibration(site, files):
-    with pytest.raises(ConfigError, match='either a grid or a projection'):
+    with pytest.raises(ConfigError, match='either a grid or a calibration'):
         site(cameras={'north': files}).cameras['north'].mapping()
 
 

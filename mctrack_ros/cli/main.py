@@ -10,6 +10,7 @@ from mctrack_ros import __version__
 from mctrack_ros.cli import (
     bench,
     calibrate,
+    calibration,
     compare,
     coverage,
     demo,
@@ -54,6 +55,7 @@ app.command('calibrate')(calibrate.calibrate)
 app.command('evaluate')(compare.evaluate)
 app.command('reproduce')(reproduce.reproduce)
 app.command('coverage')(coverage.coverage)
+app.command('convert-calibration')(calibration.convert_calibration)
 app.command('bench')(bench.bench)
 app.command('results')(compare.results)
 

@@ -12,21 +12,19 @@ from typing import Any
 
 import cv2
 import numpy as np
-from defusedxml.ElementTree import parse
 from numpy.typing import NDArray
 
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation import Scores, Trajectories, evaluate_ground
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
-from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.ground import ProjectiveMapping, read_tsai
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.perception import CameraConfig, CameraPipeline, FeedbackBuffer
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
-CALIBRATED_SIZE = (768, 576)
 PICTURE_SIZE = (480, 360)
 PERIOD_S = 1 / 7
 PERIOD_NS = round(PERIOD_S * 1e9)
@@ -60,24 +58,16 @@ class TsaiCamera:
     """
 
     def __init__(self, path: Path, size: tuple[int, int]) -> None:
-        geometry, intrinsic, extrinsic = (
-            _attributes(path, name) for name in ('Geometry', 'Intrinsic', 'Extrinsic')
-        )
-        scale = size[0] / CALIBRATED_SIZE[0]
+        stored = read_tsai(path)
+        scale = size[0] / stored.image_size[0]
         self._size = size
-        self._radial = intrinsic['kappa1']
-        focal = intrinsic['focal']
-        per_mm = np.array([intrinsic['sx'] / geometry['dpx'], 1 / geometry['dpy']]) * scale
-        centre = np.array([intrinsic['cx'], intrinsic['cy']]) * scale
-        self._centre, self._per_mm = centre, per_mm
-        intrinsics = np.array(
-            [[focal * per_mm[0], 0, centre[0]], [0, focal * per_mm[1], centre[1]], [0, 0, 1]]
-        )
-        rotation = _rotation(extrinsic['rx'], extrinsic['ry'], extrinsic['rz'])
-        translation = np.array([extrinsic[name] for name in ('tx', 'ty', 'tz')]) / 1000
-        self.mapping = ProjectiveMapping(
-            intrinsics @ np.column_stack([rotation, translation]), size
-        )
+        self._radial = stored.kappa1
+        self._centre, self._per_mm = stored.centre * scale, stored.per_mm * scale
+        across, down = stored.focal_mm * self._per_mm
+        x, y = self._centre
+        intrinsics = np.array([[across, 0, x], [0, down, y], [0, 0, 1]])
+        pose = np.column_stack([stored.rotation, stored.translation])
+        self.mapping = ProjectiveMapping(intrinsics @ pose, size)
 
     def undistortion(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the maps with which `cv2.remap` makes the picture that of a pinhole."""
@@ -215,23 +205,3 @@ def pets_pixels(folder: Path) -> Figures:
         'pets.pixels.recall': scores.recall,
     }
     return Figures('pets.pixels', 'mctrack reproduce pets', protocol, figures)
-
-
-def _rotation(around_x: float, around_y: float, around_z: float) -> Floats:
-    """Return the rotation of Tsai's angles, rad: about x, then y, then z."""
-    (cx, cy, cz), (sx, sy, sz) = (
-        function(np.array([around_x, around_y, around_z])) for function in (np.cos, np.sin)
-    )
-    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
-    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    rotation: Floats = about_z @ about_y @ about_x
-    return rotation
-
-
-def _attributes(path: Path, name: str) -> dict[str, float]:
-    root = parse(str(path)).getroot()
-    element = None if root is None else root.find(name)
-    if element is None:
-        raise ValueError(f'{path}: <{name}> is not there')
-    return {key: float(value) for key, value in element.attrib.items()}

@@ -63,7 +63,7 @@ def write_site(data: Path, folder: Path) -> SiteConfig:
         matrix = (to_metres @ np.asarray(homography)).tolist()
         (folder / f'{camera}.yaml').write_text(yaml.safe_dump({'ground_from_image': matrix}))
         cameras[camera] = {
-            'projection': f'{camera}.yaml',
+            'calibration': f'{camera}.yaml',
             'mask': 'mask.png',
             'image_width': SIZE[0],
             'image_height': SIZE[1],

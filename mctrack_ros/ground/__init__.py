@@ -1,7 +1,17 @@
 """Between pixels and metres on the ground plane."""
 
+from mctrack_ros.ground.calibration_file import (
+    FORMATS,
+    METRES,
+    file_format,
+    read_calibration,
+    read_camera,
+    stated_size,
+    write_calibration,
+)
 from mctrack_ros.ground.camera import Camera, CameraMapping
 from mctrack_ros.ground.camera_fit import CameraFit, FitError, fit_camera
+from mctrack_ros.ground.camera_info import camera_from_info, read_pose
 from mctrack_ros.ground.cells import CellMapping, Cells
 from mctrack_ros.ground.errors import CalibrationError, GridError, SceneError
 from mctrack_ros.ground.grid import TransformationGrid, grid_from_points
@@ -10,13 +20,17 @@ from mctrack_ros.ground.grid_file import read_grid, write_grid
 from mctrack_ros.ground.iterated import IteratedMapping
 from mctrack_ros.ground.mapping import GroundMapping
 from mctrack_ros.ground.methods import METHODS, mapping_from_grid
-from mctrack_ros.ground.plausible import check_units
+from mctrack_ros.ground.plausible import check_plausible
 from mctrack_ros.ground.projection_file import ProjectionError, read_projection
 from mctrack_ros.ground.projective import ProjectiveMapping
 from mctrack_ros.ground.scene import read_scene, write_scene
+from mctrack_ros.ground.stored_camera import Pose, StoredCamera, stored_camera
+from mctrack_ros.ground.tsai_file import TsaiCalibration, read_tsai
 
 __all__ = [
+    'FORMATS',
     'METHODS',
+    'METRES',
     'CalibrationError',
     'Camera',
     'CameraFit',
@@ -27,19 +41,31 @@ __all__ = [
     'GridError',
     'GroundMapping',
     'IteratedMapping',
+    'Pose',
     'ProjectionError',
     'ProjectiveMapping',
     'SceneError',
+    'StoredCamera',
     'TransformationGrid',
-    'check_units',
+    'TsaiCalibration',
+    'camera_from_info',
+    'check_plausible',
+    'file_format',
     'fit_camera',
     'grid_flaws',
     'grid_from_points',
     'mapping_from_grid',
     'polygon_flaw',
+    'read_calibration',
+    'read_camera',
     'read_grid',
+    'read_pose',
     'read_projection',
     'read_scene',
+    'read_tsai',
+    'stated_size',
+    'stored_camera',
+    'write_calibration',
     'write_grid',
     'write_scene',
 ]

@@ -107,7 +107,7 @@ class CameraMapping(GroundMapping):
         self.camera = camera
         self.image_size = (int(image_size[0]), int(image_size[1]))
         self._hull = None if support is None else cv2.convexHull(support.astype(np.float32))[:, 0]
-        radius = _largest_radius(camera.distortion)
+        radius = largest_radius(camera.distortion)
         self._lens = np.concatenate([camera.intrinsics, camera.distortion, [radius**2]])
         self._pose = np.ascontiguousarray(np.column_stack([camera.rotation, camera.translation]))
 
@@ -165,7 +165,7 @@ class CameraMapping(GroundMapping):
         )
 
 
-def _largest_radius(distortion: Floats) -> float:
+def largest_radius(distortion: Floats) -> float:
     """Return up to which undistorted radius the lens keeps the order of radii."""
     k1, k2, _, _, k3 = distortion
     squares = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0])

@@ -8,7 +8,7 @@ from mctrack_ros.ground.cells import CellMapping, Cells
 from mctrack_ros.ground.grid import TransformationGrid
 from mctrack_ros.ground.iterated import IteratedMapping
 from mctrack_ros.ground.mapping import GroundMapping
-from mctrack_ros.ground.plausible import check_units
+from mctrack_ros.ground.plausible import check_plausible
 from mctrack_ros.ground.projective import ProjectiveMapping
 
 METHODS = ('fitted', 'cell', 'iterated', 'homography')
@@ -47,7 +47,7 @@ def mapping_from_grid(
     upright = (
         mapping if knows_height else ProjectiveMapping.from_points(*grid.points(), image_size)
     )
-    check_units(upright, grid.ground)
+    check_plausible(upright, grid.ground)
     return mapping
 
 

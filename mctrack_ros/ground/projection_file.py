@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -18,7 +20,14 @@ class ProjectionError(CalibrationError):
     """A projection file that cannot be used; names the file and the reason."""
 
 
-def read_projection(path: str | Path, image_size: tuple[int, int]) -> ProjectiveMapping:
+def holds_projection(content: Mapping[str, Any]) -> bool:
+    """Tell whether the content of a YAML file is a matrix that `read_projection` takes."""
+    return any(name in content for name in _SHAPES)
+
+
+def read_projection(
+    path: str | Path, image_size: tuple[int, int], metres_per_unit: float = 1.0
+) -> ProjectiveMapping:
     """
     Read a YAML file that holds one matrix, as a list of rows.
 
@@ -26,9 +35,11 @@ def read_projection(path: str | Path, image_size: tuple[int, int]) -> Projective
     ----------
     path : str or Path
         The file. Its one key names the matrix: ``image_from_ground`` or ``ground_from_image``,
-        3 x 3, or ``image_from_world``, 3 x 4; metres and pixels.
+        3 x 3, or ``image_from_world``, 3 x 4; pixels and metres or another unit.
     image_size : (int, int)
         Width and height of the picture the matrix belongs to, px.
+    metres_per_unit : float
+        What a unit of length of the file is.
 
     Raises
     ------
@@ -50,10 +61,34 @@ def read_projection(path: str | Path, image_size: tuple[int, int]) -> Projective
         matrix: NDArray[np.float64] = np.asarray(rows, np.float64)
         if matrix.shape != _SHAPES[name]:
             raise ValueError(f'{name} has shape {matrix.shape}, expected {_SHAPES[name]}')
-        if name == 'image_from_world':
-            return ProjectiveMapping(matrix, image_size)
         if name == 'ground_from_image':
             matrix = np.asarray(np.linalg.inv(matrix), np.float64)
+        matrix[:, :-1] /= metres_per_unit
+        if name == 'image_from_world':
+            return ProjectiveMapping(matrix, image_size)
         return ProjectiveMapping.from_homography(matrix, image_size)
     except (ValueError, TypeError, np.linalg.LinAlgError) as error:
         raise ProjectionError(f'{path}: {error}') from error
+
+
+def write_projection(mapping: ProjectiveMapping, name: str, path: str | Path) -> None:
+    """
+    Write one matrix of a mapping as a YAML file, metres and pixels.
+
+    Parameters
+    ----------
+    mapping : ProjectiveMapping
+        The mapping.
+    name : str
+        Which matrix: ``image_from_ground``, ``ground_from_image`` or ``image_from_world``.
+    path : str or Path
+        The file.
+
+    """
+    matrix = {
+        'image_from_ground': mapping.image_from_ground_homography,
+        'ground_from_image': mapping.ground_from_image_homography,
+        'image_from_world': mapping.image_from_world,
+    }[name]
+    rows = ''.join(f'  - {row}\n' for row in matrix.tolist())
+    Path(path).write_text(f'{name}:\n{rows}', encoding='utf-8')

@@ -33,7 +33,7 @@ RECORDED = ['/tracks', '/feedback', '/events', '/ticks', '/cam./detections']
 @pytest.fixture
 def site(tmp_path, projection):
     """Return a site of two cameras that see the same walker from the same place."""
-    camera = {'image_width': SIZE[0], 'image_height': SIZE[1], 'projection': projection.name}
+    camera = {'image_width': SIZE[0], 'image_height': SIZE[1], 'calibration': projection.name}
     content = {
         'cameras': {name: camera for name in CAMERAS},
         'pipeline': {'background': {'learning_s': 0.2}},

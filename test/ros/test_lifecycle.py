@@ -67,7 +67,7 @@ def test_only_an_active_node_receives(bench, waiting):
 
 
 def test_failed_configuration_leaves_the_node_unconfigured(bench, waiting):
-    missing = Parameter('settings.projection', value='/nowhere/projection.yaml')
+    missing = Parameter('settings.calibration', value='/nowhere/projection.yaml')
     assert waiting.set_parameters([missing])[0].successful
     assert not change(bench, Transition.TRANSITION_CONFIGURE)
     assert '/nowhere/projection.yaml' in waiting.failure

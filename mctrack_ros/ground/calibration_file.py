@@ -1,0 +1,257 @@
+"""Any calibration file: read by what it holds, written in the format that is asked for."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from mctrack_ros.ground.camera_info import (
+    read_camera_info,
+    read_pose,
+    read_yaml,
+    write_camera_info,
+)
+from mctrack_ros.ground.errors import CalibrationError
+from mctrack_ros.ground.grid_file import read_grid, write_grid
+from mctrack_ros.ground.grid_sample import sampled_grid
+from mctrack_ros.ground.lens import STRAIGHT_PX, bend_px
+from mctrack_ros.ground.mapping import GroundMapping
+from mctrack_ros.ground.methods import mapping_from_grid
+from mctrack_ros.ground.opencv_file import opencv_size, read_opencv, read_opencv_pose, write_opencv
+from mctrack_ros.ground.plausible import check_plausible
+from mctrack_ros.ground.projection_file import holds_projection, read_projection, write_projection
+from mctrack_ros.ground.projective import ProjectiveMapping
+from mctrack_ros.ground.stored_camera import Pose, StoredCamera, stored_camera
+from mctrack_ros.ground.tsai_file import read_tsai, write_tsai
+from mctrack_ros.ground.xml_files import read_xml
+
+METRES = {'m': 1.0, 'cm': 0.01, 'mm': 0.001}
+"""Units of length that calibration files may be in."""
+_ROOTS = {'workstation': 'grid', 'opencv_storage': 'opencv', 'Camera': 'tsai'}
+
+
+def file_format(path: str | Path) -> str:
+    """
+    Return what a calibration file holds, one of `FORMATS`; matrices are ``projection``.
+
+    Raises
+    ------
+    CalibrationError
+        If it is nothing that is known.
+
+    """
+    try:
+        content = Path(path).read_bytes().lstrip(b'\xef\xbb\xbf \t\r\n')
+    except OSError as error:
+        raise CalibrationError(f'{path}: {error.strerror or error}') from error
+    if content.startswith(b'<'):
+        root = read_xml(path, CalibrationError).tag
+        if root in _ROOTS:
+            return _ROOTS[root]
+        hint = ': a scene has no pixels' if root == 'scene' else ''
+        raise CalibrationError(f'{path}: <{root}> is no calibration{hint}')
+    if _is_opencv_yaml(content):
+        return 'opencv'
+    values = read_yaml(path)
+    if holds_projection(values):
+        return 'projection'
+    if 'camera_matrix' in values:
+        return 'camera_info'
+    raise CalibrationError(
+        f'{path}: no calibration that is known: expected a transformation grid, a matrix '
+        '(image_from_ground, ground_from_image, image_from_world), a camera info, or a file of '
+        "OpenCV's or Tsai's"
+    )
+
+
+def read_calibration(
+    path: str | Path,
+    image_size: tuple[int, int],
+    extrinsics: str | Path = '',
+    unit: str = 'm',
+) -> GroundMapping:
+    """
+    Read a calibration of any format.
+
+    Parameters
+    ----------
+    path : str or Path
+        Transformation grid (mapped by a fitted camera), Tsai XML, OpenCV XML or YAML, the YAML of
+        a ROS camera info, or a YAML with one matrix.
+    image_size : (int, int)
+        Width and height of the camera's pictures, px.
+    extrinsics : str or Path
+        File with the camera's pose, if it is another; replaces the one in `path`.
+    unit : str
+        Of lengths in the files, one of `METRES`; grids are in metres, Tsai's in millimetres.
+
+    Raises
+    ------
+    CalibrationError
+        If a file cannot be used, is for pictures of another size, or cannot be true; names it.
+
+    """
+    if unit not in METRES:
+        raise ValueError(f'unit is {unit!r}, expected one of {sorted(METRES)}')
+    kind = file_format(path)
+    if kind in ('grid', 'tsai') and unit != 'm':
+        raise CalibrationError(f'{path}: its lengths have a unit of their own, not {unit}')
+    if kind in ('grid', 'projection') and extrinsics:
+        raise CalibrationError(f'{path}: needs no extrinsics beside it')
+    if kind == 'projection':
+        mapping: GroundMapping = read_projection(path, image_size, METRES[unit])
+        return _checked(path, lambda: mapping)
+    if kind == 'grid':
+        grid = read_grid(path)
+        return _checked(path, lambda: mapping_from_grid(grid, image_size))
+    camera = read_camera(path, image_size, extrinsics)
+    return _checked(path, lambda: camera.mapping(image_size, METRES[unit]))
+
+
+def stated_size(path: str | Path) -> tuple[int, int] | None:
+    """
+    Return the size of the pictures, px, that a calibration file states; None: it does not.
+
+    Raises
+    ------
+    CalibrationError
+        If the file cannot be used.
+
+    """
+    kind = file_format(path)
+    if kind == 'grid':
+        return read_grid(path).image_size
+    if kind == 'tsai':
+        return read_tsai(path).image_size
+    if kind == 'opencv':
+        return opencv_size(path)
+    return None if kind == 'projection' else read_camera_info(path).image_size
+
+
+def read_camera(
+    path: str | Path, image_size: tuple[int, int], extrinsics: str | Path = ''
+) -> StoredCamera:
+    """Read a file that holds a camera; its pose from another, if one is named."""
+    kind = file_format(path)
+    if kind == 'tsai':
+        stored = read_tsai(path)
+        try:
+            camera = stored.camera()
+        except CalibrationError as error:
+            raise CalibrationError(f'{path}: {error}') from error
+    else:
+        camera = read_opencv(path, image_size) if kind == 'opencv' else read_camera_info(path)
+    return dataclasses.replace(camera, pose=_pose(extrinsics)) if extrinsics else camera
+
+
+def write_calibration(mapping: GroundMapping, path: str | Path, to: str, name: str) -> float:
+    """
+    Write a calibration in a format.
+
+    Parameters
+    ----------
+    mapping : GroundMapping
+        The calibration.
+    path : str or Path
+        The file.
+    to : str
+        One of `FORMATS`.
+    name : str
+        Of the camera.
+
+    Returns
+    -------
+    float
+        How far at most the file's lens is from the mapping's, px.
+
+    Raises
+    ------
+    CalibrationError
+        If the format cannot hold it, for example a lens in a matrix.
+
+    """
+    if to not in FORMATS:
+        raise CalibrationError(f'format is {to!r}, expected one of {", ".join(FORMATS)}')
+    return FORMATS[to](mapping, path, name)
+
+
+def _is_opencv_yaml(content: bytes) -> bool:
+    """Tell whether a YAML file is one of OpenCV's: other readers do not know its tags."""
+    return content.startswith(b'%YAML:') or b'!!opencv-matrix' in content
+
+
+def _pose(path: str | Path) -> Pose:
+    try:
+        content = Path(path).read_bytes().lstrip()
+    except OSError as error:
+        raise CalibrationError(f'{path}: {error.strerror or error}') from error
+    if content.startswith(b'<'):
+        read_xml(path, CalibrationError)
+        return read_opencv_pose(path)
+    return read_opencv_pose(path) if _is_opencv_yaml(content) else read_pose(path)
+
+
+def _checked(path: str | Path, make: Callable[[], GroundMapping]) -> GroundMapping:
+    """Return a mapping that can be true; what is refused names the file."""
+    try:
+        mapping = make()
+        check_plausible(mapping)
+    except CalibrationError as error:
+        raise type(error)(f'{path}: {error}') from error
+    return mapping
+
+
+def _to_grid(mapping: GroundMapping, path: str | Path, name: str) -> float:
+    write_grid(sampled_grid(mapping, name), path)
+    return 0.0
+
+
+def _to_opencv(mapping: GroundMapping, path: str | Path, name: str) -> float:
+    write_opencv(stored_camera(mapping), mapping.image_size, path)
+    return 0.0
+
+
+def _to_camera_info(mapping: GroundMapping, path: str | Path, name: str) -> float:
+    write_camera_info(stored_camera(mapping), mapping.image_size, name, path)
+    return 0.0
+
+
+def _to_tsai(mapping: GroundMapping, path: str | Path, name: str) -> float:
+    return write_tsai(stored_camera(mapping), mapping.image_size, name, path)
+
+
+def _to_matrix(which: str) -> Callable[[GroundMapping, str | Path, str], float]:
+    def write(mapping: GroundMapping, path: str | Path, name: str) -> float:
+        if isinstance(mapping, ProjectiveMapping):
+            write_projection(mapping, which, path)
+            return 0.0
+        camera = stored_camera(mapping)
+        bent = bend_px(camera.intrinsics, camera.distortion, mapping.image_size)
+        if bent > STRAIGHT_PX or camera.pose is None:
+            raise CalibrationError(
+                f'a matrix holds no lens, and this one moves pixels by up to {bent:.2g} px '
+                f'(expected at most {STRAIGHT_PX:g} px): undistort the pictures, or '
+                'convert to grid, opencv or camera_info'
+            )
+        across, down, x, y = camera.intrinsics
+        intrinsics = np.array([[across, 0, x], [0, down, y], [0, 0, 1.0]])
+        pose = np.column_stack([camera.pose.rotation, camera.pose.translation])
+        write_projection(ProjectiveMapping(intrinsics @ pose, mapping.image_size), which, path)
+        return bent
+
+    return write
+
+
+FORMATS: dict[str, Callable[[GroundMapping, str | Path, str], float]] = {
+    'grid': _to_grid,
+    'camera_info': _to_camera_info,
+    'opencv': _to_opencv,
+    'tsai': _to_tsai,
+    'image_from_world': _to_matrix('image_from_world'),
+    'image_from_ground': _to_matrix('image_from_ground'),
+    'ground_from_image': _to_matrix('ground_from_image'),
+}
+"""What writes each format: mapping, file, name of the camera -> how far the lens is off, px."""
