@@ -68,7 +68,7 @@ def write_hall(folder, seconds=7.5, offset_ns=0):
             views[name] = ProjectiveMapping(matrix, SIZE)
             (folder / f'{name}.yaml').write_text(f'image_from_world: {matrix.tolist()}')
             cameras[name] = {
-                'projection': f'{name}.yaml',
+                'calibration': f'{name}.yaml',
                 'image_width': SIZE[0],
                 'image_height': SIZE[1],
             }

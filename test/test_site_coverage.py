@@ -77,7 +77,7 @@ def test_camera_that_sees_no_ground_is_part_of_the_site(tmp_path):
     for name, mapping in (('sky', sky), ('hall', hall)):
         matrix = {'image_from_world': mapping.camera.image_from_world.tolist()}
         (tmp_path / f'{name}.yaml').write_text(yaml.safe_dump(matrix))
-        content['cameras'][name] = {'projection': f'{name}.yaml', **size}
+        content['cameras'][name] = {'calibration': f'{name}.yaml', **size}
     (tmp_path / 'site.yaml').write_text(yaml.safe_dump(content))
     coverage = site_coverage(load_site(tmp_path / 'site.yaml'), COARSE)
     areas = dict(zip(coverage.names, (field.area for field in coverage.fields)))

@@ -30,7 +30,7 @@ def camera_parameters(projection, **others):
     settings = {
         'image_width': SIZE[0],
         'image_height': SIZE[1],
-        'projection': str(projection),
+        'calibration': str(projection),
         'pipeline': {'background': {'learning_s': 0.2}},
     }
     return {'settings': settings} | others

@@ -15,7 +15,7 @@ from mctrack_ros.ground import (
     CameraFit,
     GridError,
     TransformationGrid,
-    check_units,
+    check_plausible,
     fit_camera,
     grid_flaws,
     grid_from_points,
@@ -246,7 +246,7 @@ class Pairing:
         ground, image = self._paired(self._history[self._at])
         try:
             fit = fit_camera(ground, image, self.image_size, CLICK_NOISE_PX)
-            check_units(fit.mapping, ground)
+            check_plausible(fit.mapping, ground)
             self.fit, self.reason = fit, ''
         except CalibrationError as error:
             self.fit, self.reason = None, str(error)

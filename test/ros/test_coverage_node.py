@@ -18,7 +18,7 @@ pytestmark = pytest.mark.live
 @pytest.fixture
 def site(tmp_path, projection):
     """Return the file of a site of two cameras that see the same, and an area beyond it."""
-    camera = {'image_width': SIZE[0], 'image_height': SIZE[1], 'projection': projection.name}
+    camera = {'image_width': SIZE[0], 'image_height': SIZE[1], 'calibration': projection.name}
     content = {'ground_frame': 'hall', 'area': '-30,-30,30,40', 'cameras': {}}
     content['cameras'] = {'cam1': camera, 'cam2': camera}
     path = tmp_path / 'site.yaml'
