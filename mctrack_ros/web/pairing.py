@@ -21,6 +21,7 @@ from mctrack_ros.ground import (
     grid_from_points,
     write_grid,
 )
+from mctrack_ros.web.history import History
 
 Floats = NDArray[np.float64]
 Pixel = tuple[float, float]
@@ -77,8 +78,7 @@ class Pairing:
         self.names = tuple(scene)
         self.ground = np.array(list(scene.values()), np.float64)
         self._row = {name: row for row, name in enumerate(self.names)}
-        self._history: list[Pairs] = [{}]
-        self._at = 0
+        self._history: History[Pairs] = History({})
         self._fov: Floats | None = None
         self.chosen = ''
         self.waiting: Pixel | None = None
@@ -89,22 +89,22 @@ class Pairing:
     @property
     def pairs(self) -> Pairs:
         """Pixel by name of the point, in the order of clicking."""
-        return dict(self._history[self._at])
+        return dict(self._history.present)
 
     @property
     def is_placing(self) -> bool:
         """Whether the next click into the picture is the place of the chosen point."""
-        return self.chosen != '' and self.chosen not in self._history[self._at]
+        return self.chosen != '' and self.chosen not in self._history.present
 
     @property
     def can_undo(self) -> bool:
         """Whether there is a step to take back."""
-        return self._at > 0
+        return self._history.can_undo
 
     @property
     def can_redo(self) -> bool:
         """Whether a step was taken back that can be made again."""
-        return self._at < len(self._history) - 1
+        return self._history.can_redo
 
     def choose(self, name: str) -> None:
         """Choose a point of the scene; a place that waits becomes its own."""
@@ -136,11 +136,13 @@ class Pairing:
 
     def undo(self) -> None:
         """Take the last step back, if there is one."""
-        self._go(max(self._at - 1, 0))
+        self._history.undo()
+        self._changed()
 
     def redo(self) -> None:
         """Make the step again that was taken back last, if there is one."""
-        self._go(min(self._at + 1, len(self._history) - 1))
+        self._history.redo()
+        self._changed()
 
     def forget(self) -> None:
         """Choose nothing; no place waits."""
@@ -223,18 +225,17 @@ class Pairing:
         return (round(float(x), 3), round(float(y), 3))
 
     def _check_paired(self, name: str) -> None:
-        if name not in self._history[self._at]:
+        if name not in self._history.present:
             raise PairingError(f'{name!r} has no place in the picture')
 
     def _put(self, name: str, pixel: Pixel) -> None:
         self._step({**self.pairs, name: pixel})
 
     def _step(self, pairs: Pairs) -> None:
-        self._history = [*self._history[: self._at + 1], pairs]
-        self._go(self._at + 1)
+        self._history.step(pairs)
+        self._changed()
 
-    def _go(self, at: int) -> None:
-        self._at = at
+    def _changed(self) -> None:
         self.forget()
         self._refit()
 
@@ -243,7 +244,7 @@ class Pairing:
         return self.ground[rows], np.array(list(pairs.values()), np.float64).reshape(-1, 2)
 
     def _refit(self) -> None:
-        ground, image = self._paired(self._history[self._at])
+        ground, image = self._paired(self._history.present)
         try:
             fit = fit_camera(ground, image, self.image_size, CLICK_NOISE_PX)
             check_plausible(fit.mapping, ground)
