@@ -24,6 +24,13 @@ def coverage(
     picture: Path | None = typer.Option(
         None, '--picture', help='Also draw it here, as .png, .svg or .pdf.'
     ),
+    web: bool = typer.Option(
+        False, '--web', help='Show it in the browser, where fields of view are drawn and saved.'
+    ),
+    host: str = typer.Option('127.0.0.1', help='Address of the page; any other needs --token.'),
+    port: int = typer.Option(8080, min=1, max=65535, help='Port of the page.'),
+    token: str = typer.Option('', help='What every request must bring.'),
+    browser: bool = typer.Option(True, '--browser/--no-browser', help='Open the page.'),
 ) -> None:
     """Show what a site's cameras see: overlaps, blind areas, hand-overs, predicted errors."""
     from mctrack_ros.cli.sites import named_site
@@ -31,8 +38,8 @@ def coverage(
     from mctrack_ros.ground.coverage import CoverageConfig
     from mctrack_ros.site_coverage import site_coverage
 
-    loaded = named_site(site)
-    seen = site_coverage(loaded, CoverageConfig(cell=cell, reach=reach), area)
+    loaded, config = named_site(site), CoverageConfig(cell=cell, reach=reach)
+    seen = site_coverage(loaded, config, area)
     options = f' --area={area}' if area else ''
     command = f'mctrack coverage {site}{options} --cell {cell:g} --reach {reach:g}'
     figures = coverage_figures(seen, loaded.name, command)
@@ -43,3 +50,12 @@ def coverage(
         from mctrack_ros.experiments.coverage_picture import draw_coverage
 
         draw_coverage(seen, f'Coverage of {loaded.name}', picture)
+    if web:
+        from mctrack_ros.web.coverage_page import coverage_page
+        from mctrack_ros.web.serve import serve
+        from mctrack_ros.web.site_fields import save_fields, site_fields
+
+        fields = site_fields(loaded, config, area)
+        title = f'Coverage of {loaded.name}'
+        page = coverage_page(fields, title, lambda: save_fields(loaded, fields))
+        serve(page, title, host, port, token, browser, typer.echo)

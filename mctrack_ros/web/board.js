@@ -10,9 +10,9 @@ export default {
            :class="{ placing, dragging: held && held.moved }"
            @wheel.prevent="zoom" @pointerdown="press" @pointermove="glide"
            @pointerup="release" @pointercancel="held = null" @pointerleave="at = null">
-        <image v-if="picture" :href="picture" :x="extent[0]" :y="extent[1]" :width="extent[2]"
-               :height="extent[3]" preserveAspectRatio="none"
-               :style="{ imageRendering: scale < 0.5 ? 'pixelated' : 'auto' }" />
+        <image v-if="picture" :href="picture" :x="frame[0]" :y="frame[1]" :width="frame[2]"
+               :height="frame[3]" preserveAspectRatio="none"
+               :style="{ imageRendering: unit === 'm' || scale < 0.5 ? 'pixelated' : 'auto' }" />
         <polyline v-for="line in drawing.lines" :points="line.points.join(' ')" :class="line.kind"
                   vector-effect="non-scaling-stroke" />
         <g v-for="arrow in drawing.arrows" :class="arrow.kind">
@@ -31,6 +31,7 @@ export default {
     </div>`,
   props: {
     extent: Array,
+    frame: Array,
     picture: String,
     unit: String,
     placing: Boolean,
@@ -91,7 +92,7 @@ export default {
     zoom(event) {
       const [x, y] = this.place_of(event);
       const factor = Math.exp(Math.max(-300, Math.min(300, event.deltaY)) * 0.0015);
-      const finest = this.picture ? FINEST : this.widest() / 50;
+      const finest = this.unit === 'px' ? FINEST : this.widest() / 50;
       const scale = Math.max(finest, Math.min(this.widest(), this.scale * factor));
       if (scale === this.widest()) return this.show_all();
       this.x = x - ((x - this.x) * scale) / this.scale;
@@ -153,6 +154,7 @@ export default {
       return `translate(${mark.x} ${mark.y}) scale(${this.scale})`;
     },
     labelled(mark) {
+      if (mark.kind === 'corner') return false;
       if (!['free', 'expected'].includes(mark.kind)) return true;
       return this.drawing.marks.length < 45 || this.scale < this.widest() / 2;
     },

@@ -40,7 +40,8 @@ class Board(Element, component='board.js'):
         unit: str = 'px',
     ) -> None:
         super().__init__()
-        self._props.update(extent=list(extent), picture=picture, unit=unit, placing=False)
+        self._props.update(extent=list(extent), unit=unit, placing=False)
+        self._props.update(picture=picture, frame=list(extent))
         self.on('placed', lambda event: on_click(event.args['x'], event.args['y']))
         self.on('picked', lambda event: on_pick(event.args['name']))
         self.on('moved', lambda e: on_move(e.args['name'], e.args['x'], e.args['y']))
@@ -48,6 +49,11 @@ class Board(Element, component='board.js'):
     def show(self, drawing: Drawing, placing: bool = False) -> None:
         """Show a drawing; while `placing`, marks do not catch clicks."""
         self._props.update(drawing=drawing.as_json(), placing=placing)
+        self.update()
+
+    def show_picture(self, picture: str, frame: Extent) -> None:
+        """Show another picture, in a frame of its own."""
+        self._props.update(picture=picture, frame=list(frame))
         self.update()
 
     def show_all(self) -> None:

@@ -27,7 +27,7 @@ from mctrack_ros.web.drawing import (
 from mctrack_ros.web.pairing import Pairing, PairingError
 from mctrack_ros.web.verdict import point_rows, verdict
 
-STYLE = Path(__file__).with_name('calibrate.css')
+STYLE = Path(__file__).with_name('pages.css')
 PICTURE = '/picture.png'
 COLUMNS: list[dict[str, Any]] = [
     {'name': 'name', 'label': 'point', 'field': 'name', 'align': 'left', 'sortable': True},

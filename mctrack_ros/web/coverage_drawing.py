@@ -15,8 +15,10 @@ from mctrack_ros.web.drawing import Drawing, Extent, Line, Mark
 from mctrack_ros.web.fields import Fields
 
 Floats = NDArray[np.float64]
-MAPS = {'cameras': 'cameras', 'best': 'error, best camera', 'fused': 'error, all cameras'}
+MAPS = {'cameras': 'cameras', 'best': 'best error', 'fused': 'fused error'}
 MARGIN = 0.08
+NEAR = 0.5
+"""How far outside the area, in its diagonals, a camera may stand and still be shown."""
 COLOURS = 8
 
 
@@ -64,8 +66,12 @@ def fields_drawing(fields: Fields) -> Drawing:
 
 
 def fields_extent(coverage: Coverage) -> Extent:
-    """Return left, top (-y), width and height of the plan, m, a margin about the area."""
-    left, bottom, right, top = coverage.area.bounds
+    """Return left, top (-y), width and height of the plan, m: the area and cameras near it."""
+    bounds = np.reshape(coverage.area.bounds, (2, 2))
+    diagonal = float(np.linalg.norm(bounds[1] - bounds[0]))
+    away = [coverage.area.distance(shapely.Point(foot)) for foot in coverage.feet]
+    shown = np.vstack([bounds, coverage.feet[np.array(away) < NEAR * diagonal]])
+    (left, bottom), (right, top) = shown.min(axis=0).tolist(), shown.max(axis=0).tolist()
     margin = MARGIN * max(right - left, top - bottom)
     return (left - margin, -top - margin, right - left + 2 * margin, top - bottom + 2 * margin)
 

@@ -56,7 +56,8 @@ class Fields:
         self._views, self._config = dict(views), config or CoverageConfig()
         self._history: History[Drawn] = History(dict(drawn))
         self.names = tuple(views)
-        self.chosen, self.corner = self.names[0], None
+        self.chosen = self.names[0]
+        self.corner: int | None = None
         self.coverage: Coverage = coverage_of(self._seen(), area, self._config)
 
     @property
@@ -77,7 +78,7 @@ class Fields:
     def choose(self, name: str) -> None:
         """Choose the camera whose field is drawn."""
         if name not in self._views:
-            raise ValueError(f'camera is {name!r}, expected one of {", ".join(self.names)}')
+            raise FieldOfViewError(f'camera is {name!r}, expected one of {", ".join(self.names)}')
         self.chosen, self.corner = name, None
 
     def choose_corner(self, index: int) -> None:

@@ -1,19 +1,11 @@
 """The calibration page in headless Chromium, by a real mouse; run it alone with `-m browser`."""
 
-import os
-import shutil
-import socket
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from web.scenes import CAMERA, block, seen_points, write_scene_and_picture
 
 from mctrack_ros.ground import mapping_from_grid, read_grid
 
-CHROMIUM = next(filter(None, map(shutil.which, ('chromium', 'chromium-browser'))), None)
-TOKEN = 'for-the-browser-test'
 PICTURE, PLAN = 0, 1
 ON_SCREEN = """([board, x, y]) => {
   const svg = document.querySelectorAll('.board svg')[board];
@@ -21,23 +13,7 @@ ON_SCREEN = """([board, x, y]) => {
   return [place.x, place.y];
 }"""
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.xdist_group('browser'),
-    pytest.mark.skipif(CHROMIUM is None, reason='browser tests left out: no chromium installed'),
-]
-
-
-@pytest.fixture(scope='module')
-def browser():
-    """Return a headless Chromium."""
-    api = pytest.importorskip('playwright.sync_api', reason='browser tests left out: playwright')
-    with api.sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(
-            executable_path=CHROMIUM, chromium_sandbox=os.geteuid() != 0
-        )
-        yield chromium
-        chromium.close()
+pytestmark = [pytest.mark.browser, pytest.mark.xdist_group('browser')]
 
 
 @pytest.fixture(scope='module')
@@ -49,28 +25,11 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope='module')
-def address(folder):
+def address(browser, serve, folder):
     """Serve the page in the folder; return its address."""
-    with socket.socket() as free:
-        free.bind(('127.0.0.1', 0))
-        port = free.getsockname()[1]
-    command = [sys.executable, '-m', 'mctrack_ros.cli.main', 'calibrate', 'cam1.png', 'scene.xml']
-    options = ['--camera', 'cam1', '--out', 'cam1.xml', '--no-browser', '--port', str(port)]
-    environment = {name: text for name, text in os.environ.items() if 'PYTEST' not in name}
-    server = subprocess.Popen(
-        [*command, *options, '--token', TOKEN],
-        cwd=folder,
-        env=environment,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        line = server.stdout.readline()
-        assert line.startswith('http'), line
-        yield line.split()[0]
-    finally:
-        server.terminate()
-        assert server.wait(20) in (0, -15)
+    command = ['calibrate', 'cam1.png', 'scene.xml', '--camera', 'cam1', '--out', 'cam1.xml']
+    with serve(folder, *command) as found:
+        yield found
 
 
 @pytest.fixture
