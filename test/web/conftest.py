@@ -13,9 +13,9 @@ CHROMIUM = next(filter(None, map(shutil.which, ('chromium', 'chromium-browser'))
 TOKEN = 'for-the-browser-test'
 
 
-@pytest.fixture(scope='session')
+@pytest.fixture(scope='module')
 def browser():
-    """Return a headless Chromium."""
+    """Return a headless Chromium; while it runs, this process has an event loop."""
     if CHROMIUM is None:
         pytest.skip('browser tests left out: no chromium installed')
     api = pytest.importorskip('playwright.sync_api', reason='browser tests left out: playwright')
