@@ -12,6 +12,7 @@ class Part(StrEnum):
     """What can be timed."""
 
     GROUND = 'ground'
+    WATCHDOG = 'watchdog'
 
 
 def bench(
@@ -20,8 +21,9 @@ def bench(
 ) -> None:
     """Time a part of the system on one core, beside a peer in the same run."""
     from mctrack_ros.experiments.bench_ground import bench_ground
+    from mctrack_ros.experiments.bench_watchdog import bench_watchdog
 
-    figures = {Part.GROUND: bench_ground}[part]()
+    figures = bench_watchdog() if part is Part.WATCHDOG else bench_ground()
     typer.echo(figures.table())
     if json_file is not None:
         figures.write(json_file)

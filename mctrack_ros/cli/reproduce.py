@@ -25,6 +25,7 @@ class Experiment(StrEnum):
     TABLE3 = 'table3'
     FIG18 = 'fig18'
     HONESTY = 'honesty'
+    WATCHDOG = 'watchdog'
 
 
 DRAWN = (Experiment.TABLE3, Experiment.FIG18)
@@ -38,7 +39,7 @@ def reproduce(
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
     picture: Path | None = typer.Option(None, help='table3, fig18: also draw them, as PNG.'),
 ) -> None:
-    """Measure on real data, or the ground mappings: table3, fig18, honesty."""
+    """Measure on real data, the ground mappings (table3, fig18, honesty), or the watchdog."""
     if picture is not None and experiment not in DRAWN:
         raise ValueError(f'{experiment} has no picture: leave --picture away')
     figures = _experiment(experiment, data)
@@ -94,6 +95,10 @@ def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
         from mctrack_ros.cli.terrace import track_terrace_live
 
         return track_terrace_live
+    if experiment is Experiment.WATCHDOG:
+        from mctrack_ros.experiments.watchdog_trials import reproduce_watchdog
+
+        return reproduce_watchdog
     return {
         Experiment.PETS: reproduce_pets,
         Experiment.LAB6P: real_data.reproduce_lab6p,

@@ -111,5 +111,12 @@ TARGETS = (
     Target('bench_ground', 'cell.points_per_s', 'projective cells with covariance, points/s', 1e6),
     Target('bench_ground', 'iterated.points_per_s', "the paper's grid, points/s", 2e5,
            None, 'the paper: more than 1000'),
+    Target('watchdog', 'false_alarms', 'moved camera, false alarms in all', most=0),
+    Target('watchdog', '2px.delay_max_s', 'camera moved by 2 px, longest delay, s', most=5),
+    Target('watchdog', '5px.delay_max_s', 'camera moved by 5 px, longest delay, s', most=5),
+    Target('watchdog', '20px.delay_max_s', 'camera moved by 20 px, longest delay, s', most=5),
+    Target('watchdog', 'turn.delay_max_s', 'camera turned by 1 degree, longest delay, s', most=5),
+    Target('bench_watchdog', 'ms_per_picture', 'watching for a moved camera, ms a picture',
+           None, 0.3, 'phase correlation of each full picture, in the same run'),
 )  # fmt: skip
 """In the order in which results are listed."""

@@ -41,6 +41,13 @@ def video(data: Path, camera: str) -> Path:
     return data / FOLDER / f'terrace1-{camera}.mp4'
 
 
+def watermark_mask() -> NDArray[np.uint8]:
+    """Return the picture that is 0 where the clips have their logo."""
+    mask = np.full((SIZE[1], SIZE[0]), 255, np.uint8)
+    mask[WATERMARK] = 0
+    return mask
+
+
 def write_site(data: Path, folder: Path) -> SiteConfig:
     """
     Write the site of the two cameras into a folder and read it.
@@ -55,9 +62,7 @@ def write_site(data: Path, folder: Path) -> SiteConfig:
     """
     views = json.loads((data / FOLDER / 'gnn_cca_metainfo.json').read_text())['terrace']
     to_metres = np.diag([METRES_PER_TOP_VIEW_PX, METRES_PER_TOP_VIEW_PX, 1.0])
-    mask = np.full((SIZE[1], SIZE[0]), 255, np.uint8)
-    mask[WATERMARK] = 0
-    cv2.imwrite(str(folder / 'mask.png'), mask)
+    cv2.imwrite(str(folder / 'mask.png'), watermark_mask())
     cameras = {}
     for camera, homography in zip(CAMERAS, views['homography']):
         matrix = (to_metres @ np.asarray(homography)).tolist()

@@ -21,7 +21,7 @@ from mctrack_ros.perception.patches import (
 
 SEARCH_PX = 5
 WIDE_SEARCH_PX = 12
-CLOSE_PX = 1.5
+CLOSE_PX = 2.5
 ROUNDS = 3
 COARSE_NS = 1_000_000_000
 LONGEST_COARSE_NS = 16_000_000_000
