@@ -7,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := setup.py setup.cfg package.xml pyproject.toml \
 	$(shell find mctrack_ros config launch resource -type f -not -name '*.pyc')
-RESULTS := lab6p cmc wildtrack pets terrace
+RESULTS := lab6p cmc wildtrack pets terrace cameras
 
 .PHONY: all demo test check unit lock results clean help
 

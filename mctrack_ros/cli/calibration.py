@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import json
+import math
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from mctrack_ros.ground import CalibrationCheck
 
 _BY_ENDING = {'.xml': 'grid', '.yaml': 'camera_info', '.yml': 'camera_info'}
 
@@ -40,6 +47,76 @@ def convert_calibration(
     missed = write_calibration(mapping, target, kind, name or source.stem)
     note = f'; its lens is up to {missed:.2g} px off' if missed else ''
     typer.echo(f'{target}: {kind}, for pictures of {picture[0]} x {picture[1]} px{note}')
+
+
+def check_calibration(
+    source: str = typer.Argument(..., help='Site YAML, name of a shipped site, or a grid XML.'),
+    size: str = typer.Option(
+        '', help='Width and height of the pictures, px, as 1920x1080, if a grid lacks them.'
+    ),
+    json_file: Path | None = typer.Option(None, '--json', help='Also write the checks here.'),
+) -> None:
+    """Check each camera's points: errors, leave-one-out errors, suspicious points, a verdict."""
+    from rich.console import Console
+
+    from mctrack_ros.cli.tables import check_table
+
+    checks = dict(_checks(source, size))
+    Console().print(check_table(checks))
+    for camera, check in checks.items():
+        for line in (*check.warnings(), *([check.refusal] if check.refusal else [])):
+            typer.echo(f'{camera}: {line}')
+    if json_file is not None:
+        values = {camera: _values(check) for camera, check in checks.items()}
+        json_file.write_text(json.dumps(values, indent=2, allow_nan=False) + '\n')
+    if any(check.refusal for check in checks.values()):
+        raise typer.Exit(1)
+
+
+def _checks(source: str, size: str) -> Iterator[tuple[str, CalibrationCheck]]:
+    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.ground import check_grid, read_grid
+
+    if source.endswith('.xml'):
+        grid = read_grid(source)
+        picture = _size(size) if size else grid.image_size
+        if picture is None:
+            raise ValueError(f'{source} does not say how large the pictures are: name --size')
+        yield grid.workstation, check_grid(grid, picture)
+        return
+    for name, camera in named_site(source).cameras.items():
+        if camera.grid:
+            picture = camera.image_width, camera.image_height
+            yield name, check_grid(read_grid(camera.grid), picture, camera.click_noise_px)
+        else:
+            camera.mapping()
+            typer.echo(f'{name}: {camera.calibration} can be used; it has no points to check')
+
+
+def _values(check: CalibrationCheck) -> dict[str, Any]:
+    """Return a check for JSON; what is not known is null."""
+    points = zip(check.names, check.residual_px, check.left_out_px, check.score)
+    return {
+        'accepted': not check.refusal,
+        'refusal': check.refusal,
+        'rms_px': _known(check.rms_px),
+        'left_out_rms_px': _known(check.left_out_rms_px),
+        'deviation_m': _known(check.deviation_m),
+        'suspicious': list(check.suspicious),
+        'points': [
+            {
+                'name': name,
+                'residual_px': _known(residual),
+                'left_out_px': _known(left_out),
+                'score': _known(score),
+            }
+            for name, residual, left_out, score in points
+        ],
+    }
+
+
+def _known(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
 
 
 def _size(text: str) -> tuple[int, int]:

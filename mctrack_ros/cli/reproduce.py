@@ -22,6 +22,7 @@ class Experiment(StrEnum):
     LAB6P = 'lab6p'
     CMC = 'cmc'
     WILDTRACK = 'wildtrack'
+    CAMERAS = 'cameras'
     TABLE3 = 'table3'
     FIG18 = 'fig18'
     HONESTY = 'honesty'
@@ -89,6 +90,7 @@ def _experiment(experiment: Experiment, data: Path | None) -> Figures:
 
 def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
     from mctrack_ros.experiments import real_data
+    from mctrack_ros.experiments.cameras import reproduce_cameras
     from mctrack_ros.experiments.pets import reproduce_pets
 
     if experiment is Experiment.TERRACE:
@@ -101,6 +103,7 @@ def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
         return reproduce_watchdog
     return {
         Experiment.PETS: reproduce_pets,
+        Experiment.CAMERAS: reproduce_cameras,
         Experiment.LAB6P: real_data.reproduce_lab6p,
         Experiment.CMC: real_data.reproduce_cmc,
         Experiment.WILDTRACK: real_data.reproduce_wildtrack,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,9 @@ from rich import box
 from rich.table import Table
 
 from mctrack_ros.codec import fields_of_cloud, stamp_ns_of
+
+if TYPE_CHECKING:
+    from mctrack_ros.ground import CalibrationCheck
 
 _WIDE = 8
 """Longer fields are cut down: ids to those that are not zero, numbers to their count."""
@@ -32,6 +36,29 @@ def cloud_values(topic: str, message: Any) -> dict[str, Any]:
     """Return the rows of a cloud as plain lists, for JSON."""
     fields = {name: _plain(values) for name, values in fields_of_cloud(message).items()}
     return {'topic': topic, 'stamp_ns': stamp_ns_of(message), 'fields': fields}
+
+
+def check_table(checks: Mapping[str, CalibrationCheck]) -> Table:
+    """Return the calibrations of cameras as a table, a row a camera."""
+    table = Table(box=box.SIMPLE_HEAD)
+    titles = ('points', 'fit px', 'left out px', 'worst', 'ground m')
+    table.add_column('camera', no_wrap=True)
+    for title in titles:
+        table.add_column(title, justify='right', no_wrap=True)
+    table.add_column('verdict', no_wrap=True)
+    for camera, check in checks.items():
+        known = np.isfinite(check.left_out_px)
+        worst = int(np.nanargmax(check.left_out_px)) if known.any() else None
+        table.add_row(
+            camera,
+            str(len(check.names)),
+            f'{check.rms_px:.2f}',
+            f'{check.left_out_rms_px:.2f}',
+            '-' if worst is None else f'{check.names[worst]}: {check.left_out_px[worst]:.1f}',
+            f'{check.deviation_m:.3f}',
+            'refused' if check.refusal else 'accepted',
+        )
+    return table
 
 
 def _plain(values: NDArray[Any]) -> list[Any]:

@@ -118,5 +118,12 @@ TARGETS = (
     Target('watchdog', 'turn.delay_max_s', 'camera turned by 1 degree, longest delay, s', most=5),
     Target('bench_watchdog', 'ms_per_picture', 'watching for a moved camera, ms a picture',
            None, 0.3, 'phase correlation of each full picture, in the same run'),
+    Target('cameras', 'pets.view1.median_m', 'PETS view 1, Tsai, median error, m', most=0.05),
+    Target(
+        'cameras', 'pets.clicked12.median_m', 'camera fitted to 12 clicks, median, m', most=0.15
+    ),
+    Target('cameras', 'pets.clicked12.worst_seed_m', 'the same, worst of 20 seeds, m', most=0.15),
+    Target('cameras', 'wildtrack.worst_median_m', 'WILDTRACK, worst of 7 medians, m', most=0.12),
+    Target('cameras', 'lab6p.largest_m', 'lab6p, largest difference, m', most=1e-6),
 )  # fmt: skip
 """In the order in which results are listed."""

@@ -40,7 +40,7 @@ def load_feet(
         Standard deviation of a foot point, px.
 
     """
-    mapping = _mapping(folder / 'Calibration' / f'{camera}.mat', image_size)
+    mapping = read_homography(folder / 'Calibration' / f'{camera}.mat', image_size)
     stored = loadmat(folder / 'Ground_Position_Detections' / f'{camera}.mat')
     return [
         feet_to_detections(
@@ -53,7 +53,8 @@ def load_feet(
     ]
 
 
-def _mapping(path: Path, image_size: tuple[int, int]) -> ProjectiveMapping:
+def read_homography(path: Path, image_size: tuple[int, int]) -> ProjectiveMapping:
+    """Read the homography of a camera, as a mapping to metres."""
     stored = loadmat(path)
     scale = 1 / float(stored['Scale'][0, 0])
     ground_from_image = np.diag([scale, scale, 1.0]) @ stored['H']

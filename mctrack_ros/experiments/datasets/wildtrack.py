@@ -57,7 +57,7 @@ def read_truth(path: Path) -> Trajectories:
             frame = int(Path(member.name).stem) // 5
             rows += [(frame, one['personID'], one['positionID']) for one in json.load(file)]
     table = np.array(rows, np.int64)
-    return Trajectories(frame=table[:, 0], id=table[:, 1], position=_position_of(table[:, 2]))
+    return Trajectories(frame=table[:, 0], id=table[:, 1], position=position_of(table[:, 2]))
 
 
 def inside(position: Floats) -> NDArray[np.bool_]:
@@ -68,7 +68,8 @@ def inside(position: Floats) -> NDArray[np.bool_]:
     return within
 
 
-def _position_of(position_id: NDArray[np.int64]) -> Floats:
+def position_of(position_id: NDArray[np.int64]) -> Floats:
+    """Return the (n, 2) ground positions, m, of positions' numbers."""
     return np.column_stack(
         [-3.0 + 0.025 * (position_id % 480), -9.0 + 0.025 * (position_id // 480)]
     )

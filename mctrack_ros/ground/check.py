@@ -1,0 +1,168 @@
+"""Whether clicked points make a calibration to be trusted, and which of them does not fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.ground.camera_fit import CLICK_NOISE_PX, CameraFit, FitError, fit_camera
+from mctrack_ros.ground.errors import CalibrationError
+from mctrack_ros.ground.grid import TransformationGrid
+from mctrack_ros.ground.plausible import check_plausible
+
+Floats = NDArray[np.float64]
+SUSPICIOUS = 4.0
+"""Standard deviations from where the other points put it at which a point is suspicious."""
+MOST_SUSPECTS = 0.25
+"""No more than this share of the points is suspected: the others have to tell."""
+LARGEST_MISS_PX = 2.0
+LARGEST_MISS_SHARE = 1 / 400
+"""Left-out error up to which a calibration is accepted: px, or share of the longer side."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CalibrationCheck:
+    """
+    What a camera's points say about its calibration.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the points.
+    residual_px : (n,) array
+        Distance of each click from where the camera fitted to all sees the point; NaN without one.
+    left_out_px : (n,) array
+        The same for the camera fitted without the point (and without suspicious ones).
+    score : (n,) array
+        The latter in standard deviations: of a click and of that camera together.
+    suspicious : tuple of str
+        Points that do not fit the others, worst first.
+    deviation_m : float
+        Standard deviation of ground positions at the points, median, from the calibration alone.
+    refusal : str
+        Why the calibration is refused; empty: it is accepted.
+
+    """
+
+    names: tuple[str, ...]
+    residual_px: Floats
+    left_out_px: Floats
+    score: Floats
+    suspicious: tuple[str, ...]
+    deviation_m: float
+    refusal: str
+
+    @property
+    def rms_px(self) -> float:
+        """Reprojection error: root mean square of the residuals, px."""
+        return _rms(self.residual_px)
+
+    @property
+    def left_out_rms_px(self) -> float:
+        """Leave-one-out error: root mean square over the points, px."""
+        return _rms(self.left_out_px)
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return a sentence for each suspicious point."""
+        off = dict(zip(self.names, self.left_out_px.tolist()))
+        return tuple(
+            f'point {name} is {off[name]:.3g} px off: check it' for name in self.suspicious
+        )
+
+
+def check_grid(
+    grid: TransformationGrid, image_size: tuple[int, int], click_noise_px: float = CLICK_NOISE_PX
+) -> CalibrationCheck:
+    """
+    Check the calibration that a grid's points give.
+
+    Each point is held against the camera fitted without it: its distance, in standard deviations
+    of click and camera, is a studentised residual, that a wrong point cannot hide by pulling the
+    camera along. The worst one beyond 4 is named and left out, and the rest is checked again. The
+    calibration is accepted if a camera can be fitted and can be true, no point is suspicious, and
+    the leave-one-out error is at most 2 px, or 1/400 of the picture's longer side if that is more.
+
+    Parameters
+    ----------
+    grid : TransformationGrid
+        The points.
+    image_size : (int, int)
+        Width and height of the pictures, px.
+    click_noise_px : float
+        Standard deviation of a click along one axis, px.
+
+    """
+    names, ground, image = grid.named_points()
+    try:
+        grid.check_size(image_size)
+        fit = fit_camera(ground, image, image_size, click_noise_px)
+        check_plausible(fit.mapping, ground)
+    except CalibrationError as error:
+        nothing = np.full(len(names), np.nan)
+        return CalibrationCheck(names, nothing, nothing, nothing, (), np.nan, str(error))
+    kept = np.ones(len(names), np.bool_)
+    suspects: list[int] = []
+    while True:
+        missed, score = _left_out(ground, image, image_size, click_noise_px, kept)
+        worst = int(np.nanargmax(np.where(kept, score, -1.0)))
+        if not score[worst] > SUSPICIOUS or len(suspects) + 1 > MOST_SUSPECTS * len(names):
+            break
+        suspects.append(worst)
+        kept[worst] = False
+    spread = np.trace(fit.mapping.calibration_covariance(ground), axis1=1, axis2=2)
+    most = max(LARGEST_MISS_PX, LARGEST_MISS_SHARE * max(image_size))
+    return CalibrationCheck(
+        names,
+        np.linalg.norm(fit.residual, axis=1),
+        missed,
+        score,
+        tuple(names[index] for index in suspects),
+        float(np.sqrt(np.median(spread))),
+        _refusal([names[index] for index in suspects], _rms(missed), most),
+    )
+
+
+def _left_out(
+    ground: Floats, image: Floats, size: tuple[int, int], noise_px: float, kept: NDArray[np.bool_]
+) -> tuple[Floats, Floats]:
+    """Return how far each point is from where the others put it: (n,) px, (n,) deviations."""
+    missed, score = np.full(len(ground), np.nan), np.full(len(ground), np.nan)
+    for index in range(len(ground)):
+        others = kept.copy()
+        others[index] = False
+        try:
+            fit = fit_camera(ground[others], image[others], size, noise_px)
+        except FitError:
+            continue
+        missed[index], score[index] = _miss(fit, ground[index], image[index])
+    return missed, score
+
+
+def _miss(fit: CameraFit, ground: Floats, image: Floats) -> tuple[float, float]:
+    seen = fit.mapping.image_from_ground(ground[None])[0]
+    if not np.isfinite(seen).all():
+        return np.nan, np.inf
+    away = image - seen
+    camera = fit.mapping.image_covariance(
+        ground[None], fit.mapping.calibration_covariance(ground[None])
+    )[0]
+    expected = camera + fit.noise_px**2 * np.eye(2)
+    return float(np.linalg.norm(away)), float(np.sqrt(away @ np.linalg.solve(expected, away)))
+
+
+def _refusal(suspects: list[str], left_out_px: float, most_px: float) -> str:
+    if suspects:
+        return f'{len(suspects)} of its points do not fit the others: {", ".join(suspects)}'
+    if not left_out_px <= most_px:
+        return (
+            f'points are {left_out_px:.2g} px from where the others put them, expected at most '
+            f'{most_px:.2g} px'
+        )
+    return ''
+
+
+def _rms(values: Floats) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.sqrt((known**2).mean())) if len(known) else float('nan')

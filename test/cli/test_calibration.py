@@ -1,0 +1,46 @@
+import dataclasses
+import json
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+from mctrack_ros.cli.main import app
+from mctrack_ros.ground import read_grid, write_grid
+
+GRID = Path(__file__).resolve().parents[2] / 'config' / 'pitch5' / 'cam5.xml'
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(each) for each in arguments])
+
+
+def test_a_calibration_is_converted_and_its_size_is_taken_from_the_file(tmp_path):
+    result = run('convert-calibration', GRID, tmp_path / 'cam5.yaml')
+    assert result.exit_code == 0, result.exception
+    assert 'camera_info, for pictures of 768 x 576 px' in result.output
+    result = run('convert-calibration', tmp_path / 'cam5.yaml', tmp_path / 'back.xml')
+    assert result.exit_code == 0, result.exception
+    assert read_grid(tmp_path / 'back.xml').workstation == 'cam5'
+
+
+def test_what_cannot_be_converted_is_said(tmp_path):
+    assert '--to' in str(run('convert-calibration', GRID, tmp_path / 'a.txt').exception)
+    (tmp_path / 'matrix.yaml').write_text('image_from_ground: [[20,1,300],[0,-8,400],[0,0.02,1]]')
+    result = run('convert-calibration', tmp_path / 'matrix.yaml', tmp_path / 'a.xml')
+    assert '--size' in str(result.exception)
+
+
+def test_a_wrong_point_is_named_and_the_command_fails(tmp_path):
+    grid = read_grid(GRID)
+    wrong = grid.names[5][0]
+    image = grid.image.copy()
+    for cell, names in enumerate(grid.names):
+        for corner, name in enumerate(names):
+            if name == wrong:
+                image[cell, corner] += (12.0, 5.0)
+    write_grid(dataclasses.replace(grid, image=image), tmp_path / 'cam5.xml')
+    result = run('check-calibration', tmp_path / 'cam5.xml', '--json', tmp_path / 'check.json')
+    assert result.exit_code == 1
+    assert f'point {wrong} is' in result.output
+    written = json.loads((tmp_path / 'check.json').read_text())
+    assert written['cam5']['suspicious'] == [wrong]

@@ -1,0 +1,59 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from lens_cameras import SIZE, camera
+
+from mctrack_ros.ground import check_grid, grid_from_points
+
+
+def clicked_grid(noise_px=0.3, seed=1):
+    x, y = np.meshgrid(np.arange(4), np.arange(3))
+    ground = np.column_stack([x.ravel() * 6.0 - 9.0, y.ravel() * 8.0 - 4.0])
+    noise = np.random.default_rng(seed).normal(0, noise_px, (12, 2))
+    names = [f'{"ABC"[row]}{column}' for row, column in zip(y.ravel(), x.ravel())]
+    return grid_from_points('cam1', names, ground, camera().image_from_ground(ground) + noise)[0]
+
+
+def moved(grid, name, by):
+    image = grid.image + (np.array(grid.names) == name)[..., None] * np.array(by)
+    return dataclasses.replace(grid, image=image)
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_careful_clicks_are_accepted(seed):
+    check = check_grid(clicked_grid(seed=seed), SIZE)
+    assert check.refusal == ''
+    assert check.suspicious == check.warnings() == ()
+    assert check.rms_px < check.left_out_rms_px < 2.0
+    assert 0 < check.deviation_m < 0.2
+
+
+def test_a_wrong_click_is_named_with_how_far_it_is_off():
+    check = check_grid(moved(clicked_grid(), 'B2', (11.0, -8.0)), SIZE)
+    assert check.suspicious == ('B2',)
+    assert 'do not fit the others: B2' in check.refusal
+    (warning,) = check.warnings()
+    off = float(warning.split()[3])
+    assert warning == f'point B2 is {off:.3g} px off: check it'
+    assert off == pytest.approx(np.hypot(11, 8), rel=0.15)
+
+
+def test_two_wrong_clicks_do_not_hide_one_another():
+    grid = moved(moved(clicked_grid(), 'B2', (14.0, 0.0)), 'A1', (0.0, 10.0))
+    assert set(check_grid(grid, SIZE).suspicious) == {'A1', 'B2'}
+
+
+def test_sloppy_clicks_are_refused():
+    check = check_grid(clicked_grid(noise_px=2.0), SIZE, 2.0)
+    assert 'from where the others put them, expected at most 2 px' in check.refusal
+
+
+def test_what_gives_no_camera_is_refused_with_the_reason():
+    few = clicked_grid()
+    few = dataclasses.replace(few, names=few.names[:1], ground=few.ground[:1], image=few.image[:1])
+    check = check_grid(few, SIZE)
+    assert 'under-determined' in check.refusal
+    assert np.isnan(check.rms_px)
+    other = dataclasses.replace(clicked_grid(), image_size=(1, 1))
+    assert 'for pictures of 1 x 1 px' in check_grid(other, SIZE).refusal
