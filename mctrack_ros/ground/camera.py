@@ -17,6 +17,10 @@ PARAMETERS = ('focal length', 'k1', 'rotation x', 'rotation y', 'rotation z', 'x
 """What of a camera can be uncertain: px, none, rad about the camera's axes, m along them."""
 NEWTON_STEPS = 20
 CONVERGED = 1e-12
+EDGE_SHARE = 0.97
+"""How near to where a lens model folds over its picture is used, in tangents off the axis."""
+FARTHEST_EDGE = 100.0
+EDGE_POINTS = 720
 _POINTS = types.f8[:, ::1]
 _MATRICES = types.f8[:, :, ::1]
 
@@ -129,6 +133,16 @@ class CameraMapping(GroundMapping):
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
         return _derivatives(self._lens, self._pose, points_of(position))[:, :, :2]
+
+    def lens_edge(self) -> Floats:
+        """Return (n, 2) pixels around what the lens model does not fold over; none: all."""
+        radius = EDGE_SHARE * np.sqrt(self._lens[9])
+        if radius > FARTHEST_EDGE:
+            return super().lens_edge()
+        angle = np.linspace(0, 2 * np.pi, EDGE_POINTS, endpoint=False)
+        direction = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+        ahead = np.column_stack([np.eye(3), [0.0, 0.0, 1.0]])
+        return _in_image(self._lens, ahead, np.column_stack([direction, np.zeros(EDGE_POINTS)]))
 
     def is_extrapolated(self, pixel: ArrayLike) -> Mask:
         """Tell which (n, 2) pixels lie beyond those that the camera was calibrated by."""

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import math
-
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
@@ -98,27 +95,27 @@ def seen_ground(
     Returns
     -------
     Polygon or MultiPolygon
-        Empty for a camera that sees no ground. Where the lens has no direction for a corner of
-        the picture, a straight line cuts it off.
+        Empty for a camera that sees no ground. What of the picture the lens model has no
+        direction for, is left out.
 
     """
     limit = _limit(mapping, reach, person_height, least_height_px)
-    lines = [shapely.LineString(line) for line in _outline_on_ground(mapping, _FARTHEST * reach)]
-    drawn = shapely.union_all([limit.exterior, *lines])
+    shown = _shown(mapping)
+    lines = _outline_on_ground(mapping, shown, _FARTHEST * reach)
+    drawn = shapely.union_all([limit.exterior, *map(shapely.LineString, lines)])
     faces = shapely.get_parts(shapely.polygonize([drawn]))
     faces = faces[shapely.area(faces) > _SLIVER_M2]
     inside = shapely.point_on_surface(faces)
-    places = shapely.get_coordinates(inside)
-    seen = is_in_picture(mapping, places) & shapely.contains(limit, inside)
+    pixel = mapping.image_from_ground(shapely.get_coordinates(inside))
+    seen = shapely.contains_xy(shown, *pixel.T) & shapely.contains(limit, inside)
     region = shapely.union_all(faces[seen]).simplify(_SMOOTHED_M)
     return region if isinstance(region, Polygon | MultiPolygon) else Polygon()
 
 
-def is_in_picture(mapping: GroundMapping, position: Floats) -> NDArray[np.bool_]:
-    """Tell which (n, 2) ground positions, m, a camera's picture shows."""
-    pixel = mapping.image_from_ground(position)
-    inside = (pixel >= 0) & (pixel <= mapping.image_size)
-    return np.asarray(inside.all(axis=1))
+def _shown(mapping: GroundMapping) -> Polygon:
+    """Return the picture, or what of it the lens has directions for, px."""
+    picture, edge = shapely.box(0, 0, *mapping.image_size), mapping.lens_edge()
+    return picture.intersection(Polygon(edge)) if len(edge) else picture
 
 
 def _limit(
@@ -154,9 +151,10 @@ def _radius(
     return limit
 
 
-def _outline_on_ground(mapping: GroundMapping, farthest: float) -> list[Floats]:
-    """Return the picture's outline as lines on the ground, each cut at a distance, m."""
-    pixel = _outline(mapping.image_size)
+def _outline_on_ground(mapping: GroundMapping, shown: Polygon, farthest: float) -> list[Floats]:
+    """Return a picture's outline, px, as lines on the ground, each cut at a distance, m."""
+    dense = shapely.segmentize(shown.exterior, _OUTLINE_STEP_PX)
+    pixel = np.ascontiguousarray(shapely.get_coordinates(dense)[:-1])
     foot = mapping.camera_position[:2]
     position = mapping.ground_from_image(pixel)
     near = _is_near(position, foot, farthest)
@@ -176,18 +174,7 @@ def _outline_on_ground(mapping: GroundMapping, farthest: float) -> list[Floats]:
         edge = [_last_near(mapping, pixel[a], pixel[b], farthest) for a, b in ends]
         inner = mapping.ground_from_image(pixel[start:stop])
         lines.append(np.vstack([edge[0], inner, edge[1]]))
-    return lines + _chords(lines, foot, farthest)
-
-
-def _outline(image_size: tuple[int, int]) -> Floats:
-    """Return (n, 2) pixels around the picture's edge."""
-    width, height = image_size
-    corners = np.array([[0, 0], [width, 0], [width, height], [0, height], [0, 0]], np.float64)
-    sides = []
-    for start, end in itertools.pairwise(corners):
-        steps = math.ceil(np.abs(end - start).max() / _OUTLINE_STEP_PX)
-        sides.append(start + np.linspace(0, 1, steps, endpoint=False)[:, None] * (end - start))
-    return np.vstack(sides)
+    return lines
 
 
 def _is_near(position: Floats, foot: Floats, farthest: float) -> NDArray[np.bool_]:
@@ -207,13 +194,3 @@ def _last_near(mapping: GroundMapping, near: Floats, far: Floats, farthest: floa
             far = middle
     place: Floats = mapping.ground_from_image(near)[0]
     return place
-
-
-def _chords(lines: list[Floats], foot: Floats, farthest: float) -> list[Floats]:
-    """Return what joins lines that end before the distance: there the lens has no direction."""
-    chords = []
-    for line, following in zip(lines, [*lines[1:], lines[0]]):
-        ends = np.array([line[-1], following[0]])
-        if (np.hypot(*(ends - foot).T) < 0.999 * farthest).all():
-            chords.append(ends)
-    return chords

@@ -54,6 +54,10 @@ class GroundMapping(ABC):
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
 
+    def lens_edge(self) -> Floats:
+        """Return (n, 2) pixels around all that the lens has a direction for; none: no limit."""
+        return np.empty((0, 2))
+
     def is_extrapolated(self, pixel: ArrayLike) -> Mask:
         """Tell which (n, 2) pixels lie where the calibration is not supported by its points."""
         return np.zeros(len(np.asarray(pixel).reshape(-1, 2)), np.bool_)
