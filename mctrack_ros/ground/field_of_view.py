@@ -115,7 +115,8 @@ def seen_ground(
 def _shown(mapping: GroundMapping) -> Polygon:
     """Return the picture, or what of it the lens has directions for, px."""
     picture, edge = shapely.box(0, 0, *mapping.image_size), mapping.lens_edge()
-    return picture.intersection(Polygon(edge)) if len(edge) else picture
+    shown = picture.intersection(Polygon(edge)) if len(edge) else picture
+    return shown if isinstance(shown, Polygon) else Polygon()
 
 
 def _limit(
