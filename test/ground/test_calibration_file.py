@@ -43,7 +43,7 @@ def same(one, other, atol, heights=(0.0, 1.8)):
 def test_a_straight_camera_survives_every_format(tmp_path, to, ending):
     path = tmp_path / f'camera.{ending}'
     assert write_calibration(STRAIGHT, path, to, 'cam1') < 1e-6
-    same(read_calibration(path, SIZE), STRAIGHT, 1e-6)
+    same(read_calibration(path, SIZE), STRAIGHT, 1e-3 if to == 'grid' else 1e-6)
     assert stated_size(path) == (None if 'image' in to else SIZE)
     assert file_format(path) == ('projection' if 'image' in to else to)
 
