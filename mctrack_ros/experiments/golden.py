@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from mctrack_ros.experiments.comparison import compare
@@ -49,7 +50,8 @@ def golden_figures(golden: Path, scratch: Path) -> Figures:
     """Track the golden bag's detections and score the tracks against its truth."""
     site = load_site(config_file('pitch5.yaml'))
     track_bag(golden, scratch, site, processes=1)
-    return compare(golden, scratch / 'bag', 1.0)
+    figures = compare(golden, scratch / 'bag', 1.0)
+    return replace(figures, command='python -m mctrack_ros.experiments.golden bags')
 
 
 if __name__ == '__main__':
