@@ -127,11 +127,15 @@ class CellMapping(GroundMapping):
         """Return the (n, 2) pixels of (n, 2) ground positions, m; heights by one homography."""
         position = points_of(position)
         cell, _ = self.cells.on_ground(position)
-        pixel = _mapped(self._to_image, cell, position)
-        if np.any(height):
-            raised = self._upright.image_from_ground(position, height)
-            pixel += raised - self._upright.image_from_ground(position)
-        return pixel
+        return _mapped(self._to_image, cell, position) + self.rise(position, height)
+
+    def rise(self, position: Floats, height: ArrayLike) -> Floats | float:
+        """Return how far, (n, 2) px, heights, m, lie from their feet, by one homography."""
+        if not np.any(height):
+            return 0.0
+        raised = self._upright.image_from_ground(position, height)
+        offset: Floats = raised - self._upright.image_from_ground(position)
+        return offset
 
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""

@@ -66,10 +66,7 @@ class IteratedMapping(GroundMapping):
         position = points_of(position)
         cell, _ = self.cells.on_ground(position)
         pixel = _crossings(self.cells.image, cell, self._ratio(position, cell))
-        if np.any(height):
-            raised = self._exact.image_from_ground(position, height)
-            pixel += raised - self._exact.image_from_ground(position)
-        return pixel
+        return pixel + self._exact.rise(position, height)
 
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""

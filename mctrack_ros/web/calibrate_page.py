@@ -25,6 +25,7 @@ from mctrack_ros.web.drawing import (
     plan_extent,
 )
 from mctrack_ros.web.pairing import Pairing, PairingError
+from mctrack_ros.web.steps import handler_of
 from mctrack_ros.web.verdict import point_rows, verdict
 
 STYLE = Path(__file__).with_name('pages.css')
@@ -160,16 +161,7 @@ class _View:
             self._table.on('rowClick', lambda event: self._do(pairing.choose)(event.args['name']))
 
     def _do(self, step: Callable[..., object]) -> Callable[..., None]:
-        """Return a handler that takes a step and shows what came of it."""
-
-        def handler(*arguments: object) -> None:
-            try:
-                step(*arguments)
-            except PairingError as error:
-                ui.notify(str(error), type='warning')
-            self._changed()
-
-        return handler
+        return handler_of(step, PairingError, self._changed)
 
     def _show_all(self) -> None:
         self._picture.show_all()

@@ -16,6 +16,7 @@ from mctrack_ros.ground.field_of_view import FieldOfViewError
 from mctrack_ros.web.board import Board
 from mctrack_ros.web.coverage_drawing import MAPS, coverage_map, fields_drawing, fields_extent
 from mctrack_ros.web.fields import Fields
+from mctrack_ros.web.steps import handler_of
 
 STYLE = Path(__file__).with_name('pages.css')
 COLUMNS = [
@@ -146,16 +147,7 @@ class _View:
             self._fields.choose_corner(int(name))
 
     def _do(self, step: Callable[..., object]) -> Callable[..., None]:
-        """Return a handler that takes a step and shows what came of it."""
-
-        def handler(*arguments: object) -> None:
-            try:
-                step(*arguments)
-            except FieldOfViewError as error:
-                ui.notify(str(error), type='warning')
-            self._changed()
-
-        return handler
+        return handler_of(step, FieldOfViewError, self._changed)
 
     def _save(self) -> None:
         try:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground.coverage import Coverage, CoverageConfig, View, coverage_of
 from mctrack_ros.ground.field_of_view import FieldOfViewError, Region, polygon_from
-from mctrack_ros.web.history import History
+from mctrack_ros.web.history import History, Undoable
 
 Floats = NDArray[np.float64]
 Corner = tuple[float, float]
@@ -18,7 +18,7 @@ Corners = tuple[Corner, ...]
 Drawn = Mapping[str, Corners]
 
 
-class Fields:
+class Fields(Undoable[Drawn]):
     """
     The coverage tool's state (event-tracking paper, section 4.4, Figure 13).
 
@@ -65,16 +65,6 @@ class Fields:
         """Corners by camera, m, of the fields that are drawn."""
         return dict(self._history.present)
 
-    @property
-    def can_undo(self) -> bool:
-        """Whether there is a step to take back."""
-        return self._history.can_undo
-
-    @property
-    def can_redo(self) -> bool:
-        """Whether a step was taken back that can be made again."""
-        return self._history.can_redo
-
     def choose(self, name: str) -> None:
         """Choose the camera whose field is drawn."""
         if name not in self._views:
@@ -107,16 +97,6 @@ class Fields:
     def clear(self) -> None:
         """Remove the drawn field of the chosen camera: what its calibration says counts again."""
         self._put(())
-
-    def undo(self) -> None:
-        """Take the last step back, if there is one."""
-        self._history.undo()
-        self._changed()
-
-    def redo(self) -> None:
-        """Make the step again that was taken back last, if there is one."""
-        self._history.redo()
-        self._changed()
 
     def flaws(self) -> dict[str, str]:
         """Say by camera why what is drawn is no field of view."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Generic, TypeVar
 
 State = TypeVar('State')
@@ -48,3 +49,33 @@ class History(Generic[State]):
     def redo(self) -> None:
         """Make the step again that was taken back last, if there is one."""
         self._at = min(self._at + 1, len(self._states) - 1)
+
+
+class Undoable(ABC, Generic[State]):
+    """What goes from state to state by steps that can be taken back."""
+
+    _history: History[State]
+
+    @abstractmethod
+    def _changed(self) -> None:
+        """Follow the state that is present now."""
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a step to take back."""
+        return self._history.can_undo
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether a step was taken back that can be made again."""
+        return self._history.can_redo
+
+    def undo(self) -> None:
+        """Take the last step back, if there is one."""
+        self._history.undo()
+        self._changed()
+
+    def redo(self) -> None:
+        """Make the step again that was taken back last, if there is one."""
+        self._history.redo()
+        self._changed()

@@ -21,7 +21,7 @@ from mctrack_ros.ground import (
     grid_from_points,
     write_grid,
 )
-from mctrack_ros.web.history import History
+from mctrack_ros.web.history import History, Undoable
 
 Floats = NDArray[np.float64]
 Pixel = tuple[float, float]
@@ -36,7 +36,7 @@ class PairingError(ValueError):
     """A step that makes no sense for these pairs; says why."""
 
 
-class Pairing:
+class Pairing(Undoable[Pairs]):
     """
     The TG-creator's state (event-tracking paper, section 4.4): which point is seen where.
 
@@ -96,16 +96,6 @@ class Pairing:
         """Whether the next click into the picture is the place of the chosen point."""
         return self.chosen != '' and self.chosen not in self._history.present
 
-    @property
-    def can_undo(self) -> bool:
-        """Whether there is a step to take back."""
-        return self._history.can_undo
-
-    @property
-    def can_redo(self) -> bool:
-        """Whether a step was taken back that can be made again."""
-        return self._history.can_redo
-
     def choose(self, name: str) -> None:
         """Choose a point of the scene; a place that waits becomes its own."""
         if name not in self._row:
@@ -133,16 +123,6 @@ class Pairing:
         """Take a pair apart."""
         self._check_paired(name)
         self._step({other: pixel for other, pixel in self.pairs.items() if other != name})
-
-    def undo(self) -> None:
-        """Take the last step back, if there is one."""
-        self._history.undo()
-        self._changed()
-
-    def redo(self) -> None:
-        """Make the step again that was taken back last, if there is one."""
-        self._history.redo()
-        self._changed()
 
     def forget(self) -> None:
         """Choose nothing; no place waits."""
