@@ -16,7 +16,7 @@ from mctrack_ros.ground.cells import CellMapping, Cells
 from mctrack_ros.ground.check import CalibrationCheck, check_grid
 from mctrack_ros.ground.errors import CalibrationError, GridError, SceneError
 from mctrack_ros.ground.grid import TransformationGrid, grid_from_points
-from mctrack_ros.ground.grid_checks import grid_flaws, polygon_flaw
+from mctrack_ros.ground.grid_checks import grid_flaws
 from mctrack_ros.ground.grid_file import read_grid, write_grid
 from mctrack_ros.ground.iterated import IteratedMapping
 from mctrack_ros.ground.mapping import GroundMapping
@@ -58,7 +58,6 @@ __all__ = [
     'grid_flaws',
     'grid_from_points',
     'mapping_from_grid',
-    'polygon_flaw',
     'read_calibration',
     'read_camera',
     'read_grid',

@@ -22,6 +22,8 @@ _DIRECTIONS = 720
 _RADII = 400
 _SMOOTHED_M = 0.001
 _SLIVER_M2 = 1e-6
+_FLAT = 1e-6
+"""Least area of a polygon, as a share of the square over its longer extent."""
 
 
 class FieldOfViewError(CalibrationError):
@@ -42,8 +44,8 @@ def polygon_from(corners: ArrayLike, name: str = 'the polygon') -> Polygon:
     Raises
     ------
     FieldOfViewError
-        If it has fewer than three different corners or no area, crosses itself, or a number is
-        not finite.
+        If it has fewer than three different corners, one twice, or no area, crosses itself, or a
+        number is not finite.
 
     """
     points = np.asarray(corners, np.float64)
@@ -66,6 +68,10 @@ def polygon_from(corners: ArrayLike, name: str = 'the polygon') -> Polygon:
             f'({float(where[0]):.2f}, {float(where[1]):.2f}) m: '
             'its corners must go around it in order'
         )
+    if distinct < len(points) - int((points[0] == points[-1]).all()):
+        raise FieldOfViewError(f'{name} has a corner twice')
+    if polygon.area < _FLAT * float(np.ptp(points, axis=0).max()) ** 2:
+        raise FieldOfViewError(f'{name} has no area: its corners lie nearly on one line')
     return polygon
 
 

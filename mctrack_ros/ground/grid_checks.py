@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.ground.field_of_view import FieldOfViewError, polygon_from
 from mctrack_ros.ground.grid import TransformationGrid
 
 Floats = NDArray[np.float64]
@@ -48,24 +49,10 @@ def grid_flaws(grid: TransformationGrid) -> Iterator[tuple[int, str]]:
         )
     yield from _swaps(grid, ground, image)
     if grid.fov is not None:
-        reason = polygon_flaw(grid.fov)
-        if reason:
-            yield -1, f'the field of view {reason}'
-
-
-def polygon_flaw(corners: Floats) -> str:
-    """Return what keeps (k, 2) corners from being a simple polygon; empty: nothing does."""
-    if len(corners) < 3 or len(np.unique(corners, axis=0)) != len(corners):
-        return 'has fewer than three corners, or one twice'
-    count = len(corners)
-    after = np.roll(corners, -1, axis=0)
-    for one, other in combinations(range(count), 2):
-        neighbours = other - one in (1, count - 1)
-        if not neighbours and _cross(corners[one], after[one], corners[other], after[other]):
-            return f'crosses itself: its sides {one + 1} and {other + 1} meet'
-    if abs(_area(corners[None])[0]) < 1e-6 * float(np.ptp(corners, axis=0).max()) ** 2:
-        return 'has no area: its corners lie on a line'
-    return ''
+        try:
+            polygon_from(grid.fov, 'the field of view')
+        except FieldOfViewError as error:
+            yield -1, str(error)
 
 
 def _contradictions(grid: TransformationGrid) -> Iterator[tuple[int, str]]:
@@ -155,14 +142,3 @@ def _area(corners: Floats) -> Floats:
 def _outer(one: Floats, other: Floats) -> Floats:
     product: Floats = one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
     return product
-
-
-def _cross(a: Floats, b: Floats, c: Floats, d: Floats) -> bool:
-    """Tell whether the closed segments from a to b and from c to d have a point in common."""
-    if (np.maximum(a, b) < np.minimum(c, d)).any() or (np.maximum(c, d) < np.minimum(a, b)).any():
-        return False
-    sides = (
-        _outer(b - a, c - a) * _outer(b - a, d - a),
-        _outer(d - c, a - c) * _outer(d - c, b - c),
-    )
-    return bool(sides[0] <= 0 and sides[1] <= 0)

@@ -152,6 +152,7 @@ def test_corners_may_go_either_way_and_end_where_they_began():
     square = [[0, 0], [2, 0], [2, 2], [0, 2]]
     for corners in (square, square[::-1], [*square, square[0]]):
         assert polygon_from(corners).area == 4.0
+    assert polygon_from([[0, 0], [4, 0], [1, 1], [0, 4]]).area == 4.0
 
 
 @pytest.mark.parametrize(
@@ -159,6 +160,9 @@ def test_corners_may_go_either_way_and_end_where_they_began():
     [
         ([[0, 0], [2, 2], [2, 0], [0, 2]], r'cam1 crosses .* near \(1.00, 1.00\) m'),
         ([[0, 0], [2, 0], [1, 1], [2, 2], [0, 2], [1, 1]], 'cam1 crosses or touches itself'),
+        ([[0, 0], [4, 0], [2, 0], [2, 4]], 'cam1 crosses or touches itself'),
+        ([[0, 0], [2, 0], [2, 0], [0, 2]], 'cam1 has a corner twice'),
+        ([[0, 0], [9, 0], [18, 1e-6]], 'cam1 has no area'),
         ([[0, 0], [1, 1], [0, 0]], 'cam1 has 2 different corners'),
         ([[0, 0], [1, 1], [2, 2], [5, 5]], 'cam1 has no area'),
         ([[0, 0], [1, 0], [np.nan, 2]], 'cam1 has a corner that is not finite'),
