@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from shapely import Polygon
 
 from mctrack_ros.config import parameter
+from mctrack_ros.ground.coverage_raster import Raster, raster_of
+from mctrack_ros.ground.coverage_view import View
 from mctrack_ros.ground.field_of_view import FieldOfViewError, Region, polygon_from
-from mctrack_ros.ground.mapping import GroundMapping
 
 Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
-MOST_CELLS = 4_000_000
 _LEAST_M2 = 1e-4
 """Smaller pieces are rounding, not blind areas or overlaps."""
 
@@ -36,47 +35,6 @@ class CoverageConfig:
     adjoining: float = parameter(
         1.0, 'cameras without overlap adjoin up to this gap [m]', minimum=0.0, maximum=100.0
     )
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class View:
-    """
-    What one camera contributes.
-
-    Attributes
-    ----------
-    field : Polygon or MultiPolygon
-        The ground that it sees, m.
-    mapping : GroundMapping or None
-        How well it measures; None if that is not known: it then has no predicted error.
-    foot_noise_px, foot_noise_share : float
-        Standard deviation of a foot point: what is the same for all, px, and what grows with
-        the person's height in the picture, as a share of it.
-    person_height : float
-        Height of a person, m.
-
-    """
-
-    field: Region
-    mapping: GroundMapping | None = None
-    foot_noise_px: float = 0.7
-    foot_noise_share: float = 0.025
-    person_height: float = 1.75
-
-    @property
-    def foot(self) -> Floats:
-        """Where the camera stands, (2,) m; NaN if that is not known."""
-        return np.full(2, np.nan) if self.mapping is None else self.mapping.camera_position[:2]
-
-    def covariance(self, position: Floats) -> Floats:
-        """Return (n, 2, 2) covariances, m², of people's (n, 2) positions; NaN if not known."""
-        if self.mapping is None:
-            return np.full((len(position), 2, 2), np.nan)
-        tallest = float(self.mapping.image_size[1])
-        rows = self.mapping.height_px(position, self.person_height)
-        rows = np.clip(np.nan_to_num(rows, nan=tallest), 0.0, tallest)
-        deviation = self.foot_noise_px + self.foot_noise_share * rows
-        return self.mapping.ground_covariance(position, deviation[:, None, None] ** 2 * np.eye(2))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,55 +59,6 @@ class HandOver:
     zone: Region
     gap: float
     border: Floats
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Raster:
-    """
-    Coverage and predicted error cell by cell; rows grow with y, columns with x.
-
-    Attributes
-    ----------
-    origin : (2,) array
-        Corner of the first cell with least x and y, m.
-    cell : float
-        Edge of a cell, m.
-    inside : (rows, columns) bool array
-        Whether a cell's middle lies in the area.
-    seen : (cameras, rows, columns) bool array
-        Whether each camera sees the middle, inside the area.
-    error : (cameras, rows, columns) array
-        Standard deviation, m, of a person's position along its worst direction by each camera;
-        NaN where it does not see, or does not know.
-    fused : (rows, columns) array
-        The same by all cameras together, their information summed; NaN where none knows.
-
-    """
-
-    origin: Floats
-    cell: float
-    inside: Mask
-    seen: Mask
-    error: Floats
-    fused: Floats
-
-    @property
-    def count(self) -> NDArray[np.int64]:
-        """How many cameras see each cell, (rows, columns)."""
-        return np.asarray(self.seen.sum(axis=0), np.int64)
-
-    @property
-    def best(self) -> Floats:
-        """The least error of one camera, (rows, columns) m; NaN where none knows."""
-        least = np.where(np.isnan(self.error), np.inf, self.error).min(axis=0, initial=np.inf)
-        return np.where(np.isfinite(least), least, np.nan)
-
-    @property
-    def extent(self) -> tuple[float, float, float, float]:
-        """Least x, greatest x, least y and greatest y of all cells, m."""
-        rows, columns = self.inside.shape
-        x, y = (float(value) for value in self.origin)
-        return x, x + columns * self.cell, y, y + rows * self.cell
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -239,7 +148,7 @@ def coverage_of(
         tuple(at_least),
         tuple(sorted(blind, key=lambda piece: -piece.area)),
         tuple(_hand_overs(list(views), within, config.adjoining)),
-        _raster(list(views.values()), area, config.cell),
+        raster_of(list(views.values()), area, config.cell),
     )
 
 
@@ -316,47 +225,3 @@ def _hand_overs(names: list[str], fields: list[Region], adjoining: float) -> lis
         border = nearest if zone.is_empty else np.empty((0, 2))
         found.append(HandOver((names[first], names[second]), zone, gap, border))
     return found
-
-
-def _raster(views: list[View], area: Region, cell: float) -> Raster:
-    left, bottom, right, top = area.bounds
-    columns, rows = (max(1, int(np.ceil(edge / cell))) for edge in (right - left, top - bottom))
-    if columns * rows > MOST_CELLS:
-        raise FieldOfViewError(
-            f'{columns} x {rows} cells of {cell:g} m, expected at most {MOST_CELLS}: '
-            'name a smaller area or larger cells'
-        )
-    x = left + (np.arange(columns) + 0.5) * cell
-    y = bottom + (np.arange(rows) + 0.5) * cell
-    place = np.stack(np.meshgrid(x, y), axis=-1)
-    inside = np.asarray(shapely.contains_xy(area, place[..., 0], place[..., 1]), np.bool_)
-    seen = np.zeros((len(views), rows, columns), np.bool_)
-    error = np.full((len(views), rows, columns), np.nan)
-    information = np.zeros((rows, columns, 2, 2))
-    for index, view in enumerate(views):
-        seen[index] = inside & shapely.contains_xy(view.field, place[..., 0], place[..., 1])
-        covariance = view.covariance(place[seen[index]])
-        error[index][seen[index]] = _worst(covariance)
-        information[seen[index]] += _inverse(covariance)
-    fused = _worst(_inverse(information.reshape(-1, 2, 2))).reshape(rows, columns)
-    return Raster(
-        np.array([left, bottom]), cell, inside, seen, error, np.where(fused > 0, fused, np.nan)
-    )
-
-
-def _worst(covariance: Floats) -> Floats:
-    """Return the (n,) standard deviations of (n, 2, 2) covariances along their longest axis."""
-    xx, xy, yy = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 1, 1]
-    longest = (xx + yy) / 2 + np.hypot((xx - yy) / 2, xy)
-    deviation: Floats = np.sqrt(longest)
-    return deviation
-
-
-def _inverse(matrices: Floats) -> Floats:
-    """Return the inverses of (n, 2, 2) symmetric matrices; zero where there is none."""
-    xx, xy, yy = matrices[:, 0, 0], matrices[:, 0, 1], matrices[:, 1, 1]
-    scale = xx * yy - xy * xy
-    regular = np.isfinite(scale) & (scale > 0)
-    share = np.where(regular, 1 / np.where(regular, scale, 1), 0)
-    entries = np.stack([yy, -xy, -xy, xx], axis=-1) * share[:, None]
-    return np.where(regular[:, None], entries, 0).reshape(-1, 2, 2)

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.ground.coverage import Coverage, CoverageConfig, View, coverage_of
+from mctrack_ros.ground.coverage import Coverage, CoverageConfig, coverage_of
+from mctrack_ros.ground.coverage_view import View
 from mctrack_ros.ground.field_of_view import FieldOfViewError, Region, polygon_from
 from mctrack_ros.web.history import History, Undoable
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground import read_grid, write_grid
-from mctrack_ros.ground.coverage import CoverageConfig, View, area_from
+from mctrack_ros.ground.coverage import CoverageConfig, area_from
+from mctrack_ros.ground.coverage_view import View
 from mctrack_ros.ground.field_of_view import FieldOfViewError, seen_ground
 from mctrack_ros.site_config import SiteConfig
 from mctrack_ros.site_coverage import camera_view

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lens_cameras import camera
 
-from mctrack_ros.ground.coverage import CoverageConfig, View, area_from, coverage_of
+from mctrack_ros.ground.coverage import CoverageConfig, area_from, coverage_of
+from mctrack_ros.ground.coverage_view import View
 from mctrack_ros.ground.field_of_view import FieldOfViewError, polygon_from, seen_ground
 
 AREA = shapely.box(0, 0, 20, 10)

@@ -1,68 +1,21 @@
-"""
-Interfaces and pictures to ROS messages and back: the only code that knows message fields.
-
-The message classes come as an argument, so the same code serves rclpy and rosbags.
-"""
+"""Rows of the interfaces as `sensor_msgs/PointCloud2` and back."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeVar
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.codec.messages import CodecError, MessageClasses, header, stamp_ns_of
 from mctrack_ros.interfaces import Column, Rows
-
-try:
-    import simplejpeg
-except ImportError:  # not among ROS's own packages
-    simplejpeg = None
-
-_JPEG_START = b'\xff\xd8'
 
 AnyRows = TypeVar('AnyRows', bound=Rows)
 
 _POINT_FIELD_TYPES = {'i1': 1, 'u1': 2, 'i2': 3, 'u2': 4, 'i4': 5, 'u4': 6, 'f4': 7, 'f8': 8}
 _NUMPY_TYPES = {code: name for name, code in _POINT_FIELD_TYPES.items()}
-_CHANNELS = {'mono8': 1, 'bgr8': 3, 'rgb8': 3, 'bgra8': 4, 'rgba8': 4}
-_TO_BGR = {
-    'mono8': cv2.COLOR_GRAY2BGR,
-    'rgb8': cv2.COLOR_RGB2BGR,
-    'bgra8': cv2.COLOR_BGRA2BGR,
-    'rgba8': cv2.COLOR_RGBA2BGR,
-}
-
-
-class CodecError(ValueError):
-    """A message that does not hold what it should."""
-
-
-@dataclass(frozen=True, slots=True)
-class MessageClasses:
-    """
-    The message classes of one ROS implementation.
-
-    Attributes
-    ----------
-    cloud, field, header, time, image, compressed_image : callable
-        ``sensor_msgs/PointCloud2``, ``PointField``, ``std_msgs/Header``,
-        ``builtin_interfaces/Time``, ``sensor_msgs/Image`` and ``CompressedImage``.
-    octets : callable
-        Turns a (n,) uint8 array into what the implementation stores fastest in ``uint8[]``.
-
-    """
-
-    cloud: Callable[..., Any]
-    field: Callable[..., Any]
-    header: Callable[..., Any]
-    time: Callable[..., Any]
-    image: Callable[..., Any]
-    compressed_image: Callable[..., Any]
-    octets: Callable[[NDArray[np.uint8]], Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,19 +24,6 @@ class _Layout:
 
     dtype: np.dtype[np.void]
     triangles: dict[str, tuple[NDArray[np.intp], NDArray[np.intp]]]
-
-
-def stamp_ns_of(message: Any) -> int:
-    """Return the header's stamp in ns."""
-    stamp = message.header.stamp
-    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
-
-
-def header(classes: MessageClasses, stamp_ns: int, frame_id: str) -> Any:
-    """Return a ``std_msgs/Header``."""
-    seconds, nanoseconds = divmod(int(stamp_ns), 1_000_000_000)
-    stamp = classes.time(sec=seconds, nanosec=nanoseconds)
-    return classes.header(stamp=stamp, frame_id=frame_id)
 
 
 def cloud_from_rows(rows: Rows, classes: MessageClasses, frame_id: str) -> Any:
@@ -201,92 +141,6 @@ def fields_of_cloud(message: Any) -> dict[str, NDArray[Any]]:
         formats.append((str(field.name), element, (count,) if count > 1 else ()))
     packed = _packed_array(message, np.dtype(formats), 'rows')
     return {name: np.ascontiguousarray(packed[name]) for name, _, _ in formats}
-
-
-def image_from_message(message: Any) -> NDArray[np.uint8]:
-    """
-    Return the picture of a ``sensor_msgs/Image`` or ``CompressedImage``.
-
-    Returns
-    -------
-    (height, width, 3) uint8 array
-        Blue, green, red.
-
-    Raises
-    ------
-    CodecError
-        If the picture is empty, its size and its data disagree, or its encoding is not one of
-        ``mono8``, ``bgr8``, ``rgb8``, ``bgra8``, ``rgba8``, JPEG or PNG.
-
-    """
-    data = np.frombuffer(message.data, np.uint8)
-    if data.size == 0:
-        raise CodecError('the image is empty')
-    if not hasattr(message, 'encoding'):
-        return _decompressed(data, str(message.format))
-    if message.encoding not in _CHANNELS:
-        raise CodecError(
-            f'image encoding {message.encoding!r} is not known, expected one of '
-            f'{", ".join(_CHANNELS)}'
-        )
-    height, width, channels = message.height, message.width, _CHANNELS[message.encoding]
-    used = width * channels
-    if height == 0 or width == 0 or message.step < used or data.size != message.step * height:
-        raise CodecError(
-            f'a {width} x {height} {message.encoding} image with step {message.step} holds '
-            f'{data.size} bytes, expected {max(message.step, used) * height}'
-        )
-    picture = data.reshape(height, message.step)[:, :used].reshape(height, width, channels)
-    if message.encoding == 'bgr8':
-        return np.ascontiguousarray(picture)
-    return np.asarray(cv2.cvtColor(picture, _TO_BGR[message.encoding]), np.uint8)
-
-
-def image_message(
-    image: NDArray[np.uint8], classes: MessageClasses, stamp_ns: int, frame_id: str
-) -> Any:
-    """Encode a (height, width, 3) BGR or (height, width) grey picture as ``sensor_msgs/Image``."""
-    height, width = image.shape[:2]
-    channels = 1 if image.ndim == 2 else 3
-    return classes.image(
-        header=header(classes, stamp_ns, frame_id),
-        height=height,
-        width=width,
-        encoding='mono8' if channels == 1 else 'bgr8',
-        is_bigendian=0,
-        step=width * channels,
-        data=classes.octets(np.ascontiguousarray(image).reshape(-1)),
-    )
-
-
-def compressed_message(
-    jpeg: NDArray[np.uint8], classes: MessageClasses, stamp_ns: int, frame_id: str
-) -> Any:
-    """Wrap (n,) bytes of a JPEG picture as ``sensor_msgs/CompressedImage``."""
-    return classes.compressed_image(
-        header=header(classes, stamp_ns, frame_id), format='jpeg', data=classes.octets(jpeg)
-    )
-
-
-def jpeg_from_image(image: NDArray[np.uint8], quality: int = 90) -> NDArray[np.uint8]:
-    """Compress a (height, width, 3) BGR picture; return the (n,) bytes of the JPEG."""
-    done, jpeg = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    if not done:
-        raise CodecError(f'a picture of shape {image.shape} cannot be compressed')
-    return np.asarray(jpeg, np.uint8).reshape(-1)
-
-
-def _decompressed(data: NDArray[np.uint8], name: str) -> NDArray[np.uint8]:
-    """Decompress; simplejpeg gives the same pixels as OpenCV in half the time."""
-    if simplejpeg is not None and data[:2].tobytes() == _JPEG_START:
-        try:
-            return np.asarray(simplejpeg.decode_jpeg(data, 'BGR'))
-        except ValueError as error:
-            raise CodecError(f'{data.size} bytes of a JPEG image: {error}') from error
-    picture = cv2.imdecode(data, cv2.IMREAD_COLOR)
-    if picture is None:
-        raise CodecError(f'{data.size} bytes of a {name!r} image cannot be decompressed')
-    return np.asarray(picture, np.uint8)
 
 
 def _packed_array(message: Any, expected: np.dtype[np.void], name: str) -> NDArray[Any]:
