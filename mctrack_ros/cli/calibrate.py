@@ -8,13 +8,17 @@ import typer
 
 
 def calibrate(
-    source: Path = typer.Argument(..., help='A picture, a video or a bag of the camera.'),
+    source: Path = typer.Argument(
+        ..., help='A picture, a video or a bag of the camera, or live: the running graph.'
+    ),
     scene: Path = typer.Argument(..., help="Scene XML: the points' names and metres."),
     camera: str = typer.Option(..., help="The camera's name."),
     out: Path = typer.Option(
         ..., help='Grid XML to write; one that is there is continued and then replaced.'
     ),
-    topic: str = typer.Option('', help='Topic of pictures in the bag; found unless given.'),
+    topic: str = typer.Option(
+        '', help='Topic of pictures in the bag or the graph; found by its name unless given.'
+    ),
     host: str = typer.Option('127.0.0.1', help='Address to serve at; any other needs --token.'),
     port: int = typer.Option(8080, min=1, max=65535, help='Port to serve at.'),
     token: str = typer.Option('', help='What every request must bring.'),

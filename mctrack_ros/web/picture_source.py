@@ -1,8 +1,10 @@
-"""One picture of a camera: from a picture file, a video or a bag."""
+"""One picture of a camera: from a picture file, a video, a bag or the running graph."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -10,27 +12,38 @@ from numpy.typing import NDArray
 
 from mctrack_ros.codec import image_from_message
 from mctrack_ros.recording import BagReader
+from mctrack_ros.web.picture_topic import IMAGE_TYPES, picture_topics
+
+if TYPE_CHECKING:
+    from mctrack_ros.ros.live_pictures import LivePictures
 
 Image = NDArray[np.uint8]
-IMAGE_TYPES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
+LIVE = 'live'
+"""The source that is the running graph."""
+PATIENCE_S = 10.0
+"""How long a live topic, and then its next picture, is waited for, s."""
 
 
 class PictureError(ValueError):
     """A source that gives no picture; names it and says why."""
 
 
-def read_picture(source: str | Path, camera: str, topic: str = '') -> Image:
+def read_picture(
+    source: str | Path, camera: str, topic: str = '', patience_s: float = PATIENCE_S
+) -> Image:
     """
     Return the first picture, (height, width, 3) blue, green, red, of a source.
 
     Parameters
     ----------
     source : str or Path
-        A picture file, a video file or a bag.
+        A picture file, a video file, a bag, or ``live`` for the running graph.
     camera : str
-        Whose topic is read, if a bag has several of pictures.
+        Whose topic is read, if there are several of pictures.
     topic : str
-        The topic of the bag; found by its type and the camera's name unless given.
+        The topic of the bag or the graph; found by its type and the camera's name unless given.
+    patience_s : float
+        How long a live topic, and then its next picture, is waited for, s.
 
     Raises
     ------
@@ -38,6 +51,8 @@ def read_picture(source: str | Path, camera: str, topic: str = '') -> Image:
         If there is no picture.
 
     """
+    if str(source) == LIVE:
+        return _from_graph(camera, topic, patience_s)
     path = Path(source)
     if path.is_dir():
         return _from_bag(path, camera, topic)
@@ -62,28 +77,60 @@ def _from_video(path: Path) -> Image:
 
 def _from_bag(path: Path, camera: str, topic: str) -> Image:
     with BagReader(path) as bag:
-        name = topic or _topic_of(bag, camera)
+        name = topic or _topic_of(bag.topics, camera, str(bag.path))
         message = next(bag.messages([name]), None)
     if message is None:
         raise PictureError(f'{path}: {name} holds no message')
-    if message[1].__msgtype__ not in IMAGE_TYPES:
-        raise PictureError(f'{path}: {name} holds no pictures but {message[1].__msgtype__}')
-    picture = image_from_message(message[1])
-    return picture if picture.ndim == 3 else _bytes(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR))
+    _check_kind(message[1].__msgtype__, f'{path}: {name}')
+    return image_from_message(message[1])
 
 
-def _topic_of(bag: BagReader, camera: str) -> str:
-    """Return the topic of pictures that is the camera's, or the only one."""
-    topics = sorted(name for name, kind in bag.topics.items() if kind in IMAGE_TYPES)
-    own = [name for name in topics if camera in name.split('/')]
-    fitting = own or topics
-    if len(fitting) != 1:
-        found = ', '.join(topics) or 'none'
+def _from_graph(camera: str, topic: str, patience_s: float) -> Image:
+    from mctrack_ros.ros.live_pictures import LivePictures
+
+    with LivePictures() as graph:
+        name = '/' + topic.lstrip('/') if topic else _live_topic(graph, camera, patience_s)
+        kind = graph.wait_for(name, patience_s)
+        if kind is None:
+            raise PictureError(
+                f'{graph.name}: nobody publishes {name} within {patience_s:g} s: start the '
+                "camera's node, or name another --topic"
+            )
+        _check_kind(kind, name)
+        message = graph.next(name, kind, patience_s)
+    if message is None:
         raise PictureError(
-            f'{bag.path}: which topic holds the pictures of {camera}? Name it by --topic '
+            f'{name} is published, but no picture came within {patience_s:g} s: see whether the '
+            'camera runs; raw pictures often get lost on the way, a compressed topic seldom'
+        )
+    return image_from_message(message)
+
+
+def _live_topic(graph: LivePictures, camera: str, patience_s: float) -> str:
+    topics = graph.topics(patience_s)
+    if not topics:
+        raise PictureError(
+            f'{graph.name}: nobody publishes pictures within {patience_s:g} s: start the '
+            "camera's node, or name a picture file, a video or a bag"
+        )
+    return _topic_of(topics, camera, graph.name)
+
+
+def _topic_of(topics: Mapping[str, str], camera: str, where: str) -> str:
+    """Return the topic of pictures that is the camera's, or the only one."""
+    fitting = picture_topics(topics, camera)
+    if len(fitting) != 1:
+        found = ', '.join(sorted(n for n, kind in topics.items() if kind in IMAGE_TYPES)) or 'none'
+        raise PictureError(
+            f'{where}: which topic holds the pictures of {camera}? Name it by --topic '
             f'(topics of pictures: {found})'
         )
     return fitting[0]
+
+
+def _check_kind(kind: str, where: str) -> None:
+    if kind not in IMAGE_TYPES:
+        raise PictureError(f'{where} holds no pictures but {kind}')
 
 
 def _bytes(picture: NDArray[np.generic]) -> Image:

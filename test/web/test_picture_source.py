@@ -5,6 +5,7 @@ import pytest
 from mctrack_ros.codec import image_message
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
 from mctrack_ros.web import PictureError, read_picture
+from mctrack_ros.web.picture_topic import picture_topics
 
 PICTURE = np.dstack([np.full((48, 64), level, np.uint8) for level in (20, 120, 220)])
 
@@ -44,6 +45,23 @@ def test_a_bag_with_several_topics_asks_which(bag):
         read_picture(bag, 'north')
     with pytest.raises(PictureError, match='no pictures'):
         read_picture(bag, 'cam1', '/site')
+
+
+@pytest.mark.parametrize(
+    ('names', 'found'),
+    [
+        (['cam1/image_raw', 'cam1/image_raw/compressed'], ['cam1/image_raw/compressed']),
+        (['cam1/image_raw/compressed', 'cam1/debug_image'], ['cam1/image_raw/compressed']),
+        (['cam2/image_raw', 'cam1/picture'], ['cam1/picture']),
+        (['cam2/image_raw'], ['cam2/image_raw']),
+        (['cam2/image_raw', 'cam3/image_raw'], ['cam2/image_raw', 'cam3/image_raw']),
+        (['cam1/detections'], []),
+    ],
+)
+def test_the_topic_of_pictures_is_the_one_that_the_camera_takes(names, found):
+    kinds = {'detections': 'sensor_msgs/msg/PointCloud2'}
+    topics = {name: kinds.get(name.split('/')[-1], 'sensor_msgs/msg/Image') for name in names}
+    assert picture_topics(topics, 'cam1') == found
 
 
 def test_what_is_no_picture_is_refused(tmp_path):
