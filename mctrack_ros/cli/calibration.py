@@ -17,7 +17,11 @@ _BY_ENDING = {'.xml': 'grid', '.yaml': 'camera_info', '.yml': 'camera_info'}
 
 
 def convert_calibration(
-    source: Path = typer.Argument(..., help='Calibration file of any format.'),
+    source: str = typer.Argument(
+        ...,
+        help='Calibration file of any format; a bag; or the topic of a running '
+        'sensor_msgs/CameraInfo, for example /north/camera_info.',
+    ),
     target: Path = typer.Argument(..., help='File to write.'),
     to: str = typer.Option(
         '',
@@ -29,24 +33,31 @@ def convert_calibration(
         '', help='Width and height of the pictures, px, as 1920x1080, if the file lacks them.'
     ),
     extrinsics: Path | None = typer.Option(
-        None, help="File with the camera's pose, if it is another."
+        None, help="File with the camera's pose, if it is another; in place of TF."
     ),
+    topic: str = typer.Option('', help='Of the CameraInfo in a bag, if it has several.'),
+    frame: str = typer.Option('map', help='The ground frame in TF, for a topic or a bag.'),
+    timeout: float = typer.Option(5.0, min=0.0, help='How long a topic is waited for, s.'),
     unit: str = typer.Option('m', help='Of lengths in the source: m, cm or mm.'),
-    name: str = typer.Option('', help='Of the camera; unless given, that of the source file.'),
+    name: str = typer.Option(
+        '', help='Of the camera; unless given, that of the file or the topic.'
+    ),
 ) -> None:
     """Convert a calibration between formats; lengths are written in metres (Tsai: millimetres)."""
-    from mctrack_ros.ground import read_calibration, stated_size, write_calibration
+    from mctrack_ros.cli.calibration_source import Heard, read_source
+    from mctrack_ros.ground import write_calibration
 
     kind = to or _BY_ENDING.get(target.suffix.lower(), '')
     if not kind:
         raise ValueError(f'{target}: its ending names no format: name one with --to')
-    picture = _size(size) if size else stated_size(source)
-    if picture is None:
-        raise ValueError(f'{source} does not say how large the pictures are: name it with --size')
-    mapping = read_calibration(source, picture, extrinsics or '', unit)
-    missed = write_calibration(mapping, target, kind, name or source.stem)
+    stated = _size(size) if size else None
+    mapping, title = read_source(
+        source, stated, extrinsics or '', unit, Heard(topic, frame, timeout)
+    )
+    missed = write_calibration(mapping, target, kind, name or title)
     note = f'; its lens is up to {missed:.2g} px off' if missed else ''
-    typer.echo(f'{target}: {kind}, for pictures of {picture[0]} x {picture[1]} px{note}')
+    width, height = mapping.image_size
+    typer.echo(f'{target}: {kind}, for pictures of {width} x {height} px{note}')
 
 
 def check_calibration(

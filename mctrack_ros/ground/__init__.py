@@ -3,9 +3,11 @@
 from mctrack_ros.ground.calibration_file import (
     FORMATS,
     METRES,
+    camera_mapping,
     file_format,
     read_calibration,
     read_camera,
+    read_extrinsics,
     stated_size,
     write_calibration,
 )
@@ -18,6 +20,7 @@ from mctrack_ros.ground.errors import CalibrationError, GridError, SceneError
 from mctrack_ros.ground.grid import TransformationGrid, grid_from_points
 from mctrack_ros.ground.grid_checks import grid_flaws
 from mctrack_ros.ground.grid_file import read_grid, write_grid
+from mctrack_ros.ground.heard_camera import HeardCamera
 from mctrack_ros.ground.iterated import IteratedMapping
 from mctrack_ros.ground.mapping import GroundMapping
 from mctrack_ros.ground.methods import METHODS, mapping_from_grid
@@ -42,6 +45,7 @@ __all__ = [
     'FitError',
     'GridError',
     'GroundMapping',
+    'HeardCamera',
     'IteratedMapping',
     'Pose',
     'ProjectionError',
@@ -51,6 +55,7 @@ __all__ = [
     'TransformationGrid',
     'TsaiCalibration',
     'camera_from_info',
+    'camera_mapping',
     'check_grid',
     'check_plausible',
     'file_format',
@@ -60,6 +65,7 @@ __all__ = [
     'mapping_from_grid',
     'read_calibration',
     'read_camera',
+    'read_extrinsics',
     'read_grid',
     'read_pose',
     'read_projection',

@@ -94,21 +94,19 @@ def read_calibration(
         If a file cannot be used, is for pictures of another size, or cannot be true; names it.
 
     """
-    if unit not in METRES:
-        raise ValueError(f'unit is {unit!r}, expected one of {sorted(METRES)}')
+    metres = _metres(unit)
     kind = file_format(path)
     if kind in ('grid', 'tsai') and unit != 'm':
         raise CalibrationError(f'{path}: its lengths have a unit of their own, not {unit}')
     if kind in ('grid', 'projection') and extrinsics:
         raise CalibrationError(f'{path}: needs no extrinsics beside it')
     if kind == 'projection':
-        mapping: GroundMapping = read_projection(path, image_size, METRES[unit])
+        mapping: GroundMapping = read_projection(path, image_size, metres)
         return _checked(path, lambda: mapping)
     if kind == 'grid':
         grid = read_grid(path)
         return _checked(path, lambda: mapping_from_grid(grid, image_size))
-    camera = read_camera(path, image_size, extrinsics)
-    return _checked(path, lambda: camera.mapping(image_size, METRES[unit]))
+    return camera_mapping(read_camera(path, image_size, extrinsics), path, image_size, unit)
 
 
 def stated_size(path: str | Path) -> tuple[int, int] | None:
@@ -144,7 +142,54 @@ def read_camera(
             raise CalibrationError(f'{path}: {error}') from error
     else:
         camera = read_opencv(path, image_size) if kind == 'opencv' else read_camera_info(path)
-    return dataclasses.replace(camera, pose=_pose(extrinsics)) if extrinsics else camera
+    return dataclasses.replace(camera, pose=read_extrinsics(extrinsics)) if extrinsics else camera
+
+
+def read_extrinsics(path: str | Path) -> Pose:
+    """
+    Read a camera's pose: YAML as TF has it, or a file of OpenCV's.
+
+    Raises
+    ------
+    CalibrationError
+        If the file cannot be read or holds no pose; names it.
+
+    """
+    try:
+        content = Path(path).read_bytes().lstrip()
+    except OSError as error:
+        raise CalibrationError(f'{path}: {error.strerror or error}') from error
+    if content.startswith(b'<'):
+        read_xml(path, CalibrationError)
+        return read_opencv_pose(path)
+    return read_opencv_pose(path) if _is_opencv_yaml(content) else read_pose(path)
+
+
+def camera_mapping(
+    camera: StoredCamera, where: str | Path, image_size: tuple[int, int], unit: str = 'm'
+) -> GroundMapping:
+    """
+    Return the mapping of a camera that can be true.
+
+    Parameters
+    ----------
+    camera : StoredCamera
+        The camera, with its pose.
+    where : str or Path
+        What it is from, to name.
+    image_size : (int, int)
+        Width and height of its pictures, px.
+    unit : str
+        Of its pose, one of `METRES`.
+
+    Raises
+    ------
+    CalibrationError
+        If it is for pictures of another size, or cannot be true.
+
+    """
+    metres = _metres(unit)
+    return _checked(where, lambda: camera.mapping(image_size, metres))
 
 
 def write_calibration(mapping: GroundMapping, path: str | Path, to: str, name: str) -> float:
@@ -183,15 +228,10 @@ def _is_opencv_yaml(content: bytes) -> bool:
     return content.startswith(b'%YAML:') or b'!!opencv-matrix' in content
 
 
-def _pose(path: str | Path) -> Pose:
-    try:
-        content = Path(path).read_bytes().lstrip()
-    except OSError as error:
-        raise CalibrationError(f'{path}: {error.strerror or error}') from error
-    if content.startswith(b'<'):
-        read_xml(path, CalibrationError)
-        return read_opencv_pose(path)
-    return read_opencv_pose(path) if _is_opencv_yaml(content) else read_pose(path)
+def _metres(unit: str) -> float:
+    if unit not in METRES:
+        raise ValueError(f'unit is {unit!r}, expected one of {sorted(METRES)}')
+    return METRES[unit]
 
 
 def _checked(path: str | Path, make: Callable[[], GroundMapping]) -> GroundMapping:

@@ -24,6 +24,9 @@ def camera_from_info(info: Any, transform: Any = None) -> StoredCamera:
     """
     Return the camera of a message, for raw (not rectified) pictures.
 
+    Where it states binning or a region of interest, the pictures are those, as `image_geometry`
+    reads it.
+
     Parameters
     ----------
     info : sensor_msgs/CameraInfo
@@ -38,17 +41,29 @@ def camera_from_info(info: Any, transform: Any = None) -> StoredCamera:
         If the message holds no calibration, or the lens cannot be followed.
 
     """
-    pose = None
-    if transform is not None:
-        inner = getattr(transform, 'transform', transform)
-        shift, turn = inner.translation, inner.rotation
-        pose = pose_of(
-            [shift.x, shift.y, shift.z], [turn.x, turn.y, turn.z, turn.w], 'the transform'
-        )
-    return _stored(
-        (int(info.width), int(info.height)), info.k, info.distortion_model, info.d, pose,
-        'the camera info',
-    )  # fmt: skip
+    pose = None if transform is None else pose_from_transform(transform, 'the transform')
+    matrix: Floats = np.array(info.k, np.float64).reshape(3, 3)
+    window, binning = info.roi, np.maximum([info.binning_x, info.binning_y], 1)
+    size = np.array([window.width or info.width, window.height or info.height])
+    matrix[:2, 2] -= window.x_offset, window.y_offset
+    matrix[:2] /= binning[:, None]
+    width, height = (size // binning).tolist()
+    return _stored((width, height), matrix, info.distortion_model, info.d, pose, 'the camera info')
+
+
+def pose_from_transform(transform: Any, where: str) -> Pose:
+    """
+    Return the pose of a `geometry_msgs/TransformStamped` or `Transform`, as TF has it.
+
+    Raises
+    ------
+    CalibrationError
+        If it is none; names where it is from.
+
+    """
+    inner = getattr(transform, 'transform', transform)
+    shift, turn = inner.translation, inner.rotation
+    return pose_of([shift.x, shift.y, shift.z], [turn.x, turn.y, turn.z, turn.w], where)
 
 
 def read_camera_info(path: str | Path) -> StoredCamera:

@@ -277,7 +277,11 @@ def cv2_quaternion(rotation):
 
 def test_an_unknown_lens_and_an_uncalibrated_camera_are_refused():
     matrix = [100.0, 0, 50, 0, 100, 50, 0, 0, 1]
-    info = SimpleNamespace(width=9, height=9, distortion_model='omnidirectional', d=[1], k=matrix)
+    region = SimpleNamespace(x_offset=0, y_offset=0, width=0, height=0)
+    info = SimpleNamespace(
+        width=9, height=9, distortion_model='omnidirectional', d=[1], k=matrix, binning_x=0,
+        binning_y=0, roi=region,
+    )  # fmt: skip
     with pytest.raises(CalibrationError, match="'omnidirectional', expected one of"):
         camera_from_info(info)
     info.k = [0.0] * 9
