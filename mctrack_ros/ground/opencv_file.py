@@ -129,10 +129,7 @@ class _Storage:
             node = self._storage.getNode(name)
             if node.empty():
                 continue
-            if node.isSeq():
-                values = np.array([node.at(index).real() for index in range(node.size())])
-            else:
-                values = self._matrix(node, name)
+            values = self._values(node, name)
             if (shape is not None and values.shape != shape) or not np.isfinite(values).all():
                 raise CalibrationError(
                     f'{self._path}: {name} holds {len(values)} numbers, expected finite '
@@ -160,8 +157,12 @@ class _Storage:
         rotation = cv2.Rodrigues(turn)[0] if len(turn) == 3 else turn.reshape(3, 3)
         return Pose(np.asarray(rotation, np.float64), shift)
 
-    def _matrix(self, node: cv2.FileNode, name: str) -> Floats:
-        try:
-            return np.asarray(node.mat(), np.float64).ravel()
-        except (cv2.error, SystemError, TypeError, ValueError) as error:
-            raise CalibrationError(f'{self._path}: {name} is no matrix') from error
+    def _values(self, node: cv2.FileNode, name: str) -> Floats:
+        """Return a list's or matrix's numbers, one by one: some OpenCV garble whole ones."""
+        values = node.getNode('data') if node.isMap() else node
+        if not values.isSeq():
+            raise CalibrationError(f'{self._path}: {name} is no matrix')
+        entries = [values.at(index) for index in range(values.size())]
+        if not all(entry.isInt() or entry.isReal() for entry in entries):
+            raise CalibrationError(f'{self._path}: {name} holds more than numbers')
+        return np.array([entry.real() for entry in entries])
