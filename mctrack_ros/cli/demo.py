@@ -41,7 +41,7 @@ def demo(
     options = DemoOptions(seconds, cameras, offline, seed, out)
     site = _site(cameras)
     with progress_bar('rendering') as progress:
-        scenario = Scenario(seed=seed, duration_s=seconds)
+        scenario = Scenario(seed=seed, duration_s=seconds, cameras=cameras)
         simulate(scenario, options.source, overwrite=True, progress=progress)
     wall_seconds = None
     if offline:

@@ -20,6 +20,7 @@ def simulate(
     out: Path = typer.Argument(..., help='The bag to write.'),
     seconds: float = typer.Option(120.0, min=0.04, help='Length of the match [s].'),
     seed: int = typer.Option(1, min=0, help='The same seed gives the same bytes.'),
+    cameras: int = typer.Option(5, min=1, max=5, help='How many of the five cameras.'),
     noise: float = typer.Option(2.0, min=0.1, max=50.0, help='Sensor noise [grey levels].'),
     shadows: bool = typer.Option(False, '--shadows', help='Players throw shadows.'),
     distortion: float = typer.Option(
@@ -45,6 +46,7 @@ def simulate(
     scenario = Scenario(
         seed=seed,
         duration_s=seconds,
+        cameras=cameras,
         noise=noise,
         shadows=shadows,
         distortion=distortion,

@@ -19,6 +19,7 @@ from mctrack_ros.ros.node_config import SimulatorNodeConfig
 from mctrack_ros.ros.process import run
 from mctrack_ros.simulation import (
     CameraRenderer,
+    EventWatcher,
     Scenario,
     World,
     true_detections,
@@ -74,8 +75,13 @@ class SimulatorNode(GraphNode):
                 name: self.publisher(PointCloud2, f'truth/{name}/detections', quality.reliable(10))
                 for name in config.cameras
             }
+            self.true_events = {
+                name: self.publisher(PointCloud2, f'truth/{name}/events', quality.reliable(10))
+                for name in config.cameras
+            }
+        self.watch_anew()
         self.ending = threading.Event()
-        self.shown = self.skipped = 0
+        self.shown = self.skipped = self.step = 0
 
     def start(self) -> None:
         """Begin to show."""
@@ -116,6 +122,9 @@ class SimulatorNode(GraphNode):
 
     def show_step(self, step: int, stamp_ns: int) -> None:
         """Publish all cameras' pictures of a step, then the truth."""
+        if step < self.step:
+            self.watch_anew()
+        self.step = step
         views = {}
         for name, renderer in self.renderers.items():
             image, views[name] = renderer.frame(step)
@@ -128,6 +137,15 @@ class SimulatorNode(GraphNode):
             for name, view in views.items():
                 rows = true_detections(self.world, step, view)
                 self.send(self.true_detections[name], rows, stamp_ns)
+                if len(events := self.watchers[name].step(step, view)):
+                    self.send(self.true_events[name], events, stamp_ns)
+
+    def watch_anew(self) -> None:
+        """Forget what happened: the match begins, or begins again."""
+        names = [camera.name for camera in self.world.cameras]
+        self.watchers = {
+            name: EventWatcher(self.world, names.index(name)) for name in self.renderers
+        }
 
     def send(self, publisher: LifecyclePublisher, rows: Rows, stamp_ns: int) -> None:
         """Publish rows at the time they are shown."""

@@ -102,7 +102,7 @@ def looking_at(
 
 def pitch5_cameras(scenario: Scenario) -> tuple[Camera, ...]:
     """
-    Return the five cameras of ``pitch5``, near-orthogonal over the penalty areas.
+    Return the cameras of ``pitch5``: five, near-orthogonal over the penalty areas, or the first.
 
     Four stand behind the corners of a stadium and look across the near half of the pitch, the
     fifth behind the southern touch line (event-tracking paper, section 3.1 and Figure 19).
@@ -117,4 +117,4 @@ def pitch5_cameras(scenario: Scenario) -> tuple[Camera, ...]:
     middle = LENGTH_M / 2
     position, target = (middle, -37.7, 17.0), (middle, 20.0, 0.0)
     cameras.append(looking_at('cam5', position, target, 1500, scenario))
-    return tuple(cameras)
+    return tuple(cameras[: scenario.cameras])

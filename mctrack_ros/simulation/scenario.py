@@ -18,6 +18,8 @@ class Scenario:
         Length, s.
     rate_hz : float
         Pictures a second.
+    cameras : int
+        How many of the five cameras.
     width, height : int
         Size of the pictures, px.
     noise : float
@@ -36,6 +38,7 @@ class Scenario:
     seed: int = 1
     duration_s: float = 120.0
     rate_hz: float = 25.0
+    cameras: int = 5
     width: int = 768
     height: int = 576
     noise: float = 2.0
@@ -50,6 +53,8 @@ class Scenario:
             value = getattr(self, name)
             if not value > 0:
                 raise ValueError(f'{name} is {value!r}, expected more than 0')
+        if not 1 <= self.cameras <= 5:
+            raise ValueError(f'cameras is {self.cameras!r}, expected 1 to 5')
 
     @property
     def steps(self) -> int:

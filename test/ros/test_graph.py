@@ -12,7 +12,7 @@ from walker import PERIOD_NS, SIZE, picture_message
 
 from mctrack_ros.codec import stamp_ns_of
 from mctrack_ros.config import config_from
-from mctrack_ros.interfaces import Detections, Ticks, Tracks
+from mctrack_ros.interfaces import Detections, EventCode, Events, Ticks, Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.ros.graph import (
     ENVIRONMENT,
@@ -156,11 +156,15 @@ def test_simulator_shows_pictures_and_truth_of_the_same_instant(bench):
     pictures = bench.messages(CompressedImage, '/cam2/image_raw/compressed')
     people = bench.rows(Tracks, '/truth/tracks')
     seen = bench.rows(Detections, '/truth/cam2/detections')
+    happened = bench.rows(Events, '/truth/cam2/events')
     bench.add(SimulatorNode())
-    bench.until(lambda: len(pictures) >= 3 and people and seen)
+    bench.until(lambda: len(pictures) >= 3 and people and seen and happened)
     stamps = [stamp_ns_of(picture) for picture in pictures]
     assert stamps == sorted(stamps)
     assert people[-1].stamp_ns % 100_000_000 == 50_000_000
     assert people[0].stamp_ns in stamps
     assert len(people[0]) == 25
+    assert happened[0].stamp_ns in {rows.stamp_ns for rows in people}
+    assert EventCode.ENTER in happened[0].event or EventCode.NEW in happened[0].event
+    assert set(happened[0].track_id) <= set(people[0].track_id)
     assert abs(stamps[-1] - now_ns(bench)) < 5 * 10**9
