@@ -17,6 +17,7 @@ from mctrack_ros.cli import (
     graph,
     offline,
     reproduce,
+    videos,
 )
 
 app = typer.Typer(
@@ -46,6 +47,7 @@ def _root(
 
 app.command('demo')(demo.demo)
 app.command('simulate')(offline.simulate)
+app.command('import-videos')(videos.import_videos)
 app.command('track')(offline.track)
 app.command('echo')(offline.echo)
 app.command('run')(graph.run)

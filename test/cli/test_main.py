@@ -84,6 +84,10 @@ def test_echo_prints_json_without_nan(tracked):
         (['echo', '/nothing', '--bag', '{bag}'], 'has no topic /nothing'),
         (['echo', '/site', '--bag', '{out}/bag'], '/site holds std_msgs/msg/String'),
         (['play', 'nowhere'], 'nowhere does not exist'),
+        (['import-videos', 'x', 'north.mp4'], 'expected a camera and its value, for example'),
+        (['import-videos', 'x', 'north=a.mp4'], 'a.mp4 does not exist'),
+        (['import-videos', 'x', 'a=a.mp4', '--later', 'a=soon'], "has 'soon', expected seconds"),
+        (['import-videos', 'x', 'a=a.mp4', '--later', 'b=1'], '--later names b'),
         (['run', 'nowhere.yaml'], 'nowhere.yaml: No such file'),
     ],
 )

@@ -2,16 +2,10 @@
 
 import numpy as np
 import pytest
+from web.desk import PICTURE, Desk
 from web.scenes import CAMERA, block, seen_points, write_scene_and_picture
 
 from mctrack_ros.ground import mapping_from_grid, read_grid
-
-PICTURE, PLAN = 0, 1
-ON_SCREEN = """([board, x, y]) => {
-  const svg = document.querySelectorAll('.board svg')[board];
-  const place = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
-  return [place.x, place.y];
-}"""
 
 pytestmark = [pytest.mark.browser, pytest.mark.xdist_group('browser')]
 
@@ -41,48 +35,13 @@ def desk(browser, address):
     page.on('pageerror', lambda error: pytest.fail(f'the page fails: {error}'))
     page.goto(address)
     page.wait_for_selector('.mark')
-    yield Desk(page)
+    yield Desk(page, *seen_points())
     while page.locator('.picture .mark:not(.expected)').count():
         page.keyboard.press('Control+z')
         page.wait_for_timeout(30)
     page.close()
     own = address.split('/?')[0]
     assert [url for url in asked if not url.startswith((own, own.replace('http', 'ws')))] == []
-
-
-class Desk:
-    """A person with a mouse before the page."""
-
-    def __init__(self, page):
-        self.page = page
-        self.ground, self.image = seen_points()
-
-    def at(self, board, x, y):
-        return self.page.evaluate(ON_SCREEN, [board, x, y])
-
-    def choose(self, name):
-        x, y = self.ground[name]
-        self.page.mouse.click(*self.at(PLAN, x, -y))
-
-    def pair(self, name):
-        self.choose(name)
-        self.page.wait_for_selector('.picture svg.placing')
-        self.page.mouse.click(*self.at(PICTURE, *self.image[name]))
-        self.is_paired(name)
-
-    def is_paired(self, name):
-        self.page.wait_for_selector(f'.picture .mark.paired[data-name="{name}"]')
-
-    def drag(self, start, *, right, down):
-        x, y = start
-        self.page.mouse.move(x, y)
-        self.page.mouse.down()
-        self.page.mouse.move(x + right / 2, y + down / 2)
-        self.page.mouse.move(x + right, y + down)
-        self.page.mouse.up()
-
-    def says(self, text):
-        self.page.get_by_text(text).first.wait_for()
 
 
 def test_twelve_points_clicked_make_a_grid_within_a_pixel_or_two_of_truth(desk, folder):
@@ -95,8 +54,7 @@ def test_twelve_points_clicked_make_a_grid_within_a_pixel_or_two_of_truth(desk, 
     desk.says(f'Point {names[3]} is')
     page.keyboard.press('Control+z')
     desk.is_paired(names[3])
-    page.get_by_role('button', name='Save').click()
-    desk.says('Saved cam1.xml')
+    desk.save('cam1.xml')
 
     grid = read_grid(folder / 'cam1.xml')
     ground, image = grid.points()
@@ -118,8 +76,7 @@ def test_zoomed_to_the_pixel_a_click_is_exact_to_a_tenth(desk, folder):
     page.wait_for_function("document.querySelector('.board svg').viewBox.baseVal.width > 700")
     for name in names[1:]:
         desk.pair(name)
-    page.get_by_role('button', name='Save').click()
-    desk.says('Saved cam1.xml')
+    desk.save('cam1.xml')
     grid = read_grid(folder / 'cam1.xml')
     clicked = dict(zip(grid.names[0], grid.image[0]))[names[0]]
     assert clicked == pytest.approx(desk.image[names[0]], abs=0.1)
