@@ -10,13 +10,20 @@ from numba import types
 from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, FLOATS_3D, compiled, inner
+from mctrack_ros.ground.distortion import (
+    DERIVED,
+    SURE,
+    distort,
+    packed_lens,
+    pole_radius,
+    turning_radius,
+    undistort,
+)
 from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, solve_spread
 
 Floats = NDArray[np.float64]
 PARAMETERS = ('focal length', 'k1', 'rotation x', 'rotation y', 'rotation z', 'x', 'y', 'z')
 """What of a camera can be uncertain: px, none, rad about the camera's axes, m along them."""
-NEWTON_STEPS = 20
-CONVERGED = 1e-12
 EDGE_SHARE = 0.97
 """How near to where a lens model folds over its picture is used, in tangents off the axis."""
 FARTHEST_EDGE = 100.0
@@ -34,8 +41,8 @@ class Camera:
     ----------
     intrinsics : (4,) array
         Focal lengths across and down, principal point across and down, px.
-    distortion : (5,) array
-        k1, k2, p1, p2, k3 of OpenCV.
+    distortion : (5,) or (8,) array
+        k1, k2, p1, p2, k3 (, k4, k5, k6) of OpenCV.
     rotation : (3, 3) array
         From world to camera axes (right, down, forward).
     translation : (3,) array
@@ -60,7 +67,8 @@ class Camera:
         }  # fmt: skip
         for name, shape in shapes.items():
             array = np.ascontiguousarray(getattr(self, name), np.float64)
-            if array.shape != shape or not np.isfinite(array).all():
+            fits = array.shape == shape or (name == 'distortion' and array.shape == (8,))
+            if not fits or not np.isfinite(array).all():
                 raise ValueError(f'{name} has shape {array.shape}, expected finite {shape}')
             object.__setattr__(self, name, array)
         if (self.intrinsics[:2] <= 0).any():
@@ -111,8 +119,7 @@ class CameraMapping(GroundMapping):
         self.camera = camera
         self.image_size = (int(image_size[0]), int(image_size[1]))
         self._hull = None if support is None else cv2.convexHull(support.astype(np.float32))[:, 0]
-        radius = largest_radius(camera.distortion)
-        self._lens = np.concatenate([camera.intrinsics, camera.distortion, [radius**2]])
+        self._lens = packed_lens(camera.intrinsics, camera.distortion)
         self._pose = np.ascontiguousarray(np.column_stack([camera.rotation, camera.translation]))
 
     @property
@@ -135,8 +142,9 @@ class CameraMapping(GroundMapping):
         return _derivatives(self._lens, self._pose, points_of(position))[:, :, :2]
 
     def lens_edge(self) -> Floats:
-        """Return (n, 2) pixels around what the lens model does not fold over; none: all."""
-        radius = EDGE_SHARE * np.sqrt(self._lens[9])
+        """Return (n, 2) pixels around what the lens model has one direction for; none: all."""
+        lens = self.camera.distortion
+        radius = min(EDGE_SHARE * turning_radius(lens), SURE * pole_radius(lens))
         if radius > FARTHEST_EDGE:
             return super().lens_edge()
         angle = np.linspace(0, 2 * np.pi, EDGE_POINTS, endpoint=False)
@@ -179,59 +187,12 @@ class CameraMapping(GroundMapping):
         )
 
 
-def largest_radius(distortion: Floats) -> float:
-    """Return up to which undistorted radius the lens keeps the order of radii."""
-    k1, k2, _, _, k3 = distortion
-    squares = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0])
-    turning = [root.real for root in squares if abs(root.imag) < 1e-12 and root.real > 0]
-    return float(np.sqrt(min(turning, default=1e12)))
-
-
-@inner
-def _distorted(lens: Floats, x: float, y: float, out: Floats) -> None:
-    """Write where the lens puts a direction, and its derivatives: x, y, xx, xy, yx, yy."""
-    k1, k2, p1, p2, k3 = lens[4], lens[5], lens[6], lens[7], lens[8]
-    square = x * x + y * y
-    radial = 1.0 + square * (k1 + square * (k2 + square * k3))
-    slope = 2.0 * (k1 + square * (2.0 * k2 + square * 3.0 * k3))
-    out[0] = x * radial + 2.0 * p1 * x * y + p2 * (square + 2.0 * x * x)
-    out[1] = y * radial + p1 * (square + 2.0 * y * y) + 2.0 * p2 * x * y
-    out[2] = radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
-    out[3] = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
-    out[4] = out[3]
-    out[5] = radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
-
-
-@inner
-def _undistorted(lens: Floats, u: float, v: float, work: Floats) -> tuple[float, float]:
-    """Return the direction that the lens puts at a pixel, by Newton's method; NaN if none."""
-    goal_x, goal_y = (u - lens[2]) / lens[0], (v - lens[3]) / lens[1]
-    x, y = goal_x, goal_y
-    if lens[4] == 0.0 and lens[5] == 0.0 and lens[6] == 0.0 and lens[7] == 0.0 and lens[8] == 0.0:
-        return x, y
-    for _ in range(NEWTON_STEPS):
-        square = x * x + y * y
-        if square > lens[9]:
-            inside = 0.99 * np.sqrt(lens[9] / square)
-            x, y = x * inside, y * inside
-        _distorted(lens, x, y, work)
-        miss_x, miss_y = work[0] - goal_x, work[1] - goal_y
-        if miss_x * miss_x + miss_y * miss_y < CONVERGED * CONVERGED:
-            return x, y
-        scale = work[2] * work[5] - work[3] * work[4]
-        if scale <= 0.0:
-            break
-        x -= (work[5] * miss_x - work[3] * miss_y) / scale
-        y -= (work[2] * miss_y - work[4] * miss_x) / scale
-    return np.nan, np.nan
-
-
 @compiled(_POINTS(FLOATS_1D, FLOATS_2D, FLOATS_2D))
 def _on_ground(lens: Floats, pose: Floats, pixel: Floats) -> Floats:
     position = np.full((len(pixel), 2), np.nan)
-    work = np.empty(6)
+    work = np.empty(DERIVED)
     for index in range(len(pixel)):
-        x, y = _undistorted(lens, pixel[index, 0], pixel[index, 1], work)
+        x, y = undistort(lens, pixel[index, 0], pixel[index, 1], work)
         # the ray meets the ground where x and y of the plane's homography are solved for
         a, b = pose[0, 0] - x * pose[2, 0], pose[0, 1] - x * pose[2, 1]
         c, d = pose[1, 0] - y * pose[2, 0], pose[1, 1] - y * pose[2, 1]
@@ -248,7 +209,7 @@ def _on_ground(lens: Floats, pose: Floats, pixel: Floats) -> Floats:
 @compiled(_POINTS(FLOATS_1D, FLOATS_2D, FLOATS_2D))
 def _in_image(lens: Floats, pose: Floats, world: Floats) -> Floats:
     pixel = np.full((len(world), 2), np.nan)
-    work, axes = np.empty(6), np.empty(3)
+    work, axes = np.empty(DERIVED), np.empty(3)
     for index in range(len(world)):
         for axis in range(3):
             axes[axis] = pose[axis, 3]
@@ -256,8 +217,8 @@ def _in_image(lens: Floats, pose: Floats, world: Floats) -> Floats:
                 axes[axis] += pose[axis, by] * world[index, by]
         if axes[2] > 0.0:
             x, y = axes[0] / axes[2], axes[1] / axes[2]
-            if x * x + y * y <= lens[9]:
-                _distorted(lens, x, y, work)
+            if x * x + y * y <= lens[12]:
+                distort(lens, x, y, work)
                 pixel[index, 0] = lens[0] * work[0] + lens[2]
                 pixel[index, 1] = lens[1] * work[1] + lens[3]
     return pixel
@@ -276,7 +237,7 @@ def _derive(
         out[:] = np.nan
         return
     across, down = (turned_x + pose[0, 3]) / depth, (turned_y + pose[1, 3]) / depth
-    _distorted(lens, across, down, work)
+    distort(lens, across, down, work)
     for row in range(2):
         focal = lens[row]
         left, right = work[2 + 2 * row], work[3 + 2 * row]
@@ -290,7 +251,7 @@ def _derive(
             )  # fmt: skip
         direction = across if row == 0 else down
         out[row, 2] = work[row] * focal / lens[0]
-        out[row, 3] = focal * direction * (across * across + down * down)
+        out[row, 3] = focal * direction * (across * across + down * down) * work[6]
         out[row, 4] = by_axes[2] * turned_y - by_axes[1] * turned_z
         out[row, 5] = by_axes[0] * turned_z - by_axes[2] * turned_x
         out[row, 6] = by_axes[1] * turned_x - by_axes[0] * turned_y
@@ -300,7 +261,7 @@ def _derive(
 @compiled(_MATRICES(FLOATS_1D, FLOATS_2D, FLOATS_2D))
 def _derivatives(lens: Floats, pose: Floats, position: Floats) -> Floats:
     derivatives = np.empty((len(position), 2, 10))
-    work, by_axes = np.empty(6), np.empty(3)
+    work, by_axes = np.empty(DERIVED), np.empty(3)
     for index in range(len(position)):
         x, y = position[index]
         _derive(lens, pose, x, y, work, by_axes, derivatives[index])
@@ -313,7 +274,7 @@ def _spread(
 ) -> Floats:
     """Return ground covariances from those of pixels, one for all or one each, and camera."""
     spread = np.empty((len(position), 2, 2))
-    work, by_axes, jacobian = np.empty(6), np.empty(3), np.empty((2, 10))
+    work, by_axes, jacobian = np.empty(DERIVED), np.empty(3), np.empty((2, 10))
     known = calibration.any()
     image = np.empty((2, 2))
     for index in range(len(position)):

@@ -112,14 +112,15 @@ def write_camera_info(
 ) -> None:
     """Write the YAML of `camera_calibration`, with the pose below ``extrinsics``."""
     across, down, x, y = camera.intrinsics.tolist()
+    lens = camera.distortion.tolist()
     matrix = [across, 0.0, x, 0.0, down, y, 0.0, 0.0, 1.0]
     content: dict[str, Any] = {
         'image_width': int(image_size[0]),
         'image_height': int(image_size[1]),
         'camera_name': name,
         'camera_matrix': _table(3, 3, matrix),
-        'distortion_model': 'plumb_bob',
-        'distortion_coefficients': _table(1, 5, camera.distortion.tolist()),
+        'distortion_model': 'plumb_bob' if len(lens) == 5 else 'rational_polynomial',
+        'distortion_coefficients': _table(1, len(lens), lens),
         'rectification_matrix': _table(3, 3, np.eye(3).ravel().tolist()),
         'projection_matrix': _table(
             3, 4, [across, 0.0, x, 0.0, 0.0, down, y, 0.0, 0.0, 0.0, 1.0, 0.0]

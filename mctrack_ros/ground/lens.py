@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.ground.camera import largest_radius
+from mctrack_ros.ground.distortion import pole_radius, turning_radius
 from mctrack_ros.ground.errors import CalibrationError
 
 Floats = NDArray[np.float64]
 LARGEST_RESIDUAL_PX = 1.0
-"""A lens that OpenCV's five coefficients do not follow so closely everywhere is refused."""
+"""A lens that OpenCV's coefficients do not follow so closely everywhere is refused."""
+FINE_PX = 0.05
+"""So closely k1, k2 and k3 are enough."""
+REWEIGHTED = 6
 STRAIGHT_PX = 0.1
 """A lens that moves no pixel of the picture further is none."""
 SAMPLES = (41, 31)
@@ -29,9 +34,17 @@ def picture_samples(image_size: tuple[int, int]) -> Floats:
 
 def distorted(intrinsics: Floats, distortion: Floats, direction: Floats) -> Floats:
     """Return the (n, 2) pixels of (n, 2) directions at depth 1 through OpenCV's lens."""
-    offset = _terms(direction) @ distortion
-    pixel: Floats = (direction + offset) * intrinsics[:2] + intrinsics[2:]
-    return pixel
+    across, down, x, y = intrinsics
+    matrix = np.array([[across, 0, x], [0, down, y], [0, 0, 1.0]])
+    world = np.column_stack([direction, np.ones(len(direction))])
+    pixel = cv2.projectPoints(world, np.zeros(3), np.zeros(3), matrix, distortion)[0]
+    return np.asarray(pixel, np.float64).reshape(-1, 2)
+
+
+def farthest_radius(intrinsics: Floats, image_size: tuple[int, int]) -> float:
+    """Return how far off the principal point a picture's farthest corner lies, at depth 1."""
+    corners = np.array([[0, 0], [1, 0], [0, 1], [1, 1]]) * image_size
+    return float(np.linalg.norm((corners - intrinsics[2:]) / intrinsics[:2], axis=1).max())
 
 
 def seen_directions(
@@ -78,28 +91,29 @@ def bend_px(intrinsics: Floats, distortion: Floats, image_size: tuple[int, int])
     return float(np.linalg.norm(pixel - straight, axis=1).max())
 
 
-def fit_lens(intrinsics: Floats, pixel: Floats, direction: Floats) -> tuple[Floats, Floats, float]:
+def fit_lens(intrinsics: Floats, radius: Floats, shown: Floats) -> tuple[Floats, Floats, float]:
     """
-    Return the focal lengths and OpenCV's distortion that put directions at pixels.
+    Return the focal lengths and OpenCV's distortion that follow a lens around its axis.
 
-    The distorted place is linear in k1, k2, p1, p2, k3 and a common factor of the focal lengths
-    once the direction is known: one linear least-squares problem, in pixels.
+    k1, k2 and k3 where they are enough (within `FINE_PX`), else the rational model's six: a
+    linear least-squares problem in the terms and a common factor of the focal lengths, weighted
+    by the denominator found before (Sanathanan and Koerner 1963).
 
     Parameters
     ----------
     intrinsics : (4,) array
         Focal lengths across and down, principal point across and down, px, of the other model.
-    pixel : (n, 2) array
-        Where the lens puts them.
-    direction : (n, 2) array
-        x and y of the undistorted directions, at depth 1.
+    radius : (n,) array
+        Distances of undistorted directions from the axis, at depth 1, above 0.
+    shown : (n,) array
+        Where the lens shows them: distances from the principal point by the focal length.
 
     Returns
     -------
     intrinsics : (4,) array
         Of OpenCV's camera.
-    distortion : (5,) array
-        k1, k2, p1, p2, k3.
+    distortion : (5,) or (8,) array
+        k1, k2, p1, p2, k3 (, k4, k5, k6).
     residual_px : float
         The largest distance left, px.
 
@@ -109,27 +123,48 @@ def fit_lens(intrinsics: Floats, pixel: Floats, direction: Floats) -> tuple[Floa
         If that is more than `LARGEST_RESIDUAL_PX`.
 
     """
-    focal, centre = intrinsics[:2], intrinsics[2:]
-    terms = np.concatenate([_terms(direction), direction[:, :, None]], axis=2)
-    design, goal = terms * focal[:, None], pixel - centre
-    scale = np.abs(design).max(axis=(0, 1))
-    solved = np.linalg.lstsq(design.reshape(-1, 6) / scale, goal.ravel(), rcond=None)[0] / scale
-    missed = float(np.linalg.norm(design @ solved - goal, axis=1).max())
-    distortion = solved[:5] / solved[5]
-    widest = (direction**2).sum(axis=1).max()
-    if not missed <= LARGEST_RESIDUAL_PX or widest > largest_radius(distortion) ** 2:
+    focal = float(intrinsics[:2].max())
+    found = [_solved(radius, shown, 0, np.ones(len(radius)))]
+    weight = np.ones(len(radius))
+    for _ in range(REWEIGHTED):
+        found.append(_solved(radius, shown, 3, weight))
+        weight = 1 / np.maximum(np.abs(found[-1].bottom), 1e-6)
+    polynomial, *rational = found
+    best = min(rational, key=lambda each: each.missed)
+    if polynomial.missed * focal <= FINE_PX:
+        best = polynomial
+    missed = best.missed * focal
+    if not missed <= LARGEST_RESIDUAL_PX:
         raise CalibrationError(
-            f'no lens of five coefficients (k1 k2 p1 p2 k3) follows this one: it is up to '
-            f'{missed:.2g} px off, expected at most {LARGEST_RESIDUAL_PX:g} px'
+            f"OpenCV's lens of eight terms (k1 to k6, p1, p2) does not follow this one: it is up "
+            f'to {missed:.2g} px off, expected at most {LARGEST_RESIDUAL_PX:g} px'
         )
-    return np.concatenate([focal * solved[5], centre]), distortion, missed
+    return np.concatenate([intrinsics[:2] * best.factor, intrinsics[2:]]), best.terms, missed
 
 
-def _terms(direction: Floats) -> Floats:
-    """Return (n, 2, 5): what k1, k2, p1, p2 and k3 of one would add to directions."""
-    x, y = direction.T
-    square = x * x + y * y
-    radial = [direction * (square**power)[:, None] for power in (1, 2, 3)]
-    first = np.column_stack([2 * x * y, square + 2 * y * y])
-    second = np.column_stack([square + 2 * x * x, 2 * x * y])
-    return np.stack([radial[0], radial[1], first, second, radial[2]], axis=2)
+@dataclass(frozen=True, eq=False, slots=True)
+class _Solved:
+    """One solution: factor of the focal lengths, terms, denominator, largest miss at depth 1."""
+
+    factor: float
+    terms: Floats
+    bottom: Floats
+    missed: float
+
+
+def _solved(radius: Floats, shown: Floats, below: int, weight: Floats) -> _Solved:
+    """Solve shown (1 + k4 s + ..) = radius (c + c k1 s + ..), s = radius², `below` terms below."""
+    square = (radius**2)[:, None] / radius.max() ** 2
+    design = np.hstack(
+        [radius[:, None] * square ** np.arange(4), -shown[:, None] * square ** np.arange(1, 4)]
+    )[:, : 4 + below] * weight[:, None]  # fmt: skip
+    scale = np.abs(design).max(axis=0)
+    solved = np.linalg.lstsq(design / scale, shown * weight, rcond=None)[0] / scale
+    solved /= radius.max() ** np.array([0, 2, 4, 6, 2, 4, 6])[: 4 + below]
+    factor, upper, lower = float(solved[0]), solved[1:4] / solved[0], solved[4:]
+    top = np.polyval([*upper[::-1], 1.0], radius**2)
+    bottom = np.polyval([*lower[::-1], 1.0], radius**2)
+    terms = np.array([upper[0], upper[1], 0.0, 0.0, upper[2], *lower])
+    off = np.abs(factor * radius * top / bottom - shown).max()
+    orderly = min(turning_radius(terms), pole_radius(terms)) >= radius.max()
+    return _Solved(factor, terms, bottom, float(off) if orderly else np.inf)

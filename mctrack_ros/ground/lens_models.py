@@ -1,24 +1,23 @@
-"""Lens models of calibration files, by the names ROS gives them, as OpenCV's five terms."""
+"""Lens models of calibration files, by the names ROS gives them, as OpenCV's terms."""
 
 from __future__ import annotations
-
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.ground.errors import CalibrationError
-from mctrack_ros.ground.lens import fit_lens, seen_directions
+from mctrack_ros.ground.lens import WIDEST, farthest_radius, fit_lens
 
 Floats = NDArray[np.float64]
 TERMS = {'plumb_bob': 5, 'rational_polynomial': 8, 'equidistant': 4}
+ANGLES = 400
 
 
 def lens_of(
     model: str, intrinsics: Floats, coefficients: ArrayLike, image_size: tuple[int, int]
 ) -> tuple[Floats, Floats, float]:
     """
-    Return intrinsics, k1, k2, p1, p2 and k3 for a lens, and how far at most they miss it, px.
+    Return intrinsics, OpenCV's five or eight terms, and how far at most they miss a lens, px.
 
     Parameters
     ----------
@@ -34,7 +33,7 @@ def lens_of(
     Raises
     ------
     CalibrationError
-        If the model is not known, has too many terms, or five terms do not follow it.
+        If the model is not known, has too many terms, or is not followed.
 
     """
     terms = np.trim_zeros(np.asarray(coefficients, np.float64).ravel(), 'b')
@@ -48,41 +47,19 @@ def lens_of(
             f'the lens has {len(terms)} terms, expected at most {TERMS[model]} for {model}'
         )
     terms = np.pad(terms, (0, TERMS[model] - len(terms)))
-    if model == 'plumb_bob' or (model == 'rational_polynomial' and not terms[5:].any()):
-        return intrinsics, terms[:5], 0.0
-    place = _rational if model == 'rational_polynomial' else _equidistant
-    pixel_of = partial(_pixels, intrinsics, partial(place, terms))
-    direction, pixel = seen_directions(pixel_of, intrinsics[2:], image_size)
-    return fit_lens(intrinsics, pixel, direction)
+    if model != 'equidistant':
+        return intrinsics, terms if terms[5:].any() else terms[:5], 0.0
+    return _equidistant(intrinsics, terms, image_size)
 
 
-def _pixels(intrinsics: Floats, place: partial[Floats], direction: Floats) -> Floats:
-    pixel: Floats = place(direction) * intrinsics[:2] + intrinsics[2:]
-    return pixel
-
-
-def _rational(terms: Floats, direction: Floats) -> Floats:
-    """Return where OpenCV's rational model puts (n, 2) directions."""
-    k1, k2, p1, p2, k3, k4, k5, k6 = terms
-    x, y = direction.T
-    square = x * x + y * y
-    radial = (1 + square * (k1 + square * (k2 + square * k3))) / (
-        1 + square * (k4 + square * (k5 + square * k6))
-    )
-    return np.column_stack(
-        [
-            x * radial + 2 * p1 * x * y + p2 * (square + 2 * x * x),
-            y * radial + p1 * (square + 2 * y * y) + 2 * p2 * x * y,
-        ]
-    )
-
-
-def _equidistant(terms: Floats, direction: Floats) -> Floats:
-    """Return where OpenCV's fisheye model puts (n, 2) directions."""
-    radius = np.linalg.norm(direction, axis=1, keepdims=True)
-    angle = np.arctan(radius)
+def _equidistant(
+    intrinsics: Floats, terms: Floats, image_size: tuple[int, int]
+) -> tuple[Floats, Floats, float]:
+    """Return the lens that follows OpenCV's fisheye model, as far as it leads outwards."""
+    angle = np.linspace(0, WIDEST, ANGLES)[1:]
     square = angle * angle
     k1, k2, k3, k4 = terms
-    bent = angle * (1 + square * (k1 + square * (k2 + square * (k3 + square * k4))))
-    place: Floats = direction * bent / np.maximum(radius, 1e-12)
-    return place
+    shown = angle * (1 + square * (k1 + square * (k2 + square * (k3 + square * k4))))
+    kept = np.logical_and.accumulate(np.diff(shown, prepend=0.0) > 0)
+    kept &= shown <= farthest_radius(intrinsics, image_size)
+    return fit_lens(intrinsics, np.tan(angle[kept]), shown[kept])

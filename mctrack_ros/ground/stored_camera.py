@@ -50,14 +50,14 @@ class StoredCamera:
     ----------
     intrinsics : (4,) array
         Focal lengths across and down, principal point across and down, px.
-    distortion : (5,) array
-        k1, k2, p1, p2, k3 of OpenCV.
+    distortion : (5,) or (8,) array
+        k1, k2, p1, p2, k3 (, k4, k5, k6) of OpenCV.
     pose : Pose or None
         Where it is; None: the file does not say.
     image_size : (int, int) or None
         Width and height of the pictures it was calibrated for, px.
     lens_residual_px : float
-        How far at most the five coefficients miss the lens of the file, px.
+        How far at most the coefficients miss the lens of the file, px.
 
     """
 

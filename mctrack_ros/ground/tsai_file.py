@@ -14,6 +14,7 @@ from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.lens import (
     LARGEST_RESIDUAL_PX,
     distorted,
+    farthest_radius,
     fit_lens,
     picture_samples,
     seen_directions,
@@ -25,6 +26,11 @@ Floats = NDArray[np.float64]
 WRITTEN_PIXEL_MM = 0.01
 """Size of a sensor element in files that are written: only its product with others matters."""
 MM_PER_M = 1000.0
+RADII = 400
+UNFOLDED = 0.97
+"""How near to its fold a lens is followed, as a share of the radius there."""
+MOST_FOLDED = 0.05
+"""Share of a picture that may lie beyond."""
 _NEEDED = {
     'Geometry': ('width', 'height', 'dpx', 'dpy'),
     'Intrinsic': ('focal', 'kappa1', 'cx', 'cy', 'sx'),
@@ -66,25 +72,32 @@ class TsaiCalibration:
         """
         Return the camera with OpenCV's lens, fitted to Tsai's over the picture.
 
+        A negative `kappa1` folds the picture over at 1 / sqrt(-3 kappa1) from its centre: what is
+        farther, or nearer to that than 3 %, has no direction to follow.
+
         Raises
         ------
         CalibrationError
-            If no such lens follows it.
+            If no such lens follows it, or more than 5 % of the picture is so.
 
         """
-        focal = self.focal_mm * self.per_mm
-        intrinsics = np.concatenate([focal, self.centre])
-        pixel = picture_samples(self.image_size)
-        intrinsics, distortion, residual = fit_lens(intrinsics, pixel, self.directions(pixel))
+        intrinsics = np.concatenate([self.focal_mm * self.per_mm, self.centre])
+        bend = self.kappa1 * self.focal_mm**2
+        widest = UNFOLDED / np.sqrt(-3 * bend) if bend < 0 else np.inf
+        away = (picture_samples(self.image_size) - self.centre) / intrinsics[:2]
+        folded = float((np.linalg.norm(away, axis=1) > widest).mean())
+        if folded > MOST_FOLDED:
+            raise CalibrationError(
+                f'its kappa1 of {self.kappa1:g} folds {folded:.0%} of the picture over, expected '
+                f'at most {MOST_FOLDED:.0%}'
+            )
+        shown = np.linspace(0, min(widest, farthest_radius(intrinsics, self.image_size)), RADII)[
+            1:
+        ]
+        radius = shown * (1 + bend * shown**2)
+        intrinsics, distortion, residual = fit_lens(intrinsics, radius, shown)
         pose = Pose(self.rotation, self.translation)
         return StoredCamera(intrinsics, distortion, pose, self.image_size, residual)
-
-    def directions(self, pixel: Floats) -> Floats:
-        """Return x and y, at depth 1, of the undistorted directions of (n, 2) pixels."""
-        sensor = (pixel - self.centre) / self.per_mm
-        square = (sensor**2).sum(axis=1, keepdims=True)
-        direction: Floats = sensor * (1 + self.kappa1 * square) / self.focal_mm
-        return direction
 
 
 def read_tsai(path: str | Path) -> TsaiCalibration:

@@ -127,7 +127,7 @@ def test_tsai_undistorts_as_its_author_says_and_comes_back(tmp_path):
         (tsai_text(kappa1=None), r':3: <Intrinsic> kappa1 is missing'),
         (tsai_text(tx='NaN'), r":4: <Extrinsic> tx is 'NaN', expected a finite number"),
         (tsai_text(focal='0'), 'expected above 0'),
-        (tsai_text(kappa1='-0.2'), r'no lens of five coefficients.* px off'),
+        (tsai_text(kappa1='-0.2'), r'folds \d+% of the picture over'),
         (tsai_text(tx='-93800', ty='-335700', tz='3537000'), r'camera would stand .*centimetres'),
         ('<Camera name="a"/>', 'has no <Geometry>'),
         ('<scene/>', 'a scene has no pixels'),
@@ -266,7 +266,7 @@ def test_messages_are_read_with_every_lens_that_ros_knows(model):
     inside = ((pixel > 0) & (pixel < SIZE)).all(axis=1)
     missed = np.abs(mapping.image_from_ground(POINTS)[inside] - pixel[inside]).max()
     assert missed <= read.lens_residual_px + 1e-6
-    assert read.lens_residual_px < 0.1
+    assert read.lens_residual_px < (0.1 if model == 'equidistant' else 1e-9)
 
 
 def cv2_quaternion(rotation):

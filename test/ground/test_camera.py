@@ -10,6 +10,7 @@ LENSES = [
     (-0.2, 0, 0, 0, 0),
     (-0.25, 0.08, 1e-3, -2e-3, 0.01),
     (0.15, 0, 0, 0, 0),
+    (0.1, 0.02, 1e-3, -2e-3, 0.001, 0.3, 0.05, 0.002),
 ]
 
 
@@ -77,6 +78,18 @@ def test_derivatives_by_the_camera_agree_with_differences(index):
     )
     expected = (ahead - behind) / (2 * step)
     found = mapping.parameter_jacobian(points)[:, :, index]
+    np.testing.assert_allclose(found, expected, atol=1e-3 * np.abs(expected).max())
+
+
+def test_derivatives_by_k1_hold_for_a_lens_with_a_denominator():
+    lens = (0.1, 0.02, 0, 0, 0.001, 0.3, 0.05, 0.002)
+    mapping, step = camera(distortion=lens), 1e-6
+    points = seen_grid(mapping)
+    ahead, behind = (
+        _changed(mapping.camera, 1, sign * step).image_from_ground(points) for sign in (1, -1)
+    )
+    expected = (ahead - behind) / (2 * step)
+    found = mapping.parameter_jacobian(points)[:, :, 1]
     np.testing.assert_allclose(found, expected, atol=1e-3 * np.abs(expected).max())
 
 
