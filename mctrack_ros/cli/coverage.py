@@ -27,6 +27,12 @@ def coverage(
     web: bool = typer.Option(
         False, '--web', help='Show it in the browser, where fields of view are drawn and saved.'
     ),
+    sources: list[str] = typer.Option(
+        [],
+        '--source',
+        help='With --web, to draw on: camera=source, a source as `calibrate` takes it; '
+        'a bag or live alone: for all cameras. May be repeated.',
+    ),
     host: str = typer.Option('127.0.0.1', help='Address of the page; any other needs --token.'),
     port: int = typer.Option(8080, min=1, max=65535, help='Port of the page.'),
     token: str = typer.Option('', help='What every request must bring.'),
@@ -54,8 +60,10 @@ def coverage(
         from mctrack_ros.web.coverage_page import coverage_page
         from mctrack_ros.web.serve import serve
         from mctrack_ros.web.site_fields import save_fields, site_fields
+        from mctrack_ros.web.site_pictures import site_pictures
 
+        pictures = site_pictures(loaded, sources)
         fields = site_fields(loaded, config, area)
         title = f'Coverage of {loaded.name}'
-        page = coverage_page(fields, title, lambda: save_fields(loaded, fields))
+        page = coverage_page(fields, title, lambda: save_fields(loaded, fields), pictures)
         serve(page, title, host, port, token, browser, typer.echo)

@@ -57,6 +57,12 @@ export default {
     },
   },
   watch: {
+    extent(now, before) {
+      if (now.join() !== before.join()) this.show_all();
+    },
+    picture() {
+      if (this.unit === 'px') this.show_all();
+    },
     drawing() {
       if (this.held && this.held.done) this.held = null;
     },

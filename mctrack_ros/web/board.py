@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 from nicegui.element import Element
 
-from mctrack_ros.web.drawing import Drawing, Extent
+from mctrack_ros.web.drawing import Drawing
+from mctrack_ros.web.lines import Extent
 
 
 class Board(Element, component='board.js'):
@@ -55,6 +56,11 @@ class Board(Element, component='board.js'):
         """Show another picture, in a frame of its own."""
         self._props.update(picture=picture, frame=list(frame))
         self.update()
+
+    def turn_to(self, picture: str, extent: Extent) -> None:
+        """Show another picture that fills an extent of its own, and all of it."""
+        self._props.update(extent=list(extent))
+        self.show_picture(picture, extent)
 
     def show_all(self) -> None:
         """Zoom out to the whole extent."""

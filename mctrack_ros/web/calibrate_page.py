@@ -19,11 +19,11 @@ from mctrack_ros.ground import GridError
 from mctrack_ros.web.board import Board
 from mctrack_ros.web.drawing import (
     ARROW_SCALE,
-    grid_step,
     picture_drawing,
     plan_drawing,
     plan_extent,
 )
+from mctrack_ros.web.lines import grid_step
 from mctrack_ros.web.pairing import Pairing, PairingError
 from mctrack_ros.web.steps import handler_of
 from mctrack_ros.web.verdict import point_rows, verdict

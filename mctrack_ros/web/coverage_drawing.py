@@ -11,8 +11,9 @@ from matplotlib import colormaps
 from numpy.typing import NDArray
 
 from mctrack_ros.ground.coverage import Coverage
-from mctrack_ros.web.drawing import Drawing, Extent, Line, Mark
+from mctrack_ros.web.drawing import Drawing, Line, Mark
 from mctrack_ros.web.fields import Fields
+from mctrack_ros.web.lines import Extent
 
 Floats = NDArray[np.float64]
 MAPS = {'cameras': 'cameras', 'best': 'best error', 'fused': 'fused error'}

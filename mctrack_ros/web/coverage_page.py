@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import base64
-import html
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from nicegui import ui
 from nicegui.events import KeyEventArguments
 
 from mctrack_ros.ground import CalibrationError
-from mctrack_ros.ground.coverage import Coverage
 from mctrack_ros.ground.field_of_view import FieldOfViewError
 from mctrack_ros.web.board import Board
 from mctrack_ros.web.coverage_drawing import MAPS, coverage_map, fields_drawing, fields_extent
+from mctrack_ros.web.coverage_report import coverage_text, field_rows
 from mctrack_ros.web.fields import Fields
+from mctrack_ros.web.picture_source import Image
+from mctrack_ros.web.seen_pane import SeenPane, add_pictures
 from mctrack_ros.web.steps import handler_of
 
 STYLE = Path(__file__).with_name('pages.css')
@@ -27,7 +28,9 @@ COLUMNS = [
 ]
 
 
-def coverage_page(fields: Fields, title: str, save: Callable[[], str]) -> Callable[[], None]:
+def coverage_page(
+    fields: Fields, title: str, save: Callable[[], str], pictures: Mapping[str, Image]
+) -> Callable[[], None]:
     """
     Return the function that builds the page.
 
@@ -39,8 +42,11 @@ def coverage_page(fields: Fields, title: str, save: Callable[[], str]) -> Callab
         Above the page.
     save : callable
         Writes the drawn fields and says where.
+    pictures : mapping of str to (height, width, 3) uint8 array
+        By camera, to draw on; if there are none, fields are drawn on the ground alone.
 
     """
+    addresses = add_pictures(pictures)
     views: list[_View] = []
 
     def refresh_all() -> None:
@@ -48,7 +54,7 @@ def coverage_page(fields: Fields, title: str, save: Callable[[], str]) -> Callab
             view.refresh()
 
     def page() -> None:
-        view = _View(fields, title, save, refresh_all)
+        view = _View(fields, title, save, addresses, refresh_all)
         views.append(view)
         ui.context.client.on_delete(lambda: views.remove(view))
 
@@ -59,7 +65,12 @@ class _View:
     """The page in one browser window."""
 
     def __init__(
-        self, fields: Fields, title: str, save: Callable[[], str], changed: Callable[[], None]
+        self,
+        fields: Fields,
+        title: str,
+        save: Callable[[], str],
+        addresses: Mapping[str, str],
+        changed: Callable[[], None],
     ) -> None:
         self._fields, self._write, self._changed = fields, save, changed
         ui.add_css(STYLE.read_text())
@@ -67,14 +78,11 @@ class _View:
         ui.keyboard(self._key)
         with ui.element('div').classes('sheet'):
             self._build_bar(title)
-            with ui.element('div').classes('pane ground'):
-                self._board = Board(
-                    fields_extent(fields.coverage),
-                    self._do(lambda x, y: fields.add(x, -y)),
-                    self._do(self._pick),
-                    self._do(lambda name, x, y: fields.move(int(name), x, -y)),
-                    unit='m',
+            with ui.element('div').classes('views'):
+                self._seen = (
+                    SeenPane(fields, addresses, self._do, self._pick) if addresses else None
                 )
+                self._build_ground()
             with ui.element('div').classes('side'):
                 self._build_side()
         self.refresh()
@@ -87,24 +95,38 @@ class _View:
         self._redo.set_enabled(fields.can_redo)
         self._clear.set_enabled(fields.chosen in fields.drawn)
         self._board.show(fields_drawing(fields))
+        if self._seen is not None:
+            self._seen.refresh()
         self._show_map()
-        self._table.rows = _rows(fields)
-        self._verdict.set_content(_verdict(fields))
+        self._table.rows = field_rows(fields)
+        self._verdict.set_content(coverage_text(fields))
         self._verdict.classes(replace='verdict ' + ('bad' if fields.coverage.blind else 'good'))
 
     def _build_bar(self, title: str) -> None:
         fields = self._fields
         with ui.element('div').classes('bar'):
             ui.label(title).classes('title')
-            ui.label('Click to add a corner, drag one to mend it').classes('hint')
+            ui.label('Click the corners around a field; drag one to mend it').classes('hint')
             self._undo = ui.button('Undo', icon='undo', on_click=self._do(fields.undo))
             self._redo = ui.button('Redo', icon='redo', on_click=self._do(fields.redo))
             self._clear = ui.button('Clear', icon='delete', on_click=self._do(fields.clear))
-            whole = ui.button('Whole', icon='fit_screen', on_click=lambda: self._board.show_all())
+            whole = ui.button('Whole', icon='fit_screen', on_click=self._show_all)
             for button in (self._undo, self._redo, self._clear, whole):
                 button.props('flat no-caps dense color=white')
             store = ui.button('Save', icon='save', on_click=self._save)
             store.props('no-caps dense unelevated color=positive').classes('q-px-md')
+
+    def _build_ground(self) -> None:
+        fields = self._fields
+        with ui.element('div').classes('pane ground'):
+            ui.label('the ground from above').classes('caption')
+            self._board = Board(
+                fields_extent(fields.coverage),
+                self._do(lambda x, y: fields.add(x, -y)),
+                self._do(self._pick),
+                self._do(lambda name, x, y: fields.move(int(name), x, -y)),
+                unit='m',
+            )
 
     def _build_side(self) -> None:
         with ui.element('div').classes('choices'):
@@ -124,6 +146,11 @@ class _View:
                 rows=[], columns=COLUMNS, row_key='camera', pagination={'rowsPerPage': 0}
             )
             self._table.classes('numbers').props('dense flat hide-bottom')
+
+    def _show_all(self) -> None:
+        self._board.show_all()
+        if self._seen is not None:
+            self._seen.show_all()
 
     def _show_map(self) -> None:
         kind = str(self._map.value)
@@ -166,46 +193,3 @@ class _View:
             self._do(self._fields.undo)()
         elif key in ('delete', 'backspace') and self._fields.corner is not None:
             self._do(self._fields.delete)(self._fields.corner)
-
-
-def _rows(fields: Fields) -> list[dict[str, str]]:
-    coverage, drawn, flaws = fields.coverage, fields.drawn, fields.flaws()
-    return [
-        {
-            'camera': name,
-            'field': 'not yet' if name in flaws else 'drawn' if name in drawn else 'derived',
-            'sees': f'{field.area:.0f}',
-            'share': f'{field.intersection(coverage.area).area / coverage.area.area:.1%}',
-        }
-        for name, field in zip(coverage.names, coverage.fields)
-    ]
-
-
-def _verdict(fields: Fields) -> str:
-    coverage = fields.coverage
-    lines = [f'<div class="headline">{coverage.share(1):.1%} of the area is seen</div>']
-    lines += [f'<div>{html.escape(line)}</div>' for line in _numbers(coverage)]
-    warnings = [*fields.flaws().values(), *_blind(coverage)]
-    lines += [f'<div class="warning">{html.escape(line)}</div>' for line in warnings]
-    return ''.join(lines)
-
-
-def _numbers(coverage: Coverage) -> list[str]:
-    union = coverage.at_least[0].area if coverage.at_least else 0.0
-    zones = [h for h in coverage.hand_overs if not h.zone.is_empty]
-    return [
-        f'Area {coverage.area.area:.0f} m², seen {union:.0f} m²',
-        f'By two or more {coverage.share(2):.1%}, by three or more {coverage.share(3):.1%}',
-        f'{len(zones)} pairs of cameras overlap',
-    ]
-
-
-def _blind(coverage: Coverage) -> list[str]:
-    if not coverage.blind:
-        return []
-    middle = coverage.blind[0].centroid
-    blind = sum(piece.area for piece in coverage.blind)
-    return [
-        f'Blind: {blind:.0f} m² in {len(coverage.blind)} pieces, the largest about '
-        f'({middle.x:.1f}, {middle.y:.1f}) m'
-    ]

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from itertools import pairwise
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mctrack_ros.web.lines import MARGIN, Extent, cut, flipped, metre_grid, picture_edge
 from mctrack_ros.web.pairing import Pairing
 
-Floats = NDArray[np.float64]
-Extent = tuple[float, float, float, float]
 ARROW_SCALE = 10.0
 """How much longer than in truth residuals are drawn."""
-LINES = 14
-SAMPLES = 60
-MARGIN = 0.12
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +62,7 @@ def picture_drawing(pairing: Pairing) -> Drawing:
         return Drawing([], [], marks)
     width, height = pairing.image_size
     extent = (0.0, 0.0, float(width), float(height))
-    lines = _cut(_metre_grid(pairing.ground), pairing.fit.mapping.image_from_ground, extent)
+    lines = cut(metre_grid(pairing.ground), pairing.fit.mapping.image_from_ground, extent)
     arrows = [
         Line([seen.tolist(), (seen - ARROW_SCALE * residual).tolist()], 'residual')
         for seen, residual in zip(pairing.fit.image, pairing.fit.residual)
@@ -88,14 +79,14 @@ def plan_drawing(pairing: Pairing) -> Drawing:
     ]
     chosen = [Mark(m.name, m.x, m.y, 'chosen') for m in marks if m.name == pairing.chosen]
     marks = [mark for mark in marks if mark.name != pairing.chosen] + chosen
-    lines = [Line(_flipped(line).tolist(), 'metres') for line in _metre_grid(pairing.ground)]
+    lines = [Line(flipped(line).tolist(), 'metres') for line in metre_grid(pairing.ground)]
     if pairing.fit is not None:
         low_x, low_y, width, height = plan_extent(pairing)
-        edge = _picture_edge(pairing.image_size)
+        edge = picture_edge(pairing.image_size)
         mapping = pairing.fit.mapping
-        seen = _cut(
+        seen = cut(
             edge,
-            lambda pixel: _flipped(mapping.ground_from_image(pixel)),
+            lambda pixel: flipped(mapping.ground_from_image(pixel)),
             (low_x, low_y, width, height),
         )
         lines += [Line(line, 'view') for line in seen]
@@ -108,13 +99,6 @@ def plan_extent(pairing: Pairing) -> Extent:
     margin = MARGIN * max(float((high - low).max()), 1.0)
     width, height = (high - low + 2 * margin).tolist()
     return (float(low[0]) - margin, -float(high[1]) - margin, width, height)
-
-
-def grid_step(ground: Floats) -> float:
-    """Return the distance of the metre grid's lines, m: 1, 2 or 5 times a power of ten."""
-    extent = max(float(np.ptp(ground, axis=0).max()), 1e-3)
-    power = 10 ** np.floor(np.log10(extent / LINES))
-    return float(next(power * s for s in (1, 2, 5, 10) if extent / (power * s) <= LINES))
 
 
 def _kind(pairing: Pairing, name: str, suspicious: tuple[str, ...]) -> str:
@@ -133,45 +117,3 @@ def _expected(pairing: Pairing) -> list[Mark]:
         for name, (x, y) in zip(pairing.names, pixels)
         if name not in pairs and 0 <= x <= width and 0 <= y <= height
     ]
-
-
-def _metre_grid(ground: Floats) -> list[Floats]:
-    """Return (n, 2) points along each line of a metre grid about the scene, m."""
-    step = grid_step(ground)
-    low = np.floor(ground.min(axis=0) / step + 1e-9) * step
-    high = np.ceil(ground.max(axis=0) / step - 1e-9) * step
-    shares = np.linspace(0, 1, SAMPLES)[:, None]
-    lines = []
-    for axis in (0, 1):
-        for value in np.arange(low[axis], high[axis] + step / 2, step).tolist():
-            first, last = low.copy(), high.copy()
-            first[axis] = last[axis] = value
-            lines.append(first + shares * (last - first))
-    return lines
-
-
-def _picture_edge(image_size: tuple[int, int]) -> list[Floats]:
-    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * np.array(image_size)
-    shares = np.linspace(0, 1, 4 * SAMPLES)[:, None]
-    return [a + shares * (b - a) for a, b in pairwise(corners)]
-
-
-def _flipped(points: Floats) -> Floats:
-    flipped: Floats = points * np.array([1.0, -1.0])
-    return flipped
-
-
-def _cut(
-    lines: list[Floats], mapped: Callable[[Floats], Floats], extent: Extent
-) -> list[list[list[float]]]:
-    """Map lines and keep their parts within an extent (left, top, width, height)."""
-    low = np.array(extent[:2]) - MARGIN * np.array(extent[2:])
-    high = np.array(extent[:2]) + (1 + MARGIN) * np.array(extent[2:])
-    pieces = []
-    for line in lines:
-        points = mapped(line)
-        inside = ((points >= low) & (points <= high)).all(axis=1)
-        breaks = np.flatnonzero(np.diff(inside)) + 1
-        parts = zip(np.split(points, breaks), np.split(inside, breaks))
-        pieces += [part.tolist() for part, kept in parts if kept[0] and len(part) > 1]
-    return pieces

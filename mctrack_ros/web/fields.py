@@ -1,19 +1,16 @@
-"""Fields of view drawn on the ground, and what the cameras see together."""
+"""Fields of view that are drawn, and what the cameras see together."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mctrack_ros.ground.coverage import Coverage, CoverageConfig, coverage_of
 from mctrack_ros.ground.coverage_view import View
 from mctrack_ros.ground.field_of_view import FieldOfViewError, Region, polygon_from
+from mctrack_ros.web.corner_order import place_in_order
 from mctrack_ros.web.history import History, Undoable
 
-Floats = NDArray[np.float64]
 Corner = tuple[float, float]
 Corners = tuple[Corner, ...]
 Drawn = Mapping[str, Corners]
@@ -66,6 +63,21 @@ class Fields(Undoable[Drawn]):
         """Corners by camera, m, of the fields that are drawn."""
         return dict(self._history.present)
 
+    @property
+    def corners(self) -> Corners:
+        """Corners of the chosen camera's field, m, as far as it is drawn."""
+        return self._history.present.get(self.chosen, ())
+
+    @property
+    def view(self) -> View:
+        """What the chosen camera sees by its calibration."""
+        return self._views[self.chosen]
+
+    @property
+    def reach(self) -> float:
+        """How far from its foot a camera is of use, m."""
+        return self._config.reach
+
     def choose(self, name: str) -> None:
         """Choose the camera whose field is drawn."""
         if name not in self._views:
@@ -74,24 +86,37 @@ class Fields(Undoable[Drawn]):
 
     def choose_corner(self, index: int) -> None:
         """Choose a corner of the chosen camera's field."""
-        self._corners()[index]
+        self.corners[index]
         self.corner = index
 
-    def add(self, x: float, y: float) -> None:
-        """Add a corner, m, to the chosen camera's field: into the edge that it is nearest to."""
-        corners = list(self._corners())
-        corners.insert(_edge(corners, (x, y)) + 1, (round(x, 3), round(y, 3)))
+    def add(self, x: float, y: float, index: int | None = None) -> None:
+        """
+        Add a corner to the chosen camera's field.
+
+        Parameters
+        ----------
+        x, y : float
+            Where, m.
+        index : int, optional
+            Its place in their order; by default `place_in_order` on the ground.
+
+        """
+        corners = list(self.corners)
+        corners.insert(
+            place_in_order(corners, (x, y)) if index is None else index,
+            (round(x, 3), round(y, 3)),
+        )
         self._put(tuple(corners))
 
     def move(self, index: int, x: float, y: float) -> None:
         """Put a corner of the chosen camera's field elsewhere, m."""
-        corners = list(self._corners())
+        corners = list(self.corners)
         corners[index] = (round(x, 3), round(y, 3))
         self._put(tuple(corners))
 
     def delete(self, index: int) -> None:
         """Remove a corner of the chosen camera's field."""
-        corners = list(self._corners())
+        corners = list(self.corners)
         del corners[index]
         self._put(tuple(corners))
 
@@ -109,9 +134,6 @@ class Fields(Undoable[Drawn]):
                 found[name] = str(error)
         return found
 
-    def _corners(self) -> Corners:
-        return self._history.present.get(self.chosen, ())
-
     def _put(self, corners: Corners) -> None:
         drawn = {**self._history.present, self.chosen: corners}
         self._history.step({name: found for name, found in drawn.items() if found})
@@ -128,15 +150,3 @@ class Fields(Undoable[Drawn]):
             if name not in flawed:
                 views[name] = replace(views[name], field=polygon_from(corners))
         return views
-
-
-def _edge(corners: list[Corner], place: Corner) -> int:
-    """Return the index of the edge, from that corner to the next, that a place is nearest to."""
-    if len(corners) < 3:
-        return len(corners) - 1
-    start = np.array(corners)
-    along = np.roll(start, -1, axis=0) - start
-    away = np.array(place) - start
-    square = np.maximum((along**2).sum(axis=1), 1e-12)
-    share = np.clip((away * along).sum(axis=1) / square, 0, 1)
-    return int(np.linalg.norm(away - share[:, None] * along, axis=1).argmin())

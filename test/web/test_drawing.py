@@ -3,7 +3,8 @@ import pytest
 from web.scenes import CAMERA, block, paired
 
 from mctrack_ros.web import picture_drawing, plan_drawing
-from mctrack_ros.web.drawing import ARROW_SCALE, grid_step
+from mctrack_ros.web.drawing import ARROW_SCALE
+from mctrack_ros.web.lines import grid_step
 
 
 def kinds(drawing):

@@ -46,7 +46,7 @@ def test_until_it_is_a_polygon_the_derived_field_counts_and_it_is_said_why(field
     assert fields.coverage.fields[0].area > 1000
 
 
-def test_a_corner_goes_into_the_edge_that_it_is_nearest_to(fields):
+def test_a_corner_near_an_edge_divides_it(fields):
     draw(fields, SQUARE)
     fields.add(31.0, 20.0)
     assert fields.drawn['cam1'] == (*SQUARE[:2], (31.0, 20.0), *SQUARE[2:])
