@@ -79,6 +79,7 @@ def fit_camera(
     image: ArrayLike,
     image_size: tuple[int, int],
     click_noise_px: float = CLICK_NOISE_PX,
+    start: Camera | None = None,
 ) -> CameraFit:
     """
     Fit a pinhole camera with radial distortion to points on the ground.
@@ -97,6 +98,9 @@ def fit_camera(
         Width and height of the picture, px.
     click_noise_px : float
         Standard deviation of a click along one axis, px.
+    start : Camera, optional
+        A camera near by, to begin with: one fitted to nearly the same points. Unless given,
+        several are tried.
 
     Raises
     ------
@@ -106,7 +110,8 @@ def fit_camera(
     """
     ground, image = points_of(ground), points_of(image)
     _check(ground, image, click_noise_px)
-    camera = _solved(ground, image, image_size, click_noise_px)
+    starts = _starts(ground, image, image_size) if start is None else [start]
+    camera = _solved(starts, ground, image, image_size, click_noise_px)
     fitted = CameraMapping(camera, image_size)
     residual = image - fitted.image_from_ground(ground)
     farthest = float(np.abs(image - np.divide(image_size, 2)).max())
@@ -120,11 +125,16 @@ def fit_camera(
     return CameraFit(mapping, ground, image, residual, noise_px)
 
 
-def _solved(ground: Floats, image: Floats, image_size: tuple[int, int], noise_px: float) -> Camera:
+def _solved(
+    starts: list[Camera],
+    ground: Floats,
+    image: Floats,
+    image_size: tuple[int, int],
+    noise_px: float,
+) -> Camera:
     """Return the camera that misses the points least, from the starts that miss least."""
     problems = [
-        _Problem(start, ground, image, image_size, ROBUST_SCALE * noise_px)
-        for start in _starts(ground, image, image_size)
+        _Problem(start, ground, image, image_size, ROBUST_SCALE * noise_px) for start in starts
     ]
     if not problems:
         raise FitError(SWAPPED)
@@ -208,7 +218,8 @@ class _Problem:
     ) -> None:
         self._start, self._ground, self._image = start, ground, image
         self._size, self._scale_px = image_size, scale_px
-        self.first = np.concatenate([start.intrinsics[:1], np.zeros(4), start.translation])
+        focal_k1 = [start.intrinsics[0], start.distortion[0]]
+        self.first = np.concatenate([focal_k1, np.zeros(3), start.translation])
 
     def camera(self, values: Floats) -> Camera:
         turn = Rotation.from_rotvec(values[2:5]).as_matrix()

@@ -105,8 +105,8 @@ def check_grid(
     kept = np.ones(len(names), np.bool_)
     suspects: list[int] = []
     while True:
-        missed, score = _left_out(ground, image, image_size, click_noise_px, kept)
-        worst = int(np.nanargmax(np.where(kept, score, -1.0)))
+        missed, score = _Points(ground, image, image_size, click_noise_px, kept).left_out()
+        worst = int(np.argmax(np.where(kept & (score >= 0), score, -1.0)))
         if not score[worst] > SUSPICIOUS or len(suspects) + 1 > MOST_SUSPECTS * len(names):
             break
         suspects.append(worst)
@@ -124,37 +124,63 @@ def check_grid(
     )
 
 
-def _left_out(
-    ground: Floats, image: Floats, size: tuple[int, int], noise_px: float, kept: NDArray[np.bool_]
-) -> tuple[Floats, Floats]:
-    """Return how far each point is from where the others put it: (n,) px, (n,) deviations."""
-    missed, score = np.full(len(ground), np.nan), np.full(len(ground), np.nan)
-    for index in range(len(ground)):
-        others = kept.copy()
-        others[index] = False
+@dataclass(frozen=True, eq=False, slots=True)
+class _Points:
+    """Clicked points, and which of them are believed."""
+
+    ground: Floats
+    image: Floats
+    size: tuple[int, int]
+    noise_px: float
+    kept: NDArray[np.bool_]
+
+    def left_out(self) -> tuple[Floats, Floats]:
+        """
+        Return how far each point is from where the others put it: (n,) px, (n,) deviations.
+
+        The camera without one point is near the camera with all: the fit begins there, and anew
+        only where the point then looks suspicious, for such a one may have led the others astray.
+        """
+        found = np.full((len(self.ground), 2), np.nan)
+        whole = self._fit(self.kept)
+        for index in range(len(self.ground)):
+            if not self.kept[index]:
+                found[index] = self._miss(whole, index)
+                continue
+            others = self.kept.copy()
+            others[index] = False
+            found[index] = self._miss(self._fit(others, whole), index)
+            if not found[index, 1] <= SUSPICIOUS:
+                found[index] = self._miss(self._fit(others), index)
+        return found[:, 0], found[:, 1]
+
+    def _fit(self, used: NDArray[np.bool_], near: CameraFit | None = None) -> CameraFit | None:
+        """Return the camera of some of the points, sought near another; None: they give none."""
+        start = None if near is None else near.mapping.camera
         try:
-            fit = fit_camera(ground[others], image[others], size, noise_px)
+            return fit_camera(self.ground[used], self.image[used], self.size, self.noise_px, start)
         except FitError:
-            continue
-        missed[index], score[index] = _miss(fit, ground[index], image[index])
-    return missed, score
+            return None
 
-
-def _miss(fit: CameraFit, ground: Floats, image: Floats) -> tuple[float, float]:
-    seen = fit.mapping.image_from_ground(ground[None])[0]
-    if not np.isfinite(seen).all():
-        return np.nan, np.inf
-    away = image - seen
-    camera = fit.mapping.image_covariance(
-        ground[None], fit.mapping.calibration_covariance(ground[None])
-    )[0]
-    expected = camera + fit.noise_px**2 * np.eye(2)
-    return float(np.linalg.norm(away)), float(np.sqrt(away @ np.linalg.solve(expected, away)))
+    def _miss(self, fit: CameraFit | None, index: int) -> tuple[float, float]:
+        """Return how far a point is from where a camera sees it: px, deviations."""
+        if fit is None:
+            return np.nan, np.nan
+        ground = self.ground[index][None]
+        seen = fit.mapping.image_from_ground(ground)[0]
+        if not np.isfinite(seen).all():
+            return np.nan, np.inf
+        away = self.image[index] - seen
+        camera = fit.mapping.image_covariance(ground, fit.mapping.calibration_covariance(ground))
+        expected = camera[0] + fit.noise_px**2 * np.eye(2)
+        return float(np.linalg.norm(away)), float(np.sqrt(away @ np.linalg.solve(expected, away)))
 
 
 def _refusal(suspects: list[str], left_out_px: float, most_px: float) -> str:
     if suspects:
         return f'{len(suspects)} of its points do not fit the others: {", ".join(suspects)}'
+    if np.isnan(left_out_px):
+        return 'no point can be left out to check it by the others: add points'
     if not left_out_px <= most_px:
         return (
             f'points are {left_out_px:.2g} px from where the others put them, expected at most '

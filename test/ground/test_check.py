@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from lens_cameras import SIZE, camera
 
-from mctrack_ros.ground import check_grid, grid_from_points
+from mctrack_ros.ground import check_grid, fit_camera, grid_from_points
 
 
 def clicked_grid(noise_px=0.3, seed=1):
@@ -57,3 +57,44 @@ def test_what_gives_no_camera_is_refused_with_the_reason():
     assert np.isnan(check.rms_px)
     other = dataclasses.replace(clicked_grid(), image_size=(1, 1))
     assert 'for pictures of 1 x 1 px' in check_grid(other, SIZE).refusal
+
+
+def refitted(grid, kept):
+    """Fit again without each point in turn, from nothing: misses in px and in deviations."""
+    _, ground, image = grid.named_points()
+    found = []
+    for index in range(len(ground)):
+        others = kept & (np.arange(len(ground)) != index)
+        fit = fit_camera(ground[others], image[others], SIZE)
+        place = ground[index][None]
+        away = image[index] - fit.mapping.image_from_ground(place)[0]
+        spread = fit.mapping.calibration_covariance(place)
+        expected = fit.mapping.image_covariance(place, spread)[0] + fit.noise_px**2 * np.eye(2)
+        found.append((np.linalg.norm(away), np.sqrt(away @ np.linalg.inv(expected) @ away)))
+    return np.array(found).T
+
+
+WRONG = [{}, {'B2': (11.0, -8.0)}, {'B2': (14.0, 0.0), 'A1': (0.0, 40.0)}, {'C3': (90.0, 60.0)}]
+
+
+@pytest.mark.parametrize('seed', range(2))
+@pytest.mark.parametrize('wrong', WRONG, ids=['careful', 'one', 'two', 'far'])
+def test_errors_are_those_of_fits_from_nothing(seed, wrong):
+    grid = clicked_grid(seed=seed)
+    for name, by in wrong.items():
+        grid = moved(grid, name, by)
+    check = check_grid(grid, SIZE)
+    kept = ~np.isin(check.names, check.suspicious)
+    missed, score = refitted(grid, kept)
+    np.testing.assert_allclose(check.left_out_px, missed, rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(check.score, score, rtol=1e-3, atol=1e-3)
+
+
+def test_the_fewest_points_leave_nothing_to_check_by():
+    x, y = np.meshgrid([-9.0, 0.0, 9.0], [-4.0, 12.0])
+    ground = np.column_stack([x.ravel(), y.ravel()])
+    image = camera().image_from_ground(ground)
+    grid = grid_from_points('cam1', list('ABCDEF'), ground, image)[0]
+    check = check_grid(grid, SIZE)
+    assert np.isnan(check.left_out_px).all()
+    assert 'left out' in check.refusal
