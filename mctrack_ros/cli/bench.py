@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 
 import typer
+
+from mctrack_ros.experiments.figures import Figures
 
 
 class Part(StrEnum):
@@ -13,6 +16,7 @@ class Part(StrEnum):
 
     GROUND = 'ground'
     WATCHDOG = 'watchdog'
+    CAMERA = 'camera'
 
 
 def bench(
@@ -20,10 +24,16 @@ def bench(
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
 ) -> None:
     """Time a part of the system on one core, beside a peer in the same run."""
+    from mctrack_ros.experiments.bench_camera import bench_camera
     from mctrack_ros.experiments.bench_ground import bench_ground
     from mctrack_ros.experiments.bench_watchdog import bench_watchdog
 
-    figures = bench_watchdog() if part is Part.WATCHDOG else bench_ground()
+    benches: dict[Part, Callable[[], Figures]] = {
+        Part.GROUND: bench_ground,
+        Part.WATCHDOG: bench_watchdog,
+        Part.CAMERA: bench_camera,
+    }
+    figures = benches[part]()
     typer.echo(figures.table())
     if json_file is not None:
         figures.write(json_file)

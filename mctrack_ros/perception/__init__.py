@@ -2,12 +2,9 @@
 
 from mctrack_ros.perception.feedback_buffer import FeedbackBuffer
 from mctrack_ros.perception.local_events import feedback_missed
-from mctrack_ros.perception.pipeline import (
-    BackwardStampError,
-    CameraConfig,
-    CameraOutput,
-    CameraPipeline,
-)
+from mctrack_ros.perception.output import BackwardStampError, CameraOutput
+from mctrack_ros.perception.pipeline import CameraConfig, CameraPipeline
+from mctrack_ros.perception.trackers import CameraTracker, open_camera
 from mctrack_ros.perception.watchdog import CameraShift, ShiftState
 
 __all__ = [
@@ -16,7 +13,9 @@ __all__ = [
     'CameraOutput',
     'CameraPipeline',
     'CameraShift',
+    'CameraTracker',
     'FeedbackBuffer',
     'ShiftState',
     'feedback_missed',
+    'open_camera',
 ]

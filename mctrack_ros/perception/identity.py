@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,6 @@ from scipy.optimize import linear_sum_assignment
 
 from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import Feedback
-from mctrack_ros.perception.local_tracks import LocalTracks
 from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
@@ -33,8 +33,28 @@ class IdentityConfig:
     )
 
 
+class Identified(Protocol):
+    """
+    A camera's own tracks, of any tracker, as parallel arrays.
+
+    ``local_id`` (n,); ``track_id`` (n,), global, 0: none; ``mean`` (n, 4), x, y (m), vx, vy (m/s)
+    on the ground; ``covariance`` (n, 4, 4); ``confirmed`` (n,) bool, whether to be believed.
+    """
+
+    @property
+    def local_id(self) -> Ints: ...  # noqa: D102
+    @property
+    def track_id(self) -> Ints: ...  # noqa: D102
+    @property
+    def mean(self) -> Floats: ...  # noqa: D102
+    @property
+    def covariance(self) -> Floats: ...  # noqa: D102
+    @property
+    def confirmed(self) -> NDArray[np.bool_]: ...  # noqa: D102
+
+
 def learn_identities(
-    tracks: LocalTracks, feedback: Feedback, stamp_ns: int, config: IdentityConfig
+    tracks: Identified, feedback: Feedback, stamp_ns: int, config: IdentityConfig
 ) -> None:
     """
     Give confirmed tracks the global ids of the feedback targets that they match, one to one.
@@ -43,7 +63,7 @@ def learn_identities(
 
     Parameters
     ----------
-    tracks : LocalTracks
+    tracks : Identified
         At the picture's time; ``track_id`` is changed.
     feedback : Feedback
         Older than the picture by the design's delay.
@@ -77,7 +97,7 @@ def learn_identities(
     tracks.track_id[seeking[row[fits]]] = known_id[offered[column[fits]]]
 
 
-def _rename_corrected(tracks: LocalTracks, feedback: Feedback) -> None:
+def _rename_corrected(tracks: Identified, feedback: Feedback) -> None:
     """Exchange ids that the fusion node has corrected, all at once."""
     corrected = feedback.previous_id > 0
     if not corrected.any():

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import MEMBERS, EventCode, Events
-from mctrack_ros.perception.local_tracks import LocalTracks
+from mctrack_ros.perception.identity import Identified
 
 Ints = NDArray[np.int64]
 
@@ -27,7 +27,7 @@ class EventLog:
         self._rows: list[tuple[int, int, int, list[float], list[int]]] = []
 
     def add(
-        self, event: EventCode, tracks: LocalTracks, row: int, others: Ints | None = None
+        self, event: EventCode, tracks: Identified, row: int, others: Ints | None = None
     ) -> None:
         """Note an event of the track in a row, with the local ids of others that share it."""
         position = [*tracks.mean[row, :2].tolist(), 0.0]

@@ -17,24 +17,26 @@ from mctrack_ros.perception.ghosts import GhostConfig, GhostWatch
 from mctrack_ros.perception.identity import IdentityConfig
 from mctrack_ros.perception.local_tracks import FilterConfig
 from mctrack_ros.perception.matching import MatchingConfig
+from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture, has_jumped
 from mctrack_ros.perception.partition import PartitionConfig
 from mctrack_ros.perception.picture import Picture
+from mctrack_ros.perception.silhouettes.parameters import SilhouetteConfig
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.perception.tracker import LocalTracker, TrackerConfig
-from mctrack_ros.perception.watchdog import CameraShift, Watchdog, WatchdogConfig
+from mctrack_ros.perception.watchdog import Watchdog, WatchdogConfig
 
 Image = NDArray[np.uint8]
-RESET_NS = 1_000_000_000
-
-
-class BackwardStampError(ValueError):
-    """A picture that is not later than the one before; drop it and go on."""
 
 
 @dataclass(frozen=True)
 class CameraConfig:
-    """Parameters of `CameraPipeline`."""
+    """Parameters of a camera: which tracker it has, and those of each."""
 
+    local_tracker: str = parameter(
+        'groups',
+        "the camera's own tracker: filters on the ground with groups, or the silhouettes paper's",
+        choices=('groups', 'silhouettes'),
+    )
     reduction: int = parameter(
         1, 'pictures are reduced by this factor before the background', minimum=1, maximum=4
     )
@@ -47,27 +49,7 @@ class CameraConfig:
     identity: IdentityConfig = field(default_factory=IdentityConfig)
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
     watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class CameraOutput:
-    """
-    What one picture gave.
-
-    Attributes
-    ----------
-    detections : Detections
-        What is seen; empty while the background is learned.
-    events : Events
-        What happened to the camera's own tracks; ``others`` are local ids.
-    shift : CameraShift
-        Whether the camera has moved since the start, as far as is known.
-
-    """
-
-    detections: Detections
-    events: Events
-    shift: CameraShift
+    silhouettes: SilhouetteConfig = field(default_factory=SilhouetteConfig)
 
 
 class CameraPipeline:
@@ -94,12 +76,7 @@ class CameraPipeline:
         self, config: CameraConfig, mapping: GroundMapping, mask: Image | None = None
     ) -> None:
         self._config, self._mapping = config, mapping
-        width, height = mapping.image_size
-        if mask is not None and (mask.shape != (height, width) or mask.dtype != np.uint8):
-            raise ValueError(
-                f'mask has shape {mask.shape} and type {mask.dtype}, '
-                f'expected {(height, width)} and uint8'
-            )
+        check_mask(mask, mapping.image_size)
         self._mask = None if mask is None else self._reduced(mask)
         self._sizes = SizeTable(mapping)
         self._background = MedianBackground(config.background)
@@ -139,7 +116,7 @@ class CameraPipeline:
             If the picture has another size or type; nothing is changed.
 
         """
-        self._check(image)
+        check_picture(image, self._mapping.image_size)
         self._advance(stamp_ns)
         shift = self._watchdog.watch(image, stamp_ns)
         small = self._reduced(image)
@@ -170,24 +147,12 @@ class CameraPipeline:
         """Return the (n, 4) boxes, px, where the camera's own tracks are, for an overlay."""
         return self._tracker.tracks.prediction().box
 
-    def _check(self, image: Image) -> None:
-        width, height = self._mapping.image_size
-        if image.shape != (height, width, 3) or image.dtype != np.uint8:
-            raise ValueError(
-                f'picture has shape {image.shape} and type {image.dtype}, '
-                f'expected {(height, width, 3)} and uint8'
-            )
-
     def _advance(self, stamp_ns: int) -> None:
         last = self._last_ns
-        if last is not None and last - RESET_NS <= stamp_ns <= last:
-            raise BackwardStampError(
-                f'stamp {stamp_ns} is not later than the last, {last}: the picture is not used'
-            )
-        if last is not None and abs(stamp_ns - last) > RESET_NS:
+        if has_jumped(stamp_ns, last):
             self._tracker.restart()
             self._ghosts.restart()
-            if stamp_ns < last:
+            if last is not None and stamp_ns < last:
                 self._background.restart()
         self._last_ns = stamp_ns
 

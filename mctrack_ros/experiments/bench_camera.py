@@ -1,0 +1,144 @@
+"""How many pictures a second a camera's tracker takes on one core, from decoded pictures."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.experiments.figures import Figures
+from mctrack_ros.ground import GroundMapping, ProjectiveMapping
+from mctrack_ros.perception.silhouettes import SilhouetteConfig, SilhouettePipeline
+from mctrack_ros.perception.silhouettes.background import LowPassBackground
+from mctrack_ros.perception.silhouettes.components import find_silhouettes
+
+Image = NDArray[np.uint8]
+SIZE = (640, 480)
+RATE_HZ = 4.0
+WALKERS, CARS = 8, 2
+NOISE = 2.0  # grey levels
+ROUNDS = 3
+
+
+def bench_camera(pictures_count: int = 160, seed: int = 1) -> Figures:
+    """
+    Time the silhouettes tracker on a drawn car park.
+
+    Parameters
+    ----------
+    pictures_count : int
+        Pictures in a row; they are played several times, and the fastest time counts.
+    seed : int
+        Of the scene.
+
+    """
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        pictures = _pictures(pictures_count, seed)
+        figures = _silhouettes(pictures)
+        figures['peer.mog2_components.fps'] = 1.0 / _seconds(_peer, pictures)
+    finally:
+        cv2.setNumThreads(threads)
+    return Figures(
+        'bench_camera',
+        'mctrack bench camera',
+        {
+            'silhouettes': f'{pictures_count} pictures of {SIZE[0]} x {SIZE[1]} px at '
+            f'{RATE_HZ:g} Hz, {WALKERS} pedestrians and {CARS} vehicles moving, everything on; '
+            f'decoding is not counted; processor time, best of {ROUNDS}',
+            'peer.mog2_components': 'OpenCV MOG2 without shadows, opening, components with '
+            'statistics, on the same grey pictures',
+        },
+        figures,
+    )
+
+
+def _silhouettes(pictures: Sequence[Image]) -> dict[str, float]:
+    """Return pictures a second, and what the stages cost, ms a picture."""
+    config = SilhouetteConfig()
+
+    def everything(pictures: Sequence[Image]) -> None:
+        pipeline = SilhouettePipeline(config, _mapping())
+        for index, picture in enumerate(pictures):
+            pipeline.step(picture, _stamp_ns(index), None)
+
+    def masks(pictures: Sequence[Image]) -> list[tuple[Image, Image]]:
+        background, found = LowPassBackground(config.background), []
+        for index, picture in enumerate(pictures):
+            grey = background.smoothed(np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)))
+            mask = background.apply(grey, _stamp_ns(index))
+            if mask is not None:
+                found.append((mask, grey))
+        return found
+
+    def components(found: Sequence[tuple[Image, Image]]) -> None:
+        for mask, grey in found:
+            find_silhouettes(mask, grey, config.components)
+
+    whole = _seconds(everything, pictures)
+    background = _seconds(masks, pictures)
+    labelling = _seconds(components, masks(pictures))
+    return {
+        'silhouettes.fps': 1.0 / whole,
+        'silhouettes.background_ms': background * 1e3,
+        'silhouettes.components_ms': labelling * 1e3,
+        'silhouettes.tracking_ms': (whole - background - labelling) * 1e3,
+    }
+
+
+def _seconds(work: Callable[..., object], pictures: Sequence[object]) -> float:
+    """Return the processor time, s, for one of the pictures, the best of some rounds."""
+    spent = []
+    for _ in range(ROUNDS):
+        began = time.thread_time()
+        work(pictures)
+        spent.append(time.thread_time() - began)
+    return min(spent) / len(pictures)
+
+
+def _peer(pictures: Sequence[Image]) -> None:
+    model = cv2.createBackgroundSubtractorMOG2(detectShadows=False)
+    kernel = np.ones((3, 3), np.uint8)
+    for picture in pictures:
+        mask = model.apply(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
+        mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, kernel)
+        cv2.connectedComponentsWithStats(mask, connectivity=4, ltype=cv2.CV_16U)
+
+
+def _stamp_ns(index: int) -> int:
+    return round((index + 1) / RATE_HZ * 1e9)
+
+
+def _mapping() -> GroundMapping:
+    """Return a camera 9 m up that looks at the ground 20 m away."""
+    eye = np.array([0.0, -20.0, 9.0])
+    forward = -eye / np.linalg.norm(eye)
+    right = np.array([1.0, 0.0, 0.0])
+    rotation = np.stack([right, np.cross(forward, right), forward])
+    intrinsics = np.array([[600.0, 0, SIZE[0] / 2], [0, 600.0, SIZE[1] / 2], [0, 0, 1]])
+    return ProjectiveMapping(intrinsics @ np.column_stack([rotation, -rotation @ eye]), SIZE)
+
+
+def _pictures(count: int, seed: int) -> list[Image]:
+    """Draw a grey ground on which boxes of the size of people and cars go to and fro."""
+    rng, (width, height) = np.random.default_rng(seed), SIZE
+    ground = np.asarray(cv2.GaussianBlur(rng.normal(110, 60, (height, width)), (0, 0), 3))
+    kinds = [(22, 60, 4.0)] * WALKERS + [(140, 70, 12.0)] * CARS
+    start = rng.uniform(0, width, len(kinds))
+    row = rng.uniform(120, height - 10, len(kinds))
+    shade = rng.choice([-45, -25, 30, 50], len(kinds))
+    pictures = []
+    for index in range(count):
+        drawn = ground.copy()
+        for (wide, tall, speed), x, bottom, change in (
+            zip(kinds, start, row, shade) if index else ()
+        ):
+            left = int(abs((x + speed * index) % (2 * width) - width) - wide / 2)
+            drawn[int(bottom) - tall : int(bottom), max(left, 0) : max(left + wide, 0)] += change
+        noisy = np.clip(drawn + rng.normal(0, NOISE, drawn.shape), 0, 255).astype(np.uint8)
+        pictures.append(np.asarray(cv2.cvtColor(noisy, cv2.COLOR_GRAY2BGR), np.uint8))
+    return pictures

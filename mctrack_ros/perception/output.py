@@ -1,0 +1,77 @@
+"""What every camera pipeline gives, and what it refuses to take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.interfaces import Detections, Events
+from mctrack_ros.perception.watchdog import CameraShift
+
+Image = NDArray[np.uint8]
+RESET_NS = 1_000_000_000
+
+
+class BackwardStampError(ValueError):
+    """A picture that is not later than the one before; drop it and go on."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CameraOutput:
+    """
+    What one picture gave.
+
+    Attributes
+    ----------
+    detections : Detections
+        What is seen; empty while the background is learned.
+    events : Events
+        What happened to the camera's own tracks; ``others`` are local ids.
+    shift : CameraShift
+        Whether the camera has moved since the start, as far as is known.
+
+    """
+
+    detections: Detections
+    events: Events
+    shift: CameraShift
+
+
+def check_picture(image: Image, size: tuple[int, int]) -> None:
+    """Refuse, by `ValueError`, what is no BGR picture of a width and height."""
+    expected = (size[1], size[0], 3)
+    if image.shape != expected or image.dtype != np.uint8:
+        raise ValueError(
+            f'picture has shape {image.shape} and type {image.dtype}, '
+            f'expected {expected} and uint8'
+        )
+
+
+def check_mask(mask: Image | None, size: tuple[int, int]) -> None:
+    """Refuse, by `ValueError`, a mask of another than a width and height."""
+    expected = size[::-1]
+    if mask is not None and (mask.shape != expected or mask.dtype != np.uint8):
+        raise ValueError(
+            f'mask has shape {mask.shape} and type {mask.dtype}, expected {expected} and uint8'
+        )
+
+
+def has_jumped(stamp_ns: int, last_ns: int | None) -> bool:
+    """
+    Tell whether time has jumped, by more than a second, from one picture to the next.
+
+    Raises
+    ------
+    BackwardStampError
+        If the stamp is at or up to a second before the last one.
+
+    """
+    if last_ns is None:
+        return False
+    if last_ns - RESET_NS <= stamp_ns <= last_ns:
+        raise BackwardStampError(
+            f'stamp {stamp_ns} is not later than the last, {last_ns}: the picture is not used'
+        )
+    return abs(stamp_ns - last_ns) > RESET_NS

@@ -1,0 +1,135 @@
+"""The background: a low-pass filter, with rectangles put in by hand of the tracker."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import parameter
+
+Grey = NDArray[np.uint8]
+MEDIAN_OF_NORMAL = 0.6745  # median of a normal deviate's size, in standard deviations
+SPARSE = 5  # noise is measured at every fifth pixel of every fifth row
+NOISE_TIME_S = 2.0
+
+
+@dataclass(frozen=True)
+class LowPassConfig:
+    """Parameters of `LowPassBackground`."""
+
+    threshold: float = parameter(
+        12.0, 'difference above which a pixel is foreground at least [grey levels]', minimum=0.0
+    )
+    threshold_sigmas: float = parameter(
+        0.0,
+        'the same in standard deviations of the measured noise; 0: as printed',
+        minimum=0.0,
+    )
+    smoothing_px: int = parameter(
+        1, 'pictures are averaged over squares of this side; 1: not', minimum=1, maximum=15
+    )
+    beta: float = parameter(
+        0.1, 'share of a difference that is learned in one period', minimum=0.0, maximum=1.0
+    )
+    period_s: float = parameter(0.25, 'that period [s]', minimum=0.001)
+    reset_share: float = parameter(
+        0.6, 'foreground above which all is learned anew', minimum=0.0, maximum=1.0
+    )
+
+
+class LowPassBackground:
+    """
+    A low-pass filter for each pixel (silhouettes paper, section 2, eqs (1) and (2)).
+
+    ``delta = |I - B|``; where it is not above the threshold, ``B += beta (I - B)``. The share is
+    that of the time between two pictures, so the filter is the same at every rate.
+
+    Attributes
+    ----------
+    model : (h, w) float32 array or None
+        The background.
+    noise : float
+        Measured standard deviation of a background pixel's difference, grey levels.
+
+    """
+
+    def __init__(self, config: LowPassConfig) -> None:
+        self._config = config
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything: the next picture is the background."""
+        self.model: NDArray[np.float32] | None = None
+        self.noise = 0.0
+        self._last_ns = 0
+
+    @property
+    def threshold(self) -> float:
+        """Difference above which a pixel is foreground, grey levels."""
+        return max(self._config.threshold, self._config.threshold_sigmas * self.noise)
+
+    def smoothed(self, grey: Grey) -> Grey:
+        """Return a picture as it is compared and learned."""
+        side = self._config.smoothing_px
+        return grey if side == 1 else cv2.blur(grey, (side, side))  # type: ignore[return-value]
+
+    def apply(self, grey: Grey, stamp_ns: int) -> Grey | None:
+        """
+        Learn from a smoothed picture and tell what in it is foreground.
+
+        Parameters
+        ----------
+        grey : (h, w) uint8 array
+            The picture.
+        stamp_ns : int
+            Its time, ns; later than the last.
+
+        Returns
+        -------
+        (h, w) uint8 array or None
+            255 where the picture differs; None if it has become the background.
+
+        """
+        seconds, self._last_ns = (stamp_ns - self._last_ns) * 1e-9, stamp_ns
+        if self.model is None:
+            self.model = grey.astype(np.float32)
+            return None
+        difference = cv2.absdiff(grey, cv2.convertScaleAbs(self.model))
+        self._measure_noise(np.asarray(difference, np.uint8), seconds)
+        _, mask = cv2.threshold(difference, self.threshold, 255, cv2.THRESH_BINARY)
+        if cv2.countNonZero(mask) > self._config.reset_share * mask.size:
+            self.model = grey.astype(np.float32)
+            return None
+        share = 1 - (1 - self._config.beta) ** (seconds / self._config.period_s)
+        cv2.accumulateWeighted(grey, self.model, share, cv2.bitwise_not(mask))
+        return mask  # type: ignore[return-value]
+
+    def insert(self, grey: Grey, box: NDArray[np.integer]) -> Grey:
+        """Copy a rectangle of a smoothed picture into the background; return what was there."""
+        assert self.model is not None
+        left, top, width, height = (int(value) for value in box)
+        window = self.model[top : top + height, left : left + width]
+        before = cv2.convertScaleAbs(window)
+        window[:] = grey[top : top + height, left : left + width]
+        return before  # type: ignore[return-value]
+
+    def restore(self, patch: Grey, box: NDArray[np.integer], mask: Grey) -> None:
+        """Put back what `insert` returned, where a mask of the rectangle's size is not zero."""
+        assert self.model is not None
+        left, top, width, height = (int(value) for value in box)
+        window = self.model[top : top + height, left : left + width]
+        window[mask > 0] = patch[mask > 0]
+
+    def _measure_noise(self, difference: NDArray[np.uint8], seconds: float) -> None:
+        """Follow the median difference, in which foreground hardly counts."""
+        sample = difference[::SPARSE, ::SPARSE].ravel()
+        counts = np.bincount(sample, minlength=2).cumsum()
+        middle = int(np.searchsorted(counts, sample.size / 2))
+        below = counts[middle - 1] if middle else 0
+        within = (sample.size / 2 - below) / max(counts[middle] - below, 1)
+        measured = max(middle - 0.5 + within, 0.0) / MEDIAN_OF_NORMAL
+        share = 1.0 if self.noise == 0.0 else 1 - np.exp(-seconds / NOISE_TIME_S)
+        self.noise += share * (measured - self.noise)

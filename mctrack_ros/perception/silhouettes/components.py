@@ -1,0 +1,144 @@
+"""From the foreground mask to silhouettes: opening, connected components, features."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BYTES_2D, compiled
+from mctrack_ros.config import parameter
+from mctrack_ros.perception.silhouettes.features import (
+    AREA,
+    BINS,
+    HEIGHT,
+    HISTOGRAM,
+    PLACE,
+    SIZE,
+    WIDTH,
+    Floats,
+    Shapes,
+)
+
+Grey = NDArray[np.uint8]
+MOST = 1000
+"""Components of one picture; with more it shows nothing that could be tracked."""
+
+
+@dataclass(frozen=True)
+class ComponentConfig:
+    """Parameters of `find_silhouettes`."""
+
+    opening_px: int = parameter(3, 'what is narrower is noise [px]', minimum=1, maximum=31)
+    closing_px: int = parameter(
+        1, 'gaps narrower than this are closed; 1: none, as printed [px]', minimum=1, maximum=63
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse kernels that would shift what they clean."""
+        for name in ('opening_px', 'closing_px'):
+            if getattr(self, name) % 2 == 0:
+                raise ValueError(f'{name} is {getattr(self, name)}, expected an odd number')
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Silhouettes:
+    """
+    The connected foreground of a picture (silhouettes paper, section 2).
+
+    Attributes
+    ----------
+    shapes : Shapes
+        One row a silhouette, in the order of their first pixels, row by row.
+    labels : (h, w) uint16 array
+        Row plus one of the silhouette that a pixel is in; 0: background.
+    grey : (h, w) uint8 array
+        The picture.
+
+    """
+
+    shapes: Shapes
+    labels: NDArray[np.uint16]
+    grey: Grey
+
+
+def find_silhouettes(mask: Grey, grey: Grey, config: ComponentConfig) -> Silhouettes:
+    """
+    Open a mask and collect its 4-connected components.
+
+    Parameters
+    ----------
+    mask : (h, w) uint8 array
+        255 where foreground.
+    grey : (h, w) uint8 array
+        The picture.
+    config : ComponentConfig
+        Parameters.
+
+    Returns
+    -------
+    Silhouettes
+        Empty if there are more than `MOST` components: that is noise.
+
+    """
+    mask = cleaned(mask, config)
+    count, labels = cv2.connectedComponents(mask, connectivity=4, ltype=cv2.CV_16U)
+    labelled = np.asarray(labels, np.uint16)
+    if count - 1 > MOST:
+        count, labelled = 1, np.zeros_like(labelled)
+    shapes = Shapes(*_measure(labelled, np.ascontiguousarray(grey), count - 1))
+    return Silhouettes(shapes, labelled, grey)
+
+
+def cleaned(mask: Grey, config: ComponentConfig) -> Grey:
+    """Return a mask without specks, and with its narrow gaps closed if that is wanted."""
+    for operation, side in (
+        (cv2.MORPH_OPEN, config.opening_px),
+        (cv2.MORPH_CLOSE, config.closing_px),
+    ):
+        if side > 1:
+            mask = cv2.morphologyEx(mask, operation, np.ones((side, side), np.uint8))  # type: ignore[assignment]
+    return mask
+
+
+def shapes_of(column: NDArray[np.integer], row: NDArray[np.integer], value: Grey) -> Shapes:
+    """Return one row: the shape of (n,) pixels with their grey values."""
+    vector = np.zeros(SIZE)
+    low = np.array([column.min(), row.min()], np.float64)
+    extent = np.array([column.max(), row.max()]) + 1 - low
+    vector[AREA] = len(value)
+    vector[[WIDTH, HEIGHT]] = extent
+    vector[HISTOGRAM] = np.bincount(value // (256 // BINS), minlength=BINS)
+    vector[PLACE] = column.mean(), row.mean()
+    return Shapes(vector[None], np.concatenate([low, extent])[None])
+
+
+@compiled(
+    types.UniTuple(types.f8[:, ::1], 2)(
+        types.Array(types.u2, 2, 'C', readonly=True), BYTES_2D, types.i8
+    )
+)
+def _measure(labels: NDArray[np.uint16], grey: Grey, count: int) -> tuple[Floats, Floats]:
+    """Return the vectors and boxes of labels 1 to `count` in one pass over the picture."""
+    vector, box = np.zeros((count, SIZE)), np.zeros((count, 4))
+    box[:, :2] = 1e9
+    for row in range(labels.shape[0]):
+        for column in range(labels.shape[1]):
+            label = labels[row, column]
+            if label == 0:
+                continue
+            one, edge = vector[label - 1], box[label - 1]
+            one[AREA] += 1.0
+            one[3 + grey[row, column] // (256 // BINS)] += 1.0
+            one[3 + BINS] += column
+            one[4 + BINS] += row
+            edge[0], edge[1] = min(edge[0], column), min(edge[1], row)
+            edge[2], edge[3] = max(edge[2], column + 1.0), max(edge[3], row + 1.0)
+    for index in range(count):
+        box[index, 2:] -= box[index, :2]
+        vector[index, WIDTH:3] = box[index, 2:]
+        vector[index, SIZE - 2 :] /= max(vector[index, AREA], 1.0)
+    return vector, box

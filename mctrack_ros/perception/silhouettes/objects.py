@@ -1,0 +1,211 @@
+"""Step 8: the list of objects, brought up to date with what was matched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import parameter
+from mctrack_ros.perception.silhouettes.features import (
+    PLACE,
+    SIZE,
+    Floats,
+    Ints,
+    Mask,
+    Shapes,
+)
+
+
+@dataclass(frozen=True)
+class ObjectConfig:
+    """Parameters of `ObjectList`."""
+
+    least_area_px: float = parameter(
+        60.0, 'smallest silhouette that becomes an object [px²]', minimum=1.0
+    )
+    edge_px: float = parameter(
+        16.0, "distance from the picture's edge within which what is lost has left [px]",
+        minimum=0.0,
+    )  # fmt: skip
+    establish_s: float = parameter(
+        0.2,
+        'age from which an object that is matched again is no longer transient; two pictures at '
+        'the 4 Hz of the paper [s]',
+        minimum=0.0,
+    )
+    hold_s: float = parameter(
+        0.0, 'time that an established object stays without a match; 0: as printed [s]',
+        minimum=0.0,
+    )  # fmt: skip
+    memory_s: float = parameter(
+        0.0,
+        'time constant with which features follow the silhouette; 0: at once, as printed [s]',
+        minimum=0.0,
+    )
+    motion_s: float = parameter(
+        0.0,
+        'time constant with which the velocity is learned that tells where an object is expected; '
+        '0: where it was, as printed [s]',
+        minimum=0.0,
+    )
+
+
+class ObjectList:
+    """
+    What is tracked, as parallel arrays, by id.
+
+    Attributes
+    ----------
+    local_id : (n,) int64 array
+        Never reused.
+    vector, box : (n, 21), (n, 4) float64 arrays
+        Shapes as in `Shapes`; of the last silhouette, the place moved to where it is expected.
+    velocity : (n, 2) float64 array
+        Of the centroid, px/s; zero if motion is not learned.
+    first_ns, seen_ns : (n,) int64 array
+        Time of the first and the last match.
+    coherent_ns : (n,) int64 array
+        Since when it was matched in every picture.
+    matched, established : (n,) bool array
+        Matched in this picture; no longer transient.
+    group : (n,) int64 array
+        Number of the merged silhouette it is in; 0: it has one of its own.
+    track_id : (n,) int64 array
+        Global id that feedback taught; 0: none.
+    mean, covariance : (n, 4), (n, 4, 4) float64 arrays
+        x, y (m) on the ground where it was last seen, NaN above the horizon; no velocity.
+    class_id : (n,) int64 array
+        A `ClassCode`.
+    announced : (n,) bool array
+        Its first event was sent.
+
+    """
+
+    ARRAYS = (
+        'local_id', 'vector', 'box', 'velocity', 'first_ns', 'seen_ns', 'coherent_ns', 'matched',
+        'established', 'group', 'track_id', 'mean', 'covariance', 'class_id', 'announced',
+    )  # fmt: skip
+
+    def __init__(self, config: ObjectConfig) -> None:
+        self._config = config
+        self._next_id = 1
+        self.clear()
+
+    def __len__(self) -> int:
+        """Return the number of objects."""
+        return len(self.local_id)
+
+    def clear(self) -> None:
+        """Forget all objects; ids go on."""
+        self.local_id: Ints = np.zeros(0, np.int64)
+        self.vector: Floats = np.zeros((0, SIZE))
+        self.box: Floats = np.zeros((0, 4))
+        self.velocity: Floats = np.zeros((0, 2))
+        self.first_ns: Ints = np.zeros(0, np.int64)
+        self.seen_ns: Ints = np.zeros(0, np.int64)
+        self.coherent_ns: Ints = np.zeros(0, np.int64)
+        self.matched: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        self.established: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        self.group: Ints = np.zeros(0, np.int64)
+        self.track_id: Ints = np.zeros(0, np.int64)
+        self.mean: Floats = np.zeros((0, 4))
+        self.covariance: Floats = np.zeros((0, 4, 4))
+        self.class_id: Ints = np.zeros(0, np.int64)
+        self.announced: NDArray[np.bool_] = np.zeros(0, np.bool_)
+
+    @property
+    def confirmed(self) -> NDArray[np.bool_]:
+        """Which objects, (n,), may learn a global id."""
+        return self.established
+
+    @property
+    def shapes(self) -> Shapes:
+        """What the objects look like and where they are expected."""
+        return Shapes(self.vector, self.box)
+
+    def predict(self, seconds: float) -> None:
+        """Move all objects to where they are expected."""
+        shift = self.velocity * seconds
+        self.vector[:, PLACE] += shift
+        self.box[:, :2] += shift
+
+    def update(self, shapes: Shapes, match: Mask, stamp_ns: int, seconds: float) -> Mask:
+        """
+        Give objects the features of their silhouettes.
+
+        Parameters
+        ----------
+        shapes : Shapes
+            Of m silhouettes.
+        match : (n, m) bool array
+            At most one a row and a column.
+        stamp_ns : int
+            Time of the picture, ns.
+        seconds : float
+            Since the last picture.
+
+        Returns
+        -------
+        (n,) bool array
+            Which objects are lost: without a silhouette for too long.
+
+        """
+        self.matched = np.asarray(match.any(axis=1))
+        rows, columns = np.nonzero(match)
+        self._learn_motion(rows, shapes.centroid[columns], seconds)
+        share = _share(seconds, self._config.memory_s)
+        learned = self.vector[rows] + share * (shapes.vector[columns] - self.vector[rows])
+        learned[:, PLACE] = shapes.centroid[columns]
+        self.vector[rows], self.box[rows] = learned, shapes.box[columns]
+        self.seen_ns[rows] = stamp_ns
+        self.coherent_ns[~self.matched] = stamp_ns
+        old = stamp_ns - self.first_ns >= round(self._config.establish_s * 1e9)
+        self.established[self.matched & old] = True
+        unseen_ns = stamp_ns - self.seen_ns
+        patient = self.established & (unseen_ns <= round(self._config.hold_s * 1e9))
+        return np.asarray(~self.matched & ~patient)
+
+    def start(self, shapes: Shapes, stamp_ns: int) -> None:
+        """Start a transient object for each silhouette."""
+        count = len(shapes)
+        now = np.full(count, stamp_ns, np.int64)
+        added = {
+            'local_id': np.arange(self._next_id, self._next_id + count),
+            'vector': shapes.vector,
+            'box': shapes.box,
+            'velocity': np.zeros((count, 2)),
+            'first_ns': now,
+            'seen_ns': now,
+            'coherent_ns': now,
+            'matched': np.ones(count, np.bool_),
+            'established': np.zeros(count, np.bool_),
+            'group': np.zeros(count, np.int64),
+            'track_id': np.zeros(count, np.int64),
+            'mean': np.full((count, 4), np.nan),
+            'covariance': np.tile(np.eye(4), (count, 1, 1)),
+            'class_id': np.zeros(count, np.int64),
+            'announced': np.zeros(count, np.bool_),
+        }
+        for name in self.ARRAYS:
+            setattr(self, name, np.concatenate([getattr(self, name), added[name]]))
+        self._next_id += count
+
+    def keep(self, mask: Mask) -> None:
+        """Keep some objects and drop the others."""
+        if not mask.all():
+            for name in self.ARRAYS:
+                setattr(self, name, getattr(self, name)[mask])
+
+    def _learn_motion(self, rows: Ints, centroid: Floats, seconds: float) -> None:
+        """Let velocities follow how far the silhouettes lie from where they were expected."""
+        if self._config.motion_s == 0.0 or seconds <= 0.0:
+            return
+        missed = centroid - self.vector[rows][:, PLACE]
+        self.velocity[rows] += _share(seconds, self._config.motion_s) * missed / seconds
+
+
+def _share(seconds: float, time_constant_s: float) -> float:
+    """Return the share of a difference that is learned in some time."""
+    return 1.0 if time_constant_s == 0.0 else 1 - float(np.exp(-seconds / time_constant_s))

@@ -1,0 +1,173 @@
+"""Step 5: a silhouette that several established objects share is divided along its length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mctrack_ros.config import parameter
+from mctrack_ros.perception.silhouettes.components import Silhouettes, shapes_of
+from mctrack_ros.perception.silhouettes.features import (
+    Floats,
+    Ints,
+    Mask,
+    Shapes,
+    best_matches,
+    cost,
+    stacked,
+)
+
+
+@dataclass(frozen=True)
+class DivisionConfig:
+    """Parameters of `partition_merged`."""
+
+    line: str = parameter(
+        'principal',
+        'line along which silhouettes are divided; as printed: regression of y on x',
+        choices=('principal', 'regression'),
+    )
+
+
+def direction(x: Floats, y: Floats, line: str) -> Floats:
+    """
+    Return the (2,) unit vector along a silhouette (eqs (10) and (11)).
+
+    Parameters
+    ----------
+    x, y : (n,) arrays
+        Its pixels.
+    line : str
+        ``regression``: ``y = a + b x`` by least squares, which an upright silhouette pulls
+        towards the horizontal; ``principal``: the axis of largest spread.
+
+    """
+    xx, yy = float(np.var(x)), float(np.var(y))
+    xy = float(np.mean((x - x.mean()) * (y - y.mean())))
+    if line == 'principal':
+        angle = 0.5 * np.arctan2(2 * xy, xx - yy)
+    else:
+        angle = np.arctan2(xy, xx) if xx > 0 else np.pi / 2
+    return np.array([np.cos(angle), np.sin(angle)])
+
+
+def pieces_of(along: Floats, areas: Floats) -> Ints:
+    """
+    Divide pixels along a line in the proportions of areas (eq. (12)).
+
+    Parameters
+    ----------
+    along : (n,) array
+        Where each pixel is projected to.
+    areas : (k,) array
+        Of the objects, from left to right, at the time before.
+
+    Returns
+    -------
+    (n,) int64 array
+        Piece of each pixel, 0 to k - 1 from left to right.
+
+    """
+    shares = np.cumsum(areas)[:-1] / np.sum(areas)
+    mass = np.sort(along)
+    last = np.clip(np.ceil(shares * len(along)).astype(int), 1, len(along)) - 1
+    return np.searchsorted(mass[last], along, side='left')
+
+
+def partition_merged(
+    objects: Shapes,
+    silhouettes: Silhouettes,
+    shapes: Shapes,
+    match: Mask,
+    established: Mask,
+    config: DivisionConfig,
+    weights: Floats,
+) -> tuple[Shapes, Mask, Ints]:
+    """
+    Divide each shared silhouette among its objects if that makes one of them look more alike.
+
+    Parameters
+    ----------
+    objects : Shapes
+        Of n objects, at the time before.
+    silhouettes : Silhouettes
+        With the pixels.
+    shapes : Shapes
+        Of its m silhouettes.
+    match : (n, m) bool array
+        The match matrix.
+    established : (n,) bool array
+        Objects that are not transient.
+    config : DivisionConfig
+        Parameters.
+    weights : (21,) array
+        Of the comparison.
+
+    Returns
+    -------
+    shapes : Shapes
+        The silhouettes, with the first piece in the place of one that was divided and the others
+        at the end.
+    match : (n, m + p) bool array
+        The match matrix for these.
+    origin : (m + p,) int64 array
+        Silhouette that each is, or is a piece of.
+
+    """
+    origin = np.arange(len(shapes))
+    for column in np.flatnonzero(match[established].sum(axis=0) > 1).tolist():
+        rows = np.flatnonzero(match[:, column] & established)
+        pieces = _divide(objects.select(rows), silhouettes, shapes, column, config)
+        taken = _assigned(objects.select(rows), shapes.vector[column], pieces, weights)
+        if taken is None:
+            continue
+        places = np.r_[column, len(shapes) + np.arange(len(rows) - 1)]
+        shapes = stacked(shapes.replaced(column, pieces), pieces.select(np.arange(1, len(rows))))
+        match = np.pad(match, ((0, 0), (0, len(rows) - 1)))
+        match[rows, column] = False
+        match[rows, places[taken]] = True
+        origin = np.r_[origin, np.full(len(rows) - 1, column)]
+    return shapes, match, origin
+
+
+def _divide(
+    objects: Shapes, silhouettes: Silhouettes, shapes: Shapes, column: int, config: DivisionConfig
+) -> Shapes:
+    """Return the shapes of a silhouette's pieces, from left to right, none empty."""
+    left, top, width, height = shapes.box[column].astype(int).tolist()
+    window = np.s_[top : top + height, left : left + width]
+    y, x = np.nonzero(silhouettes.labels[window] == column + 1)
+    x, y = x + left, y + top
+    line = direction(x.astype(float), y.astype(float), config.line)
+    axis = line if config.line == 'principal' else np.array([1.0, 0.0])
+    order = np.argsort(objects.centroid @ axis, kind='stable')
+    piece = pieces_of(x * line[0] + y * line[1], objects.area[order])
+    grey = silhouettes.grey[y, x]
+    return stacked(
+        *(
+            shapes_of(x[piece == index], y[piece == index], grey[piece == index])
+            for index in range(len(order))
+            if (piece == index).any()
+        )
+    )
+
+
+def _assigned(objects: Shapes, whole: Floats, pieces: Shapes, weights: Floats) -> Ints | None:
+    """
+    Return the piece of each object, none twice, or None where no object is better off (eq. (13)).
+
+    In index order, each object takes the piece of lowest cost that is left.
+    """
+    if len(pieces) < len(objects):
+        return None
+    taken = np.zeros(len(objects), np.int64)
+    free = np.ones((1, len(pieces)), np.bool_)
+    better = False
+    for row in range(len(objects)):
+        target = objects.vector[[row]]
+        taken[row] = best_matches(target, pieces.vector, free, weights)[0]
+        free[0, taken[row]] = False
+        fresh = np.abs(target[0] - pieces.vector[taken[row]])
+        better |= cost(fresh, np.abs(target[0] - whole), weights) < 0.0
+    return taken if better else None

@@ -1,0 +1,191 @@
+"""One camera by silhouettes: picture and feedback in, detections and events out."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.ground import GroundMapping
+from mctrack_ros.interfaces import ClassCode, Feedback
+from mctrack_ros.perception.identity import learn_identities
+from mctrack_ros.perception.local_events import EventLog
+from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture, has_jumped
+from mctrack_ros.perception.silhouettes.background import LowPassBackground
+from mctrack_ros.perception.silhouettes.classes import ClassVotes
+from mctrack_ros.perception.silhouettes.components import find_silhouettes
+from mctrack_ros.perception.silhouettes.features import Floats
+from mctrack_ros.perception.silhouettes.parameters import SilhouetteConfig
+from mctrack_ros.perception.silhouettes.places import Places
+from mctrack_ros.perception.silhouettes.reporting import (
+    GroupNotes,
+    TrackedObjects,
+    detections_of,
+    no_output,
+    note_arrivals,
+    passes,
+)
+from mctrack_ros.perception.silhouettes.rest import RestWatch
+from mctrack_ros.perception.silhouettes.tracker import SilhouetteTracker
+from mctrack_ros.perception.watchdog import CameraShift, Watchdog
+from mctrack_ros.tracking.appearance import colour_templates
+
+Image = NDArray[np.uint8]
+
+
+class SilhouettePipeline:
+    """
+    The tracker of the silhouettes paper as a camera's own (local) tracker.
+
+    Parameters
+    ----------
+    config : SilhouetteConfig
+        Parameters.
+    mapping : GroundMapping
+        Of the camera; fixes the size of its pictures.
+    mask : (h, w) uint8 array, optional
+        0 where the picture is to be ignored.
+
+    Raises
+    ------
+    ValueError
+        If the mask has another size than the mapping's pictures.
+
+    """
+
+    def __init__(
+        self, config: SilhouetteConfig, mapping: GroundMapping, mask: Image | None = None
+    ) -> None:
+        check_mask(mask, mapping.image_size)
+        self._config, self._mapping, self._mask = config, mapping, mask
+        self._background = LowPassBackground(config.background)
+        self._places = Places(config.places, mapping)
+        self._tracker = SilhouetteTracker(config.tracker)
+        self._rest = RestWatch(config.rest)
+        self._classes = ClassVotes(config.classes)
+        self._watchdog = Watchdog(config.watchdog, mask)
+        self._groups = GroupNotes()
+        self._passed: set[int] = set()
+        self._last_ns: int | None = None
+
+    @property
+    def objects(self) -> TrackedObjects:
+        """The objects after the last picture."""
+        objects = self._tracker.objects
+        passed = [key in self._passed for key in objects.local_id.tolist()]
+        return TrackedObjects(
+            objects.local_id.copy(),
+            objects.box.copy(),
+            objects.class_id.copy(),
+            objects.established.copy(),
+            objects.matched.copy(),
+            np.array(passed, np.bool_),
+        )
+
+    def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
+        """
+        Process one picture.
+
+        Parameters
+        ----------
+        image : (h, w, 3) uint8 array
+            BGR picture of the mapping's size; its brightness is what counts.
+        stamp_ns : int
+            Its capture time, ns. A gap or a step back of more than a second restarts tracking;
+            local ids go on.
+        feedback : Feedback or None
+            The fusion node's, of the design's age; see `FeedbackBuffer`.
+
+        Raises
+        ------
+        BackwardStampError
+            If the stamp is at or up to a second before the last one; nothing is changed.
+        ValueError
+            If the picture has another size or type; nothing is changed.
+
+        """
+        check_picture(image, self._mapping.image_size)
+        seconds = self._advance(stamp_ns)
+        shift = self._watchdog.watch(image, stamp_ns)
+        grey = self._background.smoothed(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))  # type: ignore[arg-type]
+        mask = self._background.apply(grey, stamp_ns)
+        if mask is None:
+            self._restart()
+            return CameraOutput(*no_output(stamp_ns), shift)
+        if self._mask is not None:
+            mask = cv2.bitwise_and(mask, self._mask)  # type: ignore[assignment]
+        self._rest.uncover(self._background, grey, mask, stamp_ns)
+        return self._track(image, grey, mask, stamp_ns, seconds, feedback, shift)
+
+    def predicted_boxes(self) -> Floats:
+        """Return the (n, 4) boxes, px, of the objects, for an overlay."""
+        return self._tracker.objects.box.copy()
+
+    def _track(
+        self,
+        image: Image,
+        grey: Image,
+        mask: Image,
+        stamp_ns: int,
+        seconds: float,
+        feedback: Feedback | None,
+        shift: CameraShift,
+    ) -> CameraOutput:
+        """Match, put on the ground, report."""
+        objects, log = self._tracker.objects, EventLog(stamp_ns)
+        silhouettes = find_silhouettes(mask, grey, self._config.components)
+        component = self._tracker.step(silhouettes, stamp_ns, log)
+        self._groups.note(objects, component, log)
+        truncated = self._truncated()
+        extent = self._places.extent(objects.box)
+        whole = objects.matched & (component < 0) & ~truncated
+        objects.class_id[:] = self._classes.count(objects.local_id, extent, whole, seconds)
+        self._place(shift)
+        if feedback is not None:
+            learn_identities(objects, feedback, stamp_ns, self._config.identity)
+        note_arrivals(objects, log)
+        self._pass_on(stamp_ns)
+        template = colour_templates(image, mask, objects.box.astype(np.int64))
+        report = self._config.report
+        detections = detections_of(objects, template, truncated, stamp_ns, report)
+        resting = self._rest.insert_resting(objects, self._background, grey, mask, stamp_ns)
+        objects.keep(~resting)
+        return CameraOutput(detections, log.rows(), shift)
+
+    def _place(self, shift: CameraShift) -> None:
+        """Look up where on the ground the objects of this picture are."""
+        objects = self._tracker.objects
+        rows = np.flatnonzero(objects.matched)
+        vehicle = objects.class_id[rows] == ClassCode.VEHICLE
+        position, covariance = self._places.locate(objects.box[rows], vehicle, shift.noise_px)
+        objects.mean[rows, :2] = position
+        objects.covariance[rows, :2, :2] = covariance
+
+    def _pass_on(self, stamp_ns: int) -> None:
+        """Remember which pedestrians have been tracked coherently for long enough."""
+        objects = self._tracker.objects
+        passed = objects.local_id[passes(objects, stamp_ns, self._config.report)].tolist()
+        self._passed = self._passed.intersection(objects.local_id.tolist()).union(passed)
+
+    def _truncated(self) -> NDArray[np.bool_]:
+        """Tell which objects, (n,), touch the picture's edge."""
+        low = self._tracker.objects.box[:, :2]
+        high = low + self._tracker.objects.box[:, 2:]
+        touching = (low <= 1).any(axis=1)
+        return np.asarray(touching | (high >= np.array(self._mapping.image_size) - 1).any(axis=1))
+
+    def _advance(self, stamp_ns: int) -> float:
+        """Check the stamp and return the seconds since the last one."""
+        last, jumped = self._last_ns, has_jumped(stamp_ns, self._last_ns)
+        self._last_ns = stamp_ns
+        if jumped and last is not None:
+            self._restart()
+            if stamp_ns < last:
+                self._background.restart()
+        return 0.0 if last is None or jumped else (stamp_ns - last) * 1e-9
+
+    def _restart(self) -> None:
+        """Forget all objects and what was inserted; ids go on."""
+        self._tracker.restart()
+        self._rest.restart()
+        self._passed = set()

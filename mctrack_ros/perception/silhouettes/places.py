@@ -1,0 +1,92 @@
+"""Where objects stand on the ground, and how large they are there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mctrack_ros.config import parameter
+from mctrack_ros.ground import GroundMapping
+from mctrack_ros.perception.silhouettes.features import Floats, Mask
+from mctrack_ros.perception.sizes import SizeTable
+
+ROUNDS = 4
+
+
+@dataclass(frozen=True)
+class PlaceConfig:
+    """Parameters of `Places`."""
+
+    foot_noise_px: float = parameter(
+        1.5, 'standard deviation of the foot point, part that is the same for all [px]',
+        minimum=0.01,
+    )  # fmt: skip
+    foot_noise_share: float = parameter(
+        0.04, 'part that grows with the box, as a share of its height', minimum=0.0
+    )
+    vehicle_height_m: float = parameter(1.5, 'height of vehicles [m]', minimum=0.1)
+
+
+class Places:
+    """
+    Ground positions of boxes.
+
+    Parameters
+    ----------
+    config : PlaceConfig
+        Parameters.
+    mapping : GroundMapping
+        Of the camera.
+
+    """
+
+    def __init__(self, config: PlaceConfig, mapping: GroundMapping) -> None:
+        self._config, self._mapping = config, mapping
+        self.sizes = SizeTable(mapping)
+
+    def extent(self, box: Floats) -> Floats:
+        """Return (n, 2) widths and heights, m, of (n, 4) boxes, px, taken for upright."""
+        return np.asarray(box[:, 2:] / self.sizes.per_metre(self.sizes.foot_of(box)))
+
+    def locate(self, box: Floats, vehicle: Mask, shift_px: float = 0.0) -> tuple[Floats, Floats]:
+        """
+        Return where boxes stand.
+
+        A person stands at the bottom centre. A vehicle covers ground: from there back to the spot
+        above which its roof ends, so it stands between the two.
+
+        Parameters
+        ----------
+        box : (n, 4) array
+            Boxes, px.
+        vehicle : (n,) bool array
+            Which are vehicles'.
+        shift_px : float
+            How far the camera has moved, px: that much less certain is the foot.
+
+        Returns
+        -------
+        position : (n, 2) array
+            Ground positions, m; NaN above the horizon.
+        covariance : (n, 2, 2) array
+            Theirs, m².
+
+        """
+        near = self._mapping.ground_from_image(self.sizes.foot_of(box))
+        far = self._far_end(box)
+        depth = np.where(vehicle[:, None] & np.isfinite(far), far - near, 0.0)
+        position = near + depth / 2
+        deviation = self._config.foot_noise_px + self._config.foot_noise_share * box[:, 3]
+        noise = (deviation**2 + shift_px**2)[:, None, None] * np.eye(2)
+        covariance = self._mapping.ground_covariance(position, noise)
+        return position, covariance + depth[:, :, None] * depth[:, None] / 12
+
+    def _far_end(self, box: Floats) -> Floats:
+        """Return the ground, (n, 2) m, below the top centre of boxes, at a vehicle's height."""
+        top = box[:, :2] + box[:, 2:] * [0.5, 0.0]
+        foot, bottom = top.copy(), box[:, 1] + box[:, 3]
+        for _ in range(ROUNDS):
+            height = self.sizes.per_metre(foot)[:, 1] * self._config.vehicle_height_m
+            foot[:, 1] = np.fmin(top[:, 1] + height, bottom)
+        return self._mapping.ground_from_image(foot)

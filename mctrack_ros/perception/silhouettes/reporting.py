@@ -1,0 +1,159 @@
+"""What a camera says about its objects: detections, events, and who may be passed on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import parameter
+from mctrack_ros.interfaces import ClassCode, Detections, EventCode, Events
+from mctrack_ros.perception.local_events import EventLog
+from mctrack_ros.perception.silhouettes.features import AREA, Floats, Ints
+from mctrack_ros.perception.silhouettes.objects import ObjectList
+
+
+@dataclass(frozen=True)
+class ReportConfig:
+    """Parameters of what is reported."""
+
+    coherent_s: float = parameter(
+        3.0, 'time of coherent track before a pedestrian is passed on [s]', minimum=0.0
+    )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TrackedObjects:
+    """
+    The objects of one picture, for those who count them; one row each.
+
+    Attributes
+    ----------
+    local_id : (n,) int64 array
+        Never reused.
+    box : (n, 4) float64 array
+        Left, top, width, height, px.
+    class_id : (n,) int64 array
+        A `ClassCode`: person or vehicle.
+    established : (n,) bool array
+        No longer transient.
+    matched : (n,) bool array
+        Seen in this picture.
+    passed_on : (n,) bool array
+        A pedestrian tracked coherently for long enough, now or before.
+
+    """
+
+    local_id: Ints
+    box: Floats
+    class_id: Ints
+    established: NDArray[np.bool_]
+    matched: NDArray[np.bool_]
+    passed_on: NDArray[np.bool_]
+
+
+class GroupNotes:
+    """Notes when objects begin to share a silhouette (E5) and when they no longer do (E3)."""
+
+    def __init__(self) -> None:
+        self._next_group = 1
+
+    def note(self, objects: ObjectList, component: Ints, log: EventLog) -> None:
+        """
+        Compare who shares a silhouette with who shared one before.
+
+        Parameters
+        ----------
+        objects : ObjectList
+            Whose ``group`` is changed.
+        component : (n,) int array
+            Component of the picture that each shares with others; -1: none.
+        log : EventLog
+            Takes the events.
+
+        """
+        for one in np.unique(component[component >= 0]).tolist():
+            self._merge(objects, np.flatnonzero(component == one), log)
+        alone = objects.matched & (component < 0) & (objects.group > 0)
+        for row in np.flatnonzero(alone).tolist():
+            others = (objects.group == objects.group[row]) & (np.arange(len(objects)) != row)
+            if others.any():
+                log.add(EventCode.SPLIT, objects, row, objects.local_id[others])
+            if others.sum() == 1:
+                objects.group[others] = 0
+            objects.group[row] = 0
+
+    def _merge(self, objects: ObjectList, rows: Ints, log: EventLog) -> None:
+        joined = rows[objects.group[rows] == 0]
+        if not len(joined):
+            return
+        number = int(objects.group[rows].max()) or self._next_group
+        self._next_group = max(self._next_group, number + 1)
+        first = int(joined[0])
+        log.add(EventCode.MERGE, objects, first, objects.local_id[rows[rows != first]])
+        objects.group[rows] = number
+
+
+def note_arrivals(objects: ObjectList, log: EventLog) -> None:
+    """Note objects that are no longer transient: new (E1) or known to the fusion node (E2)."""
+    for row in np.flatnonzero(objects.established & ~objects.announced).tolist():
+        known = objects.track_id[row] > 0
+        log.add(EventCode.ENTER if known else EventCode.NEW, objects, row)
+    objects.announced |= objects.established
+
+
+def passes(objects: ObjectList, stamp_ns: int, config: ReportConfig) -> NDArray[np.bool_]:
+    """Tell which pedestrians, (n,), have been tracked coherently for long enough by now."""
+    coherent = (stamp_ns - objects.coherent_ns) * 1e-9 >= config.coherent_s - 1e-6
+    return np.asarray(
+        objects.established & objects.matched & coherent & (objects.class_id == ClassCode.PERSON)
+    )
+
+
+def detections_of(
+    objects: ObjectList,
+    template: Floats,
+    truncated: NDArray[np.bool_],
+    stamp_ns: int,
+    config: ReportConfig,
+) -> Detections:
+    """
+    Return one row for each established object that is seen and stands on the ground.
+
+    Parameters
+    ----------
+    objects : ObjectList
+        After this picture.
+    template : (n, 48) array
+        Their colours.
+    truncated : (n,) bool array
+        Which touch the picture's edge.
+    stamp_ns : int
+        Time of the picture, ns.
+    config : ReportConfig
+        Parameters.
+
+    """
+    shown = objects.established & objects.matched & np.isfinite(objects.mean[:, :2]).all(axis=1)
+    shown &= np.isfinite(objects.covariance[:, :2, :2]).all(axis=(1, 2))
+    rows = np.flatnonzero(shown)
+    age = (stamp_ns - objects.coherent_ns[rows]) * 1e-9
+    return Detections.build(
+        stamp_ns,
+        position=np.column_stack([objects.mean[rows, :2], np.zeros(len(rows))]),
+        covariance=objects.covariance[rows, :2, :2],
+        box=objects.box[rows],
+        area=objects.vector[rows, AREA],
+        score=np.clip(age / max(config.coherent_s, 1e-9), 0.1, 1.0),
+        template=template[rows],
+        local_id=objects.local_id[rows],
+        track_id=objects.track_id[rows],
+        truncated=truncated[rows],
+        class_id=objects.class_id[rows],
+    )
+
+
+def no_output(stamp_ns: int) -> tuple[Detections, Events]:
+    """Return what is reported while there is nothing to compare a picture with."""
+    return Detections.build(stamp_ns), Events.build(stamp_ns)

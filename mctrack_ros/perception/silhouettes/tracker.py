@@ -1,0 +1,160 @@
+"""The eight steps of one picture, in order (silhouettes paper, section 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mctrack_ros.interfaces import EventCode
+from mctrack_ros.perception.local_events import EventLog
+from mctrack_ros.perception.silhouettes.components import Silhouettes
+from mctrack_ros.perception.silhouettes.duplicates import (
+    secure_silhouettes,
+    settled,
+    without_transient_duplicates,
+)
+from mctrack_ros.perception.silhouettes.features import (
+    ComparisonConfig,
+    Ints,
+    Mask,
+    Shapes,
+)
+from mctrack_ros.perception.silhouettes.joining import join_fragments
+from mctrack_ros.perception.silhouettes.macro import resolve_merges
+from mctrack_ros.perception.silhouettes.match import MatchConfig, naive_matches, valid_matches
+from mctrack_ros.perception.silhouettes.objects import ObjectConfig, ObjectList
+from mctrack_ros.perception.silhouettes.partition import DivisionConfig, partition_merged
+
+
+@dataclass(frozen=True)
+class SilhouetteTrackerConfig:
+    """Parameters of `SilhouetteTracker`."""
+
+    comparison: ComparisonConfig = field(default_factory=ComparisonConfig)
+    match: MatchConfig = field(default_factory=MatchConfig)
+    division: DivisionConfig = field(default_factory=DivisionConfig)
+    objects: ObjectConfig = field(default_factory=ObjectConfig)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Assignment:
+    """
+    What steps 1 to 7 gave.
+
+    Attributes
+    ----------
+    shapes : Shapes
+        Silhouettes after partitions and joins.
+    match : (n, m) bool array
+        The match matrix: at most one in each row and column.
+    origin : (m,) int64 array
+        Connected component that each silhouette is, or the first that it was joined of.
+
+    """
+
+    shapes: Shapes
+    match: Mask
+    origin: Ints
+
+
+class SilhouetteTracker:
+    """
+    Matches objects to silhouettes by form, dividing and joining silhouettes as it goes.
+
+    Parameters
+    ----------
+    config : SilhouetteTrackerConfig
+        Parameters.
+
+    Attributes
+    ----------
+    objects : ObjectList
+        What is tracked.
+
+    """
+
+    def __init__(self, config: SilhouetteTrackerConfig) -> None:
+        self._config = config
+        self._weights = config.comparison.weights()
+        self.objects = ObjectList(config.objects)
+        self._last_ns: int | None = None
+
+    def restart(self) -> None:
+        """Forget all objects; ids go on."""
+        self.objects.clear()
+        self._last_ns = None
+
+    def step(self, silhouettes: Silhouettes, stamp_ns: int, log: EventLog) -> Ints:
+        """
+        Process the silhouettes of one picture.
+
+        Parameters
+        ----------
+        silhouettes : Silhouettes
+            Of the picture.
+        stamp_ns : int
+            Its time, ns.
+        log : EventLog
+            Takes the exits (E4) of established objects.
+
+        Returns
+        -------
+        (n,) int64 array
+            Connected component that each object shares with another established one; -1: none.
+
+        """
+        seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9
+        self._last_ns = stamp_ns
+        objects = self.objects
+        objects.predict(seconds)
+        found = self._assign(silhouettes)
+        lost = objects.update(found.shapes, found.match, stamp_ns, seconds)
+        component = _shared(found, objects.established)
+        self._note_exits(lost, silhouettes.labels.shape, log)
+        objects.keep(~lost)
+        unclaimed = ~found.match.any(axis=0)
+        large = found.shapes.area >= self._config.objects.least_area_px
+        fresh = found.shapes.select(unclaimed & large)
+        objects.start(fresh, stamp_ns)
+        return np.asarray(np.r_[component[~lost], np.full(len(fresh), -1)])
+
+    def _note_exits(self, lost: Mask, size: tuple[int, ...], log: EventLog) -> None:
+        """Note established objects that were lost at the picture's edge."""
+        margin = self._config.objects.edge_px
+        low, high = self.objects.box[:, :2], self.objects.box[:, :2] + self.objects.box[:, 2:]
+        at_edge = (low <= margin).any(axis=1) | (high >= np.array(size[::-1]) - margin).any(axis=1)
+        for row in np.flatnonzero(lost & at_edge & self.objects.announced).tolist():
+            log.add(EventCode.EXIT, self.objects, row)
+
+    def _assign(self, silhouettes: Silhouettes) -> Assignment:
+        """Run steps 1 to 7."""
+        weights, shapes = self._weights, silhouettes.shapes
+        objects, established = self.objects.shapes, self.objects.established
+        valid = valid_matches(objects, shapes, self._config.match)
+        match = naive_matches(objects, shapes, valid, self._config.match, weights)
+        match = without_transient_duplicates(match, established)
+        match = resolve_merges(objects, shapes, match, valid, established, weights)
+        match = without_transient_duplicates(match, established)
+        shapes, match, origin = partition_merged(
+            objects, silhouettes, shapes, match, established, self._config.division, weights
+        )
+        match = settled(objects, shapes, match, weights)
+        for joiners in (established, ~established):
+            valid = valid_matches(objects, shapes, self._config.match)
+            fragments = ~secure_silhouettes(match, established)
+            shapes, match, kept = join_fragments(
+                objects, shapes, match, valid, joiners, fragments, weights
+            )
+            origin = origin[kept]
+        return Assignment(shapes, match, origin)
+
+
+def _shared(found: Assignment, rows: Mask) -> Ints:
+    """Return, (n,), the component that each of some objects shares with another; -1: none."""
+    if not len(found.shapes):
+        return np.full(len(rows), -1)
+    mine = found.origin[found.match.argmax(axis=1)]
+    component = np.where(found.match.any(axis=1) & rows, mine, -1)
+    count = np.bincount(component[component >= 0], minlength=len(found.origin) + 1)
+    return np.where(count[component] > 1, component, -1)

@@ -1,0 +1,54 @@
+"""The camera's own trackers, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.ground import GroundMapping
+from mctrack_ros.interfaces import Feedback
+from mctrack_ros.perception.output import CameraOutput
+from mctrack_ros.perception.pipeline import CameraConfig, CameraPipeline
+from mctrack_ros.perception.silhouettes import SilhouettePipeline
+
+Image = NDArray[np.uint8]
+
+
+class CameraTracker(Protocol):
+    """One camera, one picture after another."""
+
+    def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
+        """Process one picture; see `CameraPipeline.step`."""
+
+    def predicted_boxes(self) -> NDArray[np.float64]:
+        """Return the (n, 4) boxes, px, where the camera's own tracks are, for an overlay."""
+
+
+TRACKERS: dict[str, Callable[[CameraConfig, GroundMapping, Image | None], CameraTracker]] = {
+    'groups': CameraPipeline,
+    'silhouettes': lambda config, mapping, mask: SilhouettePipeline(
+        config.silhouettes, mapping, mask
+    ),
+}
+
+
+def open_camera(
+    config: CameraConfig, mapping: GroundMapping, mask: Image | None = None
+) -> CameraTracker:
+    """
+    Return the tracker that a camera's settings name.
+
+    Parameters
+    ----------
+    config : CameraConfig
+        Names it in ``local_tracker`` and holds its parameters.
+    mapping : GroundMapping
+        Of the camera.
+    mask : (h, w) uint8 array, optional
+        0 where the picture is to be ignored.
+
+    """
+    return TRACKERS[config.local_tracker](config, mapping, mask)
