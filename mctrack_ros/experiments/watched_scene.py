@@ -80,10 +80,11 @@ class WatchedScene:
         matrix[:, 2] += self.wind[round(time_s * RATE_HZ)]
         middle = np.array(SIZE) / 2
         matrix[:, 2] += middle - matrix[:, :2] @ (middle + MARGIN_PX)
+        scene = self._still.copy()
+        self._draw_crowd(scene[MARGIN_PX:-MARGIN_PX, MARGIN_PX:-MARGIN_PX], time_s)
         image = np.asarray(
-            cv2.warpAffine(self._still, matrix, SIZE, borderMode=cv2.BORDER_REFLECT), np.uint8
+            cv2.warpAffine(scene, matrix, SIZE, borderMode=cv2.BORDER_REFLECT), np.uint8
         )
-        self._draw_crowd(image, time_s)
         image = self._lit(image, time_s)
         left, top = self._rng.integers(0, 2 * MARGIN_PX, 2)
         window = (slice(top, top + SIZE[1]), slice(left, left + SIZE[0]))

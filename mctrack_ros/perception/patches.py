@@ -13,6 +13,9 @@ Floats = NDArray[np.float64]
 Grey = NDArray[np.uint8]
 
 COLUMNS, ROWS = 8, 6
+ORDER = 29 * np.arange(COLUMNS * ROWS) % (COLUMNS * ROWS)
+"""Of cells that are sought: the first few are spread over the picture."""
+
 HALF_PX = 10
 CORNER_PX = 7
 LEAST_CONTRAST = 2.0  # standard deviation, grey levels
@@ -20,6 +23,8 @@ LEAST_SCORE = 0.7  # normalised correlation
 TOLERANCE_PX = 1.0
 LEAST_PATCHES = 8
 LEAST_SHARE = 0.5
+PROBES = 16  # patches after which a picture of which hardly any is found is given up
+LEAST_PROBED = 2
 LEAST_SPREAD = 0.1  # of the picture's diagonal
 
 
@@ -143,11 +148,15 @@ class Patches:
         reach = HALF_PX + search_px
         low, high = expected - reach, expected + reach + 1
         inside = (low >= 0).all(axis=1) & (high <= grey.shape[::-1]).all(axis=1)
-        there, found, judged = [], [], []
-        for cell in np.flatnonzero(inside).tolist():
+        there: list[int] = []
+        judged: list[int] = []
+        found = []
+        for cell in ORDER[np.isin(ORDER, np.flatnonzero(inside))].tolist():
             patch = self._patch[cell]
             if patch is None:
                 continue
+            if len(judged) == PROBES and len(there) < LEAST_PROBED:
+                break
             judged.append(cell)
             (left, top), (right, bottom) = low[cell], high[cell]
             score = cv2.matchTemplate(grey[top:bottom, left:right], patch, cv2.TM_CCOEFF_NORMED)

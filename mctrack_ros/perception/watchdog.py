@@ -18,13 +18,16 @@ from mctrack_ros.perception.patches import (
     median_motion,
     prepared,
 )
+from mctrack_ros.perception.ranked_pictures import RankedPictures
 
 SEARCH_PX = 5
 WIDE_SEARCH_PX = 12
 CLOSE_PX = 2.5
 ROUNDS = 3
 COARSE_NS = 1_000_000_000
-LONGEST_COARSE_NS = 16_000_000_000
+LONGEST_COARSE_NS = 2_000_000_000  # less than the time in which a shift must be found
+KEPT = 9  # pictures in a reference
+LEARNING_SHARE = 0.6  # of the settling time; in the rest the reference is tried
 LEAST_MEASURES = 3
 LEAST_SPAN = 0.75  # of the time over which a shift must last
 END_SHARE = 0.5  # of the threshold, below which an alarm ends
@@ -42,7 +45,9 @@ class WatchdogConfig:
     )
     period_s: float = parameter(0.4, 'time between looks [s]', minimum=0.0)
     settling_s: float = parameter(
-        10.0, 'time after the start whose median is taken for no shift [s]', minimum=0.0
+        10.0,
+        'time after the start whose median picture and shift are taken for no shift [s]',
+        minimum=0.0,
     )
     renewal_s: float = parameter(
         20.0, 'time after which patches that are seldom found are exchanged [s]', minimum=0.1
@@ -93,13 +98,15 @@ class CameraShift:
 
 class Watchdog:
     """
-    Compares patches of the first picture with later ones (beyond the papers).
+    Compares patches of what stood still at first with later pictures (beyond the papers).
 
     The background model follows a moved picture, so it is not asked: a patch whose texture is
     found again votes for where the picture lies, one behind people is not found. Most of those
     found must agree on one shift, turn and zoom. The median of some seconds counts, so wind does
-    not. Patches that are seldom found are exchanged under the motion that the others show: the
-    first picture stays the reference through a changing day.
+    not. The patches are those of the median of several pictures, so it may be crowded at first;
+    if they are not found again (the camera shook, or showed nothing) all begins anew. Patches
+    that are seldom found are exchanged under the motion that the others show: the first seconds
+    stay the reference through a changing day.
 
     Parameters
     ----------
@@ -121,7 +128,9 @@ class Watchdog:
         self._recent: deque[tuple[int, Motion]] = deque()
         self._settled = False
         self._last = self._held = Motion()
-        self._next_ns = self._renewal_ns = self._coarse_ns = 0
+        self._learning_ns = _ns(LEARNING_SHARE * config.settling_s)
+        self._kept = RankedPictures()
+        self._next_ns = self._renewal_ns = self._coarse_ns = self._keep_ns = 0
         self._coarse_wait_ns = COARSE_NS
         self._looked_ns: int | None = None
         self.shift = CameraShift()
@@ -140,7 +149,8 @@ class Watchdog:
         """
         if self._looked_ns is not None and stamp_ns < self._looked_ns:
             self._recent.clear()
-            self._next_ns = self._renewal_ns = self._coarse_ns = self._started_ns = stamp_ns
+            self._forget_kept(stamp_ns)
+            self._next_ns = self._coarse_ns = self._started_ns = stamp_ns
         if self._looked_ns is None or stamp_ns >= self._next_ns:
             self._looked_ns = stamp_ns
             self._next_ns = stamp_ns + _ns(self._config.period_s)
@@ -149,7 +159,7 @@ class Watchdog:
 
     def _look(self, grey: Grey, stamp_ns: int) -> None:
         if self._patches is None:
-            self._begin(grey, stamp_ns)
+            self._learn(grey, stamp_ns)
             return
         measured = self._measure(self._patches, grey, stamp_ns)
         self._agreed = 0
@@ -157,42 +167,65 @@ class Watchdog:
             self._last, self._agreed = measured
             self._recent.append((stamp_ns, self._last))
         if not self._settled:
-            self._settle(grey, stamp_ns)
+            self._settle(self._patches, stamp_ns)
             return
         oldest = stamp_ns - _ns(self._config.sustain_s)
         while self._recent and self._recent[0][0] <= oldest:
             self._recent.popleft()
         lasting = self._lasting()
         self._judge(lasting)
-        still = self.shift.state is ShiftState.STILL
-        if still and lasting is not None and stamp_ns >= self._renewal_ns:
-            self._patches.renew(grey, lasting)
-            self._coarse = reduced(grey)
-            self._renewal_ns = stamp_ns + _ns(self._config.renewal_s)
+        if self.shift.state is ShiftState.MOVED:
+            self._forget_kept(stamp_ns)
+        elif lasting is not None and measured is not None:
+            self._renew(self._patches, grey, stamp_ns)
 
-    def _begin(self, grey: Grey, stamp_ns: int) -> None:
-        """Take the reference."""
-        height, width = grey.shape
-        self._image_size = (width, height)
-        self._patches = Patches(grey, self._allowed)
-        self._coarse = reduced(grey)
-        self._last = Motion()
+    def _learn(self, grey: Grey, stamp_ns: int) -> None:
+        """Take the median of the first time for the reference."""
+        if not self._kept:
+            self._image_size = grey.shape[1], grey.shape[0]
+            self._started_ns = self._keep_ns = stamp_ns
+        self._keep(grey, Motion(), stamp_ns)
+        if stamp_ns - self._started_ns < self._learning_ns:
+            return
+        still, self._last = self._kept.median()
+        self._patches, self._coarse = Patches(still, self._allowed), reduced(still)
+        self._kept.clear()
         self._recent.clear()
-        self._started_ns = stamp_ns
 
-    def _settle(self, grey: Grey, stamp_ns: int) -> None:
-        """Take the median of the first time for no shift; begin anew if nothing was found."""
-        if stamp_ns - self._started_ns < _ns(self._config.settling_s):
+    def _keep(self, grey: Grey, motion: Motion, stamp_ns: int) -> None:
+        """Keep a picture for the next reference, if it is time to."""
+        if stamp_ns >= self._keep_ns:
+            self._kept.add(grey, motion)
+            self._keep_ns = stamp_ns + self._learning_ns // KEPT
+
+    def _settle(self, patches: Patches, stamp_ns: int) -> None:
+        """Take the median of some time for no shift; begin anew if too little was found."""
+        settling_ns = stamp_ns - self._started_ns - _ns(self._config.settling_s)
+        if settling_ns < 0:
             return
         if len(self._recent) < LEAST_MEASURES:
-            self._begin(grey, stamp_ns)
+            if settling_ns >= _ns(self._config.sustain_s):
+                self._patches = None
             return
-        assert self._patches is not None
-        self._patches.rebase(median_motion([motion for _, motion in self._recent]))
+        patches.rebase(median_motion([motion for _, motion in self._recent]))
         self._recent.clear()
         self._last = Motion()
         self._settled = True
+        self._forget_kept(stamp_ns)
+
+    def _renew(self, patches: Patches, grey: Grey, stamp_ns: int) -> None:
+        """Exchange patches from time to time for ones of what stood still since."""
+        self._keep(grey, self._last, stamp_ns)
+        if stamp_ns >= self._renewal_ns and len(self._kept) > KEPT // 2:
+            still, motion = self._kept.median()
+            patches.renew(still, motion)
+            self._coarse = reduced(still)
+            self._forget_kept(stamp_ns)
+
+    def _forget_kept(self, stamp_ns: int) -> None:
+        self._kept.clear()
         self._renewal_ns = stamp_ns + _ns(self._config.renewal_s)
+        self._keep_ns = self._renewal_ns - self._learning_ns
 
     def _measure(self, patches: Patches, grey: Grey, stamp_ns: int) -> tuple[Motion, int] | None:
         """Return the motion: near the last or the lasting one, else near a coarse one."""

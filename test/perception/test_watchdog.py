@@ -95,11 +95,11 @@ def test_light_that_drifts_is_no_alarm(camera):
     assert max(shift.size_px for shift in said) < 0.3
 
 
-def crowd(picture, time_s):
+def crowd(picture, time_s, count=40):
     picture = picture.copy()
-    for person in range(40):
+    for person in range(count):
         x = (person * 97 + (20 + person) * time_s) % (SIZE[0] + 80) - 40
-        foot = (round(x), 80 + person * 7)
+        foot = (round(x), 80 + person * 280 // count)
         cv2.ellipse(picture, foot, (14, 40), 0, 0, 360, (person * 6, 200 - person * 4, 90), -1)
     return picture
 
@@ -119,6 +119,30 @@ def test_who_was_there_at_the_start_does_not_matter():
     assert camera.show(5.0, down=2.0)[-1].state is ShiftState.MOVED
 
 
+def test_a_crowd_that_hides_nearly_all_of_the_first_picture_does_not_matter():
+    camera = Camera()
+    camera.show(PERIOD_S, lambda picture, time_s: crowd(picture, time_s, 400))
+    assert camera.show(SETTLED_S)[-1].state is ShiftState.STILL
+    assert camera.show(5.0, right=2.0)[-1].state is ShiftState.MOVED
+
+
+def test_a_camera_that_is_shaken_at_first_is_learnt_once_it_stands_still():
+    camera = Camera()
+    for right, down in camera.rng.normal(0, 20, (20, 2)):
+        camera.show(PERIOD_S, right=right, down=down)
+    said = camera.show(3 * SETTLED_S, right=4.0)
+    assert ShiftState.MOVED not in {shift.state for shift in said}
+    assert said[-1].state is ShiftState.STILL
+    assert camera.show(5.0, right=6.0)[-1].state is ShiftState.MOVED
+
+
+def test_a_camera_that_is_dark_at_first_is_learnt_once_it_sees():
+    camera = Camera()
+    camera.show(SETTLED_S, lambda picture, time_s: np.zeros_like(picture))
+    assert camera.show(3 * SETTLED_S)[-1].state is ShiftState.STILL
+    assert camera.show(5.0, right=2.0)[-1].state is ShiftState.MOVED
+
+
 def test_a_creeping_shift_adds_up_while_patches_are_exchanged(camera):
     for step in range(50):
         top, left = (camera.rng.integers(80, side) for side in SIZE[::-1])
@@ -133,6 +157,13 @@ def test_a_covered_lens_is_said_and_no_shift(camera):
     assert said[-1].state is ShiftState.UNKNOWN
     assert said[-1].noise_px == 0.0
     assert camera.show(6.0)[-1].state is ShiftState.STILL
+
+
+@pytest.mark.parametrize('moved', [{'right': 20.0}, {'turn_deg': 1.0}], ids=str)
+def test_a_camera_that_moved_while_it_was_covered_is_found_in_time(camera, moved):
+    cover = ground(seed=5)[: SIZE[1], : SIZE[0]]
+    assert camera.show(60.0, lambda *_: cover)[-1].state is ShiftState.UNKNOWN
+    assert camera.show(5.0, **moved)[-1].state is ShiftState.MOVED
 
 
 def test_a_picture_without_texture_is_never_judged():
