@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.ground.distortion import pole_radius, turning_radius
+from mctrack_ros.ground.distortion import SURE, pole_radius, turning_radius
 from mctrack_ros.ground.errors import CalibrationError
 
 Floats = NDArray[np.float64]
@@ -48,17 +47,17 @@ def farthest_radius(intrinsics: Floats, image_size: tuple[int, int]) -> float:
 
 
 def seen_directions(
-    pixel_of: Callable[[Floats], Floats], centre: Floats, image_size: tuple[int, int]
+    intrinsics: Floats, distortion: Floats, image_size: tuple[int, int]
 ) -> tuple[Floats, Floats]:
     """
     Return directions spread over what a lens shows in its picture, and their pixels.
 
     Parameters
     ----------
-    pixel_of : callable
-        Takes (n, 2) directions at depth 1 to (n, 2) pixels.
-    centre : (2,) array
-        Principal point, px.
+    intrinsics : (4,) array
+        Focal lengths across and down, principal point across and down, px.
+    distortion : (5,) or (8,) array
+        Of OpenCV.
     image_size : (int, int)
         Width and height of the picture, px.
 
@@ -72,10 +71,11 @@ def seen_directions(
     azimuth = np.linspace(0, 2 * np.pi, 48, endpoint=False)
     around = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)
     direction = around[:, None] * radius[:, None]
-    pixel = pixel_of(direction.reshape(-1, 2)).reshape(direction.shape)
-    away = np.linalg.norm(pixel - centre, axis=2)
+    pixel = distorted(intrinsics, distortion, direction.reshape(-1, 2)).reshape(direction.shape)
+    away = np.linalg.norm(pixel - intrinsics[2:], axis=2)
     outwards = np.diff(away, axis=1, prepend=0.0) > 0
     kept = np.logical_and.accumulate(outwards, axis=1)
+    kept &= radius <= SURE * pole_radius(distortion)
     kept &= ((pixel >= 0) & (pixel <= image_size)).all(axis=2)
     return direction[kept], pixel[kept]
 
@@ -84,9 +84,7 @@ def bend_px(intrinsics: Floats, distortion: Floats, image_size: tuple[int, int])
     """Return how far at most a lens moves what a pinhole would show, px."""
     if not distortion.any():
         return 0.0
-    direction, pixel = seen_directions(
-        lambda each: distorted(intrinsics, distortion, each), intrinsics[2:], image_size
-    )
+    direction, pixel = seen_directions(intrinsics, distortion, image_size)
     straight = direction * intrinsics[:2] + intrinsics[2:]
     return float(np.linalg.norm(pixel - straight, axis=1).max())
 

@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.lens import (
     LARGEST_RESIDUAL_PX,
-    distorted,
     farthest_radius,
     fit_lens,
     picture_samples,
@@ -27,6 +26,9 @@ WRITTEN_PIXEL_MM = 0.01
 """Size of a sensor element in files that are written: only its product with others matters."""
 MM_PER_M = 1000.0
 RADII = 400
+REWEIGHTED = 3
+STEEPEST = 1e-3
+"""Slope of the undistorted place by the shown one from which a lens counts as folded."""
 UNFOLDED = 0.97
 """How near to its fold a lens is followed, as a share of the radius there."""
 MOST_FOLDED = 0.05
@@ -91,9 +93,8 @@ class TsaiCalibration:
                 f'its kappa1 of {self.kappa1:g} folds {folded:.0%} of the picture over, expected '
                 f'at most {MOST_FOLDED:.0%}'
             )
-        shown = np.linspace(0, min(widest, farthest_radius(intrinsics, self.image_size)), RADII)[
-            1:
-        ]
+        farthest = min(widest, farthest_radius(intrinsics, self.image_size))
+        shown = np.linspace(0, farthest, RADII)[1:]
         radius = shown * (1 + bend * shown**2)
         intrinsics, distortion, residual = fit_lens(intrinsics, radius, shown)
         pose = Pose(self.rotation, self.translation)
@@ -152,17 +153,8 @@ def write_tsai(
     """
     if camera.pose is None:
         raise CalibrationError('the camera has no pose: a Tsai file needs one')
-    focal, centre = camera.intrinsics[:2], camera.intrinsics[2:]
-    per_mm = np.array([focal[0] / focal[1], 1.0]) / WRITTEN_PIXEL_MM
-    direction, pixel = seen_directions(
-        lambda each: distorted(camera.intrinsics, camera.distortion, each), centre, image_size
-    )
-    focal_mm = float(focal[1]) * WRITTEN_PIXEL_MM
-    sensor = (pixel - centre) / per_mm
-    goal = direction * focal_mm - sensor
-    slope = sensor * (sensor**2).sum(axis=1, keepdims=True)
-    kappa1 = float((slope * goal).sum() / (slope**2).sum()) if camera.distortion.any() else 0.0
-    missed = float(np.linalg.norm((goal - kappa1 * slope) * per_mm, axis=1).max())
+    aspect = float(camera.intrinsics[0] / camera.intrinsics[1])
+    focal_mm, kappa1, missed = _tsai_lens(camera, image_size)
     if not missed <= LARGEST_RESIDUAL_PX:
         raise CalibrationError(
             f"Tsai's one radial term misses the lens by up to {missed:.2g} px, expected at most "
@@ -171,18 +163,37 @@ def write_tsai(
     rx, ry, rz = Rotation.from_matrix(camera.pose.rotation).as_euler('xyz').tolist()
     tx, ty, tz = (camera.pose.translation * MM_PER_M).tolist()
     width, height = (str(side) for side in image_size)
-    size_mm, (cx, cy) = WRITTEN_PIXEL_MM, centre.tolist()
+    size_mm, (cx, cy) = WRITTEN_PIXEL_MM, camera.intrinsics[2:].tolist()
     lines = [
         tag('Camera', end='', name=name),
         '  ' + tag('Geometry', width=width, height=height, ncx=width, nfx=width,
                    dx=size_mm, dy=size_mm, dpx=size_mm, dpy=size_mm),
-        '  ' + tag('Intrinsic', focal=focal_mm, kappa1=kappa1, cx=cx, cy=cy,
-                   sx=float(focal[0] / focal[1])),
+        '  ' + tag('Intrinsic', focal=focal_mm, kappa1=kappa1, cx=cx, cy=cy, sx=aspect),
         '  ' + tag('Extrinsic', tx=tx, ty=ty, tz=tz, rx=rx, ry=ry, rz=rz),
         '</Camera>',
     ]  # fmt: skip
     write_lines(path, lines)
     return missed
+
+
+def _tsai_lens(camera: StoredCamera, image_size: tuple[int, int]) -> tuple[float, float, float]:
+    """Return focal length (mm), kappa1, and how far at most they miss the lens, px."""
+    across, down = camera.intrinsics[:2]
+    focal_mm = float(down) * WRITTEN_PIXEL_MM
+    if not camera.distortion.any():
+        return focal_mm, 0.0, 0.0
+    per_mm = np.array([across / down, 1.0]) / WRITTEN_PIXEL_MM
+    direction, pixel = seen_directions(camera.intrinsics, camera.distortion, image_size)
+    sensor, goal = (pixel - camera.intrinsics[2:]) / per_mm, direction * focal_mm
+    square = (sensor**2).sum(axis=1, keepdims=True)
+    terms, weight = np.stack([sensor, sensor * square], axis=-1), np.ones_like(square)
+    for _ in range(REWEIGHTED):
+        design = (terms * weight[..., None]).reshape(-1, 2)
+        share, bend = np.linalg.lstsq(design, (goal * weight).ravel(), rcond=None)[0].tolist()
+        # a miss on the sensor is one of the undistorted place by the slope of the one by the other
+        weight = 1 / np.maximum(share + 3 * bend * square, STEEPEST)
+    missed = np.linalg.norm((goal - terms @ [share, bend]) * weight * per_mm, axis=1).max()
+    return focal_mm / share, bend / share, float(missed)
 
 
 def _number(text: str | None, where: str) -> float:

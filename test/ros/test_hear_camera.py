@@ -17,8 +17,10 @@ from ros_cameras import (
     house_place,
     transforms,
 )
+from typer.testing import CliRunner
 
-from mctrack_ros.ground import CalibrationError, HeardCamera, Pose
+from mctrack_ros.cli.main import app
+from mctrack_ros.ground import CalibrationError, HeardCamera, Pose, read_calibration
 from mctrack_ros.ros.hear_camera import camera_from_topic
 from mctrack_ros.ros.messages import message_class
 
@@ -97,6 +99,19 @@ def test_static_and_moving_transforms_are_chained(talker, info):
     camera = camera_from_topic(TOPIC, HeardCamera('map'), PATIENCE_S)
     place = -camera.pose.rotation.T @ camera.pose.translation
     np.testing.assert_allclose(place, house_place(POLE), atol=1e-9)
+
+
+def test_the_command_writes_what_it_heard(talker, info, tmp_path):
+    talker.say(TOPIC, info, qos_profile_sensor_data, again=True)
+    (tmp_path / 'pose.yaml').write_text(
+        f'translation: {list(POLE)}\nrotation: {np.array(DOWN_TURN).tolist()}\n'
+    )
+    command = ['convert-calibration', TOPIC, str(tmp_path / 'north.xml'), '--to', 'opencv']
+    command += ['--extrinsics', str(tmp_path / 'pose.yaml'), '--timeout', str(PATIENCE_S)]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 0, result.exception
+    read = read_calibration(tmp_path / 'north.xml', (720, 576)).camera
+    np.testing.assert_allclose(read.position, POLE)
 
 
 def test_without_a_transform_it_is_said_which(talker, info):
