@@ -1,14 +1,18 @@
 """
 From two video files to tracks in metres, as docs/calibrating.md tells a person to.
 
-The machine's time is measured, the person's is counted: so many seconds for each click, command
+Its commands and its site are taken from there, word for word; only the points are others. The
+machine's time is measured, the person's is counted: so many seconds for each click, command
 and line typed. Measuring points on the ground is before the clock starts.
 """
 
 import dataclasses
+import re
+import shlex
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -24,13 +28,21 @@ CLICK_S, COMMAND_S, LINE_S = 4.0, 20.0, 8.0
 LIMIT_S = 600.0
 GATE_M = 1.0
 START_S = 3.0
-WORLD = World.simulated(Scenario(seed=11, duration_s=10.0))
+WORLD = World.simulated(Scenario(seed=11, duration_s=10.0, width=1280, height=720))
 CAMERAS = {'north': 1, 'south': 0}
 """By the name that the person gives: which camera of the simulated pitch it is."""
 COLUMNS, ROWS = (8.0, 16.0, 24.0, 32.0), (18.0, 34.0, 50.0)
 POINTS = {f'{"ABC"[j]}{i + 1}': (x, y) for j, y in enumerate(ROWS) for i, x in enumerate(COLUMNS)}
 
+PAGE = (Path(__file__).resolve().parents[2] / 'docs/calibrating.md').read_text()
+
 pytestmark = [pytest.mark.browser, pytest.mark.xdist_group('browser')]
+
+
+def told(start):
+    """Return the arguments of the page's first command that starts so."""
+    line = next(line for line in PAGE.splitlines() if line.startswith(f'mctrack {start}'))
+    return shlex.split(line)[1:]
 
 
 class Person:
@@ -44,10 +56,11 @@ class Person:
         (self.folder / name).write_text('\n'.join(lines) + '\n')
         self.lines += len(lines)
 
-    def run(self, *command):
+    def run(self, start):
+        """Run a command of the page to its end."""
         self.commands += 1
         done = subprocess.run(
-            [sys.executable, '-m', 'mctrack_ros.cli.main', *command],
+            [sys.executable, '-m', 'mctrack_ros.cli.main', *told(start)],
             cwd=self.folder,
             capture_output=True,
             text=True,
@@ -67,8 +80,9 @@ def person(tmp_path):
     """Return a person with two video files and a dozen points measured."""
     for name, index in CAMERAS.items():
         renderer = CameraRenderer(WORLD, index)
-        fourcc = cv2.VideoWriter.fourcc(*'MJPG')
-        video = cv2.VideoWriter(str(tmp_path / f'{name}.avi'), fourcc, 25.0, (768, 576))
+        fourcc = cv2.VideoWriter.fourcc(*'mp4v')
+        size = WORLD.cameras[index].size
+        video = cv2.VideoWriter(str(tmp_path / f'{name}.mp4'), fourcc, 25.0, size)
         for step in range(WORLD.scenario.steps):
             video.write(renderer.frame(step)[0])
         video.release()
@@ -78,8 +92,7 @@ def person(tmp_path):
 def calibrated(person, browser, serve, name):
     """Click the points of one camera and save them."""
     seen = WORLD.cameras[CAMERAS[name]].project([(x, y, 0.0) for x, y in POINTS.values()])
-    command = ['calibrate', f'{name}.avi', 'scene.xml', '--camera', name, '--out', f'{name}.xml']
-    with serve(person.folder, *command) as address:
+    with serve(person.folder, *told(f'calibrate {name}.mp4')) as address:
         page = browser.new_page(viewport={'width': 1440, 'height': 860})
         page.goto(address)
         page.wait_for_selector('.mark')
@@ -118,11 +131,10 @@ def test_two_videos_become_calibrated_tracks_in_less_than_ten_minutes(person, br
     person.write('scene.xml', header, '<scene>', *points, '</scene>')
     for name in CAMERAS:
         calibrated(person, browser, serve, name)
-    size = 'image_width: 768, image_height: 576'
-    cameras = [f'  {name}: {{grid: {name}.xml, {size}}}' for name in CAMERAS]
-    person.write('hall.yaml', 'name: hall', 'cameras:', *cameras)
-    person.run('import-videos', 'out/hall', 'north=north.avi', 'south=south.avi')
-    person.run('track', 'out/hall', '--out', 'out/tracked', '--site', 'hall.yaml')
+    site = re.search('`hall.yaml`:\n\n```yaml\n(.*?)\n```', PAGE, re.DOTALL)[1]
+    person.write('hall.yaml', *site.splitlines())
+    person.run('import-videos')
+    person.run('track')
     machine_s = time.monotonic() - began
 
     found = scores(person.folder)
