@@ -44,6 +44,8 @@ def coverage(
     from mctrack_ros.ground.coverage import CoverageConfig
     from mctrack_ros.site_coverage import site_coverage
 
+    if sources and not web:
+        raise ValueError('--source names pictures to draw on, which needs --web')
     loaded, config = named_site(site), CoverageConfig(cell=cell, reach=reach)
     seen = site_coverage(loaded, config, area)
     options = f' --area={area}' if area else ''

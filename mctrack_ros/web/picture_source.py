@@ -94,7 +94,7 @@ def _from_graph(camera: str, topic: str, patience_s: float) -> Image:
         if kind is None:
             raise PictureError(
                 f'{graph.name}: nobody publishes {name} within {patience_s:g} s: start the '
-                "camera's node, or name another --topic"
+                "camera's node, or look for the topic's true name"
             )
         _check_kind(kind, name)
         message = graph.next(name, kind, patience_s)

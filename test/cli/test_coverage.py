@@ -36,3 +36,8 @@ def test_coverage_of_an_area_lists_its_blind_areas(tmp_path):
 def test_coverage_refuses_a_crossing_area():
     with pytest.raises(FieldOfViewError, match='the area crosses or touches itself near'):
         mctrack('coverage', 'pitch5', '--area', '0,0,9,9,9,0,0,5')
+
+
+def test_pictures_without_the_page_to_draw_on_are_refused():
+    with pytest.raises(ValueError, match='needs --web'):
+        mctrack('coverage', 'pitch5', '--source', 'cam1=cam1.png')
