@@ -1,6 +1,7 @@
 """A person with a mouse before the calibration page."""
 
 PICTURE, PLAN = 0, 1
+PATIENCE_MS = 90_000  # on a busy machine
 ON_SCREEN = """([board, x, y]) => {
   const svg = document.querySelectorAll('.board svg')[board];
   const place = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from web.desk import PICTURE, Desk
+from web.desk import PATIENCE_MS, PICTURE, Desk
 from web.scenes import CAMERA, block, seen_points, write_scene_and_picture
 
 from mctrack_ros.ground import mapping_from_grid, read_grid
@@ -10,15 +10,14 @@ from mctrack_ros.ground import mapping_from_grid, read_grid
 pytestmark = [pytest.mark.browser, pytest.mark.xdist_group('browser')]
 
 
-@pytest.fixture(scope='module')
-def folder(tmp_path_factory):
+@pytest.fixture
+def folder(tmp_path):
     """Return a folder with a picture and a scene."""
-    path = tmp_path_factory.mktemp('calibrate')
-    write_scene_and_picture(path)
-    return path
+    write_scene_and_picture(tmp_path)
+    return tmp_path
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture
 def address(browser, serve, folder):
     """Serve the page in the folder; return its address."""
     command = ['calibrate', 'cam1.png', 'scene.xml', '--camera', 'cam1', '--out', 'cam1.xml']
@@ -31,14 +30,12 @@ def desk(browser, address):
     """Return the opened page; nothing it asks for lies on another machine."""
     asked = []
     page = browser.new_page(viewport={'width': 1440, 'height': 860})
+    page.set_default_timeout(PATIENCE_MS)
     page.on('request', lambda request: asked.append(request.url))
     page.on('pageerror', lambda error: pytest.fail(f'the page fails: {error}'))
     page.goto(address)
     page.wait_for_selector('.mark')
     yield Desk(page, *seen_points())
-    while page.locator('.picture .mark:not(.expected)').count():
-        page.keyboard.press('Control+z')
-        page.wait_for_timeout(30)
     page.close()
     own = address.split('/?')[0]
     assert [url for url in asked if not url.startswith((own, own.replace('http', 'ws')))] == []

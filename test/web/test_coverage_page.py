@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from web.desk import PATIENCE_MS
 from web.fields import write_site
 
 from mctrack_ros.ground import read_grid
@@ -26,6 +27,7 @@ def folder(tmp_path_factory):
 def test_a_field_is_drawn_mended_and_saved(browser, serve, folder):
     with serve(folder, 'coverage', 'two.yaml', '--cell', '2', '--web') as address:
         page = browser.new_page(viewport={'width': 1280, 'height': 760})
+        page.set_default_timeout(PATIENCE_MS)
         page.on('pageerror', lambda error: pytest.fail(f'the page fails: {error}'))
         page.goto(address)
         page.wait_for_selector('.board .field')

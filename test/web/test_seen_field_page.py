@@ -5,7 +5,7 @@ import re
 import cv2
 import numpy as np
 import pytest
-from web.desk import ON_SCREEN
+from web.desk import ON_SCREEN, PATIENCE_MS
 from web.fields import write_site
 
 from mctrack_ros.ground import read_grid
@@ -40,6 +40,7 @@ def page(browser, serve, folder):
     sources = ['--source', 'cam1=cam1.png', '--source', 'cam2=cam2.png']
     with serve(folder, 'coverage', 'two.yaml', '--cell', '2', '--web', *sources) as address:
         page = browser.new_page(viewport={'width': 1440, 'height': 900})
+        page.set_default_timeout(PATIENCE_MS)
         page.on('pageerror', lambda error: pytest.fail(f'the page fails: {error}'))
         page.goto(address)
         page.wait_for_selector('.picture .field.current')

@@ -17,7 +17,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from web.desk import Desk
+from web.desk import PATIENCE_MS, Desk
 
 from mctrack_ros.evaluation import Trajectories, evaluate_ground
 from mctrack_ros.interfaces import Tracks
@@ -94,6 +94,7 @@ def calibrated(person, browser, serve, name):
     seen = WORLD.cameras[CAMERAS[name]].project([(x, y, 0.0) for x, y in POINTS.values()])
     with serve(person.folder, *told(f'calibrate {name}.mp4')) as address:
         page = browser.new_page(viewport={'width': 1440, 'height': 860})
+        page.set_default_timeout(PATIENCE_MS)
         page.goto(address)
         page.wait_for_selector('.mark')
         desk = Desk(page, POINTS, dict(zip(POINTS, seen.tolist())))
