@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Iterator
 from dataclasses import asdict
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -16,18 +17,34 @@ _OVERWRITE = typer.Option(False, '--overwrite', help='Replace earlier results.')
 _PROCESSES = typer.Option(2, min=1, max=64, help='Processes to share the cameras among.')
 
 
+class SceneName(StrEnum):
+    """What can be simulated."""
+
+    PITCH5 = 'pitch5'
+    CARPARK = 'carpark'
+
+
 def simulate(
     out: Path = typer.Argument(..., help='The bag to write.'),
-    seconds: float = typer.Option(120.0, min=0.04, help='Length of the match [s].'),
+    scene: SceneName = typer.Option(
+        SceneName.PITCH5, help='Five cameras about a football pitch, or one over a car park.'
+    ),
+    seconds: float | None = typer.Option(
+        None, min=0.04, help='Length [s]; unless given, 120 of the match, 600 of the car park.'
+    ),
     seed: int = typer.Option(1, min=0, help='The same seed gives the same bytes.'),
-    cameras: int = typer.Option(5, min=1, max=5, help='How many of the five cameras.'),
-    noise: float = typer.Option(2.0, min=0.1, max=50.0, help='Sensor noise [grey levels].'),
-    shadows: bool = typer.Option(False, '--shadows', help='Players throw shadows.'),
+    cameras: int | None = typer.Option(None, min=1, max=5, help='How many of the five cameras.'),
+    noise: float | None = typer.Option(
+        None, min=0.1, max=50.0, help='Sensor noise [grey levels]; pitch5: 2, carpark: 2.6.'
+    ),
+    shadows: bool | None = typer.Option(
+        None, '--shadows/--no-shadows', help='Whether shadows fall: on the car park they do.'
+    ),
     distortion: float = typer.Option(
         0.0, min=-0.5, max=0.5, help='First radial coefficient of the lenses.'
     ),
-    lighting_drift: float = typer.Option(
-        0.0, min=0.0, max=0.9, help='Amplitude of a slow change of brightness.'
+    lighting_drift: float | None = typer.Option(
+        None, min=0.0, max=0.9, help='Amplitude of a slow change of brightness; carpark: 0.06.'
     ),
     processes: int = _PROCESSES,
     overwrite: bool = _OVERWRITE,
@@ -36,31 +53,33 @@ def simulate(
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the difficulty here.'),
 ) -> None:
-    """Render the five-camera football pitch, with exact truth, into a bag."""
+    """Render the five-camera football pitch, or the car park, with exact truth, into a bag."""
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.experiments import calibration as calibration_files
     from mctrack_ros.experiments import simulate as rendering
     from mctrack_ros.experiments.figures import Figures
-    from mctrack_ros.simulation import Scenario
+    from mctrack_ros.simulation import SCENES
 
-    scenario = Scenario(
-        seed=seed,
-        duration_s=seconds,
-        cameras=cameras,
-        noise=noise,
-        shadows=shadows,
-        distortion=distortion,
-        lighting_drift=lighting_drift,
-    )
+    given: dict[str, Any] = {
+        'duration_s': seconds,
+        'cameras': cameras,
+        'noise': noise,
+        'shadows': shadows,
+        'lighting_drift': lighting_drift,
+    }
+    options = {name: value for name, value in given.items() if value is not None}
+    scenario = SCENES[scene].scenario(seed=seed, distortion=distortion, **options)
     if calibration is not None:
         calibration_files.write_calibration(scenario, calibration)
     with progress_bar('rendering') as progress:
         difficulty = rendering.simulate(
             scenario, out, processes=processes, overwrite=overwrite, progress=progress
         )
+    choice = '' if scene is SceneName.PITCH5 else f' --scene {scene}'
+    length = f'--seconds {scenario.duration_s:g} --seed {seed}'
     figures = Figures(
-        name='simulate',
-        command=f'mctrack simulate {out.name} --seconds {seconds:g} --seed {seed}',
+        name='simulate' if scene is SceneName.PITCH5 else f'simulate_{scene}',
+        command=f'mctrack simulate {out.name}{choice} {length}',
         protocol=asdict(scenario),
         figures=difficulty.figures(),
     )

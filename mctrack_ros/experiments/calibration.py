@@ -7,10 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from mctrack_ros.ground import TransformationGrid, write_grid, write_scene
-from mctrack_ros.simulation import LENGTH_M, WIDTH_M, Camera, Scenario, landmarks, pitch5_cameras
-
-CELL_M = 8.0
-"""Side of a grid cell, m."""
+from mctrack_ros.simulation import PITCH5, Camera, Scenario, Scene, scene_of
 
 _CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
 
@@ -22,25 +19,27 @@ def write_calibration(scenario: Scenario, folder: str | Path) -> None:
     Parameters
     ----------
     scenario : Scenario
-        Says the size of the pictures and the lenses.
+        Says which scene, the size of the pictures and the lenses.
     folder : str or Path
         Made where it is missing; files in it are replaced.
 
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    write_scene(landmarks(), folder / 'scene.xml')
-    for camera in pitch5_cameras(scenario):
-        write_grid(camera_grid(camera), folder / f'{camera.name}.xml')
+    scene = scene_of(scenario)
+    write_scene(dict(scene.landmarks()), folder / 'scene.xml')
+    for camera in scene.cameras(scenario):
+        write_grid(camera_grid(camera, scene), folder / f'{camera.name}.xml')
 
 
-def camera_grid(camera: Camera) -> TransformationGrid:
-    """Return the cells of an 8 m grid whose four corners are in the camera's picture."""
-    columns, rows = int(LENGTH_M // CELL_M), int(WIDTH_M // CELL_M)
+def camera_grid(camera: Camera, scene: Scene = PITCH5) -> TransformationGrid:
+    """Return the cells of a scene's grid whose four corners are in the camera's picture."""
+    extent, side = np.array(scene.extent_m), scene.cell_m
+    columns, rows = (extent // side).astype(int).tolist()
     cells = np.stack(np.meshgrid(np.arange(columns), np.arange(rows), indexing='ij'), -1)
     corners = cells.reshape(-1, 1, 2) + _CORNERS
-    origin = (np.array([LENGTH_M, WIDTH_M]) - CELL_M * np.array([columns, rows])) / 2
-    ground = origin + CELL_M * corners
+    origin = (extent - side * np.array([columns, rows])) / 2
+    ground = origin + side * corners
     world = np.concatenate([ground, np.zeros((*ground.shape[:2], 1))], axis=2)
     seen = camera.sees(world).all(axis=1)
     image = np.round(camera.project(world[seen]), 2)

@@ -1,4 +1,4 @@
-"""Render a simulated match into a bag: pictures of all cameras, and the truth."""
+"""Render a simulated scene into a bag: pictures of all cameras, and the truth."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -22,13 +23,15 @@ from mctrack_ros.codec import compressed_message, jpeg_from_image
 from mctrack_ros.interfaces import code_tables
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagError, BagWriter
 from mctrack_ros.simulation import (
-    CameraRenderer,
-    Difficulty,
-    DifficultyMeter,
     EventWatcher,
+    Figured,
+    Renderer,
     Scenario,
     View,
     World,
+    parked_detections,
+    parked_tracks,
+    scene_of,
     true_detections,
     true_tracks,
 )
@@ -48,7 +51,7 @@ def simulate(
     processes: int | None = None,
     overwrite: bool = False,
     progress: Progress = lambda done, total: None,
-) -> Difficulty:
+) -> Figured:
     """
     Render a scenario into a bag; the same scenario gives the same bytes.
 
@@ -67,8 +70,8 @@ def simulate(
 
     Returns
     -------
-    Difficulty
-        How hard the match is.
+    Figured
+        How hard it is.
 
     Raises
     ------
@@ -92,14 +95,18 @@ def simulate(
     return difficulty
 
 
-def _write(scenario: Scenario, path: Path, processes: int, progress: Progress) -> Difficulty:
-    world = World.simulated(scenario)
-    meter = DifficultyMeter(world)
+def _write(scenario: Scenario, path: Path, processes: int, progress: Progress) -> Figured:
+    scene = scene_of(scenario)
+    world = scene.world(scenario)
+    meter = scene.meter(world)
     watchers = [EventWatcher(world, index) for index in range(len(world.cameras))]
+    has_parked = bool(world.parked.any())
     with BagWriter(path) as bag:
         bag.write_text('/site', _site(world), scenario.start_ns)
         for step, pictures in enumerate(_rendered(world, processes)):
             bag.write_rows('/truth/tracks', true_tracks(world, step), GROUND_FRAME)
+            if has_parked:
+                bag.write_rows('/truth/parked', parked_tracks(world, step), GROUND_FRAME)
             for camera, watcher, (jpeg, view) in zip(world.cameras, watchers, pictures):
                 events = watcher.step(step, view)
                 meter.add(view, events)
@@ -109,6 +116,9 @@ def _write(scenario: Scenario, path: Path, processes: int, progress: Progress) -
                 bag.write_rows(f'{truth}/detections', rows, GROUND_FRAME)
                 if len(events):
                     bag.write_rows(f'{truth}/events', events, GROUND_FRAME)
+                if has_parked:
+                    rows = parked_detections(world, step, view)
+                    bag.write_rows(f'{truth}/parked', rows, GROUND_FRAME)
             progress(step + 1, scenario.steps)
     return meter.result()
 
@@ -120,13 +130,16 @@ def _write_picture(bag: BagWriter, camera: str, jpeg: NDArray[np.uint8], stamp_n
 
 def _site(world: World) -> str:
     """Return what is needed to read the bag: cameras in order, codes, the scenario."""
-    site = {
+    site: dict[str, Any] = {
         'layout': 1,
         'cameras': [camera.name for camera in world.cameras],
         'codes': code_tables(),
         'ground_frame': GROUND_FRAME,
         'scenario': asdict(world.scenario),
     }
+    name = scene_of(world.scenario).name
+    if name != 'pitch5':  # its bags do not name it, and stay what they were
+        site['scene'] = name
     return json.dumps(site, sort_keys=True)
 
 
@@ -159,11 +172,11 @@ class _Worker:
     def __init__(self, world: World) -> None:
         cv2.setNumThreads(1)
         self._world = world
-        self._renderers: dict[int, CameraRenderer] = {}
+        self._renderers: dict[int, Renderer] = {}
 
     def chunk(self, camera: int, first: int, last: int) -> Frames:
         if camera not in self._renderers:
-            self._renderers[camera] = CameraRenderer(self._world, camera)
+            self._renderers[camera] = scene_of(self._world.scenario).renderer(self._world, camera)
         frames = []
         for step in range(first, last):
             image, view = self._renderers[camera].frame(step)

@@ -1,29 +1,55 @@
 """Synthetic scenes and cameras with exact truth."""
 
 from mctrack_ros.simulation.cameras import Camera, pitch5_cameras
+from mctrack_ros.simulation.carpark import CarParkScenario, CarParkWorld
 from mctrack_ros.simulation.difficulty import Difficulty, DifficultyMeter
 from mctrack_ros.simulation.happenings import EventWatcher
 from mctrack_ros.simulation.pitch import LENGTH_M, WIDTH_M, landmarks
 from mctrack_ros.simulation.render import CameraRenderer
 from mctrack_ros.simulation.scenario import Scenario
+from mctrack_ros.simulation.scenes import (
+    CARPARK,
+    PITCH5,
+    SCENES,
+    Figured,
+    Renderer,
+    Scene,
+    scene_of,
+)
 from mctrack_ros.simulation.sight import Sight, View
-from mctrack_ros.simulation.truth import true_detections, true_tracks
+from mctrack_ros.simulation.truth import (
+    parked_detections,
+    parked_tracks,
+    true_detections,
+    true_tracks,
+)
 from mctrack_ros.simulation.world import World
 
 __all__ = [
+    'CARPARK',
     'LENGTH_M',
+    'PITCH5',
+    'SCENES',
     'WIDTH_M',
     'Camera',
     'CameraRenderer',
+    'CarParkScenario',
+    'CarParkWorld',
     'Difficulty',
     'DifficultyMeter',
     'EventWatcher',
+    'Figured',
+    'Renderer',
     'Scenario',
+    'Scene',
     'Sight',
     'View',
     'World',
     'landmarks',
+    'parked_detections',
+    'parked_tracks',
     'pitch5_cameras',
+    'scene_of',
     'true_detections',
     'true_tracks',
 ]

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from mctrack_ros.interfaces import MEMBERS, EventCode, Events
-from mctrack_ros.simulation.intent import PLAYERS
 from mctrack_ros.simulation.sight import View
 from mctrack_ros.simulation.world import World
 
@@ -39,15 +40,16 @@ class EventWatcher:
     def __init__(self, world: World, camera_index: int) -> None:
         self._world, self._index = world, camera_index
         self._hold = max(math.ceil(HOLD_S * world.scenario.rate_hz - 1e-9), 1)
-        self._inside = np.zeros(PLAYERS, np.bool_)
-        self._out_for = np.zeros(PLAYERS, np.int64)
-        self._joined = np.zeros((PLAYERS, PLAYERS), np.bool_)
-        self._apart_for = np.zeros((PLAYERS, PLAYERS), np.int64)
-        self._blob = np.arange(PLAYERS)
+        count = len(world.ids)
+        self._inside = np.zeros(count, np.bool_)
+        self._out_for = np.zeros(count, np.int64)
+        self._joined = np.zeros((count, count), np.bool_)
+        self._apart_for = np.zeros((count, count), np.int64)
+        self._blob = np.arange(count)
 
     def step(self, step: int, view: View) -> Events:
         """Return what happened between the previous step and this one."""
-        seen = np.zeros(PLAYERS, np.bool_)
+        seen = np.zeros_like(self._inside)
         seen[view.person] = self._world.feet_in_view[step, self._index, view.person]
         was_inside, was_blob = self._inside, self._blob
         self._out_for = np.where(seen, 0, self._out_for + 1)
@@ -72,10 +74,9 @@ class EventWatcher:
         self._apart_for = np.where(touching, 0, self._apart_for + 1)
         self._joined = touching | (self._joined & (self._apart_for < self._hold))
         self._joined &= self._inside[:, None] & self._inside[None]
-        reach = self._joined | np.eye(PLAYERS, dtype=np.bool_)
-        for _ in range(math.ceil(math.log2(PLAYERS))):
-            reach = reach @ reach
-        return np.asarray(reach.argmax(axis=1), np.int64)
+        _, blob = connected_components(csr_array(self._joined), directed=False)
+        _, first = np.unique(blob, return_index=True)
+        return np.asarray(first[blob], np.int64)
 
     def _events(self, step: int, rows: list[tuple[EventCode, int, Indices]]) -> Events:
         place = self._world.motion.position[step]

@@ -6,13 +6,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.simulation.noise import SensorNoise
 from mctrack_ros.simulation.sight import Sight, View
 from mctrack_ros.simulation.stadium import empty_picture
 from mctrack_ros.simulation.world import World
 
 Image = NDArray[np.uint8]
 
-_NOISE_MARGIN = 96
 _SHADOW = 0.62
 _DRIFT_S = 40.0
 
@@ -31,15 +31,11 @@ class CameraRenderer:
     """
 
     def __init__(self, world: World, camera_index: int) -> None:
-        self._world, self._index = world, camera_index
+        self._world = world
         self._sight = Sight(world, camera_index)
         rng = np.random.default_rng([world.scenario.seed, 4, camera_index])
         self._empty = empty_picture(world.cameras[camera_index], rng)
-        height, width = self._empty.shape[:2]
-        shape = (height + _NOISE_MARGIN, width + _NOISE_MARGIN, 3)
-        noise = np.round(rng.normal(scale=world.scenario.noise, size=shape))
-        self._brighter = np.clip(noise, 0, 255).astype(np.uint8)
-        self._darker = np.clip(-noise, 0, 255).astype(np.uint8)
+        self._noise = SensorNoise(world.scenario, self._empty.shape, camera_index, rng)
 
     def frame(self, step: int) -> tuple[Image, View]:
         """Return the (height, width, 3) picture of a step, blue, green, red, and its truth."""
@@ -54,7 +50,7 @@ class CameraRenderer:
         if scenario.lighting_drift:
             turn = 2 * np.pi * (step + 0.5) * scenario.period_s / _DRIFT_S
             cv2.convertScaleAbs(image, image, 1 + scenario.lighting_drift * np.sin(turn))
-        self._add_noise(image, step)
+        self._noise.add(image, step)
         return image, self._sight.view_of(layers)
 
     def _darken(self, image: Image, step: int) -> None:
@@ -63,12 +59,3 @@ class CameraRenderer:
         for _, shape in self._sight.shadows(step):
             shade[shape.window] |= shape.cloth
         image[shade > 0] = (image[shade > 0] * _SHADOW).astype(np.uint8)
-
-    def _add_noise(self, image: Image, step: int) -> None:
-        """Add a window of the noise, drawn anew for each step."""
-        rng = np.random.default_rng([self._world.scenario.seed, 5, self._index, step])
-        top, left = rng.integers(_NOISE_MARGIN, size=2).tolist()
-        height, width = image.shape[:2]
-        window = (slice(top, top + height), slice(left, left + width))
-        cv2.add(image, self._brighter[window], image)
-        cv2.subtract(image, self._darker[window], image)

@@ -46,6 +46,28 @@ class View:
     truncated: NDArray[np.bool_]
     touching: NDArray[np.int64]
 
+    @staticmethod
+    def of(layers: Layers, owner: NDArray[np.uint16]) -> View:
+        """Return what is seen of silhouettes laid over one another, given who owns each pixel."""
+        pixels = np.array([np.count_nonzero(shape.cloth) for _, shape in layers], np.int64)
+        left = [np.count_nonzero(owner[shape.window] == person + 1) for person, shape in layers]
+        return View(
+            person=np.array([person for person, _ in layers], np.int64),
+            box=np.array([shape.box for _, shape in layers], np.float64).reshape(-1, 4),
+            pixels=pixels,
+            visible=np.array(left, np.float64) / np.maximum(pixels, 1),
+            truncated=np.array([shape.truncated for _, shape in layers], np.bool_),
+            touching=touching_pairs([shape for _, shape in layers]),
+        )
+
+
+def owners(layers: Layers, size: tuple[int, int]) -> NDArray[np.uint16]:
+    """Return whom each pixel of a picture of a size shows, (height, width): index + 1, or 0."""
+    owner = np.zeros(size[::-1], np.uint16)
+    for person, shape in layers:
+        np.copyto(owner[shape.window], person + 1, where=shape.cloth > 0)
+    return owner
+
 
 class Sight:
     """
@@ -81,19 +103,7 @@ class Sight:
 
     def view_of(self, layers: Layers) -> View:
         """Return what is truly seen of people laid over one another."""
-        owner = np.zeros(self._camera.size[::-1], np.uint8)
-        for person, shape in layers:
-            np.copyto(owner[shape.window], person + 1, where=shape.cloth > 0)
-        pixels = np.array([np.count_nonzero(shape.cloth) for _, shape in layers], np.int64)
-        left = [np.count_nonzero(owner[shape.window] == person + 1) for person, shape in layers]
-        return View(
-            person=np.array([person for person, _ in layers], np.int64),
-            box=np.array([shape.box for _, shape in layers], np.float64).reshape(-1, 4),
-            pixels=pixels,
-            visible=np.array(left, np.float64) / np.maximum(pixels, 1),
-            truncated=np.array([shape.truncated for _, shape in layers], np.bool_),
-            touching=touching_pairs([shape for _, shape in layers]),
-        )
+        return View.of(layers, owners(layers, self._camera.size))
 
     def _pose(self, step: int) -> Pose:
         motion = self._world.motion

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.simulation.appearance import Appearance, dressed
 from mctrack_ros.simulation.cameras import Camera, pitch5_cameras
 from mctrack_ros.simulation.intent import PLAYERS
@@ -17,7 +18,7 @@ from mctrack_ros.simulation.scenario import Scenario
 @dataclass(frozen=True, eq=False, slots=True)
 class World:
     """
-    A whole match before it is seen.
+    All that happens before it is seen.
 
     Attributes
     ----------
@@ -30,7 +31,13 @@ class World:
     cameras : tuple of Camera
         In the site's order.
     feet_in_view : (steps, cameras, n) bool array
-        Whether a person's place on the ground is in a camera's picture.
+        Whether an active one's place on the ground is in a camera's picture.
+    active : (steps, n) bool array
+        Who is there to be tracked.
+    parked : (steps, n) bool array
+        Which cars have stood long enough to belong to the scene; they are not active.
+    class_id : (n,) uint8 array
+        A `ClassCode`.
 
     """
 
@@ -39,6 +46,9 @@ class World:
     appearance: Appearance
     cameras: tuple[Camera, ...]
     feet_in_view: NDArray[np.bool_]
+    active: NDArray[np.bool_]
+    parked: NDArray[np.bool_]
+    class_id: NDArray[np.uint8]
 
     @classmethod
     def simulated(cls, scenario: Scenario) -> World:
@@ -49,12 +59,23 @@ class World:
     def of(cls, scenario: Scenario, motion: Motion) -> World:
         """Return the world in which people move as given."""
         cameras = pitch5_cameras(scenario)
-        flat = np.zeros((*motion.position.shape[:2], 1))
-        feet = np.concatenate([motion.position, flat], axis=2)
-        in_view = np.stack([camera.sees(feet) for camera in cameras], axis=1)
-        return cls(scenario, motion, dressed(scenario), cameras, in_view)
+        active = np.ones(motion.heading.shape, np.bool_)
+        people = np.full(PLAYERS, ClassCode.PERSON, np.uint8)
+        in_view = feet_in_view(motion.position, cameras)
+        return cls(scenario, motion, dressed(scenario), cameras, in_view, active, ~active, people)
 
     @property
     def ids(self) -> NDArray[np.uint32]:
-        """Return the true ids of all people, (n,), from 1."""
-        return np.arange(1, PLAYERS + 1, dtype=np.uint32)
+        """Return everybody's true id, (n,), from 1."""
+        return np.arange(1, len(self.class_id) + 1, dtype=np.uint32)
+
+    @property
+    def extent(self) -> NDArray[np.float64]:
+        """Return everybody's width and height, (n, 2) m."""
+        return np.column_stack([0.3 * self.appearance.height, self.appearance.height])
+
+
+def feet_in_view(position: NDArray[np.float64], cameras: tuple[Camera, ...]) -> NDArray[np.bool_]:
+    """Return the (steps, cameras, n) that say which camera sees which of (steps, n, 2) places."""
+    feet = np.concatenate([position, np.zeros((*position.shape[:2], 1))], axis=2)
+    return np.stack([camera.sees(feet) for camera in cameras], axis=1)

@@ -4,9 +4,12 @@ import numpy as np
 
 from mctrack_ros.experiments.calibration import write_calibration
 from mctrack_ros.ground import ProjectiveMapping, read_grid
-from mctrack_ros.simulation import Scenario, pitch5_cameras
+from mctrack_ros.simulation import CarParkScenario, Scenario, pitch5_cameras
+from mctrack_ros.simulation.carpark import carpark_cameras
+from mctrack_ros.site_config import load_site
 
-SHIPPED = Path(__file__).resolve().parents[2] / 'config' / 'pitch5'
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+SHIPPED = CONFIG / 'pitch5'
 
 
 def test_shipped_files_are_what_the_code_gives(tmp_path):
@@ -15,6 +18,20 @@ def test_shipped_files_are_what_the_code_gives(tmp_path):
     assert sorted(file.name for file in tmp_path.iterdir()) == names
     for name in names:
         assert (SHIPPED / name).read_text() == (tmp_path / name).read_text(), name
+
+
+def test_shipped_car_park_is_what_the_code_gives(tmp_path):
+    write_calibration(CarParkScenario(), tmp_path)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ['cam1.xml', 'scene.xml']
+    for name in ('cam1.xml', 'scene.xml'):
+        assert (CONFIG / 'carpark' / name).read_text() == (tmp_path / name).read_text(), name
+
+
+def test_car_park_site_agrees_with_the_simulated_camera():
+    (camera,) = carpark_cameras(CarParkScenario())
+    mapping = load_site(CONFIG / 'carpark.yaml').cameras['cam1'].mapping()
+    pixel = np.array([(320.0, 300.0), (100.0, 200.0), (600.0, 400.0)])
+    np.testing.assert_allclose(mapping.ground_from_image(pixel), camera.ground(pixel), atol=0.01)
 
 
 def test_ground_mapping_of_a_grid_agrees_with_the_simulated_camera():

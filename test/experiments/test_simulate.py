@@ -1,9 +1,11 @@
+import json
+
 import pytest
 
 from mctrack_ros.codec import image_from_message
 from mctrack_ros.experiments.simulate import simulate
 from mctrack_ros.recording import BagError, BagReader
-from mctrack_ros.simulation import Scenario
+from mctrack_ros.simulation import CarParkScenario, Scenario
 
 SCENARIO = Scenario(seed=5, duration_s=1.2, width=192, height=144)
 
@@ -49,3 +51,16 @@ def test_a_run_that_breaks_off_leaves_no_bag(tmp_path):
 def test_a_bag_already_there_is_kept_unless_told_otherwise(bag):
     with pytest.raises(BagError, match='exists already'):
         simulate(SCENARIO, bag)
+
+
+def test_the_car_park_says_what_it_is_and_who_is_parked(tmp_path):
+    simulate(CarParkScenario(duration_s=1.0), tmp_path / 'park', processes=1)
+    with BagReader(tmp_path / 'park') as reader:
+        messages = list(reader.messages())
+    by_topic = {topic: message for topic, message, _ in messages}
+    picture = image_from_message(by_topic['/cam1/image_raw/compressed'])
+    assert picture.shape == (480, 640, 3)
+    assert (picture == picture[..., :1]).all()
+    assert json.loads(by_topic['/site'].data)['scene'] == 'carpark'
+    assert by_topic['/truth/parked'].width > by_topic['/truth/cam1/parked'].width > 5
+    assert by_topic['/truth/tracks'].width == 0

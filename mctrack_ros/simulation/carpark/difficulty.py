@@ -1,0 +1,103 @@
+"""How hard a recording of the car park is: contrast, fragments, merges."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from mctrack_ros.interfaces import ClassCode, EventCode, Events
+from mctrack_ros.simulation.carpark.render import CarParkView
+from mctrack_ros.simulation.carpark.world import CarParkWorld
+from mctrack_ros.simulation.difficulty import OCCLUDED_BELOW
+
+_LASTING = 2
+"""Pictures in a row: an object that is found in two is no longer transient (section 4)."""
+
+
+@dataclass(frozen=True, slots=True)
+class CarParkDifficulty:
+    """
+    Figures of difficulty; people count while they are active, all in the picture.
+
+    Attributes
+    ----------
+    people, vehicle_moves : int
+        People who are seen, and times that a car comes or leaves.
+    contrast : float
+        Median difference between a person and what is behind, grey levels.
+    fragmented_share : float
+        Share of person-pictures in which an ideal difference mask (T = 12, opened) is in pieces.
+    fragmented_people : float
+        Share of the people to whom that happens in two pictures in a row: as many as make a
+        fragment an object of its own.
+    unseen_share : float
+        Share of person-pictures in which that mask holds no piece of at least 20 px.
+    occluded_share : float
+        Share of rows with less than 95 % of the pixels visible.
+    merges_per_camera_minute : float
+        True merges of blobs.
+
+    """
+
+    people: int
+    vehicle_moves: int
+    contrast: float
+    fragmented_share: float
+    fragmented_people: float
+    unseen_share: float
+    occluded_share: float
+    merges_per_camera_minute: float
+
+    def figures(self) -> dict[str, float]:
+        """Return name -> number."""
+        return asdict(self)
+
+
+class CarParkMeter:
+    """Count the difficulty of a world while its views are made, in order."""
+
+    def __init__(self, world: CarParkWorld) -> None:
+        self._world = world
+        count = len(world.ids)
+        self._pictures = self._merges = self._rows = self._occluded = 0
+        self._seen = np.zeros(count, np.bool_)
+        self._in_pieces_for = np.zeros(count, np.int64)
+        self._fragmented = np.zeros(count, np.bool_)
+        self._contrast: list[float] = []
+        self._pieces: list[int] = []
+
+    def add(self, view: CarParkView, events: Events) -> None:
+        """Count one picture and what happened in it."""
+        active = self._world.active[self._pictures, view.person]
+        self._pictures += 1
+        self._merges += int(np.count_nonzero(events.event == EventCode.MERGE))
+        self._rows += int(active.sum())
+        self._occluded += int((active & (view.visible < OCCLUDED_BELOW)).sum())
+        person = self._world.class_id[view.person] == ClassCode.PERSON
+        whole = active & person & ~view.truncated & (view.visible > 0)
+        self._contrast += view.contrast[whole].tolist()
+        self._pieces += view.pieces[whole].tolist()
+        index = view.person[whole]
+        self._seen[index] = True
+        in_pieces = np.zeros_like(self._seen)
+        in_pieces[index] = view.pieces[whole] > 1
+        self._in_pieces_for = np.where(in_pieces, self._in_pieces_for + 1, 0)
+        self._fragmented |= self._in_pieces_for >= _LASTING
+
+    def result(self) -> CarParkDifficulty:
+        """Return the figures of what was counted."""
+        pieces = np.array(self._pieces)
+        minutes = self._pictures * self._world.scenario.period_s / 60
+        vehicle = self._world.class_id == ClassCode.VEHICLE
+        begins = np.diff(self._world.active[:, vehicle].astype(np.int8), axis=0) > 0
+        return CarParkDifficulty(
+            people=int(self._seen.sum()),
+            vehicle_moves=int(begins.sum()),
+            contrast=float(np.median(self._contrast or [np.nan])),
+            fragmented_share=float((pieces > 1).sum() / max(len(pieces), 1)),
+            fragmented_people=float(self._fragmented.sum() / max(self._seen.sum(), 1)),
+            unseen_share=float((pieces == 0).sum() / max(len(pieces), 1)),
+            occluded_share=self._occluded / max(self._rows, 1),
+            merges_per_camera_minute=self._merges / max(minutes, 1e-9),
+        )

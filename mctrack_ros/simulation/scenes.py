@@ -1,0 +1,123 @@
+"""The scenes that can be simulated, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.interfaces import Events
+from mctrack_ros.simulation import pitch
+from mctrack_ros.simulation.cameras import Camera, pitch5_cameras
+from mctrack_ros.simulation.carpark import (
+    CarParkMeter,
+    CarParkRenderer,
+    CarParkScenario,
+    carpark_world,
+    layout,
+)
+from mctrack_ros.simulation.difficulty import DifficultyMeter
+from mctrack_ros.simulation.render import CameraRenderer
+from mctrack_ros.simulation.scenario import Scenario
+from mctrack_ros.simulation.sight import View
+from mctrack_ros.simulation.world import World
+
+Image = NDArray[np.uint8]
+
+
+class Renderer(Protocol):
+    """Draws one camera's pictures."""
+
+    def frame(self, step: int) -> tuple[Image, View]:
+        """Return the picture of a step and its truth."""
+
+
+class Figured(Protocol):
+    """Figures of difficulty."""
+
+    def figures(self) -> dict[str, float]:
+        """Return name -> number."""
+
+
+class Meter(Protocol):
+    """Counts how hard a recording is, view by view."""
+
+    def add(self, view: Any, events: Events) -> None:
+        """Count one picture and what happened in it."""
+
+    def result(self) -> Figured:
+        """Return the figures of what was counted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """
+    A scene.
+
+    Attributes
+    ----------
+    name : str
+        Its name, also that of its site.
+    scenario : type
+        What it is made from.
+    world : callable
+        Scenario -> what goes on.
+    renderer : callable
+        World and index of a camera -> that camera's pictures.
+    meter : callable
+        World -> what counts its difficulty.
+    cameras : callable
+        Scenario -> its cameras.
+    landmarks : callable
+        Named places on the ground, m.
+    extent_m : (float, float)
+        Length and width of what is surveyed, m.
+    cell_m : float
+        Side of the cells of its transformation grids, m.
+
+    """
+
+    name: str
+    scenario: type[Scenario]
+    world: Callable[[Scenario], World]
+    renderer: Callable[[Any, int], Renderer]
+    meter: Callable[[Any], Meter]
+    cameras: Callable[[Scenario], tuple[Camera, ...]]
+    landmarks: Callable[[], Mapping[str, tuple[float, float]]]
+    extent_m: tuple[float, float]
+    cell_m: float
+
+
+PITCH5 = Scene(
+    name='pitch5',
+    scenario=Scenario,
+    world=World.simulated,
+    renderer=CameraRenderer,
+    meter=DifficultyMeter,
+    cameras=pitch5_cameras,
+    landmarks=pitch.landmarks,
+    extent_m=(pitch.LENGTH_M, pitch.WIDTH_M),
+    cell_m=8.0,
+)
+
+CARPARK = Scene(
+    name='carpark',
+    scenario=CarParkScenario,
+    world=carpark_world,
+    renderer=CarParkRenderer,
+    meter=CarParkMeter,
+    cameras=layout.carpark_cameras,
+    landmarks=layout.landmarks,
+    extent_m=(layout.LENGTH_M, layout.WIDTH_M),
+    cell_m=5.0,
+)
+
+SCENES = {scene.name: scene for scene in (PITCH5, CARPARK)}
+
+
+def scene_of(scenario: Scenario) -> Scene:
+    """Return the scene that a scenario is one of."""
+    return next(scene for scene in SCENES.values() if scene.scenario is type(scenario))

@@ -1,0 +1,28 @@
+import numpy as np
+import pytest
+
+from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.simulation.carpark import CarParkScenario, staged
+from mctrack_ros.simulation.carpark.cast import Actor
+from mctrack_ros.simulation.carpark.paths import Course, standing
+
+SIZE = {
+    ClassCode.PERSON: np.array([0.4, 0.5, 1.75]),
+    ClassCode.VEHICLE: np.array([4.2, 1.7, 1.45]),
+}
+
+
+@pytest.fixture
+def scene():
+    """Make a world of a few: (class, (2,) place or (steps, 2) places, heading) each."""
+
+    def make(*given, steps=8, **options):
+        actors = []
+        for party, (kind, places, heading) in enumerate(given):
+            path = np.asarray(places, float)
+            still = standing(path, heading, steps) if path.ndim == 1 else None
+            course = still or Course(path, np.full(len(path), float(heading)))
+            actors.append(Actor(kind, party, 0, course, SIZE[kind]))
+        return staged(CarParkScenario(duration_s=steps / 4, **options), actors)
+
+    return make
