@@ -75,6 +75,8 @@ class Camera:
             raise ValueError(f'focal lengths are {self.intrinsics[:2]} px, expected above 0')
         if not np.allclose(self.rotation @ self.rotation.T, np.eye(3), atol=1e-6):
             raise ValueError('rotation is not orthonormal')
+        if np.linalg.det(self.rotation) < 0:
+            raise ValueError('rotation is a reflection: is the sign of one axis wrong?')
 
     @property
     def position(self) -> Floats:

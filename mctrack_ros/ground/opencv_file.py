@@ -81,6 +81,7 @@ def read_opencv_pose(path: str | Path) -> Pose:
 def write_opencv(camera: StoredCamera, image_size: tuple[int, int], path: str | Path) -> None:
     """Write a camera and, where it is known, its pose: XML or YAML by the file's ending."""
     across, down, x, y = camera.intrinsics.tolist()
+    Path(path).touch()  # OpenCV does not say why it cannot write
     storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
     storage.write('image_width', int(image_size[0]))
     storage.write('image_height', int(image_size[1]))

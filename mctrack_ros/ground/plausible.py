@@ -65,7 +65,7 @@ def _camera_height(mapping: GroundMapping) -> float:
     if isinstance(mapping, CameraMapping):
         return float(mapping.camera.position[2])
     if isinstance(mapping, ProjectiveMapping):
-        return abs(float(mapping.camera_position[2]))
+        return float(mapping.camera_position[2])
     return 0.0
 
 

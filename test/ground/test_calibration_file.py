@@ -8,6 +8,7 @@ from lens_cameras import SIZE, camera, seen_grid
 from rosbags.typesys import Stores, get_typestore
 
 from mctrack_ros.ground import (
+    FORMATS,
     CalibrationError,
     ProjectiveMapping,
     camera_from_info,
@@ -69,6 +70,12 @@ def test_a_lens_is_not_left_out_silently(tmp_path, to):
 def test_a_lens_that_tsai_has_no_term_for_is_refused(tmp_path):
     with pytest.raises(CalibrationError, match="Tsai's one radial term misses"):
         write_calibration(camera(distortion=(0, 0, 0.02, 0, 0)), tmp_path / 'a.xml', 'tsai', 'a')
+
+
+@pytest.mark.parametrize('to', FORMATS)
+def test_a_file_that_cannot_be_written_is_named(tmp_path, to):
+    with pytest.raises(OSError, match='nowhere'):
+        write_calibration(STRAIGHT, tmp_path / 'nowhere' / f'a.{ENDINGS[to]}', to, 'a')
 
 
 def test_grid_cells_hold_no_camera(tmp_path):
