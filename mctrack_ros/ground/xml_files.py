@@ -32,7 +32,10 @@ def read_xml(path: str | Path, error: type[CalibrationError]) -> etree._Element:
     try:
         content = Path(path).read_bytes()
         parse_guarded(content, forbid_dtd=True)
-        return etree.fromstring(content, etree.XMLParser(resolve_entities=False, no_network=True))
+        parser = etree.XMLParser(
+            resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True
+        )
+        return etree.fromstring(content, parser)
     except OSError as cause:
         raise error(f'{path}: {cause.strerror or cause}') from cause
     except DefusedXmlException as cause:

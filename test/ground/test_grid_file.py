@@ -210,3 +210,13 @@ def test_clicked_points_are_checked(names, column, value, reason):
     ground[0, column] = value
     with pytest.raises(GridError, match=reason):
         grid_from_points('cam1', names, ground, np.array([[1.0, 2.0], [3.0, 4.0]]))
+
+
+@pytest.mark.parametrize('note', ['<!-- by Anna -->', '<?note by Anna?>'])
+@pytest.mark.parametrize('where', ['<cell id="0">', '<fov>'])
+def test_notes_between_elements_are_passed_over(tmp_path, where, note):
+    path, grid = tmp_path / 'cam.xml', with_fov(square_grid(), [(0, 0), (9, 0), (9, 9)])
+    write_grid(grid, path)
+    path.write_text(path.read_text().replace(where, where + note))
+    np.testing.assert_array_equal(read_grid(path).image, grid.image)
+    np.testing.assert_array_equal(read_grid(path).fov, grid.fov)

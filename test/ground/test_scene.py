@@ -55,3 +55,9 @@ def test_scenes_that_cannot_be_used_are_refused_by_file_line_and_reason(tmp_path
 def test_a_missing_scene_is_named(tmp_path):
     with pytest.raises(SceneError, match=r'scene.xml: No such file'):
         read_scene(tmp_path / 'scene.xml')
+
+
+def test_notes_between_points_are_passed_over(tmp_path):
+    path = tmp_path / 'scene.xml'
+    path.write_text('<scene><!-- tiles --><point name="a" x="1" y="2"/><?x y?></scene>')
+    assert read_scene(path) == {'a': (1.0, 2.0)}
