@@ -27,6 +27,7 @@ class Experiment(StrEnum):
     FIG18 = 'fig18'
     HONESTY = 'honesty'
     WATCHDOG = 'watchdog'
+    SILHOUETTES = 'silhouettes'
 
 
 DRAWN = (Experiment.TABLE3, Experiment.FIG18)
@@ -40,7 +41,7 @@ def reproduce(
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
     picture: Path | None = typer.Option(None, help='table3, fig18: also draw them, as PNG.'),
 ) -> None:
-    """Measure on real data, the ground mappings (table3, fig18, honesty), or the watchdog."""
+    """Measure on real data, on the car park (silhouettes), the ground mappings or the watchdog."""
     if picture is not None and experiment not in DRAWN:
         raise ValueError(f'{experiment} has no picture: leave --picture away')
     figures = _experiment(experiment, data)
@@ -79,6 +80,10 @@ def _experiment(experiment: Experiment, data: Path | None) -> Figures:
         from mctrack_ros.experiments.ground_honesty import reproduce_honesty
 
         return reproduce_honesty()
+    if experiment is Experiment.SILHOUETTES:
+        from mctrack_ros.experiments.silhouettes import reproduce_silhouettes
+
+        return reproduce_silhouettes()
     if experiment in DRAWN:
         from mctrack_ros.experiments import ground_accuracy
 

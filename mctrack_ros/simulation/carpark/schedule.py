@@ -10,20 +10,23 @@ from mctrack_ros.simulation.cameras import Camera
 from mctrack_ros.simulation.carpark import layout
 from mctrack_ros.simulation.carpark.activities import Activities
 from mctrack_ros.simulation.carpark.cast import Actor, Cast
+from mctrack_ros.simulation.carpark.mingling import people_meet
 from mctrack_ros.simulation.carpark.routes import Routes
 from mctrack_ros.simulation.scenario import Scenario
 
 _EMPTY_S = 6.0
 _PAUSE_S = (4.5, 8.5)
 _OCCUPIED = 0.6
-_TRIES = 12
+_TRIES = 24
+_MINGLE = 0.06
+"""How often people are let into others' way in the picture, each time that is drawn."""
 _SETTLED_S = 15.0
 
 _SHARES = {
-    'walk': 0.24,
-    'group': 0.06,
-    'cross': 0.04,
-    'meet': 0.04,
+    'walk': 0.19,
+    'group': 0.09,
+    'cross': 0.05,
+    'meet': 0.05,
     'loiter': 0.04,
     'arrive': 0.20,
     'depart': 0.20,
@@ -43,7 +46,7 @@ class _Schedule:
 
     def __init__(self, scenario: Scenario, camera: Camera) -> None:
         self._rng = np.random.default_rng([scenario.seed, 11])
-        self._scenario = scenario
+        self._scenario, self._camera = scenario, camera
         self._cast = Cast(scenario.period_s)
         self._routes = Routes(camera, self._rng)
         self._activities = Activities(
@@ -125,5 +128,8 @@ class _Schedule:
         if any(self._cast.collides(actor, but=instead_of) for actor in actors):
             return False
         others = [actor for actor in self._cast.actors if actor is not instead_of]
+        mingles = self._rng.random() < _MINGLE
+        if not mingles and people_meet(actors, others, self._camera):
+            return False
         self._cast.actors = others + actors
         return True

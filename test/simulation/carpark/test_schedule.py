@@ -60,6 +60,7 @@ def test_people_walk_no_faster_than_people_do(world):
     assert np.linalg.norm(world.motion.velocity[:, people], axis=2).max() < 2.2
 
 
-def test_people_of_a_group_are_one_party(world):
+def test_people_of_a_group_are_one_party():
+    world = carpark_world(CarParkScenario(seed=2, duration_s=400))
     people = world.party[world.class_id == ClassCode.PERSON]
     assert len(np.unique(people)) < len(people)
