@@ -12,7 +12,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from mctrack_ros.config import ConfigError, config_from, parameter, values_of
@@ -28,6 +27,7 @@ from mctrack_ros.ground import (
 )
 from mctrack_ros.ground.coverage import area_from
 from mctrack_ros.ground.field_of_view import FieldOfViewError
+from mctrack_ros.ground.yaml_files import read_yaml_file
 from mctrack_ros.interfaces import MAX_CAMERAS, code_tables
 from mctrack_ros.perception import CameraConfig
 
@@ -190,13 +190,7 @@ def load_site(path: str | Path) -> SiteConfig:
 
     """
     path = Path(path)
-    try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except OSError as error:
-        raise ConfigError(f'{path}: {error.strerror or error}') from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        reason = ' '.join(str(error).split())
-        raise ConfigError(f'{path}: not a readable YAML file: {reason}') from error
+    content = read_yaml_file(path, ConfigError)
     try:
         return site_from(content, path.parent)
     except ConfigError as error:

@@ -15,6 +15,7 @@ from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.lens_models import lens_of
 from mctrack_ros.ground.opencv_file import intrinsics_of
 from mctrack_ros.ground.stored_camera import Pose, StoredCamera
+from mctrack_ros.ground.yaml_files import read_yaml_file
 
 Floats = NDArray[np.float64]
 POSE_KEYS = ('extrinsics', 'transform')
@@ -147,16 +148,10 @@ def read_yaml(path: str | Path) -> Mapping[str, Any]:
         If it cannot be read or holds something else.
 
     """
-    try:
-        documents = list(yaml.safe_load_all(Path(path).read_text(encoding='utf-8')))
-    except OSError as error:
-        raise CalibrationError(f'{path}: {error.strerror or error}') from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        reason = ' '.join(str(error).split())
-        raise CalibrationError(f'{path}: not a readable YAML file: {reason}') from error
-    if not documents or not isinstance(documents[0], Mapping):
+    content = read_yaml_file(path, CalibrationError, several=True)
+    if not isinstance(content, Mapping):
         raise CalibrationError(f'{path}: expected a mapping')
-    return documents[0]
+    return content
 
 
 def pose_of(translation: Any, quaternion: Any, where: str | Path) -> Pose:

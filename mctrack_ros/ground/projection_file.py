@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.projective import ProjectiveMapping
+from mctrack_ros.ground.yaml_files import read_yaml_file
 
 _SHAPES = {'image_from_ground': (3, 3), 'ground_from_image': (3, 3), 'image_from_world': (3, 4)}
 
@@ -47,13 +47,7 @@ def read_projection(
         If the file cannot be read or does not hold exactly one such matrix.
 
     """
-    try:
-        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
-    except OSError as error:
-        raise ProjectionError(f'{path}: {error.strerror or error}') from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        reason = ' '.join(str(error).split())
-        raise ProjectionError(f'{path}: not a readable YAML file: {reason}') from error
+    content = read_yaml_file(path, ProjectionError)
     if not isinstance(content, dict) or len(content) != 1 or not content.keys() <= _SHAPES.keys():
         raise ProjectionError(f'{path}: expected exactly one of the keys {sorted(_SHAPES)}')
     ((name, rows),) = content.items()
@@ -67,7 +61,12 @@ def read_projection(
         if name == 'image_from_world':
             return ProjectiveMapping(matrix, image_size)
         return ProjectiveMapping.from_homography(matrix, image_size)
-    except (ValueError, TypeError, np.linalg.LinAlgError) as error:
+    except np.linalg.LinAlgError as error:
+        raise ProjectionError(
+            f'{path}: {name} is singular: it takes the ground to a line, so some of its numbers '
+            'are wrong or were left out'
+        ) from error
+    except (ValueError, TypeError) as error:
         raise ProjectionError(f'{path}: {error}') from error
 
 

@@ -1,0 +1,68 @@
+"""Calibration and site YAML: read without what unfolds into far more than the file holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+LARGEST = 100_000
+"""Values that a file may hold, what its aliases repeat counted again and again."""
+
+
+def read_yaml_file(path: str | Path, error: type[ValueError], several: bool = False) -> Any:
+    """
+    Return what a YAML file holds; None if it is empty.
+
+    Aliases are read, but neither a few lines of them that stand for a billion values nor one that
+    stands within itself.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    error : type
+        What to raise, with the file and the reason.
+    several : bool
+        Whether it may hold more documents than the first, which are passed over.
+
+    """
+    try:
+        return _first(Path(path).read_text(encoding='utf-8'), several)
+    except OSError as cause:
+        raise error(f'{path}: {cause.strerror or cause}') from cause
+    except RecursionError as cause:
+        raise error(f'{path}: not a readable YAML file: nested too deeply') from cause
+    except (yaml.YAMLError, ValueError) as cause:
+        reason = ' '.join(str(cause).split())
+        raise error(f'{path}: not a readable YAML file: {reason}') from cause
+
+
+def _first(text: str, several: bool) -> Any:
+    loader = yaml.SafeLoader(text)
+    try:
+        if not loader.check_node():
+            return None
+        node = loader.get_node()
+        if not several and loader.check_node():
+            raise yaml.YAMLError('it holds several documents, expected one')
+        if _unfolded(node, {}) > LARGEST:
+            raise yaml.YAMLError(
+                f'its aliases unfold into more than {LARGEST} values: write them out'
+            )
+        return loader.construct_document(node)
+    finally:
+        loader.dispose()
+
+
+def _unfolded(node: Any, known: dict[int, int]) -> int:
+    """Return how many values a node holds, each alias counted as all that it stands for."""
+    if isinstance(node, yaml.ScalarNode):
+        return 1
+    if id(node) not in known:
+        known[id(node)] = LARGEST + 1  # until it is counted: an alias within itself
+        pairs = isinstance(node, yaml.MappingNode)
+        inner = [each for pair in node.value for each in pair] if pairs else node.value
+        known[id(node)] = 1 + sum(_unfolded(each, known) for each in inner)
+    return known[id(node)]
