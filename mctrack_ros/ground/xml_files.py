@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -14,6 +15,9 @@ from lxml import etree
 from mctrack_ros.ground.errors import CalibrationError
 
 SCHEMA = Path(__file__).with_name('calibration.xsd')
+_NO_NUMBER = re.compile(
+    r"Element '(\w+)', attribute '([xy][ri]?)': (?:\[facet '\w+'\] The value )?'(.*?)' is "
+)
 DECLARATION = '<?xml version="1.0" encoding="utf-8"?>'
 
 
@@ -66,8 +70,20 @@ def read_checked(path: str | Path, root: str, error: type[CalibrationError]) -> 
     schema = _schema()
     if not schema.validate(element):
         flaw = schema.error_log[0]
-        raise error(f'{path}:{flaw.line}: {" ".join(flaw.message.split())}')
+        raise error(f'{path}:{flaw.line}: {_explained(" ".join(flaw.message.split()))}')
     return element
+
+
+def _explained(message: str) -> str:
+    """Return what the schema has against a coordinate, so that a person knows what to mend."""
+    found = _NO_NUMBER.match(message)
+    if found is None:
+        return message
+    element, name, value = found.groups()
+    return (
+        f'<{element}> {name} is {value!r}, expected a number such as 12.5 (no unit, no comma, '
+        'at most 1e9): measure or click it anew, or leave it out'
+    )
 
 
 @cache

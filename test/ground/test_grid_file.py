@@ -66,8 +66,14 @@ CELL = f'<cell id="0">{POINT * 4}</cell>'
         (f'<workstation id="1">\n{CELL.replace(" name=", "", 1)}</workstation>', 'not a readable'),
         (f'<workstation id="1">\n{CELL.replace("0", "north", 2)}</workstation>', r":2: .*'north'"),
         (f'<workstation id="1">{CELL.replace("yi=.2", "")}</workstation>', 'has a point twice'),
-        (f'<workstation id="1">{CELL.replace("1", "NaN", 1)}</workstation>', "'NaN'"),
-        (f'<workstation id="1">{CELL.replace("1", "INF", 1)}</workstation>', "'INF'"),
+        (
+            f'<workstation id="1">{CELL.replace("1", "NaN", 1)}</workstation>',
+            "'NaN', expected a number such as",
+        ),
+        (
+            f'<workstation id="1">{CELL.replace("1", "INF", 1)}</workstation>',
+            "'INF', expected a number such as",
+        ),
         (f'<workstation id="1" width="7">{CELL}</workstation>', 'both width and height'),
         (f'<workstation id="1" width="0" height="1">{CELL}</workstation>', 'width'),
         (
