@@ -19,6 +19,7 @@ from mctrack_ros.ground.check import CalibrationCheck, check_grid
 from mctrack_ros.ground.errors import CalibrationError, GridError, SceneError
 from mctrack_ros.ground.grid import TransformationGrid, grid_from_points
 from mctrack_ros.ground.grid_checks import grid_flaws
+from mctrack_ros.ground.grid_edit import write_fov
 from mctrack_ros.ground.grid_file import read_grid, write_grid
 from mctrack_ros.ground.heard_camera import HeardCamera
 from mctrack_ros.ground.iterated import IteratedMapping
@@ -74,6 +75,7 @@ __all__ = [
     'stated_size',
     'stored_camera',
     'write_calibration',
+    'write_fov',
     'write_grid',
     'write_scene',
 ]

@@ -33,6 +33,8 @@ class TransformationGrid:
         Corners of the camera's field of view on the ground, m; None: not drawn.
     image_size : (int, int) or None
         Width and height of the pictures that the pixels belong to, px; None: not known.
+    cell_ids : tuple of str
+        What the cells are called; empty: they are counted.
 
     """
 
@@ -42,6 +44,7 @@ class TransformationGrid:
     image: NDArray[np.float64]
     fov: NDArray[np.float64] | None = None
     image_size: tuple[int, int] | None = None
+    cell_ids: tuple[str, ...] = ()
 
     def points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the distinct points: (n, 2) on the ground, m, and (n, 2) px."""

@@ -34,6 +34,7 @@ def read_grid(path: str | Path) -> TransformationGrid:
         table[..., 2:],
         None if fov is None else np.array([_numbers(corner, ('xr', 'yr')) for corner in fov]),
         _size(root, path),
+        tuple(cell.get('id', '') for cell in cells),
     )
     for cell, reason in grid_flaws(grid):
         line = cells[cell].sourceline if cell >= 0 or fov is None else fov.sourceline
@@ -47,12 +48,20 @@ def read_grid(path: str | Path) -> TransformationGrid:
 
 
 def write_grid(grid: TransformationGrid, path: str | Path) -> None:
-    """Write a transformation grid as XML, in full precision."""
+    """
+    Write a transformation grid as XML, in full precision.
+
+    What was read from a file of its own is written back identically; into one that a person
+    wrote, `mctrack_ros.ground.grid_edit.write_fov` changes the field of view alone.
+    """
     width, height = grid.image_size or (None, None)
     size = {} if width is None or height is None else {'width': str(width), 'height': str(height)}
     lines = [tag('workstation', end='', id=grid.workstation, **size)]
-    for index, (names, ground, image) in enumerate(zip(grid.names, grid.ground, grid.image)):
-        lines.append('  ' + tag('cell', end='', id=str(index)))
+    ids = grid.cell_ids or tuple(str(index) for index in range(len(grid.names)))
+    for cell_id, names, ground, image in zip(
+        ids, grid.names, grid.ground, grid.image, strict=True
+    ):
+        lines.append('  ' + tag('cell', end='', id=cell_id))
         for name, (xr, yr), (xi, yi) in zip(names, ground.tolist(), image.tolist()):
             lines.append('    ' + tag('point', name=name, xr=xr, yr=yr, xi=xi, yi=yi))
         lines.append('  </cell>')

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.ground import read_grid, write_grid
+from mctrack_ros.ground import read_grid, write_fov
 from mctrack_ros.ground.coverage import CoverageConfig, area_from
 from mctrack_ros.ground.coverage_view import View
 from mctrack_ros.ground.field_of_view import FieldOfViewError, seen_ground
@@ -71,7 +71,7 @@ def save_fields(site: SiteConfig, fields: Fields) -> str:
         corners = fields.drawn.get(name)
         fov = None if corners is None else np.array(corners)
         if grid is not None and not _is_same(grid.fov, fov):
-            write_grid(replace(grid, fov=fov), settings.grid)
+            write_fov(fov, settings.grid)
             written.append(name)
     lost = f'; without a grid file, so not saved: {", ".join(without)}' if without else ''
     return f'Saved into the grids of {", ".join(written) or "no camera: none changed"}{lost}'
