@@ -21,15 +21,25 @@ class LowPassConfig:
     """Parameters of `LowPassBackground`."""
 
     threshold: float = parameter(
-        12.0, 'difference above which a pixel is foreground at least [grey levels]', minimum=0.0
+        7.0, 'difference above which a pixel is foreground at least [grey levels]', minimum=0.0
     )
     threshold_sigmas: float = parameter(
-        0.0,
+        5.0,
         'the same in standard deviations of the measured noise; 0: as printed',
         minimum=0.0,
     )
+    shadow_share: float = parameter(
+        0.13,
+        'what is darker by no more than this share may be a shadow: neither foreground nor '
+        'learned; 0: as printed',
+        minimum=0.0,
+        maximum=0.9,
+    )
+    follow_light: bool = parameter(
+        True, 'what is not learned follows the brightness of the rest; false: as printed'
+    )
     smoothing_px: int = parameter(
-        1, 'pictures are averaged over squares of this side; 1: not', minimum=1, maximum=15
+        3, 'pictures are averaged over squares of this side; 1: not', minimum=1, maximum=15
     )
     beta: float = parameter(
         0.1, 'share of a difference that is learned in one period', minimum=0.0, maximum=1.0
@@ -53,6 +63,8 @@ class LowPassBackground:
         The background.
     noise : float
         Measured standard deviation of a background pixel's difference, grey levels.
+    light : float
+        Brightness since the start, as a share, as far as it is followed.
 
     """
 
@@ -63,7 +75,7 @@ class LowPassBackground:
     def restart(self) -> None:
         """Forget everything: the next picture is the background."""
         self.model: NDArray[np.float32] | None = None
-        self.noise = 0.0
+        self.noise, self.light = 0.0, 1.0
         self._last_ns = 0
 
     @property
@@ -95,25 +107,75 @@ class LowPassBackground:
         """
         seconds, self._last_ns = (stamp_ns - self._last_ns) * 1e-9, stamp_ns
         if self.model is None:
-            self.model = grey.astype(np.float32)
+            self.restart_from(grey)
             return None
-        difference = cv2.absdiff(grey, cv2.convertScaleAbs(self.model))
-        self._measure_noise(np.asarray(difference, np.uint8), seconds)
-        _, mask = cv2.threshold(difference, self.threshold, 255, cv2.THRESH_BINARY)
-        if cv2.countNonZero(mask) > self._config.reset_share * mask.size:
-            self.model = grey.astype(np.float32)
+        assert self.model is not None
+        model = np.asarray(cv2.convertScaleAbs(self.model), np.uint8)
+        self._measure_noise(np.asarray(cv2.absdiff(grey, model), np.uint8), seconds)
+        same, background = self._alike(grey, model)
+        if cv2.countNonZero(same) < (1 - self._config.reset_share) * same.size:
+            self.restart_from(grey)
             return None
+        if self._config.follow_light:
+            self._follow_light(grey, same)
         share = 1 - (1 - self._config.beta) ** (seconds / self._config.period_s)
-        cv2.accumulateWeighted(grey, self.model, share, cv2.bitwise_not(mask))
-        return mask  # type: ignore[return-value]
+        cv2.accumulateWeighted(grey, self.model, share, same)
+        return np.asarray(cv2.bitwise_not(background), np.uint8)
 
-    def insert(self, grey: Grey, box: NDArray[np.integer]) -> Grey:
-        """Copy a rectangle of a smoothed picture into the background; return what was there."""
+    def restart_from(self, grey: Grey) -> None:
+        """Take a smoothed picture for the background."""
+        self.model = grey.astype(np.float32)
+        self.light = 1.0
+
+    def _alike(self, grey: Grey, model: Grey) -> tuple[Grey, Grey]:
+        """Return 255 where a picture is as the background, and where it may be a shadow, too."""
+        step = int(self.threshold)
+        low = np.asarray(cv2.subtract(model, step), np.uint8)  # type: ignore[call-overload]
+        high = np.asarray(cv2.add(model, step), np.uint8)  # type: ignore[call-overload]
+        same = cv2.inRange(grey, low, high)
+        if self._config.shadow_share == 0.0:
+            return same, same  # type: ignore[return-value]
+        shaded = cv2.convertScaleAbs(model, alpha=1 - self._config.shadow_share)
+        return same, cv2.inRange(grey, cv2.min(low, shaded), high)  # type: ignore[return-value]
+
+    def _follow_light(self, grey: Grey, same: Grey) -> None:
+        """Scale the background by how much brighter the picture is where it is alike."""
+        assert self.model is not None
+        sample = np.s_[::SPARSE, ::SPARSE]
+        shown = same[sample] > 0
+        known = float(self.model[sample][shown].sum())
+        if known > 0.0:
+            gain = float(grey[sample][shown].sum()) / known
+            self.model *= np.float32(gain)
+            self.light *= gain
+
+    def insert(
+        self, grey: Grey, box: NDArray[np.integer], spared: NDArray[np.bool_] | None = None
+    ) -> Grey:
+        """
+        Copy a rectangle of a smoothed picture into the background.
+
+        Parameters
+        ----------
+        grey : (h, w) uint8 array
+            The picture.
+        box : (4,) int array
+            Left, top, width, height, px.
+        spared : (height, width) bool array, optional
+            Where it is left as it is.
+
+        Returns
+        -------
+        (height, width) uint8 array
+            What was there.
+
+        """
         assert self.model is not None
         left, top, width, height = (int(value) for value in box)
         window = self.model[top : top + height, left : left + width]
         before = cv2.convertScaleAbs(window)
-        window[:] = grey[top : top + height, left : left + width]
+        shown = grey[top : top + height, left : left + width]
+        np.copyto(window, shown, where=True if spared is None else ~spared)
         return before  # type: ignore[return-value]
 
     def restore(self, patch: Grey, box: NDArray[np.integer], mask: Grey) -> None:

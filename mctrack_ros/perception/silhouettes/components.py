@@ -20,6 +20,7 @@ from mctrack_ros.perception.silhouettes.features import (
     SIZE,
     WIDTH,
     Floats,
+    Ints,
     Shapes,
 )
 
@@ -34,7 +35,7 @@ class ComponentConfig:
 
     opening_px: int = parameter(3, 'what is narrower is noise [px]', minimum=1, maximum=31)
     closing_px: int = parameter(
-        1, 'gaps narrower than this are closed; 1: none, as printed [px]', minimum=1, maximum=63
+        7, 'gaps narrower than this are closed; 1: none, as printed [px]', minimum=1, maximum=63
     )
 
     def __post_init__(self) -> None:
@@ -54,7 +55,9 @@ class Silhouettes:
     shapes : Shapes
         One row a silhouette, in the order of their first pixels, row by row.
     labels : (h, w) uint16 array
-        Row plus one of the silhouette that a pixel is in; 0: background.
+        Connected component that a pixel is in; 0: background.
+    row_of : (c,) int64 array
+        Row of the silhouette that a component is in; -1 for the background.
     grey : (h, w) uint8 array
         The picture.
 
@@ -62,7 +65,15 @@ class Silhouettes:
 
     shapes: Shapes
     labels: NDArray[np.uint16]
+    row_of: Ints
     grey: Grey
+
+    def without(self, rows: list[int]) -> Silhouettes:
+        """Return all silhouettes but some."""
+        kept = np.setdiff1d(np.arange(len(self.shapes)), rows)
+        renamed = np.full(len(self.shapes) + 1, -1)
+        renamed[kept] = np.arange(len(kept))
+        return Silhouettes(self.shapes.select(kept), self.labels, renamed[self.row_of], self.grey)
 
 
 def find_silhouettes(mask: Grey, grey: Grey, config: ComponentConfig) -> Silhouettes:
@@ -90,7 +101,7 @@ def find_silhouettes(mask: Grey, grey: Grey, config: ComponentConfig) -> Silhoue
     if count - 1 > MOST:
         count, labelled = 1, np.zeros_like(labelled)
     shapes = Shapes(*_measure(labelled, np.ascontiguousarray(grey), count - 1))
-    return Silhouettes(shapes, labelled, grey)
+    return Silhouettes(shapes, labelled, np.arange(-1, len(shapes)), grey)
 
 
 def cleaned(mask: Grey, config: ComponentConfig) -> Grey:

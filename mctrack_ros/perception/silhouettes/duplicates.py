@@ -39,6 +39,65 @@ def without_transient_duplicates(match: Mask, established: Mask) -> Mask:
     return match & ~lost
 
 
+def without_parts(
+    match: Mask, established: Mask, area: Floats, alone_s: Floats, least_s: float
+) -> Mask:
+    """
+    Take shared silhouettes from objects that were never seen as bodies of their own.
+
+    What enters in pieces becomes several objects, and once whole it would be divided among them
+    for good. Beyond the paper.
+
+    Parameters
+    ----------
+    match : (n, m) bool array
+        The match matrix.
+    established : (n,) bool array
+        Objects that are not transient.
+    area : (n,) array
+        Of the objects, px²; who is larger than those that stay together is no part of them.
+    alone_s : (n,) array
+        For how long each was seen whole and alone, s.
+    least_s : float
+        How long that must be; if it is for none, the longest counts.
+
+    """
+    match = match.copy()
+    for column in np.flatnonzero(match[established].sum(axis=0) > 1).tolist():
+        rows = np.flatnonzero(match[:, column])
+        enough = min(least_s, float(alone_s[rows].max()))
+        young = alone_s[rows] < enough
+        small = area[rows] < area[rows[~young]].sum()
+        match[rows[young & small], column] = False
+    return match
+
+
+def without_jumps(
+    objects: Shapes, silhouettes: Shapes, match: Mask, known: Mask, growth: float
+) -> Mask:
+    """
+    Take from objects silhouettes that are far too large or small to be what they were.
+
+    Whoever walks up to a car that drives off would become that car. Beyond the paper.
+
+    Parameters
+    ----------
+    objects, silhouettes : Shapes
+        Of n objects and m silhouettes.
+    match : (n, m) bool array
+        The match matrix.
+    known : (n, m) bool array
+        Objects that were seen whole before, and silhouettes that are whole.
+    growth : float
+        Greatest ratio of areas; its square for smaller ones, which may be fragments. 0: any.
+
+    """
+    if growth == 0.0:
+        return match
+    ratio = silhouettes.area[None] / np.maximum(objects.area[:, None], 1.0)
+    return match & ~(known & ((ratio > growth) | (ratio < 1 / growth**2)))
+
+
 def settled(objects: Shapes, silhouettes: Shapes, match: Mask, weights: Floats) -> Mask:
     """
     Leave every silhouette to the best of the objects that still share it.

@@ -27,7 +27,7 @@ class MatchConfig:
         'centroids', 'between what that is; as printed: centroids', choices=('centroids', 'boxes')
     )
     only_valid: bool = parameter(
-        False, 'only silhouettes within the radius compete; false: as printed, all do'
+        True, 'only silhouettes within the radius compete; false: as printed, all do'
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
+from mctrack_ros.perception.blobs import overlap
 from mctrack_ros.perception.silhouettes.features import (
     PLACE,
     SIZE,
@@ -16,6 +17,8 @@ from mctrack_ros.perception.silhouettes.features import (
     Mask,
     Shapes,
 )
+
+HIDDEN = 0.2  # share of an expected box from which it counts as hidden in a silhouette
 
 
 @dataclass(frozen=True)
@@ -30,22 +33,34 @@ class ObjectConfig:
         minimum=0.0,
     )  # fmt: skip
     establish_s: float = parameter(
-        0.2,
+        0.7,
         'age from which an object that is matched again is no longer transient; two pictures at '
         'the 4 Hz of the paper [s]',
         minimum=0.0,
     )
     hold_s: float = parameter(
-        0.0, 'time that an established object stays without a match; 0: as printed [s]',
+        1.5, 'time that an established object stays without a match; 0: as printed [s]',
         minimum=0.0,
     )  # fmt: skip
-    memory_s: float = parameter(
+    body_s: float = parameter(
+        1.0,
+        'time that an object must have been seen whole and alone to share a silhouette with one '
+        'that has; 0: as printed [s]',
+        minimum=0.0,
+    )
+    growth: float = parameter(
         0.0,
+        'greatest ratio of the areas of a silhouette and an object that was seen whole; its '
+        'square for smaller ones; 0: any, as printed',
+        minimum=0.0,
+    )
+    memory_s: float = parameter(
+        0.7,
         'time constant with which features follow the silhouette; 0: at once, as printed [s]',
         minimum=0.0,
     )
     motion_s: float = parameter(
-        0.0,
+        0.5,
         'time constant with which the velocity is learned that tells where an object is expected; '
         '0: where it was, as printed [s]',
         minimum=0.0,
@@ -70,6 +85,8 @@ class ObjectList:
         Since when it was matched in every picture.
     matched, established : (n,) bool array
         Matched in this picture; no longer transient.
+    alone_s : (n,) float64 array
+        For how long it was seen whole, in a silhouette of its own, s.
     group : (n,) int64 array
         Number of the merged silhouette it is in; 0: it has one of its own.
     track_id : (n,) int64 array
@@ -85,7 +102,8 @@ class ObjectList:
 
     ARRAYS = (
         'local_id', 'vector', 'box', 'velocity', 'first_ns', 'seen_ns', 'coherent_ns', 'matched',
-        'established', 'group', 'track_id', 'mean', 'covariance', 'class_id', 'announced',
+        'established', 'alone_s', 'group', 'track_id', 'mean', 'covariance', 'class_id',
+        'announced',
     )  # fmt: skip
 
     def __init__(self, config: ObjectConfig) -> None:
@@ -108,6 +126,7 @@ class ObjectList:
         self.coherent_ns: Ints = np.zeros(0, np.int64)
         self.matched: NDArray[np.bool_] = np.zeros(0, np.bool_)
         self.established: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        self.alone_s: Floats = np.zeros(0)
         self.group: Ints = np.zeros(0, np.int64)
         self.track_id: Ints = np.zeros(0, np.int64)
         self.mean: Floats = np.zeros((0, 4))
@@ -155,7 +174,10 @@ class ObjectList:
         self.matched = np.asarray(match.any(axis=1))
         rows, columns = np.nonzero(match)
         self._learn_motion(rows, shapes.centroid[columns], seconds)
-        share = _share(seconds, self._config.memory_s)
+        share = (
+            _share(seconds, self._config.memory_s)
+            * ~self._hides_others(rows, shapes.box[columns])[:, None]
+        )
         learned = self.vector[rows] + share * (shapes.vector[columns] - self.vector[rows])
         learned[:, PLACE] = shapes.centroid[columns]
         self.vector[rows], self.box[rows] = learned, shapes.box[columns]
@@ -164,7 +186,11 @@ class ObjectList:
         old = stamp_ns - self.first_ns >= round(self._config.establish_s * 1e9)
         self.established[self.matched & old] = True
         unseen_ns = stamp_ns - self.seen_ns
-        patient = self.established & (unseen_ns <= round(self._config.hold_s * 1e9))
+        patient = (
+            self.established
+            & (self.alone_s >= self._config.body_s)
+            & (unseen_ns <= round(self._config.hold_s * 1e9))
+        )
         return np.asarray(~self.matched & ~patient)
 
     def start(self, shapes: Shapes, stamp_ns: int) -> None:
@@ -181,6 +207,7 @@ class ObjectList:
             'coherent_ns': now,
             'matched': np.ones(count, np.bool_),
             'established': np.zeros(count, np.bool_),
+            'alone_s': np.zeros(count),
             'group': np.zeros(count, np.int64),
             'track_id': np.zeros(count, np.int64),
             'mean': np.full((count, 4), np.nan),
@@ -198,6 +225,14 @@ class ObjectList:
             for name in self.ARRAYS:
                 setattr(self, name, getattr(self, name)[mask])
 
+    def _hides_others(self, rows: Ints, box: Floats) -> Mask:
+        """Tell in which silhouettes' boxes other objects are expected, whose features mix in."""
+        if self._config.memory_s == 0.0:
+            return np.zeros(len(rows), np.bool_)
+        covered = overlap(box, self.box) / np.maximum(self.box[:, 2:].prod(axis=1), 1.0)
+        covered[np.arange(len(rows)), rows] = 0.0
+        return np.asarray((covered > HIDDEN).any(axis=1))
+
     def _learn_motion(self, rows: Ints, centroid: Floats, seconds: float) -> None:
         """Let velocities follow how far the silhouettes lie from where they were expected."""
         if self._config.motion_s == 0.0 or seconds <= 0.0:
@@ -209,3 +244,10 @@ class ObjectList:
 def _share(seconds: float, time_constant_s: float) -> float:
     """Return the share of a difference that is learned in some time."""
     return 1.0 if time_constant_s == 0.0 else 1 - float(np.exp(-seconds / time_constant_s))
+
+
+def at_edge(box: Floats, size: tuple[int, ...], margin_px: float) -> Mask:
+    """Tell which (n, 4) boxes come as near to the edge of a (height, width) picture."""
+    low, high = box[:, :2], box[:, :2] + box[:, 2:]
+    beyond = (low <= margin_px) | (high >= np.array(size[::-1]) - margin_px)
+    return np.asarray(beyond.any(axis=1))

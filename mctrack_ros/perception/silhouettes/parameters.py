@@ -8,6 +8,11 @@ from mctrack_ros.perception.identity import IdentityConfig
 from mctrack_ros.perception.silhouettes.background import LowPassConfig
 from mctrack_ros.perception.silhouettes.classes import ClassConfig
 from mctrack_ros.perception.silhouettes.components import ComponentConfig
+from mctrack_ros.perception.silhouettes.features import ComparisonConfig
+from mctrack_ros.perception.silhouettes.gathering import GatheringConfig
+from mctrack_ros.perception.silhouettes.holes import HoleConfig
+from mctrack_ros.perception.silhouettes.match import MatchConfig
+from mctrack_ros.perception.silhouettes.objects import ObjectConfig
 from mctrack_ros.perception.silhouettes.partition import DivisionConfig
 from mctrack_ros.perception.silhouettes.places import PlaceConfig
 from mctrack_ros.perception.silhouettes.reporting import ReportConfig
@@ -22,6 +27,8 @@ class SilhouetteConfig:
 
     background: LowPassConfig = field(default_factory=LowPassConfig)
     components: ComponentConfig = field(default_factory=ComponentConfig)
+    holes: HoleConfig = field(default_factory=HoleConfig)
+    gathering: GatheringConfig = field(default_factory=GatheringConfig)
     tracker: SilhouetteTrackerConfig = field(default_factory=SilhouetteTrackerConfig)
     rest: RestConfig = field(default_factory=RestConfig)
     classes: ClassConfig = field(default_factory=ClassConfig)
@@ -34,5 +41,31 @@ class SilhouetteConfig:
 def as_printed() -> SilhouetteConfig:
     """Return the parameters of the silhouettes paper itself, nothing beyond it."""
     return SilhouetteConfig(
-        tracker=SilhouetteTrackerConfig(division=DivisionConfig(line='regression'))
+        background=LowPassConfig(
+            threshold=12.0,
+            threshold_sigmas=0.0,
+            shadow_share=0.0,
+            follow_light=False,
+            smoothing_px=1,
+        ),
+        components=ComponentConfig(closing_px=1),
+        holes=HoleConfig(edge_ratio=0.0),
+        gathering=GatheringConfig(person_height_m=0.0),
+        tracker=SilhouetteTrackerConfig(
+            comparison=ComparisonConfig(place_weight=0.0),
+            match=MatchConfig(distance='centroids', only_valid=False),
+            division=DivisionConfig(line='regression', body_height_m=0.0),
+            objects=ObjectConfig(
+                establish_s=0.2, hold_s=0.0, body_s=0.0, growth=0.0, memory_s=0.0, motion_s=0.0
+            ),
+        ),
+        rest=RestConfig(
+            rest_s=4.0,
+            rest_px=3.0,
+            pedestrian_rest_s=4.0,
+            pedestrian_rest_px=3.0,
+            hole_px=20.0,
+            spare_others=False,
+            uncovered_share=0.0,
+        ),
     )

@@ -17,6 +17,7 @@ from mctrack_ros.perception.silhouettes.features import (
     cost,
     stacked,
 )
+from mctrack_ros.perception.sizes import SizeTable
 
 
 @dataclass(frozen=True)
@@ -24,31 +25,43 @@ class DivisionConfig:
     """Parameters of `partition_merged`."""
 
     line: str = parameter(
-        'principal',
-        'line along which silhouettes are divided; as printed: regression of y on x',
-        choices=('principal', 'regression'),
+        'objects',
+        'line along which silhouettes are divided: as printed, regression of y on x; principal '
+        'axis of the pixels; or through the places where the objects are expected',
+        choices=('regression', 'principal', 'objects'),
+    )
+    body_width_m: float = parameter(
+        0.9, 'what is no wider and higher than this is one body and not divided [m]', minimum=0.0
+    )
+    body_height_m: float = parameter(
+        2.1, 'the same; 0: everything is divided, as printed [m]', minimum=0.0
     )
 
 
-def direction(x: Floats, y: Floats, line: str) -> Floats:
+def direction(x: Floats, y: Floats, objects: Floats, line: str) -> Floats:
     """
-    Return the (2,) unit vector along a silhouette (eqs (10) and (11)).
+    Return the (2,) unit vector along which a silhouette is divided (eqs (10) and (11)).
 
     Parameters
     ----------
     x, y : (n,) arrays
         Its pixels.
+    objects : (k, 2) array
+        Where the objects in it are expected, px.
     line : str
         ``regression``: ``y = a + b x`` by least squares, which an upright silhouette pulls
-        towards the horizontal; ``principal``: the axis of largest spread.
+        towards the horizontal; ``principal``: the axis of largest spread, which is upright where
+        two people stand side by side; ``objects``: that of the expected places.
 
     """
+    if line == 'objects':
+        x, y = objects.T
     xx, yy = float(np.var(x)), float(np.var(y))
     xy = float(np.mean((x - x.mean()) * (y - y.mean())))
-    if line == 'principal':
-        angle = 0.5 * np.arctan2(2 * xy, xx - yy)
-    else:
+    if line == 'regression':
         angle = np.arctan2(xy, xx) if xx > 0 else np.pi / 2
+    else:
+        angle = 0.5 * np.arctan2(2 * xy, xx - yy)
     return np.array([np.cos(angle), np.sin(angle)])
 
 
@@ -75,12 +88,20 @@ def pieces_of(along: Floats, areas: Floats) -> Ints:
     return np.searchsorted(mass[last], along, side='left')
 
 
+def may_be_several(shapes: Shapes, sizes: SizeTable, config: DivisionConfig) -> Mask:
+    """Tell which silhouettes, (m,), are larger than one body there, or above the horizon."""
+    extent = shapes.box[:, 2:] / sizes.per_metre(sizes.foot_of(shapes.box))
+    body = (extent[:, 0] <= config.body_width_m) & (extent[:, 1] <= config.body_height_m)
+    return np.asarray(~body)
+
+
 def partition_merged(
     objects: Shapes,
     silhouettes: Silhouettes,
     shapes: Shapes,
+    divisible: Mask,
     match: Mask,
-    established: Mask,
+    candidates: Mask,
     config: DivisionConfig,
     weights: Floats,
 ) -> tuple[Shapes, Mask, Ints]:
@@ -95,10 +116,12 @@ def partition_merged(
         With the pixels.
     shapes : Shapes
         Of its m silhouettes.
+    divisible : (m,) bool array
+        Which of them may be several bodies.
     match : (n, m) bool array
         The match matrix.
-    established : (n,) bool array
-        Objects that are not transient.
+    candidates : (n,) bool array
+        Objects among which silhouettes are divided: those that are not transient.
     config : DivisionConfig
         Parameters.
     weights : (21,) array
@@ -116,8 +139,8 @@ def partition_merged(
 
     """
     origin = np.arange(len(shapes))
-    for column in np.flatnonzero(match[established].sum(axis=0) > 1).tolist():
-        rows = np.flatnonzero(match[:, column] & established)
+    for column in np.flatnonzero((match[candidates].sum(axis=0) > 1) & divisible).tolist():
+        rows = np.flatnonzero(match[:, column] & candidates)
         pieces = _divide(objects.select(rows), silhouettes, shapes, column, config)
         taken = _assigned(objects.select(rows), shapes.vector[column], pieces, weights)
         if taken is None:
@@ -137,10 +160,10 @@ def _divide(
     """Return the shapes of a silhouette's pieces, from left to right, none empty."""
     left, top, width, height = shapes.box[column].astype(int).tolist()
     window = np.s_[top : top + height, left : left + width]
-    y, x = np.nonzero(silhouettes.labels[window] == column + 1)
+    y, x = np.nonzero(silhouettes.row_of[silhouettes.labels[window]] == column)
     x, y = x + left, y + top
-    line = direction(x.astype(float), y.astype(float), config.line)
-    axis = line if config.line == 'principal' else np.array([1.0, 0.0])
+    line = direction(x.astype(float), y.astype(float), objects.centroid, config.line)
+    axis = np.array([1.0, 0.0]) if config.line == 'regression' else line
     order = np.argsort(objects.centroid @ axis, kind='stable')
     piece = pieces_of(x * line[0] + y * line[1], objects.area[order])
     grey = silhouettes.grey[y, x]

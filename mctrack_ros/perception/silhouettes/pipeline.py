@@ -15,6 +15,9 @@ from mctrack_ros.perception.silhouettes.background import LowPassBackground
 from mctrack_ros.perception.silhouettes.classes import ClassVotes
 from mctrack_ros.perception.silhouettes.components import find_silhouettes
 from mctrack_ros.perception.silhouettes.features import Floats
+from mctrack_ros.perception.silhouettes.gathering import gathered
+from mctrack_ros.perception.silhouettes.holes import patched
+from mctrack_ros.perception.silhouettes.objects import at_edge
 from mctrack_ros.perception.silhouettes.parameters import SilhouetteConfig
 from mctrack_ros.perception.silhouettes.places import Places
 from mctrack_ros.perception.silhouettes.reporting import (
@@ -60,7 +63,7 @@ class SilhouettePipeline:
         self._config, self._mapping, self._mask = config, mapping, mask
         self._background = LowPassBackground(config.background)
         self._places = Places(config.places, mapping)
-        self._tracker = SilhouetteTracker(config.tracker)
+        self._tracker = SilhouetteTracker(config.tracker, self._places.sizes)
         self._rest = RestWatch(config.rest)
         self._classes = ClassVotes(config.classes)
         self._watchdog = Watchdog(config.watchdog, mask)
@@ -134,9 +137,11 @@ class SilhouettePipeline:
         """Match, put on the ground, report."""
         objects, log = self._tracker.objects, EventLog(stamp_ns)
         silhouettes = find_silhouettes(mask, grey, self._config.components)
+        silhouettes = patched(silhouettes, self._background, self._config.holes)
+        silhouettes = gathered(silhouettes, self._places.sizes, self._config.gathering)
         component = self._tracker.step(silhouettes, stamp_ns, log)
         self._groups.note(objects, component, log)
-        truncated = self._truncated()
+        truncated = at_edge(objects.box, mask.shape, 1.0)
         extent = self._places.extent(objects.box)
         whole = objects.matched & (component < 0) & ~truncated
         objects.class_id[:] = self._classes.count(objects.local_id, extent, whole, seconds)
@@ -166,13 +171,6 @@ class SilhouettePipeline:
         objects = self._tracker.objects
         passed = objects.local_id[passes(objects, stamp_ns, self._config.report)].tolist()
         self._passed = self._passed.intersection(objects.local_id.tolist()).union(passed)
-
-    def _truncated(self) -> NDArray[np.bool_]:
-        """Tell which objects, (n,), touch the picture's edge."""
-        low = self._tracker.objects.box[:, :2]
-        high = low + self._tracker.objects.box[:, 2:]
-        touching = (low <= 1).any(axis=1)
-        return np.asarray(touching | (high >= np.array(self._mapping.image_size) - 1).any(axis=1))
 
     def _advance(self, stamp_ns: int) -> float:
         """Check the stamp and return the seconds since the last one."""

@@ -25,10 +25,13 @@ class RestConfig:
         4.0, 'time at rest after which a vehicle becomes background [s]', minimum=0.0
     )
     pedestrian_rest_s: float = parameter(
-        4.0, 'the same for pedestrians, who sway; as printed: the same [s]', minimum=0.0
+        6.0, 'the same for pedestrians, who sway; as printed: the same [s]', minimum=0.0
     )
     rest_px: float = parameter(
         3.0, 'distance that the centroid of what rests may move [px]', minimum=0.0
+    )
+    pedestrian_rest_px: float = parameter(
+        0.5, 'the same for pedestrians; as printed: the same [px]', minimum=0.0
     )
     recent_s: float = parameter(
         3600.0, 'time that inserted objects are remembered [s]', minimum=0.0
@@ -37,10 +40,13 @@ class RestConfig:
         0.5, 'time at rest after which the hole of an inserted object is patched [s]', minimum=0.0
     )
     hole_px: float = parameter(
-        20.0, 'distance of a hole from the object that left it [px]', minimum=0.0
+        0.0, 'distance of a hole from the object that left it [px]', minimum=0.0
+    )
+    spare_others: bool = parameter(
+        True, 'other objects in the rectangle stay foreground; false: as printed'
     )
     uncovered_share: float = parameter(
-        0.0,
+        0.3,
         'share of an inserted object behind which the old background has come back, from which it '
         'is taken out again; 0: never, as printed',
         minimum=0.0,
@@ -65,6 +71,8 @@ class Inserted:
         The background that it hides.
     mask : (h, w) uint8 array
         255 where it was foreground.
+    light : float
+        The background's brightness at that time.
     stamp_ns : int
         When it was inserted.
 
@@ -75,6 +83,7 @@ class Inserted:
     centroid: Floats
     before: Grey
     mask: Grey
+    light: float
     stamp_ns: int
 
 
@@ -135,10 +144,12 @@ class RestWatch:
             changed = cv2.countNonZero(seen)
             if changed < self._config.uncovered_share * cv2.countNonZero(entry.mask):
                 continue
-            differs = cv2.absdiff(grey[window], entry.before) > background.threshold
+            gain = background.light / entry.light
+            before = np.asarray(cv2.convertScaleAbs(entry.before, alpha=gain), np.uint8)
+            differs = cv2.absdiff(grey[window], before) > background.threshold
             back = (seen > 0) & ~differs
             if back.sum() >= self._config.uncovered_share * cv2.countNonZero(entry.mask):
-                background.restore(entry.before, entry.box, entry.mask)
+                background.restore(before, entry.box, entry.mask)
                 mask[window][entry.mask > 0] = 255 * differs[entry.mask > 0]
                 self.inserted.remove(entry)
 
@@ -184,20 +195,41 @@ class RestWatch:
                 continue
             gone[row] = True
             box = objects.box[row].astype(np.int64)
-            before = background.insert(grey, box)
+            before = background.insert(grey, box, self._spared(objects, row, box, mask))
             if hole is None:
                 left, top, width, height = box.tolist()
                 shown = mask[top : top + height, left : left + width].copy()
                 place, name = objects.shapes.centroid[row].copy(), int(objects.local_id[row])
-                self.inserted.append(Inserted(name, box, place, before, shown, stamp_ns))
+                light = background.light
+                self.inserted.append(Inserted(name, box, place, before, shown, light, stamp_ns))
         return gone
+
+    def _spared(
+        self, objects: ObjectList, row: int, box: NDArray[np.int64], mask: Grey
+    ) -> NDArray[np.bool_]:
+        """Return where, in a box, the foreground belongs to others."""
+        left, top, width, height = box.tolist()
+        spared = np.zeros((height, width), np.bool_)
+        if self._config.spare_others:
+            for other in np.flatnonzero(objects.matched & (np.arange(len(objects)) != row)):
+                low = np.clip(objects.box[other, :2] - box[:2], 0, None).astype(int)
+                high = np.clip(
+                    objects.box[other, :2] + objects.box[other, 2:] - box[:2], 0, None
+                ).astype(int)
+                spared[low[1] : high[1], low[0] : high[0]] = True
+            spared &= mask[top : top + height, left : left + width] > 0
+        return spared
 
     def _seconds_at_rest(self, objects: ObjectList, stamp_ns: int) -> Floats:
         """Return for how long, (n,) s, objects have not moved."""
         rests: dict[int, tuple[Floats, int]] = {}
-        for key, place in zip(objects.local_id.tolist(), objects.shapes.centroid.copy()):
+        person = objects.class_id == ClassCode.PERSON
+        reach = np.where(person, self._config.pedestrian_rest_px, self._config.rest_px)
+        for key, place, radius in zip(
+            objects.local_id.tolist(), objects.shapes.centroid.copy(), reach.tolist()
+        ):
             since, since_ns = self._rests.get(key, (place, stamp_ns))
-            moved = bool(np.hypot(*(place - since)) > self._config.rest_px)
+            moved = bool(np.hypot(*(place - since)) > radius)
             rests[key] = (place, stamp_ns) if moved else (since, since_ns)
         self._rests = rests
         return np.array([(stamp_ns - since_ns) * 1e-9 for _, since_ns in rests.values()])

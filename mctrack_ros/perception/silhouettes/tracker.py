@@ -12,6 +12,8 @@ from mctrack_ros.perception.silhouettes.components import Silhouettes
 from mctrack_ros.perception.silhouettes.duplicates import (
     secure_silhouettes,
     settled,
+    without_jumps,
+    without_parts,
     without_transient_duplicates,
 )
 from mctrack_ros.perception.silhouettes.features import (
@@ -23,8 +25,13 @@ from mctrack_ros.perception.silhouettes.features import (
 from mctrack_ros.perception.silhouettes.joining import join_fragments
 from mctrack_ros.perception.silhouettes.macro import resolve_merges
 from mctrack_ros.perception.silhouettes.match import MatchConfig, naive_matches, valid_matches
-from mctrack_ros.perception.silhouettes.objects import ObjectConfig, ObjectList
-from mctrack_ros.perception.silhouettes.partition import DivisionConfig, partition_merged
+from mctrack_ros.perception.silhouettes.objects import ObjectConfig, ObjectList, at_edge
+from mctrack_ros.perception.silhouettes.partition import (
+    DivisionConfig,
+    may_be_several,
+    partition_merged,
+)
+from mctrack_ros.perception.sizes import SizeTable
 
 
 @dataclass(frozen=True)
@@ -66,6 +73,8 @@ class SilhouetteTracker:
     ----------
     config : SilhouetteTrackerConfig
         Parameters.
+    sizes : SizeTable
+        Of the camera.
 
     Attributes
     ----------
@@ -74,8 +83,8 @@ class SilhouetteTracker:
 
     """
 
-    def __init__(self, config: SilhouetteTrackerConfig) -> None:
-        self._config = config
+    def __init__(self, config: SilhouetteTrackerConfig, sizes: SizeTable) -> None:
+        self._config, self._sizes = config, sizes
         self._weights = config.comparison.weights()
         self.objects = ObjectList(config.objects)
         self._last_ns: int | None = None
@@ -104,6 +113,7 @@ class SilhouetteTracker:
             Connected component that each object shares with another established one; -1: none.
 
         """
+        size = silhouettes.labels.shape
         seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9
         self._last_ns = stamp_ns
         objects = self.objects
@@ -111,7 +121,9 @@ class SilhouetteTracker:
         found = self._assign(silhouettes)
         lost = objects.update(found.shapes, found.match, stamp_ns, seconds)
         component = _shared(found, objects.established)
-        self._note_exits(lost, silhouettes.labels.shape, log)
+        whole = objects.matched & (component < 0) & ~at_edge(objects.box, size, 1.0)
+        objects.alone_s[whole] += seconds
+        self._note_exits(lost, size, log)
         objects.keep(~lost)
         unclaimed = ~found.match.any(axis=0)
         large = found.shapes.area >= self._config.objects.least_area_px
@@ -121,10 +133,8 @@ class SilhouetteTracker:
 
     def _note_exits(self, lost: Mask, size: tuple[int, ...], log: EventLog) -> None:
         """Note established objects that were lost at the picture's edge."""
-        margin = self._config.objects.edge_px
-        low, high = self.objects.box[:, :2], self.objects.box[:, :2] + self.objects.box[:, 2:]
-        at_edge = (low <= margin).any(axis=1) | (high >= np.array(size[::-1]) - margin).any(axis=1)
-        for row in np.flatnonzero(lost & at_edge & self.objects.announced).tolist():
+        left = at_edge(self.objects.box, size, self._config.objects.edge_px)
+        for row in np.flatnonzero(lost & left & self.objects.announced).tolist():
             log.add(EventCode.EXIT, self.objects, row)
 
     def _assign(self, silhouettes: Silhouettes) -> Assignment:
@@ -136,10 +146,18 @@ class SilhouetteTracker:
         match = without_transient_duplicates(match, established)
         match = resolve_merges(objects, shapes, match, valid, established, weights)
         match = without_transient_duplicates(match, established)
+        match = without_parts(
+            match, established, objects.area, self.objects.alone_s, self._config.objects.body_s
+        )
+        division = self._config.division
+        divisible = may_be_several(shapes, self._sizes, division)
         shapes, match, origin = partition_merged(
-            objects, silhouettes, shapes, match, established, self._config.division, weights
+            objects, silhouettes, shapes, divisible, match, established, division, weights
         )
         match = settled(objects, shapes, match, weights)
+        inside = ~at_edge(shapes.box, silhouettes.labels.shape, 1.0)
+        known = (self.objects.alone_s >= self._config.objects.body_s)[:, None] & inside[None]
+        match = without_jumps(objects, shapes, match, known, self._config.objects.growth)
         for joiners in (established, ~established):
             valid = valid_matches(objects, shapes, self._config.match)
             fragments = ~secure_silhouettes(match, established)
