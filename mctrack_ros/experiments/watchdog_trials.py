@@ -68,7 +68,8 @@ def reproduce_watchdog(
         {
             'drawn': f'{hours:g} h of {SIZE[0]} x {SIZE[1]} px, only the pictures that the '
             f'watchdog looks at, one in {WatchdogConfig().period_s:g} s: light, clouds, up to '
-            f'120 people, a pole in the wind with {WIND_PX:g} px along each axis (rms, 0.6 Hz)',
+            '120 people who stand on the ground, a pole in the wind with '
+            f'{WIND_PX:g} px along each axis (rms, 0.6 Hz)',
             'trials': f'{trials} of each movement in each of {", ".join(KINDS)}',
             'turn': '1 degree about the middle',
             'seeds': f'from {seed}; parameters chosen on 100 to 399',
