@@ -102,9 +102,9 @@ def perceived_events(
     """
     Return all events of one class of objects.
 
-    Subjects that touch at some time belong to one event. A track counts to the event of the
-    subject that it covers most, if it is on some subject in half of its pictures; what is on
-    nothing is false.
+    Subjects that touch at some time belong to one event. A track counts to the event of every
+    subject that it follows, else to that of the one it is on most; a track that is on nothing in
+    half of its pictures is false.
 
     Parameters
     ----------
@@ -124,17 +124,17 @@ def perceived_events(
     subject, label = _events(truth, together)
     everything = truth if unjudged is None else truth.and_also(unjudged)
     row, of = _on(tracks, everything)
-    followed = _followed(truth, tracks, row, of)
+    followed = _followed(truth, of)
     owner = _owners(tracks, everything, row, of)
     events = []
     for event in np.unique(label).tolist():
         members = subject[label == event]
         steps = truth.step[np.isin(truth.key, members)]
-        counted = tuple(track for track, key in owner.items() if key in members)
+        counted = tuple(track for track, keys in owner.items() if np.isin(keys, members).any())
         found = int(np.isin(members, followed).sum())
         span = int(steps.min()), int(steps.max())
         events.append(PerceivedEvent(*span, tuple(members.tolist()), counted, found))
-    nothing = np.array([track for track, key in owner.items() if key is None], np.int64)
+    nothing = np.array([track for track, keys in owner.items() if not len(keys)], np.int64)
     return events + _inventions(tracks.of(nothing), period_s)
 
 
@@ -167,28 +167,26 @@ def _on(tracks: Sightings, truth: Sightings) -> tuple[Ints, Ints]:
     return np.concatenate([empty, *rows]), np.concatenate([empty, *others])
 
 
-def _followed(truth: Sightings, tracks: Sightings, row: Ints, of: Ints) -> Ints:
+def _followed(truth: Sightings, of: Ints) -> Ints:
     """Return the subjects on which some track is in half of their pictures."""
     covered = np.zeros(len(truth.key), np.bool_)
     covered[of[of < len(truth.key)]] = True
-    keys = np.unique(truth.key)
-    return keys[[covered[truth.key == key].mean() >= FOLLOWED for key in keys]]
+    keys, index, pictures = np.unique(truth.key, return_inverse=True, return_counts=True)
+    return keys[np.bincount(index, covered, len(keys)) >= FOLLOWED * pictures]
 
 
-def _owners(tracks: Sightings, truth: Sightings, row: Ints, of: Ints) -> dict[int, int | None]:
-    """Return the subject that each track is on most, or None for those that are on nothing."""
-    owner: dict[int, int | None] = {}
-    overlap = np.array(
-        [shared(tracks.box[[one]], truth.box[[other]])[0, 0] for one, other in zip(row, of)]
-    )
-    for track in np.unique(tracks.key).tolist():
+def _owners(tracks: Sightings, truth: Sightings, row: Ints, of: Ints) -> dict[int, Ints]:
+    """Return the subjects that each track follows, or is on most; none if it is on nothing."""
+    owner: dict[int, Ints] = {}
+    pictures = dict(zip(*(part.tolist() for part in np.unique(truth.key, return_counts=True))))
+    for track, seen in zip(*(part.tolist() for part in np.unique(tracks.key, return_counts=True))):
         mine = tracks.key[row] == track
-        pictures = np.count_nonzero(tracks.key == track)
-        if len(np.unique(row[mine])) < FOLLOWED * pictures:
-            owner[track] = None
+        keys, count = np.unique(truth.key[of[mine]], return_counts=True)
+        if len(np.unique(row[mine])) < FOLLOWED * seen:
+            owner[track] = keys[:0]
             continue
-        keys, index = np.unique(truth.key[of[mine]], return_inverse=True)
-        owner[track] = int(keys[np.bincount(index, overlap[mine]).argmax()])
+        follows = [on >= FOLLOWED * pictures[key] for key, on in zip(keys.tolist(), count)]
+        owner[track] = keys[follows if any(follows) else [int(count.argmax())]]
     return owner
 
 

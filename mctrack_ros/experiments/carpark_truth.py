@@ -12,7 +12,7 @@ from mctrack_ros.simulation import CarParkWorld, View
 PERCEIVED_SHARE, PERCEIVED_PX = 0.4, 60
 """Somebody is perceived in a picture with so much visible: share, and pixels."""
 
-PERCEIVED_S = 2.0
+PERCEIVED_S = 3.0
 """What is perceived for less than this, s, is no event."""
 
 

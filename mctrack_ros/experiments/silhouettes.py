@@ -171,7 +171,7 @@ def _protocol(
         'scene': f'car park, {duration_s:g} s of {1 / scenario.period_s:g} pictures a second each',
         'seeds': ', '.join(str(seed) for seed in seeds) + ' (the tracker is tuned on 1, 2, 3)',
         'event': 'people who touch at some time; those who came together count as one '
-        '(assumption 3). A car each time it comes or leaves. Perceived for 2 s at least',
+        '(assumption 3). A car each time it comes or leaves. Perceived for 3 s at least',
         'counted': 'established tracks of the class that are on the event; those on nothing are '
         'an event of row 0; a subject with no track in half of its pictures is lost',
         **printed,

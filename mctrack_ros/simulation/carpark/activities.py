@@ -51,15 +51,15 @@ class Activities:
         return [self._person(first, self._walked(self._routes.between(start, end)))]
 
     def group(self, first: int) -> list[Actor]:
-        """Two to four people walk through side by side."""
+        """Two to four people walk through side by side, so close that they are one blob."""
         corridor, side = int(self._rng.integers(len(CORRIDORS))), int(self._rng.choice((-1, 1)))
         start, end = (self._routes.outside(corridor, turn * side) for turn in (1, -1))
         lead = self._walked(self._routes.between(start, end))
         party, count = self._cast.new_party(), int(self._rng.choice((2, 2, 2, 3, 4)))
-        apart = self._rng.uniform(0.45, 0.65)
+        apart = self._rng.uniform(0.35, 0.5)
         actors = []
         for index in range(count):
-            offset = [(index % 2) * -0.7, (index - (count - 1) / 2) * apart]
+            offset = [(index % 2) * -0.3, (index - (count - 1) / 2) * apart]
             place = lead.position + _turned(np.array(offset), lead.heading)
             place += paths.swaying(np.zeros(2), 0, len(lead), self._period_s, self._rng).position
             actors.append(self._person(first, Course(place, lead.heading), party))
@@ -141,12 +141,11 @@ class Activities:
         go = self._driven(*paths.along(np.array([(stop_x, y), (ends[1], y)])), 0.2, 4.0)
         car = self._car(first, come.waiting(wait).then(go))
         door = come.position[-1] + np.array([0.2, 1.25 * self._rng.choice((-1, 1))])
-        corridor = 1 + lane
+        aside = np.array([door[0], CORRIDORS[1 + lane][0 if door[1] < y else 1]])
+        corridor = 1 + lane + (-1 if door[1] < y else 1)  # on the side that the door is on
         end = self._routes.outside(corridor, int(self._rng.choice((-1, 1))))
-        end[1] = CORRIDORS[corridor][0 if door[1] < y else 1]
-        aside = np.array([door[0], end[1]])
-        out = first + len(come) + max(wait // 2, 3)
-        return [car, self._person(out, self._walked(np.array([door, aside, end])))]
+        way = np.concatenate([[door], self._routes.between(aside, end)])
+        return [car, self._person(first + len(come) + max(wait // 2, 3), self._walked(way))]
 
     def drive_through(self, first: int) -> list[Actor]:
         """Drive a car along a lane."""
