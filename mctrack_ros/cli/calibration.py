@@ -13,6 +13,7 @@ import typer
 if TYPE_CHECKING:
     from mctrack_ros.ground import CalibrationCheck
 
+_LEAST_MISS_PX = 0.01
 _BY_ENDING = {'.xml': 'grid', '.yaml': 'camera_info', '.yml': 'camera_info'}
 
 
@@ -45,7 +46,7 @@ def convert_calibration(
 ) -> None:
     """Convert a calibration between formats; lengths are written in metres (Tsai: millimetres)."""
     from mctrack_ros.cli.calibration_source import Heard, read_source
-    from mctrack_ros.ground import write_calibration
+    from mctrack_ros.ground import knows_its_error, write_calibration
 
     kind = to or _BY_ENDING.get(target.suffix.lower(), '')
     if not kind:
@@ -55,9 +56,14 @@ def convert_calibration(
         source, stated, extrinsics or '', unit, Heard(topic, frame, timeout)
     )
     missed = write_calibration(mapping, target, kind, name or title)
-    note = f'; its lens is up to {missed:.2g} px off' if missed else ''
+    note = f'; up to {missed:.2g} px off' if missed >= _LEAST_MISS_PX else ''
     width, height = mapping.image_size
     typer.echo(f'{target}: {kind}, for pictures of {width} x {height} px{note}')
+    if knows_its_error(mapping):
+        typer.echo(
+            'The file does not say how good the points of the grid were: the covariance of the '
+            'calibration and where it is extrapolated are lost. Keep the grid.'
+        )
 
 
 def check_calibration(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mctrack_ros.ground.camera import CameraMapping
 from mctrack_ros.ground.camera_info import (
     read_camera_info,
     read_pose,
@@ -16,8 +17,8 @@ from mctrack_ros.ground.camera_info import (
 )
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.grid_file import read_grid, write_grid
-from mctrack_ros.ground.grid_sample import sampled_grid
-from mctrack_ros.ground.lens import STRAIGHT_PX, bend_px
+from mctrack_ros.ground.grid_sample import grid_miss_px, sampled_grid
+from mctrack_ros.ground.lens import LARGEST_RESIDUAL_PX, STRAIGHT_PX, bend_px
 from mctrack_ros.ground.mapping import GroundMapping
 from mctrack_ros.ground.methods import mapping_from_grid
 from mctrack_ros.ground.opencv_file import opencv_size, read_opencv, read_opencv_pose, write_opencv
@@ -210,17 +211,23 @@ def write_calibration(mapping: GroundMapping, path: str | Path, to: str, name: s
     Returns
     -------
     float
-        How far at most the file's lens is from the mapping's, px.
+        How far at most what the file says is from the mapping, px: its lens, or the camera that
+        is fitted to its grid.
 
     Raises
     ------
     CalibrationError
-        If the format cannot hold it, for example a lens in a matrix.
+        If the format cannot hold it within a pixel, for example a lens in a matrix.
 
     """
     if to not in FORMATS:
         raise CalibrationError(f'format is {to!r}, expected one of {", ".join(FORMATS)}')
     return FORMATS[to](mapping, path, name)
+
+
+def knows_its_error(mapping: GroundMapping) -> bool:
+    """Tell whether a calibration knows how good it is, which no format but a grid keeps."""
+    return isinstance(mapping, CameraMapping) and bool(mapping.camera.covariance.any())
 
 
 def _is_opencv_yaml(content: bytes) -> bool:
@@ -245,8 +252,16 @@ def _checked(path: str | Path, make: Callable[[], GroundMapping]) -> GroundMappi
 
 
 def _to_grid(mapping: GroundMapping, path: str | Path, name: str) -> float:
-    write_grid(sampled_grid(mapping, name), path)
-    return 0.0
+    grid = sampled_grid(mapping, name)
+    missed = grid_miss_px(mapping, grid)
+    if not missed <= LARGEST_RESIDUAL_PX:
+        raise CalibrationError(
+            'the camera fitted to a grid (square pixels, the principal point in the middle, one '
+            f'radial term) misses this one by up to {missed:.2g} px, expected at most '
+            f'{LARGEST_RESIDUAL_PX:g} px: convert to opencv or camera_info'
+        )
+    write_grid(grid, path)
+    return missed
 
 
 def _to_opencv(mapping: GroundMapping, path: str | Path, name: str) -> float:

@@ -11,12 +11,15 @@ from mctrack_ros.ground.errors import CalibrationError, GridError
 from mctrack_ros.ground.grid import TransformationGrid, grid_from_points
 from mctrack_ros.ground.lens import picture_samples
 from mctrack_ros.ground.mapping import GroundMapping
+from mctrack_ros.ground.methods import mapping_from_grid
 
 Floats = NDArray[np.float64]
 SPACINGS_M = (20.0, 10.0, 8.0, 5.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1)
 FEWEST_CELLS = 12
 MOST_SIDE = 200
 PERSON_M = 1.7
+REACH_M = 200.0
+"""How far from the camera a grid has to reproduce what it was sampled from."""
 SMALLEST_SHARE = 0.2
 """Points lie where a person is at least so tall, as a share of the tallest in the picture."""
 
@@ -58,6 +61,38 @@ def sampled_grid(mapping: GroundMapping, name: str) -> TransformationGrid:
         if grid is not None and len(grid.names) >= FEWEST_CELLS:
             return grid
     raise CalibrationError(f'{name} sees too little ground for a grid of {FEWEST_CELLS} cells')
+
+
+def grid_miss_px(mapping: GroundMapping, grid: TransformationGrid) -> float:
+    """
+    Return how far at most the camera fitted to a grid is from a mapping, px.
+
+    Over the picture, as far as the mapping is supported and sees the ground, at a person's feet
+    and head.
+
+    Parameters
+    ----------
+    mapping : GroundMapping
+        What the grid was sampled from.
+    grid : TransformationGrid
+        The grid.
+
+    Raises
+    ------
+    CalibrationError
+        If no camera can be fitted to the grid.
+
+    """
+    fitted = mapping_from_grid(grid, mapping.image_size)
+    pixel = picture_samples(mapping.image_size)
+    ground = mapping.ground_from_image(pixel[~mapping.is_extrapolated(pixel)])
+    ground = ground[(np.linalg.norm(ground - mapping.camera_position[:2], axis=1) < REACH_M)]
+    missed = [
+        np.linalg.norm(fitted.image_from_ground(ground, z) - mapping.image_from_ground(ground, z),
+                       axis=1)
+        for z in (0.0, PERSON_M)
+    ]  # fmt: skip
+    return float(np.nan_to_num(missed, nan=np.inf).max())
 
 
 def _seen(
