@@ -24,8 +24,8 @@ def grid_flaws(grid: TransformationGrid) -> Iterator[tuple[int, str]]:
     Yield the index of a cell (-1: the field of view) and what is wrong with it.
 
     A point has one place and one pixel wherever it is named, the corners of a cell do not lie on
-    a line, a cell is not folded in the picture and is turned as the others are, and no side is
-    longer than `LARGEST_CELL_M`.
+    a line, a cell is not folded in the picture and is turned as the others are and as a camera
+    above the ground sees it, and no side is longer than `LARGEST_CELL_M`.
 
     Parameters
     ----------
@@ -73,6 +73,15 @@ def _contradictions(grid: TransformationGrid) -> Iterator[tuple[int, str]]:
 
 
 def _swaps(grid: TransformationGrid, ground: Floats, image: Floats) -> Iterator[tuple[int, str]]:
+    if (_senses(ground, image) > 0).all():
+        yield (
+            0,
+            (
+                'the ground is mirrored in the picture: seen from above, y lies to the left of x; '
+                'is the sign of one axis wrong, are x and y swapped, or two of the points?'
+            ),
+        )
+        return
     wrong = _misturned(ground, image)
     if not wrong.any():
         return
@@ -108,14 +117,21 @@ def _swapped_pair(grid: TransformationGrid, wrong: NDArray[np.bool_]) -> tuple[s
 
 def _misturned(ground: Floats, image: Floats) -> NDArray[np.bool_]:
     """Tell which cells are folded in the picture, or turned otherwise than most."""
+    senses = _senses(ground, image)
+    usual = np.sign(senses.sum()) or 1.0
+    wrong: NDArray[np.bool_] = senses != usual
+    return wrong
+
+
+def _senses(ground: Floats, image: Floats) -> Floats:
+    """Return -1 for cells as a camera above sees them, 1 for mirrored, 0 for folded ones."""
     corners = np.stack([np.roll(image, shift, axis=1) for shift in (0, -1, -2)], axis=2)
     first, second = np.diff(corners, axis=2)[:, :, 0], np.diff(corners, axis=2)[:, :, 1]
     turns = np.sign(_outer(first, second))
     sense = np.sign(turns.sum(axis=1))
     folded = (turns != sense[:, None]).any(axis=1)
-    usual = np.sign((sense * np.sign(_area(ground)))[~folded].sum()) or 1.0
-    wrong: NDArray[np.bool_] = folded | (sense * np.sign(_area(ground)) != usual)
-    return wrong
+    senses: Floats = np.where(folded, 0.0, sense * np.sign(_area(ground)))
+    return senses
 
 
 def _around(grid: TransformationGrid) -> tuple[Floats, Floats]:
