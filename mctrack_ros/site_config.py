@@ -29,12 +29,12 @@ from mctrack_ros.ground.coverage import area_from
 from mctrack_ros.ground.field_of_view import FieldOfViewError
 from mctrack_ros.ground.yaml_files import read_yaml_file
 from mctrack_ros.interfaces import MAX_CAMERAS, code_tables
-from mctrack_ros.perception import CameraConfig
+from mctrack_ros.perception import CameraConfig, CameraTracker, open_camera
 
 LAYOUT_VERSION = 1
 """Of the clouds' fields; counts up when a field changes its meaning."""
 
-_FILES = ('grid', 'calibration', 'extrinsics', 'mask')
+_FILES = ('grid', 'calibration', 'extrinsics', 'mask', 'background')
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,25 @@ class CameraSettings:
     extrinsics: str = parameter('', "file with the camera's pose, if the calibration has none")
     length_unit: str = parameter('m', 'of lengths in the calibration', choices=tuple(METRES))
     mask: str = parameter('', 'picture whose black pixels are ignored; empty: none')
+    background: str = parameter(
+        '', 'picture without moving objects; empty: the background is learned first'
+    )
     pipeline: CameraConfig = CameraConfig()
+
+    def open(self) -> CameraTracker:
+        """
+        Read the camera's files and return its tracker.
+
+        Raises
+        ------
+        ConfigError, CalibrationError
+            If a file cannot be used.
+
+        """
+        mask, background = self.ignore_mask(), None
+        if self.background:
+            background = self._picture('background', cv2.IMREAD_COLOR)
+        return open_camera(self.pipeline, self.mapping(), mask, background)
 
     def mapping(self) -> GroundMapping:
         """
@@ -94,13 +112,16 @@ class CameraSettings:
             If the file is no picture or has another size than the camera's.
 
         """
-        if not self.mask:
-            return None
-        picture = cv2.imread(self.mask, cv2.IMREAD_GRAYSCALE)
+        return self._picture('mask', cv2.IMREAD_GRAYSCALE) if self.mask else None
+
+    def _picture(self, key: str, mode: int) -> NDArray[np.uint8]:
+        """Read the picture that a key names, of the camera's size."""
+        path = getattr(self, key)
+        picture = cv2.imread(path, mode)
         expected = (self.image_height, self.image_width)
-        if picture is None or picture.shape != expected:
-            found = 'no picture' if picture is None else f'a picture of shape {picture.shape}'
-            raise ConfigError(f'mask {self.mask} is {found}, expected shape {expected}')
+        if picture is None or picture.shape[:2] != expected:
+            found = 'no picture' if picture is None else f'a picture of shape {picture.shape[:2]}'
+            raise ConfigError(f'{key} {path} is {found}, expected shape {expected}')
         return np.asarray(picture, np.uint8)
 
 

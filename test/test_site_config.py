@@ -95,6 +95,12 @@ def test_a_camera_needs_exactly_one_calibration(site, files):
         site(cameras={'north': files}).cameras['north'].mapping()
 
 
+def test_a_background_must_have_the_pictures_size(site, tmp_path):
+    cv2.imwrite(str(tmp_path / 'empty.png'), np.zeros((10, 10, 3), np.uint8))
+    with pytest.raises(ConfigError, match=r'background .*empty.png is a picture of shape'):
+        site(cameras={'north': {'background': 'empty.png'}}).cameras['north'].open()
+
+
 def test_a_mask_must_have_the_pictures_size(site, tmp_path):
     cv2.imwrite(str(tmp_path / 'mask.png'), np.full((10, 10), 255, np.uint8))
     with pytest.raises(ConfigError, match=r'shape \(10, 10\), expected shape \(576, 768\)'):

@@ -28,6 +28,7 @@ class Experiment(StrEnum):
     HONESTY = 'honesty'
     WATCHDOG = 'watchdog'
     SILHOUETTES = 'silhouettes'
+    TABLE4 = 'table4'
 
 
 DRAWN = (Experiment.TABLE3, Experiment.FIG18)
@@ -41,7 +42,7 @@ def reproduce(
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
     picture: Path | None = typer.Option(None, help='table3, fig18: also draw them, as PNG.'),
 ) -> None:
-    """Measure on real data, on the car park (silhouettes), the ground mappings or the watchdog."""
+    """Measure on real data, the pitch, the car park, the ground mappings or the watchdog."""
     if picture is not None and experiment not in DRAWN:
         raise ValueError(f'{experiment} has no picture: leave --picture away')
     figures = _experiment(experiment, data)
@@ -84,6 +85,10 @@ def _experiment(experiment: Experiment, data: Path | None) -> Figures:
         from mctrack_ros.experiments.silhouettes import reproduce_silhouettes
 
         return reproduce_silhouettes()
+    if experiment is Experiment.TABLE4:
+        from mctrack_ros.experiments.table4 import reproduce_table4
+
+        return reproduce_table4(progress=lambda line: typer.echo(line, err=True))
     if experiment in DRAWN:
         from mctrack_ros.experiments import ground_accuracy
 

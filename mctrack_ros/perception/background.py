@@ -110,6 +110,11 @@ class MedianBackground:
         self._config = config
         self.restart()
 
+    def begin(self, picture: Image) -> None:
+        """Take a (height, width, 3) uint8 picture without moving objects for the background."""
+        self._take(picture.copy())
+        self._length_s = self._config.renewal_s
+
     def restart(self) -> None:
         """Forget everything and learn anew."""
         self.model: Image | None = None
@@ -173,9 +178,12 @@ class MedianBackground:
         self._samples.append(image.copy())
         self._next_sample_ns = stamp_ns + round(self._length_s / SAMPLES * 1e9)
         if self.model is None and len(self._samples) == SAMPLES:
-            self.model, self._work = median_of_nine(self._samples), _Work(image.shape)
-            self.difference = np.zeros(image.shape[:2], np.uint8)
+            self._take(median_of_nine(self._samples))
             self._begin_samples()
+
+    def _take(self, model: Image) -> None:
+        self.model, self._work = model, _Work(model.shape)
+        self.difference = np.zeros(model.shape[:2], np.uint8)
 
     def _begin_samples(self) -> None:
         """Collect anew, over a longer time."""

@@ -36,6 +36,10 @@ class EventLog:
             (int(event), int(tracks.local_id[row]), int(tracks.track_id[row]), position, named)
         )
 
+    def add_target(self, event: EventCode, track_id: int, position: NDArray[np.floating]) -> None:
+        """Note an event of a global target, at a (3,) position, m, that has no local track."""
+        self._rows.append((int(event), 0, track_id, position.tolist(), []))
+
     def rows(self) -> Events:
         """Return the events in the order in which they were noted."""
         if not self._rows:

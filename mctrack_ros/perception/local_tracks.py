@@ -87,8 +87,6 @@ class LocalTracks:
         First and last time with a detection of its own, or in a group.
     clear_ns : (n,) int64 array
         Last time that enough of it was seen to be sure that it is there.
-    group : (n,) int64 array
-        Number of the group that it is in, 0: none.
     confirmed : (n,) bool array
         Old enough to be believed.
 
@@ -96,7 +94,7 @@ class LocalTracks:
 
     ARRAYS = (
         'local_id', 'mean', 'covariance', 'extent', 'template', 'track_id', 'first_ns',
-        'seen_ns', 'clear_ns', 'group', 'confirmed',
+        'seen_ns', 'clear_ns', 'confirmed',
     )  # fmt: skip
 
     def __init__(self, config: FilterConfig, mapping: GroundMapping, sizes: SizeTable) -> None:
@@ -119,7 +117,6 @@ class LocalTracks:
         self.first_ns: Ints = np.zeros(0, np.int64)
         self.seen_ns: Ints = np.zeros(0, np.int64)
         self.clear_ns: Ints = np.zeros(0, np.int64)
-        self.group: Ints = np.zeros(0, np.int64)
         self.confirmed: NDArray[np.bool_] = np.zeros(0, np.bool_)
 
     def predict(self, seconds: float) -> None:
@@ -185,7 +182,6 @@ class LocalTracks:
             'first_ns': np.full(count, stamp_ns, np.int64),
             'seen_ns': np.full(count, stamp_ns, np.int64),
             'clear_ns': np.full(count, stamp_ns, np.int64),
-            'group': np.zeros(count, np.int64),
             'confirmed': np.zeros(count, np.bool_),
         }
         for name in self.ARRAYS:

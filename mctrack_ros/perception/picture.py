@@ -19,6 +19,8 @@ class Picture:
         Blue, green, red.
     mask : (h, w) uint8 array
         Its cleaned foreground, 255.
+    difference : (h, w) uint8 array
+        From the background.
     scale : float
         Pixels of the camera's picture to one of these.
 
@@ -26,4 +28,5 @@ class Picture:
 
     image: NDArray[np.uint8]
     mask: NDArray[np.uint8]
+    difference: NDArray[np.uint8]
     scale: float

@@ -14,12 +14,14 @@ from mctrack_ros.interfaces import Detections, Events, Feedback
 from mctrack_ros.perception.background import BackgroundConfig, MedianBackground
 from mctrack_ros.perception.blobs import BlobConfig, clean_mask, find_blobs
 from mctrack_ros.perception.ghosts import GhostConfig, GhostWatch
+from mctrack_ros.perception.groups import GroupConfig
 from mctrack_ros.perception.identity import IdentityConfig
 from mctrack_ros.perception.local_tracks import FilterConfig
 from mctrack_ros.perception.matching import MatchingConfig
 from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture, has_jumped
 from mctrack_ros.perception.partition import PartitionConfig
 from mctrack_ros.perception.picture import Picture
+from mctrack_ros.perception.presence import PresenceConfig
 from mctrack_ros.perception.silhouettes.parameters import SilhouetteConfig
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.perception.tracker import LocalTracker, TrackerConfig
@@ -46,6 +48,8 @@ class CameraConfig:
     filter: FilterConfig = field(default_factory=FilterConfig)
     matching: MatchingConfig = field(default_factory=MatchingConfig)
     partition: PartitionConfig = field(default_factory=PartitionConfig)
+    groups: GroupConfig = field(default_factory=GroupConfig)
+    presence: PresenceConfig = field(default_factory=PresenceConfig)
     identity: IdentityConfig = field(default_factory=IdentityConfig)
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
     watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
@@ -64,22 +68,31 @@ class CameraPipeline:
         Of the camera; fixes the size of its pictures.
     mask : (h, w) uint8 array, optional
         0 where the picture is to be ignored.
+    background : (h, w, 3) uint8 array, optional
+        Picture without moving objects; unless given, the background is learned first.
 
     Raises
     ------
     ValueError
-        If the mask has another size than the mapping's pictures.
+        If the mask or the background has another size than the mapping's pictures.
 
     """
 
     def __init__(
-        self, config: CameraConfig, mapping: GroundMapping, mask: Image | None = None
+        self,
+        config: CameraConfig,
+        mapping: GroundMapping,
+        mask: Image | None = None,
+        background: Image | None = None,
     ) -> None:
         self._config, self._mapping = config, mapping
         check_mask(mask, mapping.image_size)
         self._mask = None if mask is None else self._reduced(mask)
         self._sizes = SizeTable(mapping)
         self._background = MedianBackground(config.background)
+        if background is not None:
+            check_picture(background, mapping.image_size)
+            self._background.begin(self._reduced(background))
         self._ghosts = GhostWatch(config.ghosts)
         self._watchdog = Watchdog(config.watchdog, mask)
         self._tracker = LocalTracker(
@@ -89,6 +102,8 @@ class CameraPipeline:
             config.identity,
             config.blobs,
             config.partition,
+            config.groups,
+            config.presence,
             mapping,
             self._sizes,
         )
@@ -137,7 +152,7 @@ class CameraPipeline:
             scale,
             self._config.blobs,
         )
-        picture = Picture(small, mask, scale)
+        picture = Picture(small, mask, self._background.difference, scale)
         detections, events = self._tracker.step(blobs, picture, stamp_ns, feedback, shift.noise_px)
         persons = np.vstack([blobs.box, detections.box]) / scale
         self._ghosts.look(self._background.model, small, mask, persons, stamp_ns)

@@ -11,6 +11,8 @@ from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
 from mctrack_ros.perception.blobs import BlobConfig, Blobs
+from mctrack_ros.perception.contacts import NOWHERE, contacts
+from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.identity import IdentityConfig, learn_identities
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.local_tracks import FilterConfig, LocalTracks
@@ -18,6 +20,7 @@ from mctrack_ros.perception.matching import MatchingConfig, match
 from mctrack_ros.perception.observations import NEW, Observations, Observer
 from mctrack_ros.perception.partition import PartitionConfig
 from mctrack_ros.perception.picture import Picture
+from mctrack_ros.perception.presence import Presence, PresenceConfig
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.tracking.appearance import colour_templates
 
@@ -60,6 +63,10 @@ class LocalTracker:
         A person's usual size.
     partition : PartitionConfig
         Of telling persons in one blob apart.
+    groups : GroupConfig
+        Of noting merges and splits.
+    presence : PresenceConfig
+        Of noting who comes and goes.
     mapping : GroundMapping
         Of the camera.
     sizes : SizeTable
@@ -75,6 +82,8 @@ class LocalTracker:
         identity: IdentityConfig,
         blobs: BlobConfig,
         partition: PartitionConfig,
+        groups: GroupConfig,
+        presence: PresenceConfig,
         mapping: GroundMapping,
         sizes: SizeTable,
     ) -> None:
@@ -82,12 +91,15 @@ class LocalTracker:
         self._partition, self._mapping, self._sizes = partition, mapping, sizes
         self._observer = Observer(mapping, sizes, blobs, partition)
         self.tracks = LocalTracks(filtering, mapping, sizes)
-        self._next_group = 1
+        self._grouping, self._groups = groups, Groups(groups)
+        self._presence = Presence(presence, mapping)
         self._last_ns: int | None = None
 
     def restart(self) -> None:
         """Forget all tracks; ids go on."""
         self.tracks.clear()
+        self._groups.restart()
+        self._presence.restart()
         self._last_ns = None
 
     def step(
@@ -126,7 +138,7 @@ class LocalTracker:
         predicted = tracks.prediction()
         blob_of = match(tracks, predicted, blobs, template, self._matching)
         seen = self._observer.observe(blob_of, tracks, predicted, blobs, template, picture)
-        self._note_groups(seen, log)
+        self._note_groups(seen, blobs, picture, stamp_ns, log)
         self._update(seen, blobs, seconds, stamp_ns)
         seen = self._start(seen, stamp_ns)
         seen = seen.select(
@@ -136,7 +148,7 @@ class LocalTracker:
         self._confirm(stamp_ns)
         if feedback is not None:
             learn_identities(tracks, feedback, stamp_ns, self._identity)
-        self._announce(log)
+        self._presence.announce(tracks, feedback, stamp_ns, log)
         detections = self._detections(seen, blobs, stamp_ns, shift_px)
         return detections, log.rows()
 
@@ -152,49 +164,27 @@ class LocalTracker:
         patience = np.where(tracks.confirmed, self._config.coast_s, self._config.confirm_s)
         obscure = (stamp_ns - tracks.clear_ns) * 1e-9
         left = ~inside & (unseen > 0.0)
-        for row in np.flatnonzero(left & tracks.confirmed):
-            log.add(EventCode.EXIT, tracks, int(row))
+        for row in np.flatnonzero(left).tolist():
+            self._presence.left(tracks, row, log)
         hope = np.where(tracks.confirmed, self._config.hidden_s, 0.0)
         obscure -= seconds  # the last picture's
         tracks.keep(~left & (unseen <= patience) & (obscure <= hope))
 
-    def _note_groups(self, seen: Observations, log: EventLog) -> None:
-        """Give groups numbers; note who joined one (E5) and who left (E3)."""
-        tracks = self.tracks
-        known = seen.track[(seen.track != NEW)]
-        known = known[tracks.confirmed[known]]
-        if len(known) < 2 and not tracks.group[known].any():
-            return
-        blob_of = np.full(len(tracks), -1)
-        blob_of[seen.track[seen.track != NEW]] = seen.blob[seen.track != NEW]
-        count = np.bincount(blob_of[known])
-        for blob in np.flatnonzero(count > 1):
-            self._note_merge(np.sort(known[blob_of[known] == blob]), log)
-        alone = known[(count[blob_of[known]] == 1) & (tracks.group[known] > 0)]
-        for row in np.sort(alone).tolist():
-            self._note_split(row, log)
-
-    def _note_split(self, row: int, log: EventLog) -> None:
-        """Note who left a group; who is left alone by that is no group either."""
-        tracks = self.tracks
-        shared = (tracks.group == tracks.group[row]) & (tracks.group > 0)
-        shared[row] = False
-        if shared.any():
-            log.add(EventCode.SPLIT, tracks, row, tracks.local_id[shared])
-        if shared.sum() == 1:
-            tracks.group[shared] = 0
-        tracks.group[row] = 0
-
-    def _note_merge(self, rows: Ints, log: EventLog) -> None:
-        tracks = self.tracks
-        joined = rows[tracks.group[rows] == 0]
-        if not len(joined):
-            return
-        number = int(tracks.group[rows].max()) or self._next_group
-        self._next_group = max(self._next_group, number + 1)
-        first = int(joined[0])
-        log.add(EventCode.MERGE, tracks, first, tracks.local_id[rows[rows != first]])
-        tracks.group[rows] = number
+    def _note_groups(
+        self, seen: Observations, blobs: Blobs, picture: Picture, stamp_ns: int, log: EventLog
+    ) -> None:
+        """Note who joined a group (E5) and who left one (E3)."""
+        tracks, known = self.tracks, seen.track != NEW
+        blob_of, box = np.full(len(tracks), NOWHERE), np.zeros((len(tracks), 4))
+        blob_of[seen.track[known]] = seen.blob[known]
+        box[seen.track[known]] = seen.box[known]
+        believed = tracks.confirmed
+        share = self._grouping.contact_share
+        part = contacts(blob_of[believed], box[believed], blobs.box, picture, share)
+        for change in self._groups.step(tracks.local_id[believed], part, stamp_ns):
+            code = EventCode.MERGE if change.merged else EventCode.SPLIT
+            row = int(np.searchsorted(tracks.local_id, change.part[0]))
+            log.add(code, tracks, row, np.array([*change.part[1:], *change.rest]))
 
     def _update(self, seen: Observations, blobs: Blobs, seconds: float, stamp_ns: int) -> None:
         """Correct the tracks with what is seen of them (E6); learn sizes and colours alone."""
@@ -224,16 +214,7 @@ class LocalTracker:
 
     def _confirm(self, stamp_ns: int) -> None:
         tracks = self.tracks
-        self._fresh = ~tracks.confirmed & (
-            stamp_ns - tracks.first_ns >= round(self._config.confirm_s * 1e9)
-        )
-        tracks.confirmed |= self._fresh
-
-    def _announce(self, log: EventLog) -> None:
-        """Note what was confirmed: known to the fusion node (E2) or new (E1)."""
-        for row in np.flatnonzero(self._fresh):
-            known = self.tracks.track_id[row] > 0
-            log.add(EventCode.ENTER if known else EventCode.NEW, self.tracks, int(row))
+        tracks.confirmed |= stamp_ns - tracks.first_ns >= round(self._config.confirm_s * 1e9)
 
     def _detections(
         self, seen: Observations, blobs: Blobs, stamp_ns: int, shift_px: float

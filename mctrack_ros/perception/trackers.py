@@ -27,16 +27,20 @@ class CameraTracker(Protocol):
         """Return the (n, 4) boxes, px, where the camera's own tracks are, for an overlay."""
 
 
-TRACKERS: dict[str, Callable[[CameraConfig, GroundMapping, Image | None], CameraTracker]] = {
+Opener = Callable[[CameraConfig, GroundMapping, Image | None, Image | None], CameraTracker]
+TRACKERS: dict[str, Opener] = {
     'groups': CameraPipeline,
-    'silhouettes': lambda config, mapping, mask: SilhouettePipeline(
-        config.silhouettes, mapping, mask
+    'silhouettes': lambda config, mapping, mask, background: SilhouettePipeline(
+        config.silhouettes, mapping, mask, background
     ),
 }
 
 
 def open_camera(
-    config: CameraConfig, mapping: GroundMapping, mask: Image | None = None
+    config: CameraConfig,
+    mapping: GroundMapping,
+    mask: Image | None = None,
+    background: Image | None = None,
 ) -> CameraTracker:
     """
     Return the tracker that a camera's settings name.
@@ -49,6 +53,8 @@ def open_camera(
         Of the camera.
     mask : (h, w) uint8 array, optional
         0 where the picture is to be ignored.
+    background : (h, w, 3) uint8 array, optional
+        Picture without moving objects; unless given, the background is learned first.
 
     """
-    return TRACKERS[config.local_tracker](config, mapping, mask)
+    return TRACKERS[config.local_tracker](config, mapping, mask, background)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mctrack_ros.codec import image_from_message, rows_from_cloud, stamp_ns_of
 from mctrack_ros.interfaces import Detections, Events, Feedback
-from mctrack_ros.perception import FeedbackBuffer, open_camera
+from mctrack_ros.perception import FeedbackBuffer
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.site_config import CameraSettings
 
@@ -109,10 +109,7 @@ class CameraSource:
         topic = topic_of(task, self._reader)
         self._from_pictures = topic == task.image_topic
         if self._from_pictures:
-            settings = task.settings
-            self._pipeline = open_camera(
-                settings.pipeline, settings.mapping(), settings.ignore_mask()
-            )
+            self._pipeline = task.settings.open()
         self._buffer = FeedbackBuffer(task.period_ns, task.delay_ns)
         self._messages: Iterator[tuple[str, object, int]] = self._reader.messages([topic])
         self.next_stamp_ns: int | None = None

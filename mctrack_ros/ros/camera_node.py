@@ -21,7 +21,6 @@ from mctrack_ros.perception import (
     FeedbackBuffer,
     ShiftState,
     feedback_missed,
-    open_camera,
 )
 from mctrack_ros.perception.overlay import draw_overlay
 from mctrack_ros.ros import quality
@@ -47,7 +46,7 @@ class CameraNode(GraphNode):
     def open(self) -> None:
         """Build the pipeline and the publishers."""
         settings, camera = self.config.settings, self.config.camera
-        self.pipeline = open_camera(settings.pipeline, settings.mapping(), settings.ignore_mask())
+        self.pipeline = settings.open()
         self.forget_feedback()
         self.last_stamp_ns = -1
         self.health = StreamHealth()

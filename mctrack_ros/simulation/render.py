@@ -53,6 +53,10 @@ class CameraRenderer:
         self._noise.add(image, step)
         return image, self._sight.view_of(layers)
 
+    def empty(self) -> Image:
+        """Return the (height, width, 3) picture without people, shadows and noise."""
+        return self._empty.copy()
+
     def _darken(self, image: Image, step: int) -> None:
         """Darken the ground where bodies keep the sun off."""
         shade = np.zeros(image.shape[:2], np.uint8)

@@ -35,6 +35,13 @@ def test_predicted_box_lies_on_the_person(stage):
     assert np.allclose(stage.pipeline.predicted_boxes(), [box], atol=2.0)
 
 
+def test_with_a_given_background_people_are_seen_at_once(new_stage, mapping):
+    stage = new_stage()
+    background = np.full((*mapping.image_size[::-1], 3), (60, 120, 60), np.uint8)
+    stage.pipeline = CameraPipeline(CameraConfig(), mapping, background=background)
+    assert len(stage.show([((1.0, 0.0), RED)]).detections) == 1
+
+
 def test_empty_scene_gives_empty_detections(stage):
     assert len(stage.show([]).detections) == 0
 
@@ -60,7 +67,7 @@ def test_known_target_enters_and_unknown_is_new(stage):
             track_id=[77],
         )
 
-    outputs = [stage.show([((-2.0, 1.0), RED), ((2.0, 1.0), BLUE)], known) for _ in range(12)]
+    outputs = [stage.show([((-2.0, 1.0), RED), ((2.0, 1.0), BLUE)], known) for _ in range(20)]
     found = {
         int(output.events.event[row]): int(output.events.track_id[row])
         for output in outputs

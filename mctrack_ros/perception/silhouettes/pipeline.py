@@ -48,20 +48,29 @@ class SilhouettePipeline:
         Of the camera; fixes the size of its pictures.
     mask : (h, w) uint8 array, optional
         0 where the picture is to be ignored.
+    background : (h, w, 3) uint8 array, optional
+        Picture without moving objects; unless given, the first picture is the background.
 
     Raises
     ------
     ValueError
-        If the mask has another size than the mapping's pictures.
+        If the mask or the background has another size than the mapping's pictures.
 
     """
 
     def __init__(
-        self, config: SilhouetteConfig, mapping: GroundMapping, mask: Image | None = None
+        self,
+        config: SilhouetteConfig,
+        mapping: GroundMapping,
+        mask: Image | None = None,
+        background: Image | None = None,
     ) -> None:
         check_mask(mask, mapping.image_size)
         self._config, self._mapping, self._mask = config, mapping, mask
         self._background = LowPassBackground(config.background)
+        if background is not None:
+            check_picture(background, mapping.image_size)
+            self._background.restart_from(self._grey(background))
         self._places = Places(config.places, mapping)
         self._tracker = SilhouetteTracker(config.tracker, self._places.sizes)
         self._rest = RestWatch(config.rest)
@@ -110,7 +119,7 @@ class SilhouettePipeline:
         check_picture(image, self._mapping.image_size)
         seconds = self._advance(stamp_ns)
         shift = self._watchdog.watch(image, stamp_ns)
-        grey = self._background.smoothed(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))  # type: ignore[arg-type]
+        grey = self._grey(image)
         mask = self._background.apply(grey, stamp_ns)
         if mask is None:
             self._restart()
@@ -123,6 +132,10 @@ class SilhouettePipeline:
     def predicted_boxes(self) -> Floats:
         """Return the (n, 4) boxes, px, of the objects, for an overlay."""
         return self._tracker.objects.box.copy()
+
+    def _grey(self, image: Image) -> Image:
+        """Return a picture as the background sees it."""
+        return self._background.smoothed(np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)))
 
     def _track(
         self,

@@ -1,0 +1,190 @@
+"""Events against true events: which were told, in time and of the same targets."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from mctrack_ros.evaluation.frames import ground_distance, matched
+from mctrack_ros.interfaces import Detections, EventCode, Events
+
+CODES = (EventCode.NEW, EventCode.ENTER, EventCode.SPLIT, EventCode.EXIT, EventCode.MERGE)
+"""E1 to E5."""
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """
+    One event of one camera.
+
+    Attributes
+    ----------
+    stamp_ns : int
+        When, ns.
+    event : int
+        An `EventCode`.
+    targets : frozenset of int
+        Everybody concerned: whom it is about and the others of the group; true ids.
+
+    """
+
+    stamp_ns: int
+    event: int
+    targets: frozenset[int]
+
+
+@dataclass(frozen=True, slots=True)
+class EventScore:
+    """
+    How well events of one kind were told.
+
+    Attributes
+    ----------
+    true, told, hits : int
+        True events, told events, and pairs of both.
+
+    """
+
+    true: int = 0
+    told: int = 0
+    hits: int = 0
+
+    def __add__(self, other: EventScore) -> EventScore:
+        """Return the score of both together."""
+        return EventScore(self.true + other.true, self.told + other.told, self.hits + other.hits)
+
+    @property
+    def ratio(self) -> float:
+        """Told events over true ones (event-tracking paper, eq. (6)); false ones flatter it."""
+        return self.told / self.true if self.true else float('nan')
+
+    @property
+    def precision(self) -> float:
+        """Share of the told events that are true."""
+        return self.hits / self.told if self.told else float('nan')
+
+    @property
+    def recall(self) -> float:
+        """Share of the true events that are told."""
+        return self.hits / self.true if self.true else float('nan')
+
+    @property
+    def f1(self) -> float:
+        """Harmonic mean of precision and recall."""
+        both = self.true + self.told
+        return 2 * self.hits / both if both else float('nan')
+
+
+def score_events(
+    true: Sequence[Happening], told: Sequence[Happening], window_s: float, alike: float
+) -> EventScore:
+    """
+    Pair events of one kind and camera, as many as possible, each once.
+
+    Parameters
+    ----------
+    true, told : sequence of Happening
+        Events.
+    window_s : float
+        Largest difference in time of a pair, s.
+    alike : float
+        Least share of the targets of either that both name; 1: the same targets.
+
+    """
+    if not true or not told:
+        return EventScore(len(true), len(told), 0)
+    apart = np.abs(np.subtract.outer(_stamps(true), _stamps(told)))
+    usable = apart <= round(window_s * 1e9)
+    for row, column in np.argwhere(usable).tolist():
+        one, other = true[row].targets, told[column].targets
+        usable[row, column] = len(one & other) >= alike * len(one | other)
+    rows, columns = linear_sum_assignment(usable, maximize=True)
+    return EventScore(len(true), len(told), int(usable[rows, columns].sum()))
+
+
+def true_happenings(events: Iterable[Events]) -> list[Happening]:
+    """Return a camera's true events, whose ids are the targets' own."""
+    return [
+        Happening(rows.stamp_ns, int(rows.event[row]), frozenset(_named(rows, row, 'track_id')))
+        for rows in events
+        for row in range(len(rows))
+    ]
+
+
+def told_happenings(events: Iterable[Events], people: People) -> list[Happening]:
+    """Return a camera's events, with the true ids of whom its local tracks stand for."""
+    return [
+        Happening(
+            rows.stamp_ns,
+            int(rows.event[row]),
+            frozenset(people.at(local, rows.stamp_ns) for local in _named(rows, row, 'local_id')),
+        )
+        for rows in events
+        for row in range(len(rows))
+        if rows.event[row] in CODES
+    ]
+
+
+class People:
+    """
+    Whom the local tracks of one camera stand for, by where they are seen.
+
+    Parameters
+    ----------
+    truth, detections : iterable of Detections
+        Of the camera, in the order of time; ``track_id`` of the truth is the true id.
+    gate_m : float
+        Largest distance of a person and a detection, m.
+    memory_s : float
+        A track stands for whom it was matched to most often within this time, s.
+
+    """
+
+    def __init__(
+        self,
+        truth: Iterable[Detections],
+        detections: Iterable[Detections],
+        gate_m: float,
+        memory_s: float,
+    ) -> None:
+        self._memory_ns = round(memory_s * 1e9)
+        self._seen: dict[int, list[tuple[int, int]]] = {}
+        true_rows = {rows.stamp_ns: rows for rows in truth}
+        for rows in detections:
+            there = true_rows.get(rows.stamp_ns)
+            if there is None or not len(rows) or not len(there):
+                continue
+            apart = ground_distance(_ground(there), _ground(rows))
+            mine, theirs = matched(np.nan_to_num(apart, nan=np.inf), gate_m)
+            for person, local in zip(there.track_id[mine], rows.local_id[theirs]):
+                self._seen.setdefault(int(local), []).append((rows.stamp_ns, int(person)))
+
+    def at(self, local_id: int, stamp_ns: int) -> int:
+        """Return the true id of whom a track stands for at a time; below 0: for nobody."""
+        seen = self._seen.get(local_id)
+        if not seen:
+            return -local_id
+        near = Counter(
+            person for when_ns, person in seen if abs(when_ns - stamp_ns) <= self._memory_ns
+        )
+        if near:
+            return near.most_common(1)[0][0]
+        return min(seen, key=lambda sight: abs(sight[0] - stamp_ns))[1]
+
+
+def _stamps(happenings: Sequence[Happening]) -> NDArray[np.int64]:
+    return np.array([happening.stamp_ns for happening in happenings], np.int64)
+
+
+def _ground(rows: Detections) -> NDArray[np.float64]:
+    return rows.position[:, :2].astype(np.float64)
+
+
+def _named(rows: Events, row: int, field: str) -> list[int]:
+    """Return the ids that an event names."""
+    return [int(getattr(rows, field)[row]), *rows.others[row][rows.others[row] > 0].tolist()]

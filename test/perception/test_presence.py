@@ -1,0 +1,112 @@
+import numpy as np
+import pytest
+
+from mctrack_ros.interfaces import EventCode, Feedback
+from mctrack_ros.perception.local_events import EventLog
+from mctrack_ros.perception.local_tracks import FilterConfig, LocalTracks
+from mctrack_ros.perception.presence import Presence, PresenceConfig
+from mctrack_ros.perception.sizes import SizeTable
+
+START_NS, PERIOD_NS = 10**18, 40_000_000
+
+
+class Camera:
+    """Believed tracks with the ids that are given, and feedback of two periods ago."""
+
+    def __init__(self, mapping):
+        self.tracks = LocalTracks(FilterConfig(), mapping, SizeTable(mapping))
+        self.presence = Presence(PresenceConfig(), mapping)
+        self.now_ns = START_NS
+
+    def begin(self, track_id=0):
+        box = np.array([[100.0, 100, 20, 50]])
+        noise, colours = np.eye(2)[None], np.zeros((1, 48))
+        row = self.tracks.start(np.zeros((1, 2)), box, noise, colours, self.now_ns)
+        self.tracks.confirmed[row], self.tracks.track_id[row] = True, track_id
+
+    def show(self, *targets, feedback=True):
+        """Advance a picture; targets are (id, x, y)."""
+        self.now_ns += PERIOD_NS
+        told = None
+        if feedback:
+            position = np.array([[x, y, 0.0] for _, x, y in targets]).reshape(-1, 3)
+            ids = [target for target, *_ in targets]
+            told = Feedback.build(self.now_ns - 2 * PERIOD_NS, position=position, track_id=ids)
+        log = EventLog(self.now_ns)
+        self.presence.announce(self.tracks, told, self.now_ns, log)
+        rows = log.rows()
+        return [*zip(map(EventCode, rows.event.tolist()), rows.track_id.tolist())]
+
+    def hold(self, count, *targets, **options):
+        return [event for _ in range(count) for event in self.show(*targets, **options)]
+
+
+@pytest.fixture
+def camera(mapping):
+    return Camera(mapping)
+
+
+INSIDE, OUTSIDE = (7, 0.0, 0.0), (7, 900.0, 900.0)
+
+
+def test_a_target_known_before_its_track_enters(camera):
+    camera.hold(5, INSIDE)
+    camera.begin(track_id=7)
+    assert camera.hold(20, INSIDE) == [(EventCode.ENTER, 7)]
+
+
+def test_a_target_known_since_its_track_is_new(camera):
+    camera.begin()
+    assert camera.hold(4) == []
+    camera.tracks.track_id[:] = 7
+    assert camera.hold(20, INSIDE) == [(EventCode.NEW, 7)]
+
+
+def test_a_track_that_nobody_knows_is_new_after_a_while(camera):
+    camera.begin()
+    assert camera.hold(14) == []
+    assert camera.hold(20) == [(EventCode.NEW, 0)]
+
+
+def test_without_feedback_a_track_is_new_at_once(camera):
+    camera.begin()
+    assert camera.show(feedback=False) == [(EventCode.NEW, 0)]
+
+
+def test_another_track_of_who_is_in_view_is_no_event(camera):
+    camera.begin(track_id=7)
+    camera.hold(20, INSIDE)
+    camera.tracks.clear()
+    camera.hold(3, INSIDE)
+    camera.begin(track_id=7)
+    assert camera.hold(20, INSIDE) == []
+
+
+def test_a_lost_target_seen_outside_has_left_and_may_enter_again(camera):
+    camera.hold(3, INSIDE)
+    camera.begin(track_id=7)
+    camera.hold(20, INSIDE)
+    camera.tracks.clear()
+    assert camera.hold(9, OUTSIDE) == []
+    assert camera.hold(5, OUTSIDE) == [(EventCode.EXIT, 7)]
+    camera.begin(track_id=7)
+    assert camera.hold(5, INSIDE) == [(EventCode.ENTER, 7)]
+
+
+def test_who_leaves_by_the_own_track_leaves_once(camera):
+    camera.begin(track_id=7)
+    camera.hold(20, INSIDE)
+    log = EventLog(camera.now_ns)
+    camera.presence.left(camera.tracks, 0, log)
+    assert log.rows().event.tolist() == [EventCode.EXIT]
+    camera.tracks.clear()
+    assert camera.hold(30, OUTSIDE) == []
+
+
+def test_a_target_that_the_server_forgot_leaves_no_trace(camera):
+    camera.begin(track_id=7)
+    camera.hold(20, INSIDE)
+    camera.tracks.clear()
+    assert camera.hold(30) == []
+    assert not camera.presence._present_ns
+    assert not camera.presence._known_ns
