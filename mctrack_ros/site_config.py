@@ -21,6 +21,7 @@ from mctrack_ros.ground import (
     METRES,
     CalibrationError,
     GroundMapping,
+    first_look,
     mapping_from_grid,
     read_calibration,
     read_grid,
@@ -101,6 +102,23 @@ class CameraSettings:
             return mapping_from_grid(grid, size, self.method, self.click_noise_px)
         except CalibrationError as error:
             raise type(error)(f'{self.grid}: {error}') from error
+
+    def doubt(self) -> str:
+        """
+        Return why the camera fitted to the grid is to be doubted; empty: it is not, or is none.
+
+        A first look, quick enough for a start: `mctrack check-calibration` looks closer.
+
+        Raises
+        ------
+        CalibrationError
+            If the grid cannot be read.
+
+        """
+        if not self.grid or self.method != 'fitted':
+            return ''
+        size = (self.image_width, self.image_height)
+        return first_look(read_grid(self.grid), size, self.click_noise_px)
 
     def ignore_mask(self) -> NDArray[np.uint8] | None:
         """

@@ -1,3 +1,4 @@
+import dataclasses
 import json
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import pytest
 import yaml
 
 from mctrack_ros.config import ConfigError
+from mctrack_ros.ground import read_grid, write_grid
 from mctrack_ros.interfaces import MAX_CAMERAS
 from mctrack_ros.site_config import load_site
 
@@ -113,3 +115,19 @@ def test_the_description_decodes_a_bag_and_changes_with_the_settings(site):
     assert one['codes']['TrackStatus']['CONFIRMED'] == 1
     assert one['layout_version'] == 1
     assert one['configuration_hash'] != other['configuration_hash']
+
+
+def test_a_grid_that_does_not_fit_is_doubted_and_others_are_not(site, tmp_path):
+    grid = read_grid(CONFIG / 'pitch5' / 'cam5.xml')
+    bare = dataclasses.replace(grid, image_size=None)
+    write_grid(bare, tmp_path / 'grid.xml')
+    sizes = {'right': (768, 576), 'wrong': (1536, 1152)}
+    loaded = site(
+        cameras={
+            name: {'grid': 'grid.xml', 'image_width': width, 'image_height': height}
+            for name, (width, height) in sizes.items()
+        }
+    )
+    assert loaded.cameras['right'].doubt() == ''
+    assert 'they fit pictures of 768 x 576 px' in loaded.cameras['wrong'].doubt()
+    assert site().cameras['north'].doubt() == ''

@@ -16,7 +16,7 @@ from mctrack_ros.ground.camera import Camera, CameraMapping
 from mctrack_ros.ground.camera_fit import CameraFit, FitError, fit_camera
 from mctrack_ros.ground.camera_info import camera_from_info, read_pose
 from mctrack_ros.ground.cells import CellMapping, Cells
-from mctrack_ros.ground.check import CalibrationCheck, check_grid
+from mctrack_ros.ground.check import CalibrationCheck, check_grid, first_look
 from mctrack_ros.ground.errors import CalibrationError, GridError, SceneError
 from mctrack_ros.ground.grid import TransformationGrid, grid_from_points
 from mctrack_ros.ground.grid_checks import grid_flaws
@@ -61,6 +61,7 @@ __all__ = [
     'check_grid',
     'check_plausible',
     'file_format',
+    'first_look',
     'fit_camera',
     'grid_flaws',
     'grid_from_points',

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from mctrack_ros.ground.camera_fit import CLICK_NOISE_PX, CameraFit, FitError, fit_camera
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.grid import TransformationGrid
+from mctrack_ros.ground.picture_size import size_hint
 from mctrack_ros.ground.plausible import check_plausible
 
 Floats = NDArray[np.float64]
@@ -95,13 +96,13 @@ def check_grid(
 
     """
     names, ground, image = grid.named_points()
+    most = _most_px(image_size)
     try:
-        grid.check_size(image_size)
-        fit = fit_camera(ground, image, image_size, click_noise_px)
-        check_plausible(fit.mapping, ground)
+        fit = _fitted(grid, image_size, click_noise_px)
     except CalibrationError as error:
         nothing = np.full(len(names), np.nan)
-        return CalibrationCheck(names, nothing, nothing, nothing, (), np.nan, str(error))
+        reason = f'{error}{size_hint(grid, image_size, np.inf, most)}'
+        return CalibrationCheck(names, nothing, nothing, nothing, (), np.nan, reason)
     kept = np.ones(len(names), np.bool_)
     suspects: list[int] = []
     while True:
@@ -112,7 +113,7 @@ def check_grid(
         suspects.append(worst)
         kept[worst] = False
     spread = np.trace(fit.mapping.calibration_covariance(ground), axis1=1, axis2=2)
-    most = max(LARGEST_MISS_PX, LARGEST_MISS_SHARE * max(image_size))
+    refusal = _refusal([names[index] for index in suspects], _rms(missed), most)
     return CalibrationCheck(
         names,
         np.linalg.norm(fit.residual, axis=1),
@@ -120,8 +121,53 @@ def check_grid(
         score,
         tuple(names[index] for index in suspects),
         float(np.sqrt(np.median(spread))),
-        _refusal([names[index] for index in suspects], _rms(missed), most),
+        refusal and refusal + size_hint(grid, image_size, fit.rms_px, most),
     )
+
+
+def first_look(
+    grid: TransformationGrid, image_size: tuple[int, int], click_noise_px: float = CLICK_NOISE_PX
+) -> str:
+    """
+    Return why a calibration is to be doubted, by the residuals of its fit; empty: it is not.
+
+    Quick, and milder than `check_grid`, which also leaves every point out in turn.
+
+    Parameters
+    ----------
+    grid : TransformationGrid
+        The points.
+    image_size : (int, int)
+        Width and height of the pictures, px.
+    click_noise_px : float
+        Standard deviation of a click along one axis, px.
+
+    """
+    names, most = grid.named_points()[0], _most_px(image_size)
+    try:
+        fit = _fitted(grid, image_size, click_noise_px)
+    except CalibrationError as error:
+        return f'{error}{size_hint(grid, image_size, np.inf, most)}'
+    missed = np.linalg.norm(fit.residual, axis=1)
+    far = np.flatnonzero(missed > SUSPICIOUS * fit.noise_px).tolist()
+    refusal = _refusal([names[index] for index in far], fit.rms_px, most)
+    return refusal and refusal + size_hint(grid, image_size, fit.rms_px, most)
+
+
+def _fitted(
+    grid: TransformationGrid, image_size: tuple[int, int], click_noise_px: float
+) -> CameraFit:
+    """Return the camera of all points; `CalibrationError` if there is none that can be true."""
+    grid.check_size(image_size)
+    _, ground, image = grid.named_points()
+    fit = fit_camera(ground, image, image_size, click_noise_px)
+    check_plausible(fit.mapping, ground)
+    return fit
+
+
+def _most_px(image_size: tuple[int, int]) -> float:
+    """Return up to which left-out error a calibration is accepted, px."""
+    return max(LARGEST_MISS_PX, LARGEST_MISS_SHARE * max(image_size))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -47,6 +47,7 @@ class CameraNode(GraphNode):
         """Build the pipeline and the publishers."""
         settings, camera = self.config.settings, self.config.camera
         self.pipeline = settings.open()
+        self.note_calibration()
         self.forget_feedback()
         self.last_stamp_ns = -1
         self.health = StreamHealth()
@@ -57,6 +58,17 @@ class CameraNode(GraphNode):
         self.detections = self.publisher(PointCloud2, f'{camera}/detections', reliable(10))
         self.events = self.publisher(PointCloud2, f'{camera}/events', reliable(100))
         self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
+
+    def note_calibration(self) -> None:
+        """Log whether the grid's calibration is to be trusted."""
+        settings = self.config.settings
+        doubt = settings.doubt()
+        if doubt:
+            self.get_logger().warning(
+                f'calibration doubtful: {settings.grid}: {doubt} (mctrack check-calibration)'
+            )
+        elif settings.grid:
+            self.get_logger().info(f'calibration accepted at a first look: {settings.grid}')
 
     def forget_feedback(self) -> None:
         """Begin without feedback."""

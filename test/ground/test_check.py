@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from lens_cameras import SIZE, camera
 
-from mctrack_ros.ground import check_grid, fit_camera, grid_from_points
+from mctrack_ros.ground import check_grid, first_look, fit_camera, grid_from_points
 
 
 def clicked_grid(noise_px=0.3, seed=1):
@@ -57,6 +57,31 @@ def test_what_gives_no_camera_is_refused_with_the_reason():
     assert np.isnan(check.rms_px)
     other = dataclasses.replace(clicked_grid(), image_size=(1, 1))
     assert 'for pictures of 1 x 1 px' in check_grid(other, SIZE).refusal
+
+
+DOUBLE = (1440, 1152)
+
+
+@pytest.mark.parametrize('check', [lambda *each: check_grid(*each).refusal, first_look])
+def test_a_wrong_picture_size_is_guessed_where_the_grid_states_none(check):
+    grid = clicked_grid()
+    assert check(grid, SIZE) == ''
+    hint = 'they fit pictures of 720 x 576 px: is the picture size 1440 x 1152 px wrong'
+    assert hint in check(grid, DOUBLE)
+    small = dataclasses.replace(grid, image=grid.image / 2)
+    assert 'they fit pictures of 360 x 288 px' in check(small, SIZE)
+    stated = dataclasses.replace(small, image_size=SIZE)
+    assert check(stated, SIZE)
+    assert 'they fit' not in check(stated, SIZE)
+    assert 'they fit' not in check(moved(grid, 'B2', (11.0, -8.0)), SIZE)
+
+
+def test_a_first_look_names_what_does_not_fit():
+    assert 'do not fit the others: B2' in first_look(
+        moved(clicked_grid(), 'B2', (40.0, -30.0)), SIZE
+    )
+    other = dataclasses.replace(clicked_grid(), image_size=(1, 1))
+    assert 'for pictures of 1 x 1 px' in first_look(other, SIZE)
 
 
 def refitted(grid, kept):

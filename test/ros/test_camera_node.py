@@ -1,5 +1,7 @@
 """The camera node over DDS: pictures to detections, and what cannot stop it."""
 
+import dataclasses
+
 import moving_camera
 import numpy as np
 import pytest
@@ -8,7 +10,9 @@ from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 from walker import PERIOD_NS, SIZE, camera_parameters, picture_message
 
 from mctrack_ros.codec import cloud_from_rows, compressed_message, image_message, jpeg_from_image
+from mctrack_ros.ground import read_grid, write_grid
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
+from mctrack_ros.resources import config_file
 from mctrack_ros.ros.camera_node import CameraNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 
@@ -69,6 +73,24 @@ def test_raw_pictures_are_taken_too(bench, projection):
     blank = np.full((SIZE[1], SIZE[0], 3), 99, np.uint8)
     camera.send(image_message(blank, RCLPY_CLASSES, START_NS, 'cam1_optical_frame'))
     assert camera.detections[0].stamp_ns == START_NS
+
+
+@pytest.mark.parametrize(
+    ('scale', 'said'),
+    [(1, 'calibration accepted at a first look'), (2, 'they fit pictures of 768 x 576 px')],
+)
+def test_the_node_says_at_its_start_whether_its_grid_is_to_be_trusted(
+    bench, projection, tmp_path, capfd, scale, said
+):
+    grid = read_grid(config_file('pitch5/cam5.xml'))
+    write_grid(dataclasses.replace(grid, image_size=None), tmp_path / 'grid.xml')
+    parameters = camera_parameters(projection)
+    parameters['settings'] |= {
+        'calibration': '', 'grid': str(tmp_path / 'grid.xml'),
+        'image_width': 768 * scale, 'image_height': 576 * scale,
+    }  # fmt: skip
+    bench.make(CameraNode, **parameters)
+    assert said in capfd.readouterr().err
 
 
 def bad_pictures(stamp_ns):
