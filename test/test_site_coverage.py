@@ -8,7 +8,7 @@ import shapely
 import yaml
 from lens_cameras import SIZE, camera
 
-from mctrack_ros.ground import read_grid, write_grid
+from mctrack_ros.ground import read_grid, write_calibration, write_grid
 from mctrack_ros.ground.coverage import CoverageConfig
 from mctrack_ros.ground.field_of_view import FieldOfViewError
 from mctrack_ros.resources import config_file
@@ -70,13 +70,13 @@ def test_polygon_in_the_grid_file_is_the_field_of_view(tmp_path, pitch5):
     assert view.field.equals(shapely.Polygon(corners))
 
 
-def test_camera_that_sees_no_ground_is_part_of_the_site(tmp_path):
-    sky, hall = camera((0, 0, 5), (0, 10, 20)), camera((0, -15, 8), (10, 5, 0))
+def test_camera_that_sees_no_ground_near_enough_is_part_of_the_site(tmp_path):
+    sky = camera((0, 0, 5), (0, 10, 7.0), focal=1300.0, distortion=np.zeros(5))
+    hall = camera((0, -15, 8), (10, 5, 0))
     size = {'image_width': SIZE[0], 'image_height': SIZE[1]}
     content = {'area': '0,0,20,10', 'cameras': {}}
     for name, mapping in (('sky', sky), ('hall', hall)):
-        matrix = {'image_from_world': mapping.camera.image_from_world.tolist()}
-        (tmp_path / f'{name}.yaml').write_text(yaml.safe_dump(matrix))
+        write_calibration(mapping, tmp_path / f'{name}.yaml', 'camera_info', name)
         content['cameras'][name] = {'calibration': f'{name}.yaml', **size}
     (tmp_path / 'site.yaml').write_text(yaml.safe_dump(content))
     coverage = site_coverage(load_site(tmp_path / 'site.yaml'), COARSE)

@@ -64,7 +64,7 @@ def check_plausible(mapping: GroundMapping, position: ArrayLike = ()) -> None:
     if np.median(np.linalg.det(mapping.image_jacobian(seen))) > 0:
         raise CalibrationError(
             'the ground would be mirrored: seen from above, y lies to the left of x; is the sign '
-            'of one axis wrong, or are x and y swapped?'
+            'of one axis wrong, are x and y swapped, or does the camera look into the sky?'
         )
     _check_height(height)
     points = np.asarray(position, np.float64).reshape(-1, 2)
