@@ -141,7 +141,9 @@ class CameraMapping(GroundMapping):
 
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
-        return _derivatives(self._lens, self._pose, points_of(position))[:, :, :2]
+        slopes = _derivatives(self._lens, self._pose, points_of(position))[:, :, :2]
+        slopes[np.isnan(self.image_from_ground(position)).any(axis=1)] = np.nan
+        return slopes
 
     def lens_edge(self) -> Floats:
         """Return (n, 2) pixels around what the lens model has one direction for; none: all."""
@@ -260,6 +262,15 @@ def _derive(
         out[row, 7], out[row, 8], out[row, 9] = by_axes[0], by_axes[1], by_axes[2]
 
 
+@inner
+def _is_folded(lens: Floats, pose: Floats, x: float, y: float) -> bool:
+    """Tell whether a ground position lies beyond the lens's edge, where its model folds back."""
+    across = pose[0, 0] * x + pose[0, 1] * y + pose[0, 3]
+    down = pose[1, 0] * x + pose[1, 1] * y + pose[1, 3]
+    depth = pose[2, 0] * x + pose[2, 1] * y + pose[2, 3]
+    return across * across + down * down > lens[12] * depth * depth
+
+
 @compiled(_MATRICES(FLOATS_1D, FLOATS_2D, FLOATS_2D))
 def _derivatives(lens: Floats, pose: Floats, position: Floats) -> Floats:
     derivatives = np.empty((len(position), 2, 10))
@@ -282,6 +293,8 @@ def _spread(
     for index in range(len(position)):
         x, y = position[index]
         _derive(lens, pose, x, y, work, by_axes, jacobian)
+        if _is_folded(lens, pose, x, y):
+            jacobian[:] = np.nan
         image[:] = noise[index if len(noise) > 1 else 0]
         if known:
             for i in range(8):

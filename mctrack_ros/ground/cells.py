@@ -237,6 +237,8 @@ def _found(
     rows, columns = guess.shape
     for index in range(len(points)):
         x, y = points[index]
+        if not (np.isfinite(x) and np.isfinite(y)):
+            continue
         across, down = (x - low[0]) / step[0], (y - low[1]) / step[1]
         if 0.0 <= across < columns and 0.0 <= down < rows:
             likely = guess[int(down), int(across)]
@@ -301,7 +303,7 @@ def _mapped(matrices: Floats, cell: Ints, points: Floats) -> Floats:
 def _slope(matrix: Floats, x: float, y: float, slope: Floats) -> None:
     """Write the (2, 2) derivatives of a homography."""
     depth = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2]
-    share = 1.0 / depth if depth != 0.0 else np.nan
+    share = 1.0 / depth if depth > 0.0 else np.nan
     for axis in range(2):
         along = (matrix[axis, 0] * x + matrix[axis, 1] * y + matrix[axis, 2]) * share
         for by in range(2):

@@ -53,25 +53,28 @@ class IteratedMapping(GroundMapping):
         return self._exact.camera_position
 
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
-        """Return the (n, 2) ground positions, m, of (n, 2) pixels."""
+        """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""
         pixel = points_of(pixel)
         cell, inside = self.cells.in_image(pixel)
         ratio = _ratios(self.cells.image, cell, inside, pixel, self._threshold_px)
         low, high = self.cells.ground[cell, 0], self.cells.ground[cell, 2]
         position: Floats = low + (high - low) * ratio
+        beyond = np.flatnonzero(~inside)
+        position[beyond[_is_nowhere(self._exact.ground_from_image(pixel[beyond]))]] = np.nan
         return position
 
     def image_from_ground(self, position: ArrayLike, height: ArrayLike = 0.0) -> Floats:
-        """Return the (n, 2) pixels of (n, 2) ground positions, m; heights by one homography."""
+        """Return the (n, 2) pixels of (n, 2) ground positions, m; NaN behind the camera."""
         position = points_of(position)
-        cell, _ = self.cells.on_ground(position)
+        cell, inside = self.cells.on_ground(position)
         pixel = _crossings(self.cells.image, cell, self._ratio(position, cell))
+        pixel[self._unseen(position, inside)] = np.nan
         return pixel + self._exact.rise(position, height)
 
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
         position = points_of(position)
-        cell, _ = self.cells.on_ground(position)
+        cell, inside = self.cells.on_ground(position)
         ratio = self._ratio(position, cell)
         size = self.cells.ground[cell, 2] - self.cells.ground[cell, 0]
         jacobian = np.empty((len(position), 2, 2))
@@ -81,6 +84,7 @@ class IteratedMapping(GroundMapping):
             ahead = _crossings(self.cells.image, cell, ratio + step)
             behind = _crossings(self.cells.image, cell, ratio - step)
             jacobian[:, :, axis] = (ahead - behind) / (2 * SLOPE_STEP * size[:, [axis]])
+        jacobian[self._unseen(position, inside)] = np.nan
         return jacobian
 
     def is_extrapolated(self, pixel: ArrayLike) -> Mask:
@@ -91,6 +95,16 @@ class IteratedMapping(GroundMapping):
         low, high = self.cells.ground[cell, 0], self.cells.ground[cell, 2]
         ratio: Floats = (position - low) / (high - low)
         return np.clip(ratio, -FARTHEST, 1 + FARTHEST)
+
+    def _unseen(self, position: Floats, inside: Mask) -> Ints:
+        """Return the rows of positions that the nearest cell has behind the camera."""
+        beyond = np.flatnonzero(~inside)
+        return beyond[_is_nowhere(self._exact.image_from_ground(position[beyond]))]
+
+
+def _is_nowhere(points: Floats) -> Mask:
+    nowhere: Mask = ~np.isfinite(points).all(axis=1)
+    return nowhere
 
 
 @inner

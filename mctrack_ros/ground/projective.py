@@ -174,7 +174,7 @@ def _derivatives(matrix: Floats, points: Floats) -> Floats:
     for index in range(len(points)):
         x, y = points[index]
         depth = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2]
-        share = 1.0 / depth if depth != 0.0 else np.nan
+        share = 1.0 / depth if depth > 0.0 else np.nan
         for axis in range(2):
             mapped = (matrix[axis, 0] * x + matrix[axis, 1] * y + matrix[axis, 2]) * share
             for by in range(2):
