@@ -19,6 +19,7 @@ F = TypeVar('F', bound=Callable[..., Any])
 
 BYTES_2D = types.Array(types.u1, 2, 'C', readonly=True)
 BYTES_3D = types.Array(types.u1, 3, 'C', readonly=True)
+BOOLS_1D = types.Array(types.b1, 1, 'C', readonly=True)
 INTS_1D = types.Array(types.i8, 1, 'C', readonly=True)
 INTS_2D = types.Array(types.i8, 2, 'C', readonly=True)
 FLOATS_1D = types.Array(types.f8, 1, 'C', readonly=True)

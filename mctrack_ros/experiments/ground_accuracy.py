@@ -105,7 +105,9 @@ def makers(grid: Floats) -> dict[str, Maker]:
     planes = {'plane1': _plane(grid, 1.0), 'plane2': _plane(grid, 0.5)}
     return {
         'fitted': lambda ground, image: fit_camera(ground, image, IMAGE_SIZE).mapping,
-        'cell': lambda ground, image: CellMapping(_cells(ground, image), IMAGE_SIZE),
+        'cell': lambda ground, image: CellMapping(
+            _cells(ground, image), IMAGE_SIZE, CLICK_NOISE_PX
+        ),
         'iterated': lambda ground, image: IteratedMapping(_cells(ground, image), IMAGE_SIZE),
         'iterated_exact': lambda ground, image: IteratedMapping(
             _cells(ground, image), IMAGE_SIZE, threshold_px=0.0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 from numba import types
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +19,7 @@ from mctrack_ros.ground.distortion import (
     undistort,
 )
 from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, solve_spread
+from mctrack_ros.ground.support import doubt, doubts, hull_of
 
 Floats = NDArray[np.float64]
 PARAMETERS = ('focal length', 'k1', 'rotation x', 'rotation y', 'rotation z', 'x', 'y', 'z')
@@ -120,7 +120,7 @@ class CameraMapping(GroundMapping):
             raise ValueError('the camera stands on the ground plane: it sees it as a line')
         self.camera = camera
         self.image_size = (int(image_size[0]), int(image_size[1]))
-        self._hull = None if support is None else cv2.convexHull(support.astype(np.float32))[:, 0]
+        self._hull = hull_of(support)
         self._lens = packed_lens(camera.intrinsics, camera.distortion)
         self._pose = np.ascontiguousarray(np.column_stack([camera.rotation, camera.translation]))
 
@@ -158,12 +158,7 @@ class CameraMapping(GroundMapping):
 
     def is_extrapolated(self, pixel: ArrayLike) -> Mask:
         """Tell which (n, 2) pixels lie beyond those that the camera was calibrated by."""
-        if self._hull is None:
-            return super().is_extrapolated(pixel)
-        edge = np.roll(self._hull, -1, axis=0) - self._hull
-        away = points_of(pixel)[:, None] - self._hull
-        side = edge[:, 0] * away[..., 1] - edge[:, 1] * away[..., 0]
-        return np.asarray(~((side >= 0).all(axis=1) | (side <= 0).all(axis=1)))
+        return doubts(self._hull, points_of(pixel)) > 0
 
     def unfolded(self, position: ArrayLike) -> Floats:
         """Return the (n, 2) pixels of positions, m, also where the lens model folds back."""
@@ -187,8 +182,9 @@ class CameraMapping(GroundMapping):
     def _covariance(self, position: Floats, pixel_covariance: ArrayLike) -> Floats:
         noise = np.asarray(pixel_covariance, np.float64).reshape(-1, 2, 2)
         return _spread(
-            self._lens, self._pose, self.camera.covariance, position, np.ascontiguousarray(noise)
-        )
+            self._lens, self._pose, self.camera.covariance, self._hull, position,
+            np.ascontiguousarray(noise),
+        )  # fmt: skip
 
 
 @compiled(_POINTS(FLOATS_1D, FLOATS_2D, FLOATS_2D))
@@ -268,7 +264,7 @@ def _is_folded(lens: Floats, pose: Floats, x: float, y: float) -> bool:
     across = pose[0, 0] * x + pose[0, 1] * y + pose[0, 3]
     down = pose[1, 0] * x + pose[1, 1] * y + pose[1, 3]
     depth = pose[2, 0] * x + pose[2, 1] * y + pose[2, 3]
-    return across * across + down * down > lens[12] * depth * depth
+    return bool(across * across + down * down > lens[12] * depth * depth)
 
 
 @compiled(_MATRICES(FLOATS_1D, FLOATS_2D, FLOATS_2D))
@@ -281,13 +277,13 @@ def _derivatives(lens: Floats, pose: Floats, position: Floats) -> Floats:
     return derivatives
 
 
-@compiled(_MATRICES(FLOATS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FLOATS_3D))
+@compiled(_MATRICES(FLOATS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FLOATS_3D))
 def _spread(
-    lens: Floats, pose: Floats, calibration: Floats, position: Floats, noise: Floats
+    lens: Floats, pose: Floats, calibration: Floats, hull: Floats, position: Floats, noise: Floats
 ) -> Floats:
-    """Return ground covariances from those of pixels, one for all or one each, and camera."""
+    """Return ground covariances: of pixels, one for all or one each, of the camera, outside."""
     spread = np.empty((len(position), 2, 2))
-    work, by_axes, jacobian = np.empty(DERIVED), np.empty(3), np.empty((2, 10))
+    work, by_axes, jacobian = np.zeros(DERIVED), np.empty(3), np.empty((2, 10))
     known = calibration.any()
     image = np.empty((2, 2))
     for index in range(len(position)):
@@ -296,6 +292,11 @@ def _spread(
         if _is_folded(lens, pose, x, y):
             jacobian[:] = np.nan
         image[:] = noise[index if len(noise) > 1 else 0]
+        if len(hull) > 0:
+            column, row = lens[0] * work[0] + lens[2], lens[1] * work[1] + lens[3]
+            variance = doubt(hull, column, row)
+            image[0, 0] += variance
+            image[1, 1] += variance
         if known:
             for i in range(8):
                 across, down = 0.0, 0.0

@@ -12,6 +12,7 @@ from scipy.stats import chi2
 
 from mctrack_ros.ground.camera import PARAMETERS, Camera, CameraMapping
 from mctrack_ros.ground.errors import CalibrationError
+from mctrack_ros.ground.homography_fit import start_homography
 from mctrack_ros.ground.mapping import points_of
 from mctrack_ros.ground.projective import ProjectiveMapping
 
@@ -182,7 +183,8 @@ def _check_informative(mapping: CameraMapping, ground: Floats) -> None:
 def _starts(ground: Floats, image: Floats, image_size: tuple[int, int]) -> list[Camera]:
     """Return cameras to begin with: one homography, read with several focal lengths."""
     try:
-        mapping = ProjectiveMapping.from_points(ground, image, image_size)
+        start = start_homography(ground, image)
+        mapping = ProjectiveMapping.from_homography(start, image_size)
     except ValueError:
         return []
     width, height = image_size

@@ -8,6 +8,7 @@ from numba import types
 from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.compiled import (
+    BOOLS_1D,
     FLOATS_1D,
     FLOATS_2D,
     FLOATS_3D,
@@ -18,12 +19,15 @@ from mctrack_ros.compiled import (
 )
 from mctrack_ros.ground.errors import GridError
 from mctrack_ros.ground.grid import TransformationGrid
+from mctrack_ros.ground.homography_spread import add_spread, spread_terms
 from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, solve_spread
 from mctrack_ros.ground.projective import ProjectiveMapping
+from mctrack_ros.ground.support import distance_squared, doubt, side_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 GUESSES = 128
+UNIT = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
 FOUND = types.Tuple([types.i8[::1], types.b1[::1]])
 
 
@@ -106,6 +110,10 @@ class CellMapping(GroundMapping):
         self._noise_px = float(click_noise_px)
         self._to_image = np.array([_exact(a, b) for a, b in zip(cells.ground, cells.image)])
         self._to_ground = np.linalg.inv(self._to_image)
+        self._unit = np.array([_exact(UNIT, image) for image in cells.image])
+        clicked = [_by_corners(*each) for each in zip(self._unit, cells.image) if self._noise_px]
+        self._terms = np.reshape([spread_terms(each) for each in clicked], (-1, 6, 6))
+        self._terms *= self._noise_px**2
         corners, where = cells.ground.reshape(-1, 2), cells.image.reshape(-1, 2)
         _, first = np.unique(corners, axis=0, return_index=True)
         self._upright = ProjectiveMapping.from_points(
@@ -149,27 +157,28 @@ class CellMapping(GroundMapping):
 
     def calibration_covariance(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) covariances, m², that the corners' clicks add at positions, m."""
-        return self._covariance(points_of(position), np.zeros((1, 2, 2)))
+        return self.ground_covariance(position, np.zeros((1, 2, 2)))
 
     def ground_covariance(self, position: ArrayLike, pixel_covariance: ArrayLike) -> Floats:
         """Return the (n, 2, 2) covariances, m², of positions, m, seen so well, px²."""
-        return self._covariance(points_of(position), pixel_covariance)
+        position = points_of(position)
+        return self._covariance(position, pixel_covariance, *self.cells.on_ground(position))
 
     def locate(self, pixel: ArrayLike, pixel_covariance: ArrayLike) -> tuple[Floats, Floats]:
         """Return (n, 2) positions, m, and their (n, 2, 2) covariances, m²."""
         pixel = points_of(pixel)
-        cell, _ = self.cells.in_image(pixel)
+        cell, inside = self.cells.in_image(pixel)
         position = _mapped(self._to_ground, cell, pixel)
-        return position, self._covariance(position, pixel_covariance, cell)
+        return position, self._covariance(position, pixel_covariance, cell, inside)
 
     def _covariance(
-        self, position: Floats, pixel_covariance: ArrayLike, cell: Ints | None = None
+        self, position: Floats, pixel_covariance: ArrayLike, cell: Ints, inside: Mask
     ) -> Floats:
-        if cell is None:
-            cell, _ = self.cells.on_ground(position)
         noise = np.ascontiguousarray(pixel_covariance, np.float64).reshape(-1, 2, 2)
-        variance = self._noise_px**2
-        return _spread(self._to_image, self.cells.ground, cell, position, noise, variance)
+        return _spread(
+            self._to_image, self._unit, self._terms, self.cells.ground, self.cells.image, cell,
+            inside, position, noise,
+        )  # fmt: skip
 
 
 def _exact(ground: Floats, image: Floats) -> Floats:
@@ -181,16 +190,26 @@ def _exact(ground: Floats, image: Floats) -> Floats:
     return homography
 
 
+def _by_corners(matrix: Floats, image: Floats) -> Floats:
+    """Return the (9, 9) covariance of a homography of the unit square for 1 px of its corners."""
+    equations, moved = np.zeros((8, 9)), np.zeros((8, 8))
+    for index, (corner, pixel) in enumerate(zip(np.column_stack([UNIT, np.ones(4)]), image)):
+        for axis in range(2):
+            row = 2 * index + axis
+            equations[row, 3 * axis : 3 * axis + 3] = corner
+            equations[row, 6:] = -pixel[axis] * corner
+            moved[row, row] = matrix[2] @ corner
+    scale = np.linalg.norm(equations, axis=0)
+    derivatives = (np.linalg.pinv(equations / scale) @ moved) / scale[:, None]
+    covariance: Floats = derivatives @ derivatives.T
+    return covariance
+
+
 def _from_basis(corners: Floats) -> Floats:
     """Return the (3, 3) matrix that sends the projective basis to four corners."""
     points = np.column_stack([corners, np.ones(4)]).T
     basis: Floats = points[:, :3] * np.linalg.solve(points[:, :3], points[:, 3])
     return basis
-
-
-@inner
-def _side(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> float:
-    return (bx - ax) * (y - ay) - (by - ay) * (x - ax)
 
 
 @inner
@@ -200,33 +219,10 @@ def _is_within(corners: Floats, x: float, y: float) -> bool:
     for corner in range(4):
         ax, ay = corners[corner]
         bx, by = corners[(corner + 1) % 4]
-        side = _side(ax, ay, bx, by, x, y)
+        side = side_of(ax, ay, bx, by, x, y)
         left &= side > 0.0
         right &= side < 0.0
     return left or right
-
-
-@inner
-def _distance(corners: Floats, x: float, y: float) -> float:
-    """Return the squared distance of a point from a convex cell; 0 inside."""
-    left, right = False, False
-    for corner in range(4):
-        ax, ay = corners[corner]
-        bx, by = corners[(corner + 1) % 4]
-        side = _side(ax, ay, bx, by, x, y)
-        left |= side > 0.0
-        right |= side < 0.0
-    if not (left and right):
-        return 0.0
-    best = np.inf
-    for corner in range(4):
-        ax, ay = corners[corner]
-        bx, by = corners[(corner + 1) % 4]
-        along = (x - ax) * (bx - ax) + (y - ay) * (by - ay)
-        share = min(max(along / ((bx - ax) ** 2 + (by - ay) ** 2), 0.0), 1.0)
-        away_x, away_y = x - ax - share * (bx - ax), y - ay - share * (by - ay)
-        best = min(best, away_x * away_x + away_y * away_y)
-    return max(best, 1e-300)
 
 
 @compiled(FOUND(FLOATS_3D, INTS_2D, FLOATS_1D, FLOATS_1D, FLOATS_2D))
@@ -247,7 +243,7 @@ def _found(
                 continue
         best = np.inf
         for candidate in range(len(corners)):
-            distance = _distance(corners[candidate], x, y)
+            distance = distance_squared(corners[candidate], x, y)
             if distance < best:
                 best, cell[index] = distance, candidate
                 if distance == 0.0:
@@ -318,20 +314,34 @@ def _slopes(matrices: Floats, cell: Ints, points: Floats) -> Floats:
     return slopes
 
 
-@compiled(types.f8[:, :, ::1](FLOATS_3D, FLOATS_3D, INTS_1D, FLOATS_2D, FLOATS_3D, types.f8))
+@compiled(
+    types.f8[:, :, ::1](
+        FLOATS_3D, FLOATS_3D, FLOATS_3D, FLOATS_3D, FLOATS_3D, INTS_1D, BOOLS_1D, FLOATS_2D,
+        FLOATS_3D,
+    )
+)  # fmt: skip
 def _spread(
-    matrices: Floats, corners: Floats, cell: Ints, position: Floats, noise: Floats, click: float
-) -> Floats:
-    """Return ground covariances: of the pixels, and of corners that share in each place."""
+    matrices: Floats, unit: Floats, terms: Floats, ground: Floats, corners: Floats, cell: Ints,
+    inside: Mask, position: Floats, noise: Floats,
+) -> Floats:  # fmt: skip
+    """Return ground covariances: of pixels, of clicks that move the cell's homography, outside."""
     spread, slope, image = np.empty((len(position), 2, 2)), np.empty((2, 2)), np.empty((2, 2))
+    known = terms.size > 0
     for index in range(len(position)):
         own, (x, y) = cell[index], position[index]
         image[:] = noise[index if len(noise) > 1 else 0]
-        low, high = corners[own, 0], corners[own, 2]
-        across, along = (x - low[0]) / (high[0] - low[0]), (y - low[1]) / (high[1] - low[1])
-        kept = (across**2 + (1.0 - across) ** 2) * (along**2 + (1.0 - along) ** 2)
-        image[0, 0] += click * kept
-        image[1, 1] += click * kept
-        _slope(matrices[own], x, y, slope)
+        if known:
+            low, high = ground[own, 0], ground[own, 2]
+            across, along = (x - low[0]) / (high[0] - low[0]), (y - low[1]) / (high[1] - low[1])
+            add_spread(unit[own], terms[own], across, along, image)
+        matrix = matrices[own]
+        if not inside[index]:
+            depth = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2]
+            column = (matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2]) / depth
+            row = (matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2]) / depth
+            variance = doubt(corners[own], column, row)
+            image[0, 0] += variance
+            image[1, 1] += variance
+        _slope(matrix, x, y, slope)
         solve_spread(slope[0, 0], slope[0, 1], slope[1, 0], slope[1, 1], image, spread[index])
     return spread

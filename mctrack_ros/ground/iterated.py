@@ -6,9 +6,10 @@ import numpy as np
 from numba import types
 from numpy.typing import ArrayLike, NDArray
 
-from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
 from mctrack_ros.ground.cells import CellMapping, Cells
 from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of
+from mctrack_ros.ground.support import cell_doubts
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -37,14 +38,20 @@ class IteratedMapping(GroundMapping):
     threshold_px : float
         Distance from the line at which the search ends; the paper's is 1 px. At 0 the ratios of
         equation (4) are solved for instead of searched.
+    click_noise_px : float
+        Standard deviation of a corner's pixel along one axis, carried into the covariances.
 
     """
 
     def __init__(
-        self, cells: Cells, image_size: tuple[int, int], threshold_px: float = 1.0
+        self,
+        cells: Cells,
+        image_size: tuple[int, int],
+        threshold_px: float = 1.0,
+        click_noise_px: float = 0.0,
     ) -> None:
         self.cells, self.image_size = cells, (int(image_size[0]), int(image_size[1]))
-        self._threshold_px = float(threshold_px)
+        self._threshold_px, self._noise_px = float(threshold_px), float(click_noise_px)
         self._exact = CellMapping(cells, image_size)
 
     @property
@@ -87,6 +94,40 @@ class IteratedMapping(GroundMapping):
         jacobian[self._unseen(position, inside)] = np.nan
         return jacobian
 
+    def calibration_covariance(self, position: ArrayLike) -> Floats:
+        """
+        Return the (n, 2, 2) covariances, m², that the method adds at (n, 2) positions, m.
+
+        The clicks of the cell's corners, as equal ratios mix them; the stop, anywhere within its
+        threshold; how far equal ratios are from the cell's homography; and, outside all cells,
+        what their points do not show.
+        """
+        position = points_of(position)
+        return self._added(position, self.image_from_ground(position))
+
+    def locate(self, pixel: ArrayLike, pixel_covariance: ArrayLike) -> tuple[Floats, Floats]:
+        """Return (n, 2) positions, m, and their (n, 2, 2) covariances, m²."""
+        pixel = points_of(pixel)
+        position, inside = self.ground_from_image(pixel), self.cells.in_image(pixel)[1]
+        reached = np.where(inside[:, None], self.image_from_ground(position), pixel)
+        spread = self.propagated(position, pixel_covariance)
+        return position, spread + self._added(position, reached)
+
+    def _added(self, position: Floats, pixel: Floats) -> Floats:
+        """Return the covariances, m², of positions that were found for pixels."""
+        ratio = self._ratio(position, self.cells.on_ground(position)[0])
+        nearest, inside = self.cells.in_image(pixel)
+        variance = self._threshold_px**2 / 3 + cell_doubts(self.cells.image, nearest, pixel)
+        variance += self._noise_px**2 * (ratio**2 + (1 - ratio) ** 2).prod(axis=1)
+        image, bent = np.zeros((2, len(position), 2, 2))
+        image[:, [0, 1], [0, 1]] = variance[:, None]
+        bend = self._exact.ground_from_image(pixel) - position
+        bent[inside] = bend[inside, :, None] * bend[inside, None]
+        # outside, the lines through a point may cross a second time: the direction tells nothing
+        square = (bend**2).sum(axis=1)
+        bent[~inside, 0, 0] = bent[~inside, 1, 1] = square[~inside]
+        return self.propagated(position, image) + bent
+
     def is_extrapolated(self, pixel: ArrayLike) -> Mask:
         """Tell which (n, 2) pixels lie in no cell."""
         return self._exact.is_extrapolated(pixel)
@@ -103,8 +144,7 @@ class IteratedMapping(GroundMapping):
 
 
 def _is_nowhere(points: Floats) -> Mask:
-    nowhere: Mask = ~np.isfinite(points).all(axis=1)
-    return nowhere
+    return np.asarray(~np.isfinite(points).all(axis=1))
 
 
 @inner
@@ -152,8 +192,7 @@ def _extended(corners: Floats, axis: int, x: float, y: float, threshold: float) 
     return ratio
 
 
-@compiled(types.f8[:, ::1](FLOATS_3D, INTS_1D, types.Array(types.b1, 1, 'C', readonly=True),
-                           FLOATS_2D, types.f8))  # fmt: skip
+@compiled(types.f8[:, ::1](FLOATS_3D, INTS_1D, BOOLS_1D, FLOATS_2D, types.f8))
 def _ratios(corners: Floats, cell: Ints, inside: Mask, pixel: Floats, threshold: float) -> Floats:
     ratios = np.empty((len(pixel), 2))
     for index in range(len(pixel)):

@@ -60,15 +60,15 @@ class GroundMapping(ABC):
 
     def is_extrapolated(self, pixel: ArrayLike) -> Mask:
         """Tell which (n, 2) pixels lie where the calibration is not supported by its points."""
-        return np.zeros(len(np.asarray(pixel).reshape(-1, 2)), np.bool_)
+        return np.zeros(len(points_of(pixel)), np.bool_)
 
     def calibration_covariance(self, position: ArrayLike) -> Floats:
         """
         Return the (n, 2, 2) covariances, m², that the calibration adds at (n, 2) positions, m.
 
-        Zero for a calibration that does not know how good it is.
+        Zero for a calibration that does not know how good it is; more where `is_extrapolated`.
         """
-        return np.zeros((len(np.asarray(position).reshape(-1, 2)), 2, 2))
+        return np.zeros((len(points_of(position)), 2, 2))
 
     def ground_covariance(self, position: ArrayLike, pixel_covariance: ArrayLike) -> Floats:
         """
@@ -178,5 +178,16 @@ def propagated(jacobian: Floats, noise: Floats) -> Floats:
 
 
 def points_of(values: ArrayLike) -> Floats:
-    """Return (n, 2) points as the compiled functions take them."""
-    return np.ascontiguousarray(values, np.float64).reshape(-1, 2)
+    """
+    Return (n, 2) points as the compiled functions take them; one point, (2,), is taken for one.
+
+    Raises
+    ------
+    ValueError
+        If the last axis is not of two.
+
+    """
+    points = np.ascontiguousarray(values, np.float64)
+    if points.size and points.shape[-1:] != (2,):
+        raise ValueError(f'points have shape {points.shape}, expected (n, 2)')
+    return points.reshape(-1, 2)

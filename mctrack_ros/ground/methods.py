@@ -57,10 +57,10 @@ def _mapping(
     if method == 'cell':
         return CellMapping(Cells.of(grid), image_size, click_noise_px)
     if method == 'iterated':
-        return IteratedMapping(Cells.of(grid), image_size)
+        return IteratedMapping(Cells.of(grid), image_size, click_noise_px=click_noise_px)
     ground, image = grid.points()
     if method == 'homography':
-        return ProjectiveMapping.from_points(ground, image, image_size)
+        return ProjectiveMapping.from_points(ground, image, image_size, click_noise_px)
     try:
         return fit_camera(ground, image, image_size, click_noise_px).mapping
     except FitError as error:

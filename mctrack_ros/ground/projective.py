@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from typing import Self
 
-import cv2
 import numpy as np
 from numba import types
 from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.compiled import FLOATS_2D, compiled
-from mctrack_ros.ground.mapping import GroundMapping, points_of
+from mctrack_ros.ground.homography_fit import HomographyFit, fit_homography
+from mctrack_ros.ground.homography_spread import add_spread
+from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, propagated
+from mctrack_ros.ground.support import distance_squared, doubt, doubts
 
 Floats = NDArray[np.float64]
+GROWTH = 8.0
+"""How much the misfit of one homography grows outside its points, for each reach of theirs."""
 
 
 class ProjectiveMapping(GroundMapping):
@@ -25,6 +29,8 @@ class ProjectiveMapping(GroundMapping):
         Projection of homogeneous world coordinates (m) to the image (px).
     image_size : (int, int)
         Width and height, px.
+    fit : HomographyFit, optional
+        Of the ground plane's points, if it was made from points: its uncertainty is carried along.
 
     Raises
     ------
@@ -33,7 +39,12 @@ class ProjectiveMapping(GroundMapping):
 
     """
 
-    def __init__(self, image_from_world: ArrayLike, image_size: tuple[int, int]) -> None:
+    def __init__(
+        self,
+        image_from_world: ArrayLike,
+        image_size: tuple[int, int],
+        fit: HomographyFit | None = None,
+    ) -> None:
         matrix = np.asarray(image_from_world, np.float64)
         if matrix.shape != (3, 4) or not np.isfinite(matrix).all():
             raise ValueError(f'image_from_world has shape {matrix.shape}, expected finite (3, 4)')
@@ -47,9 +58,15 @@ class ProjectiveMapping(GroundMapping):
         self.image_from_ground_homography = homography * sign
         self.ground_from_image_homography = np.linalg.inv(self.image_from_ground_homography)
         self.image_size = (int(image_size[0]), int(image_size[1]))
+        self._fit = fit
 
     @classmethod
-    def from_homography(cls, image_from_ground: ArrayLike, image_size: tuple[int, int]) -> Self:
+    def from_homography(
+        cls,
+        image_from_ground: ArrayLike,
+        image_size: tuple[int, int],
+        fit: HomographyFit | None = None,
+    ) -> Self:
         """
         Recover the vertical direction of a ground homography.
 
@@ -62,6 +79,8 @@ class ProjectiveMapping(GroundMapping):
             Homogeneous ground coordinates (m) to image (px).
         image_size : (int, int)
             Width and height, px.
+        fit : HomographyFit, optional
+            Where it is from.
 
         """
         homography = np.asarray(image_from_ground, np.float64)
@@ -81,10 +100,16 @@ class ProjectiveMapping(GroundMapping):
             rotated = -rotated
         vertical = np.cross(rotated[:, 0], rotated[:, 1])
         pose = np.column_stack([rotated[:, 0], rotated[:, 1], vertical, rotated[:, 2]])
-        return cls(np.linalg.solve(to_centre, intrinsics @ pose), image_size)
+        return cls(np.linalg.solve(to_centre, intrinsics @ pose), image_size, fit)
 
     @classmethod
-    def from_points(cls, ground: ArrayLike, image: ArrayLike, image_size: tuple[int, int]) -> Self:
+    def from_points(
+        cls,
+        ground: ArrayLike,
+        image: ArrayLike,
+        image_size: tuple[int, int],
+        click_noise_px: float = 0.5,
+    ) -> Self:
         """
         Fit one homography to corresponding points by robust least squares.
 
@@ -96,6 +121,8 @@ class ProjectiveMapping(GroundMapping):
             Their pixels.
         image_size : (int, int)
             Width and height, px.
+        click_noise_px : float
+            Standard deviation of a click along one axis, px.
 
         Raises
         ------
@@ -103,13 +130,8 @@ class ProjectiveMapping(GroundMapping):
             If there are fewer than four points or all lie on a line.
 
         """
-        ground, image = np.asarray(ground, np.float64), np.asarray(image, np.float64)
-        if len(ground) < 4:
-            raise ValueError(f'{len(ground)} points, expected at least 4')
-        homography, _ = cv2.findHomography(ground, image, cv2.RANSAC, 3.0)
-        if homography is None or np.linalg.matrix_rank(ground - ground.mean(axis=0)) < 2:
-            raise ValueError('the points lie on a line: they fix no homography')
-        return cls.from_homography(homography, image_size)
+        fit = fit_homography(points_of(ground), points_of(image), click_noise_px)
+        return cls.from_homography(fit.matrix @ fit.frame, image_size, fit)
 
     @property
     def camera_position(self) -> Floats:
@@ -146,6 +168,21 @@ class ProjectiveMapping(GroundMapping):
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
         return _derivatives(self.image_from_ground_homography, points_of(position))
 
+    def is_extrapolated(self, pixel: ArrayLike) -> Mask:
+        """Tell which (n, 2) pixels lie beyond the points that the homography was fitted to."""
+        if self._fit is None:
+            return super().is_extrapolated(pixel)
+        return doubts(self._fit.hull, points_of(pixel)) > 0
+
+    def calibration_covariance(self, position: ArrayLike) -> Floats:
+        """Return the (n, 2, 2) covariances, m², that the fit to points adds at positions, m."""
+        if self._fit is None:
+            return super().calibration_covariance(position)
+        position, fit = points_of(position), self._fit
+        in_frame = position * fit.frame[0, 0] + fit.frame[:2, 2]
+        image = _uncertain(fit.matrix, fit.terms, fit.hull, fit.misfit_px2, in_frame)
+        return propagated(self.image_jacobian(position), image)
+
 
 def _check_regular(homography: Floats) -> None:
     if np.linalg.matrix_rank(homography) < 3:
@@ -180,6 +217,29 @@ def _derivatives(matrix: Floats, points: Floats) -> Floats:
             for by in range(2):
                 derivatives[index, axis, by] = (matrix[axis, by] - mapped * matrix[2, by]) * share
     return derivatives
+
+
+@compiled(types.f8[:, :, ::1](FLOATS_2D, FLOATS_2D, FLOATS_2D, types.f8, FLOATS_2D))
+def _uncertain(
+    matrix: Floats, terms: Floats, hull: Floats, misfit: float, places: Floats
+) -> Floats:
+    """Return covariances, px², of a fitted homography's pixels, more outside its points."""
+    image = np.zeros((len(places), 2, 2))
+    middle = np.array([hull[:, 0].mean(), hull[:, 1].mean()])
+    reach = np.sqrt(((hull - middle) ** 2).sum() / len(hull))
+    for index in range(len(places)):
+        a, b = places[index]
+        depth = matrix[2, 0] * a + matrix[2, 1] * b + matrix[2, 2]
+        if not depth > 0.0:
+            continue
+        add_spread(matrix, terms, a, b, image[index])
+        column = (matrix[0, 0] * a + matrix[0, 1] * b + matrix[0, 2]) / depth
+        row = (matrix[1, 0] * a + matrix[1, 1] * b + matrix[1, 2]) / depth
+        away = distance_squared(hull, column, row)
+        variance = misfit * (1.0 + GROWTH * np.sqrt(away) / reach) ** 2 + doubt(hull, column, row)
+        image[index, 0, 0] += variance
+        image[index, 1, 1] += variance
+    return image
 
 
 def _focal_length(first: Floats, second: Floats, fallback: float) -> float:

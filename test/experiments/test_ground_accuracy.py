@@ -1,7 +1,7 @@
 import pytest
 
 from mctrack_ros.experiments.ground_accuracy import SPACINGS_M, measure
-from mctrack_ros.experiments.ground_honesty import honesty
+from mctrack_ros.experiments.ground_honesty import honesty, honesty_of_methods
 
 
 @pytest.fixture(scope='module')
@@ -39,3 +39,10 @@ def test_a_straight_lens_and_exact_points_leave_no_error_but_that_of_equal_ratio
 def test_predicted_errors_are_those_that_occur():
     found = honesty()
     assert found['nees.low'] <= found['nees.mean'] <= found['nees.high']
+
+
+def test_every_method_s_predicted_errors_are_those_that_occur_inside_and_not_smaller_outside():
+    found = honesty_of_methods(12)
+    for method in ('fitted', 'cell', 'iterated', 'homography'):
+        assert 1.4 < found[f'{method}.nees.inside'] < 2.6
+        assert 0.5 < found[f'{method}.nees.outside'] < 4.0

@@ -119,3 +119,20 @@ def test_swapped_corners_are_refused_by_name():
     image = ground[[0, 2, 1, 3]] * 10
     with pytest.raises(GridError, match='are two of a, b, c, d swapped'):
         Cells.of(TransformationGrid('cam', (tuple('abcd'),), ground[None], image[None]))
+
+
+@pytest.mark.parametrize('make', [CellMapping])
+def test_the_corners_clicks_are_carried_as_far_as_they_reach(make):
+    cells = Cells.of(grid_of(STRAIGHT, 12.0))
+    mapping, random = make(cells, SIZE, click_noise_px=0.5), np.random.default_rng(3)
+    off_centre = np.array([9.0, 5.0])
+    points = STRAIGHT.ground_from_image(cells.image.mean(axis=1) + off_centre)
+    seen, errors = mapping.image_from_ground(points), []
+    for _ in range(100):
+        clicked = Cells(cells.ground, cells.image + random.normal(0, 0.5, cells.image.shape))
+        errors.append(make(clicked, SIZE).ground_from_image(seen) - points)
+    found = np.einsum('sni,snj->nij', errors, errors) / len(errors)
+    predicted = mapping.calibration_covariance(points)
+    share = np.trace(found, axis1=1, axis2=2) / np.trace(predicted, axis1=1, axis2=2)
+    assert 0.85 < np.median(share) < 1.15
+    assert share.max() < 1.5

@@ -43,3 +43,22 @@ def test_a_place_beyond_the_edge_of_the_lens_has_no_jacobian_and_no_covariance()
     assert np.isnan(TRUTH.image_from_ground(place)).all()
     assert np.isnan(TRUTH.image_jacobian(place)).all()
     assert np.isnan(TRUTH.ground_covariance(place, np.eye(2))).all()
+
+
+@pytest.mark.parametrize('method', METHODS)
+def test_points_of_another_shape_are_refused(method):
+    with pytest.raises(ValueError, match=r'shape \(2, 3\), expected \(n, 2\)'):
+        MAPPINGS[method].ground_from_image(np.ones((2, 3)))
+    assert MAPPINGS[method].ground_from_image([]).shape == (0, 2)
+
+
+@pytest.mark.parametrize('method', METHODS)
+def test_what_is_outside_the_points_is_believed_less_the_further_it_is(method):
+    mapping = MAPPINGS[method]
+    centre = GRID.image.mean(axis=(0, 1))
+    lowest = GRID.image[..., 1].max()
+    pixels = np.column_stack([np.full(3, centre[0]), lowest + np.array([-25.0, 15.0, 40.0])])
+    position = mapping.ground_from_image(pixels)
+    in_image = mapping.image_covariance(position, mapping.calibration_covariance(position))
+    assert mapping.is_extrapolated(pixels).tolist() == [False, True, True]
+    assert (np.diff(np.trace(in_image, axis1=1, axis2=2)) > 0.1).all()

@@ -85,7 +85,7 @@ def test_few_wrong_points_do_not_spoil_the_fit():
     pixels = truth.image_from_ground(points)
     pixels[::10] += 80
     found = ProjectiveMapping.from_points(points, pixels, SIZE)
-    np.testing.assert_allclose(found.ground_from_image(pixels)[1:10], points[1:10], atol=1e-3)
+    np.testing.assert_allclose(found.ground_from_image(pixels)[1:10], points[1:10], atol=2e-3)
 
 
 @pytest.mark.parametrize(
