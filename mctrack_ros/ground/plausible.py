@@ -17,7 +17,7 @@ LOWEST_CAMERA_M, HIGHEST_CAMERA_M = 0.3, 150.0
 PERSON_M = 1.75
 SMALLEST_PERSON_PX = 2.0
 SMALLEST_PERSON, TALLEST_PERSON = 0.01, 2.0
-"""How tall a person in the middle is at least and at most, in pictures: centimetres taken for
+"""How large a person in the middle is at least and at most, in pictures: centimetres taken for
 metres make one who fills the picture a hundredth of it."""
 _TOO_LONG = {'feet': 0.3048, 'centimetres': 0.01, 'millimetres': 0.001}
 _TOO_SHORT = {
@@ -31,10 +31,11 @@ def check_plausible(mapping: GroundMapping, position: ArrayLike = ()) -> None:
     Refuse a calibration that cannot be true, or whose lengths are not metres.
 
     A camera stands 0.3 to 150 m above the ground and sees some of it, not mirrored; a person of
-    1.75 m in the middle of its points is at least 2 px and a hundredth of the picture's height
-    tall, and at most twice that height; without points, where it is nearest and in the middle of
-    the picture. Centimetres taken for metres make a
-    room's camera 300 m high and its people a hundredth of what they are.
+    1.75 m in the middle of its points, as the picture shows them, is at least 2 px and a
+    hundredth of the picture's height large (lying, where the camera looks down), and at most
+    twice that height; without points, where it is nearest and in the middle of the picture.
+    Centimetres taken for metres make a room's camera 300 m high and its people a hundredth of
+    what they are.
 
     Parameters
     ----------
@@ -67,10 +68,11 @@ def check_plausible(mapping: GroundMapping, position: ArrayLike = ()) -> None:
             'of one axis wrong, are x and y swapped, or does the camera look into the sky?'
         )
     _check_height(height)
-    points = np.asarray(position, np.float64).reshape(-1, 2)
-    centre = mapping.ground_from_image(np.array([mapping.image_size]) / 2)
-    middle = points.mean(axis=0)[None] if len(points) else centre
-    _check_person(mapping, middle if len(points) else seen, middle, height)
+    shown = mapping.image_from_ground(np.asarray(position, np.float64).reshape(-1, 2))
+    shown = shown[np.isfinite(shown).all(axis=1)]
+    centre = shown.mean(axis=0) if len(shown) else np.array(mapping.image_size) / 2
+    middle = mapping.ground_from_image(centre)
+    _check_person(mapping, middle if len(shown) else seen, middle, height)
 
 
 def _check_height(height: float | None) -> None:
@@ -91,11 +93,11 @@ def _check_person(
 ) -> None:
     """Refuse what leaves a person tiny wherever it is near, or makes it a giant in the middle."""
     rows = mapping.image_size[1]
-    tallest = float(np.nan_to_num(np.abs(mapping.height_px(near, PERSON_M)), nan=np.inf).max())
-    least = max(SMALLEST_PERSON_PX, SMALLEST_PERSON * rows)
-    if tallest < least:
+    large = np.fmax(np.abs(mapping.height_px(near, PERSON_M)), mapping.width_px(near, PERSON_M))
+    large, least = large[np.isfinite(large)], max(SMALLEST_PERSON_PX, SMALLEST_PERSON * rows)
+    if len(large) and large.max() < least:
         raise CalibrationError(
-            f'a person would be {tallest:.2g} px tall, expected at least {least:.2g} px'
+            f'a person would be {large.max():.2g} px large, expected at least {least:.2g} px'
             f'{_meant(height, _TOO_LONG)}'
         )
     tall = float(np.abs(mapping.height_px(middle, PERSON_M))[0])

@@ -72,7 +72,7 @@ ROOM = camera(eye=(0.5, -3.0, 1.2), target=(0.0, 2.0, 0.0))
 @pytest.mark.parametrize(
     ('unit', 'reason'),
     [
-        (100.0, 'px tall.*are the lengths .*centimetres .the camera is 1.2 m up then'),
+        (100.0, 'px large.*are the lengths .*centimetres .the camera is 1.2 m up then'),
         (1000.0, 'm above the ground.*are the lengths .*millimetres .the camera is 1.2 m up'),
         (0.01, '0.012 m above the ground.*are the lengths metres that were taken for centi'),
     ],
@@ -107,3 +107,20 @@ def test_a_camera_that_looks_at_the_horizon_is_accepted(tilt):
     mapping = camera(eye=(0, 0, 8.0), target=(0, 10.0, 8.0 - 10.0 * np.tan(np.radians(tilt))))
     check_plausible(mapping)
     check_plausible(ProjectiveMapping(mapping.camera.image_from_world, SIZE))
+
+
+@pytest.mark.parametrize('method', METHODS)
+def test_a_camera_that_looks_straight_down_from_high_up_is_accepted(tmp_path, method):
+    """People are seen from above: hardly taller than nothing, yet not small."""
+    above = camera(eye=(0.0, -1.0, 35.0), target=(0.0, 0.0, 0.0), focal=600.0)
+    check_plausible(above)
+    mapping_from_grid(grid_of(above), SIZE, method)
+
+
+@pytest.mark.parametrize('to', ['grid', 'opencv'])
+def test_a_camera_that_sees_far_is_accepted(tmp_path, to):
+    """Most points of its grid lie far away, and still in the middle of the picture."""
+    pitch = camera(eye=(52.5, -20.0, 35.0), target=(52.5, 34.0, 0.0), focal=600.0)
+    path = tmp_path / 'pitch.xml'
+    write_calibration(pitch, path, to, 'pitch')
+    read_calibration(path, SIZE)
