@@ -30,12 +30,12 @@ def check_plausible(mapping: GroundMapping, position: ArrayLike = ()) -> None:
     """
     Refuse a calibration that cannot be true, or whose lengths are not metres.
 
-    A camera stands 0.3 to 150 m above the ground and sees some of it, not mirrored; a person of
-    1.75 m in the middle of its points, as the picture shows them, is at least 2 px and a
-    hundredth of the picture's height large (lying, where the camera looks down), and at most
-    twice that height; without points, where it is nearest and in the middle of the picture.
-    Centimetres taken for metres make a room's camera 300 m high and its people a hundredth of
-    what they are.
+    A camera stands 0.3 to 150 m above the ground and sees some of it, its points not mirrored (a
+    bare matrix may lead to a plan whose y runs down); a person of 1.75 m in the middle of its
+    points, as the picture shows them, is at least 2 px and a hundredth of the picture's height
+    large (lying, where the camera looks down), and at most twice that height; without points,
+    where it is nearest and in the middle of the picture. Centimetres taken for metres make a
+    room's camera 300 m high and its people a hundredth of what they are.
 
     Parameters
     ----------
@@ -62,16 +62,16 @@ def check_plausible(mapping: GroundMapping, position: ArrayLike = ()) -> None:
         raise CalibrationError(
             'the camera would see no ground: is its pose that of the optical frame (z forward)?'
         )
-    if np.median(np.linalg.det(mapping.image_jacobian(seen))) > 0:
-        raise CalibrationError(
-            'the ground would be mirrored: seen from above, y lies to the left of x; is the sign '
-            'of one axis wrong, are x and y swapped, or does the camera look into the sky?'
-        )
     _check_height(height)
     shown = mapping.image_from_ground(np.asarray(position, np.float64).reshape(-1, 2))
     shown = shown[np.isfinite(shown).all(axis=1)]
     centre = shown.mean(axis=0) if len(shown) else np.array(mapping.image_size) / 2
     middle = mapping.ground_from_image(centre)
+    if len(shown) and np.linalg.det(mapping.image_jacobian(middle)[0]) > 0:
+        raise CalibrationError(
+            'the ground would be mirrored: seen from above, y lies to the left of x; is the sign '
+            'of one axis wrong, or are x and y swapped?'
+        )
     _check_person(mapping, middle if len(shown) else seen, middle, height)
 
 

@@ -59,7 +59,7 @@ def read_projection(
             matrix = np.asarray(np.linalg.inv(matrix), np.float64)
         matrix[:, :-1] /= metres_per_unit
         if name == 'image_from_world':
-            return ProjectiveMapping(matrix, image_size)
+            return _checked(ProjectiveMapping(matrix, image_size))
         return ProjectiveMapping.from_homography(matrix, image_size)
     except np.linalg.LinAlgError as error:
         raise ProjectionError(
@@ -68,6 +68,16 @@ def read_projection(
         ) from error
     except (ValueError, TypeError) as error:
         raise ProjectionError(f'{path}: {error}') from error
+
+
+def _checked(mapping: ProjectiveMapping) -> ProjectiveMapping:
+    """Refuse a world that is mirrored; one below which the camera is, is left to others."""
+    if mapping.camera_position[2] > 0 and np.linalg.det(mapping.image_from_world[:, :3]) < 0:
+        raise ValueError(
+            'the world would be mirrored: is the sign of one axis wrong, are two of them swapped, '
+            'or does the camera look into the sky?'
+        )
+    return mapping
 
 
 def write_projection(mapping: ProjectiveMapping, name: str, path: str | Path) -> None:

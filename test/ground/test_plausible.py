@@ -57,12 +57,14 @@ def test_a_mirrored_grid_is_refused_by_every_method_and_where_it_is_read(tmp_pat
         read_grid(tmp_path / 'grid.xml')
 
 
-def test_a_mirrored_homography_is_refused(tmp_path):
-    matrix = camera().camera.image_from_world[:, [0, 1, 3]] * (1, -1, 1)
+def test_a_mirrored_world_is_refused_but_a_plan_may_have_its_y_downwards(tmp_path):
+    matrix = camera().camera.image_from_world * (1, -1, 1, 1)
     path = tmp_path / 'matrix.yaml'
-    path.write_text(f'image_from_ground: {matrix.tolist()}')
-    with pytest.raises(CalibrationError, match='mirrored'):
+    path.write_text(f'image_from_world: {matrix.tolist()}')
+    with pytest.raises(CalibrationError, match='world would be mirrored'):
         read_calibration(path, SIZE)
+    path.write_text(f'image_from_ground: {matrix[:, [0, 1, 3]].tolist()}')
+    read_calibration(path, SIZE)
 
 
 ROOM = camera(eye=(0.5, -3.0, 1.2), target=(0.0, 2.0, 0.0))
