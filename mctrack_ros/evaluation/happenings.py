@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from mctrack_ros.evaluation.frames import ground_distance, matched
-from mctrack_ros.interfaces import Detections, EventCode, Events
+from mctrack_ros.interfaces import Detections, EventCode, Events, Tracks
 
 CODES = (EventCode.NEW, EventCode.ENTER, EventCode.SPLIT, EventCode.EXIT, EventCode.MERGE)
 """E1 to E5."""
@@ -116,59 +116,76 @@ def true_happenings(events: Iterable[Events]) -> list[Happening]:
     ]
 
 
-def told_happenings(events: Iterable[Events], people: People) -> list[Happening]:
-    """Return a camera's events, with the true ids of whom its local tracks stand for."""
-    return [
-        Happening(
-            rows.stamp_ns,
-            int(rows.event[row]),
-            frozenset(people.at(local, rows.stamp_ns) for local in _named(rows, row, 'local_id')),
-        )
-        for rows in events
-        for row in range(len(rows))
-        if rows.event[row] in CODES
-    ]
+def told_happenings(
+    events: Iterable[Events], people: People, everybody: People
+) -> list[Happening]:
+    """
+    Return a camera's events, with true ids instead of its own.
+
+    Parameters
+    ----------
+    events : iterable of Events
+        Of the camera.
+    people : People
+        Whom its local tracks stand for.
+    everybody : People
+        Whom the global tracks stand for: an event of a target without a local track.
+
+    """
+    told = []
+    for rows in events:
+        for row in np.flatnonzero(np.isin(rows.event, CODES)).tolist():
+            if rows.local_id[row]:
+                ids = _named(rows, row, 'local_id')
+                named = [people.at(local, rows.stamp_ns) for local in ids]
+            else:
+                named = [everybody.at(int(rows.track_id[row]), rows.stamp_ns)]
+            told.append(Happening(rows.stamp_ns, int(rows.event[row]), frozenset(named)))
+    return told
 
 
 class People:
     """
-    Whom the local tracks of one camera stand for, by where they are seen.
+    Whom the tracks of one camera, or of the fusion node, stand for, by where they are.
 
     Parameters
     ----------
-    truth, detections : iterable of Detections
-        Of the camera, in the order of time; ``track_id`` of the truth is the true id.
+    truth, found : iterable of Detections or of Tracks
+        In the order of time; ``track_id`` of the truth is the true id.
     gate_m : float
         Largest distance of a person and a detection, m.
     memory_s : float
         A track stands for whom it was matched to most often within this time, s.
+    field : str
+        Of what was found, that holds the tracks' ids.
 
     """
 
     def __init__(
         self,
-        truth: Iterable[Detections],
-        detections: Iterable[Detections],
+        truth: Iterable[Detections | Tracks],
+        found: Iterable[Detections | Tracks],
         gate_m: float,
         memory_s: float,
+        field: str = 'local_id',
     ) -> None:
         self._memory_ns = round(memory_s * 1e9)
         self._seen: dict[int, list[tuple[int, int]]] = {}
         true_rows = {rows.stamp_ns: rows for rows in truth}
-        for rows in detections:
+        for rows in found:
             there = true_rows.get(rows.stamp_ns)
             if there is None or not len(rows) or not len(there):
                 continue
             apart = ground_distance(_ground(there), _ground(rows))
             mine, theirs = matched(np.nan_to_num(apart, nan=np.inf), gate_m)
-            for person, local in zip(there.track_id[mine], rows.local_id[theirs]):
+            for person, local in zip(there.track_id[mine], getattr(rows, field)[theirs]):
                 self._seen.setdefault(int(local), []).append((rows.stamp_ns, int(person)))
 
-    def at(self, local_id: int, stamp_ns: int) -> int:
+    def at(self, track: int, stamp_ns: int) -> int:
         """Return the true id of whom a track stands for at a time; below 0: for nobody."""
-        seen = self._seen.get(local_id)
+        seen = self._seen.get(track)
         if not seen:
-            return -local_id
+            return -track
         near = Counter(
             person for when_ns, person in seen if abs(when_ns - stamp_ns) <= self._memory_ns
         )
@@ -181,7 +198,7 @@ def _stamps(happenings: Sequence[Happening]) -> NDArray[np.int64]:
     return np.array([happening.stamp_ns for happening in happenings], np.int64)
 
 
-def _ground(rows: Detections) -> NDArray[np.float64]:
+def _ground(rows: Detections | Tracks) -> NDArray[np.float64]:
     return rows.position[:, :2].astype(np.float64)
 
 

@@ -73,8 +73,9 @@ def reproduce_table4(
             simulate(scenario, folder / 'match')
             progress(f'seed {seed}: tracking')
             track_bag(folder / 'match', folder / 'out', with_backgrounds(site, scenario, folder))
+            everybody = _everybody(folder / 'match', folder / 'out' / 'bag')
             for camera in site.camera_names:
-                _add_scores(scores, folder / 'match', folder / 'out' / 'bag', camera)
+                _add_scores(scores, folder / 'match', folder / 'out' / 'bag', camera, everybody)
             truth, tracks = (
                 _trajectories(folder / name, topic)
                 for name, topic in (('match', '/truth/tracks'), ('out/bag', '/tracks'))
@@ -109,7 +110,11 @@ def with_backgrounds(site: SiteConfig, scenario: Scenario, folder: Path) -> Site
 
 
 def _add_scores(
-    scores: Sequence[dict[Any, EventScore]], match: Path, tracked: Path, camera: str
+    scores: Sequence[dict[Any, EventScore]],
+    match: Path,
+    tracked: Path,
+    camera: str,
+    everybody: People,
 ) -> None:
     """Add one camera's events, of the same targets and of most of them."""
     with BagReader(match) as bag:
@@ -118,10 +123,19 @@ def _add_scores(
     with BagReader(tracked) as bag:
         found = (rows for rows, _ in bag.rows(f'/{camera}/detections', Detections))
         people = People(seen, found, PEOPLE_GATE_M, MEMORY_S)
-        told = told_happenings((rows for rows, _ in bag.rows(f'/{camera}/events', Events)), people)
+        events = [rows for rows, _ in bag.rows(f'/{camera}/events', Events)]
+    told = told_happenings(events, people, everybody)
     for code in CODES:
         for score, alike in zip(scores, (1.0, MAJORITY)):
             score[code] += score_events(_of(code, true), _of(code, told), WINDOW_S, alike)
+
+
+def _everybody(match: Path, tracked: Path) -> People:
+    """Return whom the global tracks stand for."""
+    with BagReader(match) as bag, BagReader(tracked) as found:
+        truth = [rows for rows, _ in bag.rows('/truth/tracks', Tracks)]
+        tracks = (rows for rows, _ in found.rows('/tracks', Tracks))
+        return People(truth, tracks, PEOPLE_GATE_M, MEMORY_S, 'track_id')
 
 
 def _of(code: int, happenings: Sequence[Happening]) -> list[Happening]:
@@ -172,7 +186,7 @@ def _protocol(seeds: Sequence[int], duration_s: float) -> dict[str, Any]:
         'background': 'a picture of the empty pitch, given to each camera',
         'pair': f'same camera, within {WINDOW_S:g} s, the same targets (all members of a group); '
         'majority: at least half of all that either names',
-        'targets': 'a local track is the person it is nearest to most often within '
+        'targets': 'a track is the person it is nearest to most often within '
         f'{MEMORY_S:g} s, at most {PEOPLE_GATE_M:g} m away',
         'correlation': f'of true and estimated x and y at {GATE_M:g} m, mean over players',
         'one_id_share': 'players who are never switched to another id',

@@ -5,12 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import EventCode, Feedback
+from mctrack_ros.perception.blobs import overlap
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.local_tracks import LocalTracks
+from mctrack_ros.perception.sizes import SizeTable
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -18,10 +23,19 @@ class PresenceConfig:
     """Parameters of `Presence`."""
 
     word_s: float = parameter(
-        0.6, 'time that a new track waits for its global id before it is new [s]', minimum=0.0
+        2.0, 'time that a new track waits for its global id before it is new [s]', minimum=0.0
+    )
+    enter_s: float = parameter(
+        0.08, 'time for which an expected target is seen before it has entered [s]', minimum=0.0
     )
     gone_s: float = parameter(
-        0.4, 'time for which a lost target is out of view before it has left [s]', minimum=0.0
+        0.4, 'time for which a target is out of view before it has left [s]', minimum=0.0
+    )
+    covered_share: float = parameter(
+        0.5,
+        'share of an expected person that must be foreground to be seen',
+        minimum=0.0,
+        maximum=1.0,
     )
 
 
@@ -29,23 +43,32 @@ class Presence:
     """
     Tells once of each who comes and goes, through whatever local tracks stand for them.
 
-    A believed track is announced when it learns its global id: as entered if the fusion node knew
-    the target before the track began, else as new (event-tracking paper, Algorithm 4, E1 and E2).
-    Whoever is in view already only got another local track, and is not announced. A target whose
-    track was lost has left when the fusion node sees it out of view.
+    A target that the fusion node saw come from outside has entered once foreground is where it is
+    expected (event-tracking paper, Algorithm 4, E2). Any other believed track is announced when it
+    learns its global id: as entered if the fusion node knew the target before the track began,
+    else as new (E1). Whoever is in view already only got another local track. A target has left
+    (E4) when the fusion node has seen it outside for some time; without its word, when its track
+    leaves.
 
     Parameters
     ----------
     config : PresenceConfig
         Parameters.
+    extent : (2,) array
+        Width and height of who is expected, m.
+    sizes : SizeTable
+        Of the camera.
     mapping : GroundMapping
         Of the camera.
 
     """
 
-    def __init__(self, config: PresenceConfig, mapping: GroundMapping) -> None:
+    def __init__(
+        self, config: PresenceConfig, extent: Floats, sizes: SizeTable, mapping: GroundMapping
+    ) -> None:
+        self._config, self._extent = config, extent
+        self._sizes, self._mapping = sizes, mapping
         self._word_ns, self._gone_ns = round(config.word_s * 1e9), round(config.gone_s * 1e9)
-        self._mapping = mapping
         self._known_ns: dict[int, int] = {}
         self.restart()
 
@@ -53,12 +76,19 @@ class Presence:
         """Forget who is in view."""
         self._announced: set[int] = set()
         self._present_ns: dict[int, int] = {}
+        self._outside: set[int] = set()
+        self._entering_ns: dict[int, int] = {}
 
     def announce(
-        self, tracks: LocalTracks, feedback: Feedback | None, stamp_ns: int, log: EventLog
+        self,
+        tracks: LocalTracks,
+        feedback: Feedback | None,
+        blob_box: Floats,
+        stamp_ns: int,
+        log: EventLog,
     ) -> None:
         """
-        Note who is new (E1) and who entered (E2).
+        Note who is new (E1), who entered (E2) and who left (E4).
 
         Parameters
         ----------
@@ -66,6 +96,8 @@ class Presence:
             With the ids that feedback taught them.
         feedback : Feedback or None
             The fusion node's; without, believed tracks are new at once.
+        blob_box : (m, 4) array
+            Foreground, px.
         stamp_ns : int
             Time of the picture, ns.
         log : EventLog
@@ -77,6 +109,7 @@ class Presence:
                 target: self._known_ns.get(target, feedback.stamp_ns)
                 for target in feedback.track_id.tolist()
             }
+            self._follow(feedback, blob_box, stamp_ns, log)
         for row in np.flatnonzero(tracks.confirmed).tolist():
             local, target = int(tracks.local_id[row]), int(tracks.track_id[row])
             if local not in self._announced:
@@ -84,31 +117,70 @@ class Presence:
                 if not target and waiting and feedback is not None:
                     continue
                 self._announced.add(local)
-                if target not in self._present_ns:
+                if target not in self._present_ns and target not in self._outside:
                     known = self._known_ns.get(target, stamp_ns) < tracks.first_ns[row]
                     log.add(EventCode.ENTER if known else EventCode.NEW, tracks, row)
-            if target:
-                self._present_ns[target] = stamp_ns
+            if target and target not in self._outside:
+                self._present_ns.setdefault(target, stamp_ns)
         self._announced &= set(tracks.local_id.tolist())
-        if feedback is not None:
-            self._note_gone(feedback, stamp_ns, log)
 
     def left(self, tracks: LocalTracks, row: int, log: EventLog) -> None:
-        """Note that the target of a local track has left the picture (E4)."""
-        if int(tracks.local_id[row]) in self._announced:
+        """Note that a local track has left the picture (E4), if the fusion node will not tell."""
+        known = int(tracks.track_id[row]) in self._present_ns
+        if int(tracks.local_id[row]) in self._announced and not known:
             log.add(EventCode.EXIT, tracks, row)
-            self._present_ns.pop(int(tracks.track_id[row]), None)
 
-    def _note_gone(self, feedback: Feedback, stamp_ns: int, log: EventLog) -> None:
-        """Note which lost targets the fusion node sees out of view."""
-        foot = self._mapping.image_from_ground(feedback.position[:, :2].astype(np.float64))
-        with np.errstate(invalid='ignore'):
-            inside = ((foot >= 0) & (foot < self._mapping.image_size)).all(axis=1)
+    def _follow(self, feedback: Feedback, blob_box: Floats, stamp_ns: int, log: EventLog) -> None:
+        """Note which of the fusion node's targets come into view and which leave it."""
+        inside, seen = self._where(feedback, blob_box, stamp_ns)
         ids = feedback.track_id.tolist()
-        for target in set(feedback.track_id[inside].tolist()) & self._present_ns.keys():
+        for row, target in enumerate(ids):
+            if not inside[row]:
+                self._outside.add(target)
+            if target in self._present_ns:
+                self._stay(target, bool(inside[row]), feedback.position[row], stamp_ns, log)
+            elif target in self._outside and seen[row]:
+                since_ns = self._entering_ns.setdefault(target, stamp_ns)
+                if stamp_ns - since_ns >= round(self._config.enter_s * 1e9):
+                    log.add_target(EventCode.ENTER, target, feedback.position[row])
+                    self._present_ns[target] = stamp_ns
+                    self._outside.discard(target)
+            else:
+                self._entering_ns.pop(target, None)
+        for store in (self._present_ns, self._entering_ns):
+            for target in store.keys() - set(ids):
+                del store[target]
+        self._outside &= set(ids)
+
+    def _stay(
+        self,
+        target: int,
+        inside: bool,
+        position: NDArray[np.floating],
+        stamp_ns: int,
+        log: EventLog,
+    ) -> None:
+        self._entering_ns.pop(target, None)
+        if inside:
             self._present_ns[target] = stamp_ns
-        for target, last_ns in [*self._present_ns.items()]:
-            if stamp_ns - last_ns >= self._gone_ns:
-                del self._present_ns[target]
-                if target in ids:
-                    log.add_target(EventCode.EXIT, target, feedback.position[ids.index(target)])
+            self._outside.discard(target)
+        elif stamp_ns - self._present_ns[target] >= self._gone_ns:
+            del self._present_ns[target]
+            log.add_target(EventCode.EXIT, target, position)
+
+    def _where(
+        self, feedback: Feedback, blob_box: Floats, stamp_ns: int
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which targets stand in view, and of which of those there is foreground."""
+        seconds = (stamp_ns - feedback.stamp_ns) * 1e-9
+        place = feedback.position[:, :2] + feedback.velocity * seconds
+        foot = self._mapping.image_from_ground(place.astype(np.float64))
+        with np.errstate(invalid='ignore'):
+            inside = np.asarray(((foot >= 0) & (foot < self._mapping.image_size)).all(axis=1))
+        box = self._sizes.box_of(foot, np.tile(self._extent, (len(foot), 1)))
+        width, height = self._mapping.image_size
+        shown = overlap(box, np.array([[0.0, 0.0, width, height]]))[:, 0]
+        covered = overlap(box, blob_box).max(axis=1, initial=0.0)
+        with np.errstate(invalid='ignore'):
+            seen = inside & (covered >= self._config.covered_share * shown) & (covered > 0)
+        return inside, seen

@@ -92,7 +92,8 @@ class LocalTracker:
         self._observer = Observer(mapping, sizes, blobs, partition)
         self.tracks = LocalTracks(filtering, mapping, sizes)
         self._grouping, self._groups = groups, Groups(groups)
-        self._presence = Presence(presence, mapping)
+        usual = np.array([blobs.person_width_m, blobs.person_height_m])
+        self._presence = Presence(presence, usual, sizes, mapping)
         self._last_ns: int | None = None
 
     def restart(self) -> None:
@@ -148,7 +149,7 @@ class LocalTracker:
         self._confirm(stamp_ns)
         if feedback is not None:
             learn_identities(tracks, feedback, stamp_ns, self._identity)
-        self._presence.announce(tracks, feedback, stamp_ns, log)
+        self._presence.announce(tracks, feedback, blobs.box, stamp_ns, log)
         detections = self._detections(seen, blobs, stamp_ns, shift_px)
         return detections, log.rows()
 

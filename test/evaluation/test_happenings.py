@@ -68,4 +68,14 @@ def test_events_name_everybody_concerned():
     others[0, :2] = 8, 9
     rows = Events.build(SECOND, event=[EventCode.SPLIT], track_id=[7], local_id=[1], others=others)
     assert true_happenings([rows])[0].targets == {7, 8, 9}
-    assert told_happenings([rows], People([], [], 1.0, 1.0))[0].targets == {-1, -8, -9}
+    nobody = People([], [], 1.0, 1.0)
+    assert told_happenings([rows], nobody, nobody)[0].targets == {-1, -8, -9}
+
+
+def test_an_event_without_a_local_track_is_of_the_global_one():
+    truth = [seen(SECOND, (7, 0.0), field='track_id')]
+    found = [seen(SECOND, (40, 0.2), field='track_id')]
+    rows = Events.build(SECOND, event=[EventCode.EXIT], track_id=[40])
+    everybody = People(truth, found, 1.5, 1.0, 'track_id')
+    told = told_happenings([rows], People([], [], 1.0, 1.0), everybody)
+    assert told == [Happening(SECOND, EventCode.EXIT, frozenset({7}))]

@@ -67,7 +67,7 @@ def test_known_target_enters_and_unknown_is_new(stage):
             track_id=[77],
         )
 
-    outputs = [stage.show([((-2.0, 1.0), RED), ((2.0, 1.0), BLUE)], known) for _ in range(20)]
+    outputs = [stage.show([((-2.0, 1.0), RED), ((2.0, 1.0), BLUE)], known) for _ in range(60)]
     found = {
         int(output.events.event[row]): int(output.events.track_id[row])
         for output in outputs

@@ -15,7 +15,8 @@ class Camera:
 
     def __init__(self, mapping):
         self.tracks = LocalTracks(FilterConfig(), mapping, SizeTable(mapping))
-        self.presence = Presence(PresenceConfig(), mapping)
+        extent = np.array([0.6, 1.75])
+        self.presence = Presence(PresenceConfig(), extent, SizeTable(mapping), mapping)
         self.now_ns = START_NS
 
     def begin(self, track_id=0):
@@ -24,7 +25,7 @@ class Camera:
         row = self.tracks.start(np.zeros((1, 2)), box, noise, colours, self.now_ns)
         self.tracks.confirmed[row], self.tracks.track_id[row] = True, track_id
 
-    def show(self, *targets, feedback=True):
+    def show(self, *targets, feedback=True, foreground=True):
         """Advance a picture; targets are (id, x, y)."""
         self.now_ns += PERIOD_NS
         told = None
@@ -33,7 +34,8 @@ class Camera:
             ids = [target for target, *_ in targets]
             told = Feedback.build(self.now_ns - 2 * PERIOD_NS, position=position, track_id=ids)
         log = EventLog(self.now_ns)
-        self.presence.announce(self.tracks, told, self.now_ns, log)
+        blobs = np.array([[0.0, 0, 320, 240]] if foreground else np.zeros((0, 4)))
+        self.presence.announce(self.tracks, told, blobs, self.now_ns, log)
         rows = log.rows()
         return [*zip(map(EventCode, rows.event.tolist()), rows.track_id.tolist())]
 
@@ -64,7 +66,7 @@ def test_a_target_known_since_its_track_is_new(camera):
 
 def test_a_track_that_nobody_knows_is_new_after_a_while(camera):
     camera.begin()
-    assert camera.hold(14) == []
+    assert camera.hold(49) == []
     assert camera.hold(20) == [(EventCode.NEW, 0)]
 
 
@@ -82,6 +84,20 @@ def test_another_track_of_who_is_in_view_is_no_event(camera):
     assert camera.hold(20, INSIDE) == []
 
 
+def test_who_comes_from_outside_enters_where_there_is_foreground(camera):
+    camera.hold(5, OUTSIDE)
+    assert camera.hold(20, INSIDE, foreground=False) == []
+    assert camera.hold(20, INSIDE) == [(EventCode.ENTER, 7)]
+    camera.begin(track_id=7)
+    assert camera.hold(20, INSIDE) == []
+
+
+def test_who_stays_outside_leaves_once_though_a_track_stands_for_him(camera):
+    camera.begin(track_id=7)
+    camera.hold(5, INSIDE)
+    assert camera.hold(60, OUTSIDE) == [(EventCode.EXIT, 7)]
+
+
 def test_a_lost_target_seen_outside_has_left_and_may_enter_again(camera):
     camera.hold(3, INSIDE)
     camera.begin(track_id=7)
@@ -89,18 +105,17 @@ def test_a_lost_target_seen_outside_has_left_and_may_enter_again(camera):
     camera.tracks.clear()
     assert camera.hold(9, OUTSIDE) == []
     assert camera.hold(5, OUTSIDE) == [(EventCode.EXIT, 7)]
-    camera.begin(track_id=7)
     assert camera.hold(5, INSIDE) == [(EventCode.ENTER, 7)]
 
 
-def test_who_leaves_by_the_own_track_leaves_once(camera):
-    camera.begin(track_id=7)
-    camera.hold(20, INSIDE)
+def test_who_leaves_unknown_to_the_server_leaves_by_the_own_track(camera):
+    camera.begin()
+    camera.hold(60)
     log = EventLog(camera.now_ns)
     camera.presence.left(camera.tracks, 0, log)
     assert log.rows().event.tolist() == [EventCode.EXIT]
     camera.tracks.clear()
-    assert camera.hold(30, OUTSIDE) == []
+    assert camera.hold(30) == []
 
 
 def test_a_target_that_the_server_forgot_leaves_no_trace(camera):
