@@ -292,6 +292,19 @@ def reproduce_fig18() -> Figures:
     return Figures('fig18', 'mctrack reproduce fig18', _protocol(TABLE_K1), figures)
 
 
+def _refusals(k1: float) -> dict[str, str]:
+    """Return why methods refuse the points of a spacing, exactly clicked."""
+    camera, reasons = CameraMapping(true_camera(k1), IMAGE_SIZE), {}
+    for spacing in SPACINGS_M:
+        grid = visible_grid(camera, spacing)
+        for name, make in makers(grid).items():
+            try:
+                make(grid, camera.image_from_ground(grid))
+            except (FitError, GridError) as error:
+                reasons[f'{name}.grid{spacing}'] = str(error)
+    return reasons
+
+
 def _protocol(k1: float) -> dict[str, object]:
     return {
         'image_size_px': list(IMAGE_SIZE),
@@ -304,8 +317,10 @@ def _protocol(k1: float) -> dict[str, object]:
         'iterated': "the paper's method, stopping at 1 px; iterated_exact: stopping at 0",
         'by_ratio, by_stop': "how far the paper's equal ratios are from the exact cell, and its "
         'stop at 1 px from the ratio solved for',
-        'crb_ratio': 'RMSE over the Cramer-Rao bound over the points of all paths, the worse axis '
-        'of the worst spacing; of_a_path: of the worst single path, which chance moves',
+        'crb_ratio_max': 'RMSE over the Cramer-Rao bound, pooled over the points of all five '
+        'paths, the worse axis of the worst spacing',
+        'crb_ratio_of_a_path_max': 'not pooled: the worst axis of the worst single path',
+        'refused': _refusals(k1),
         'planes': 'reference [17]: largest rectangle of grid points in the picture, and in its '
         'middle half',
         'paper': "the paper's figures are of another pose, which it does not give",

@@ -13,6 +13,9 @@ from mctrack_ros.ground.errors import GridError
 OUTSIDE_SHARE = 0.05
 """How far outside the picture a point may lie, as a share of the picture's longer side."""
 
+EVEN = 1e-3
+"""How far from a whole number of steps the lines of an even grid lie, in steps."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TransformationGrid:
@@ -118,9 +121,7 @@ def grid_from_points(
 
     """
     check_points(workstation, names, ground, image)
-    column, row = (
-        np.unique(np.round(axis, 6), return_inverse=True)[1].tolist() for axis in ground.T
-    )
+    column, row = (_lines(np.round(axis, 6)).tolist() for axis in ground.T)
     at = {place: index for index, place in enumerate(zip(column, row))}
     cells = [
         [at[place] for place in corners]
@@ -142,6 +143,22 @@ def grid_from_points(
         ),
         tuple(name for index, name in enumerate(names) if index not in used),
     )
+
+
+def _lines(along: NDArray[np.float64]) -> NDArray[np.int64]:
+    """
+    Return the column or row, (n,), of points by one coordinate, m.
+
+    Where most lines lie one step apart and all lie on multiples of it, a line that was not
+    clicked is missed: the cells beside it are incomplete, not twice as wide.
+    """
+    places, rank = np.unique(along, return_inverse=True)
+    steps = np.diff(places)
+    step = steps.min(initial=np.inf)
+    off = np.abs(steps / step - np.round(steps / step))
+    if (off > EVEN).any() or np.count_nonzero(steps < 1.5 * step) * 2 <= len(steps):
+        return rank
+    return np.round((along - places[0]) / step).astype(np.int64)
 
 
 def check_points(

@@ -36,8 +36,8 @@ class IteratedMapping(GroundMapping):
     image_size : (int, int)
         Width and height of the pictures, px.
     threshold_px : float
-        Distance from the line at which the search ends; the paper's is 1 px. At 0 the ratios of
-        equation (4) are solved for instead of searched.
+        Distance from the line at which the search ends; the paper's is 1 px. At 0, and outside all
+        cells, the ratios of equation (4) are solved for instead of searched.
     click_noise_px : float
         Standard deviation of a corner's pixel along one axis, carried into the covariances.
 
@@ -178,13 +178,13 @@ def _halved(corners: Floats, axis: int, x: float, y: float, threshold: float) ->
 
 
 @inner
-def _extended(corners: Floats, axis: int, x: float, y: float, threshold: float) -> float:
+def _extended(corners: Floats, axis: int, x: float, y: float) -> float:
     """Return the ratio of a point, in its cell or not, by secants; held at `FARTHEST`."""
     before, ratio = 0.0, 1.0
     miss_before = _from_line(corners, axis, before, x, y)
     for _ in range(STEPS):
         miss = _from_line(corners, axis, ratio, x, y)
-        if abs(miss) <= max(threshold, SOLVED_PX) or miss == miss_before:
+        if abs(miss) <= SOLVED_PX or miss == miss_before:
             break
         following = ratio - miss * (ratio - before) / (miss - miss_before)
         before, miss_before = ratio, miss
@@ -202,7 +202,7 @@ def _ratios(corners: Floats, cell: Ints, inside: Mask, pixel: Floats, threshold:
             if inside[index] and threshold > 0.0:
                 ratios[index, axis] = _halved(own, axis, x, y, threshold)
             else:
-                ratios[index, axis] = _extended(own, axis, x, y, threshold)
+                ratios[index, axis] = _extended(own, axis, x, y)
     return ratios
 
 

@@ -52,6 +52,19 @@ def test_no_method_moves_a_point_to_another_cell(share, cell):
         assert (place <= high + 1e-6).all()
 
 
+@settings(max_examples=60, deadline=None)
+@given(
+    share=st.tuples(st.floats(0, 1), st.floats(0, 1)), cell=st.integers(0, len(CELLS.ground) - 1)
+)
+def test_the_paper_s_stop_leaves_a_point_in_the_cell_that_it_was_found_in(share, cell):
+    weights = np.outer([1 - share[1], share[1]], [1 - share[0], share[0]]).ravel()[[0, 1, 3, 2]]
+    pixel = (weights[:, None] * CELLS.image[cell]).sum(axis=0)[None]
+    found = CELLS.in_image(pixel)[0][0]  # on an edge it may be the neighbour
+    place = IteratedMapping(CELLS, SIZE).ground_from_image(pixel)
+    assert (place >= CELLS.ground[found].min(axis=0) - 1e-6).all()
+    assert (place <= CELLS.ground[found].max(axis=0) + 1e-6).all()
+
+
 def test_a_cell_of_its_own_is_exact_without_distortion():
     points = middle(200)
     place = METHODS[0].ground_from_image(STRAIGHT.image_from_ground(points))
@@ -71,13 +84,20 @@ def test_derivatives_agree_with_differences(mapping):
 
 
 @pytest.mark.parametrize('mapping', METHODS)
-def test_ground_to_image_and_back_inside_and_beyond(mapping):
+def test_ground_to_image_and_back(mapping):
     points = middle(50)
     back = mapping.ground_from_image(mapping.image_from_ground(points))
     np.testing.assert_allclose(back, points, atol=1e-5)
-    outside = CELLS.image.max(axis=(0, 1))[None] + np.array([30.0, 10.0])
-    assert mapping.is_extrapolated(outside).all()
-    assert np.isfinite(mapping.ground_from_image(outside)).all()
+
+
+@pytest.mark.parametrize(('mapping', 'off'), zip(METHODS, (1e-6, 1.0)))
+def test_a_point_beside_the_grid_is_extrapolated_from_the_nearest_cell(mapping, off):
+    near = CELLS.ground[:, 0][CELLS.ground[:, 0, 1] == CELLS.ground[..., 1].min()]
+    place = near + np.array([1.0, -0.5])
+    pixel = STRAIGHT.image_from_ground(place)
+    assert mapping.is_extrapolated(pixel).all()
+    assert not mapping.is_extrapolated(STRAIGHT.image_from_ground(near + 1.0)).any()
+    np.testing.assert_allclose(mapping.ground_from_image(pixel), place, atol=off)
 
 
 def test_the_paper_stops_a_pixel_away():

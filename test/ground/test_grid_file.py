@@ -204,6 +204,24 @@ def test_points_of_incomplete_cells_are_ignored_and_listed():
     assert len(grid.names) == len(GRID.names) - 1
 
 
+def test_a_row_that_was_not_clicked_leaves_a_gap_and_no_cell_of_twice_the_size():
+    x, y = (each.ravel().astype(float) for each in np.meshgrid(range(0, 40, 8), range(0, 48, 8)))
+    kept = y != 24
+    ground = np.column_stack([x, y])[kept]
+    names = [f'{a:g}/{b:g}' for a, b in ground]
+    grid, ignored = grid_from_points('cam1', names, ground, ground * 10)
+    assert (np.ptp(grid.ground, axis=1) == 8).all()
+    assert len(grid.names) == 4 * 3
+    assert ignored == ()
+
+
+def test_rows_at_uneven_distances_make_cells_of_uneven_size():
+    x, y = (each.ravel() for each in np.meshgrid([0.0, 5.5, 16.5], [0.0, 4.0, 12.0]))
+    ground = np.column_stack([x, y])
+    names = [f'{a:g}/{b:g}' for a, b in ground]
+    assert len(grid_from_points('cam1', names, ground, ground * 10)[0].names) == 4
+
+
 @pytest.mark.parametrize(
     ('names', 'column', 'value', 'reason'),
     [
