@@ -158,7 +158,7 @@ def _lines(along: NDArray[np.float64]) -> NDArray[np.int64]:
     off = np.abs(steps / step - np.round(steps / step))
     if (off > EVEN).any() or np.count_nonzero(steps < 1.5 * step) * 2 <= len(steps):
         return rank
-    return np.round((along - places[0]) / step).astype(np.int64)
+    return np.asarray(np.round((along - places[0]) / step), np.int64)
 
 
 def check_points(
