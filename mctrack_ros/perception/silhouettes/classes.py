@@ -16,12 +16,15 @@ class ClassConfig:
     """Parameters of `ClassVotes`."""
 
     vehicle_area_m2: float = parameter(
-        4.0, 'bounding rectangle above which an object is a vehicle [m²]', minimum=0.0
+        3.0, 'bounding rectangle above which an object is a vehicle [m²]', minimum=0.0
     )
     vehicle_aspect: float = parameter(
         1.3,
         'width to height of the rectangle above which half that area will do',
         minimum=0.0,
+    )
+    memory_s: float = parameter(
+        3.0, 'time of one class that outweighs all before it [s]', minimum=0.0
     )
 
 
@@ -86,10 +89,17 @@ class ClassVotes:
         """
         vehicle = looks_like_vehicle(extent, self._config)
         votes = {
-            key: self._votes.get(key, 0.0) + (seconds if is_vehicle else -seconds) * counts
+            key: _capped(
+                self._votes.get(key, 0.0) + (seconds if is_vehicle else -seconds) * counts,
+                self._config.memory_s,
+            )
             for key, is_vehicle, counts in zip(local_id.tolist(), vehicle.tolist(), whole.tolist())
         }
         self._votes = votes
         total = np.array(list(votes.values()))
         is_vehicle = np.where(total == 0.0, vehicle, total > 0.0)
         return np.where(is_vehicle, int(ClassCode.VEHICLE), int(ClassCode.PERSON))
+
+
+def _capped(value: float, size: float) -> float:
+    return max(-size, min(value, size))

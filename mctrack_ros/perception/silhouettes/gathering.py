@@ -8,11 +8,21 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, FLOATS_3D, compiled, inner
+from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.silhouettes.components import Silhouettes
-from mctrack_ros.perception.silhouettes.features import Floats, Ints, stacked
+from mctrack_ros.perception.silhouettes.features import (
+    HEIGHT,
+    WIDTH,
+    Floats,
+    Ints,
+    Shapes,
+    stacked,
+)
 from mctrack_ros.perception.sizes import SizeTable, metre_at
+
+
+SLACK = 0.2  # by how much an object may be larger than it is known to be
 
 
 @dataclass(frozen=True)
@@ -35,28 +45,47 @@ class GatheringConfig:
         0.3, 'greatest gap between parts of a vehicle [m]', minimum=0.0
     )
 
+    group_width_m: float = parameter(
+        2.2, 'widest group of people who came together [m]', minimum=0.0
+    )
+    group_gap_m: float = parameter(
+        0.6, 'greatest gap between people who came together [m]', minimum=0.0
+    )
+    known_s: float = parameter(
+        1.5, 'time after which an object that was seen whole and alone is known [s]', minimum=0.0
+    )
+
     def limits(self) -> Floats:
-        """Return the six as an array."""
+        """Return the first eight as an array."""
         return np.array(
             [
                 self.person_width_m, self.person_height_m, self.vehicle_width_m,
                 self.vehicle_height_m, self.vehicle_part_m, self.vehicle_gap_m,
+                self.group_width_m, self.group_gap_m,
             ]
         )  # fmt: skip
 
 
-def gathered(silhouettes: Silhouettes, sizes: SizeTable, config: GatheringConfig) -> Silhouettes:
+def gathered(
+    silhouettes: Silhouettes, known: Shapes, sizes: SizeTable, config: GatheringConfig
+) -> Silhouettes:
     """
-    Join fragments, the closest first, while the union is no larger than one body.
+    Join fragments, the closest first, while the union is no larger than one body or one group.
 
     Low contrast leaves a head, a belt and two shoes of a pedestrian. The paper's steps 6 and 7
     find them together again only if the object was whole before, and it may never be: it enters
     in pieces. How tall a person looks where is known from the camera's calibration.
 
+    Fragments where one known object is expected join if the union is no larger than that; those
+    of different ones never do. People side by side whom no known object claims came together, and
+    are one object (assumption 3 of section 3).
+
     Parameters
     ----------
     silhouettes : Silhouettes
         Of a picture.
+    known : Shapes
+        Objects that have been tracked for a while, where they are expected.
     sizes : SizeTable
         Of the camera.
     config : GatheringConfig
@@ -71,13 +100,42 @@ def gathered(silhouettes: Silhouettes, sizes: SizeTable, config: GatheringConfig
     shapes = silhouettes.shapes
     if config.person_height_m == 0.0 or len(shapes) < 2:
         return silhouettes
-    group = _group(shapes.box, sizes.table, config.limits())
+    expected = _expected(known)
+    claim = _claims(shapes, expected)
+    group = _group(shapes.box, claim, expected, sizes.table, config.limits())
     names, row = np.unique(group, return_inverse=True)
     if len(names) == len(shapes):
         return silhouettes
     united = stacked(*(shapes.select(np.flatnonzero(group == name)).united() for name in names))
     row_of = np.r_[-1, row].astype(np.int64)[silhouettes.row_of + 1]
     return Silhouettes(united, silhouettes.labels, row_of, silhouettes.grey)
+
+
+def _expected(known: Shapes) -> Floats:
+    """Return boxes, (n, 4) px, of the size that objects are known to have."""
+    size = np.maximum(known.box[:, 2:], known.vector[:, [WIDTH, HEIGHT]]) * (1 + SLACK)
+    middle = known.box[:, :2] + known.box[:, 2:] / 2
+    return np.column_stack([middle - size / 2, size])
+
+
+def _claims(shapes: Shapes, expected: Floats) -> Ints:
+    """Return for each silhouette the object in whose expected box its middle is; -1: none."""
+    middle = shapes.box[:, :2] + shapes.box[:, 2:] / 2
+    apart = np.abs(middle[:, None] - (expected[:, :2] + expected[:, 2:] / 2)[None])
+    share = (apart / np.maximum(expected[:, 2:] / 2, 1.0)[None]).max(axis=2, initial=0.0)
+    if not share.size:
+        return np.full(len(shapes), -1)
+    return np.where(share.min(axis=1) <= 1.0, share.argmin(axis=1), -1)
+
+
+@inner
+def _within(both: Floats, expected: Floats) -> bool:
+    return bool(
+        both[0] >= expected[0]
+        and both[1] >= expected[1]
+        and both[0] + both[2] <= expected[0] + expected[2]
+        and both[1] + both[3] <= expected[1] + expected[3]
+    )
 
 
 @inner
@@ -89,7 +147,7 @@ def _united(one: Floats, other: Floats) -> NDArray[np.float64]:
 
 
 @inner
-def _gap(one: Floats, other: Floats, sizes: Floats, limits: Floats) -> float:
+def _gap(one: Floats, other: Floats, claimed: bool, sizes: Floats, limits: Floats) -> float:
     """Return the gap, m, between two boxes that may be one body; else infinity."""
     both = _united(one, other)
     across, upright, _ = metre_at(sizes, both[0] + both[2] / 2, both[1] + both[3])
@@ -101,28 +159,36 @@ def _gap(one: Floats, other: Floats, sizes: Floats, limits: Floats) -> float:
     gap = max(max(gap_x / across, gap_y / upright), 0.0)
     if width <= limits[0] and height <= limits[1]:
         return float(gap)
+    together = max(one[2], other[2]) / across < limits[4] and not claimed
+    if together and width <= limits[6] and height <= 1.2 * limits[1] and gap <= limits[7]:
+        return float(gap)
     part = min(one[2], other[2]) / across >= limits[4]
     if part and width <= limits[2] and height <= limits[3] and gap <= limits[5]:
         return float(gap)
     return np.inf
 
 
-@compiled(types.i8[::1](FLOATS_2D, FLOATS_3D, FLOATS_1D))
-def _group(box: Floats, sizes: Floats, limits: Floats) -> Ints:
+@compiled(types.i8[::1](FLOATS_2D, INTS_1D, FLOATS_2D, FLOATS_3D, FLOATS_1D))
+def _group(box: Floats, claim: Ints, expected: Floats, sizes: Floats, limits: Floats) -> Ints:
     """Return for each box the first one that it is joined with."""
     count = len(box)
-    group, box = np.arange(count), box.copy()
+    group, box, claim = np.arange(count), box.copy(), claim.copy()
     while True:
         best, one, other = np.inf, -1, -1
         for first in range(count):
             for second in range(first + 1, count):
                 if group[first] == first and group[second] == second:
-                    gap = _gap(box[first], box[second], sizes, limits)
+                    mine, other_claim = claim[first], claim[second]
+                    if mine >= 0 and other_claim >= 0 and mine != other_claim:
+                        continue
+                    claimed = mine >= 0 or other_claim >= 0
+                    gap = _gap(box[first], box[second], claimed, sizes, limits)
                     if gap < best:
                         best, one, other = gap, first, second
         if one < 0:
             return group
         box[one] = _united(box[one], box[other])
+        claim[one] = max(claim[one], claim[other])
         for row in range(count):
             if group[row] == other:
                 group[row] = one

@@ -28,7 +28,6 @@ class SilhouetteConfig:
     background: LowPassConfig = field(default_factory=LowPassConfig)
     components: ComponentConfig = field(default_factory=ComponentConfig)
     holes: HoleConfig = field(default_factory=HoleConfig)
-    gathering: GatheringConfig = field(default_factory=GatheringConfig)
     tracker: SilhouetteTrackerConfig = field(default_factory=SilhouetteTrackerConfig)
     rest: RestConfig = field(default_factory=RestConfig)
     classes: ClassConfig = field(default_factory=ClassConfig)
@@ -50,8 +49,8 @@ def as_printed() -> SilhouetteConfig:
         ),
         components=ComponentConfig(closing_px=1),
         holes=HoleConfig(edge_ratio=0.0),
-        gathering=GatheringConfig(person_height_m=0.0),
         tracker=SilhouetteTrackerConfig(
+            gathering=GatheringConfig(person_height_m=0.0),
             comparison=ComparisonConfig(place_weight=0.0),
             match=MatchConfig(distance='centroids', only_valid=False),
             division=DivisionConfig(line='regression', body_height_m=0.0),

@@ -15,7 +15,6 @@ from mctrack_ros.perception.silhouettes.background import LowPassBackground
 from mctrack_ros.perception.silhouettes.classes import ClassVotes
 from mctrack_ros.perception.silhouettes.components import find_silhouettes
 from mctrack_ros.perception.silhouettes.features import Floats
-from mctrack_ros.perception.silhouettes.gathering import gathered
 from mctrack_ros.perception.silhouettes.holes import patched
 from mctrack_ros.perception.silhouettes.objects import at_edge
 from mctrack_ros.perception.silhouettes.parameters import SilhouetteConfig
@@ -151,7 +150,6 @@ class SilhouettePipeline:
         objects, log = self._tracker.objects, EventLog(stamp_ns)
         silhouettes = find_silhouettes(mask, grey, self._config.components)
         silhouettes = patched(silhouettes, self._background, self._config.holes)
-        silhouettes = gathered(silhouettes, self._places.sizes, self._config.gathering)
         component = self._tracker.step(silhouettes, stamp_ns, log)
         self._groups.note(objects, component, log)
         truncated = at_edge(objects.box, mask.shape, 1.0)

@@ -22,6 +22,7 @@ from mctrack_ros.perception.silhouettes.features import (
     Mask,
     Shapes,
 )
+from mctrack_ros.perception.silhouettes.gathering import GatheringConfig, gathered
 from mctrack_ros.perception.silhouettes.joining import join_fragments
 from mctrack_ros.perception.silhouettes.macro import resolve_merges
 from mctrack_ros.perception.silhouettes.match import MatchConfig, naive_matches, valid_matches
@@ -40,6 +41,7 @@ class SilhouetteTrackerConfig:
 
     comparison: ComparisonConfig = field(default_factory=ComparisonConfig)
     match: MatchConfig = field(default_factory=MatchConfig)
+    gathering: GatheringConfig = field(default_factory=GatheringConfig)
     division: DivisionConfig = field(default_factory=DivisionConfig)
     objects: ObjectConfig = field(default_factory=ObjectConfig)
 
@@ -118,6 +120,10 @@ class SilhouetteTracker:
         self._last_ns = stamp_ns
         objects = self.objects
         objects.predict(seconds)
+        known = objects.shapes.select(
+            objects.established & (objects.alone_s >= self._config.gathering.known_s)
+        )
+        silhouettes = gathered(silhouettes, known, self._sizes, self._config.gathering)
         found = self._assign(silhouettes)
         lost = objects.update(found.shapes, found.match, stamp_ns, seconds)
         component = _shared(found, objects.established)
