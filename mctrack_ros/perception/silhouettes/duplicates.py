@@ -72,30 +72,23 @@ def without_parts(
     return match
 
 
-def without_jumps(
-    objects: Shapes, silhouettes: Shapes, match: Mask, known: Mask, growth: float
-) -> Mask:
+def without_swollen(match: Mask, pedestrian: Mask, vehicle_like: Mask) -> Mask:
     """
-    Take from objects silhouettes that are far too large or small to be what they were.
+    Take from pedestrians silhouettes that are vehicles'.
 
     Whoever walks up to a car that drives off would become that car. Beyond the paper.
 
     Parameters
     ----------
-    objects, silhouettes : Shapes
-        Of n objects and m silhouettes.
     match : (n, m) bool array
         The match matrix.
-    known : (n, m) bool array
-        Objects that were seen whole before, and silhouettes that are whole.
-    growth : float
-        Greatest ratio of areas; its square for smaller ones, which may be fragments. 0: any.
+    pedestrian : (n,) bool array
+        Objects that were seen whole and alone, and are pedestrians.
+    vehicle_like : (m,) bool array
+        Silhouettes as large as vehicles.
 
     """
-    if growth == 0.0:
-        return match
-    ratio = silhouettes.area[None] / np.maximum(objects.area[:, None], 1.0)
-    return match & ~(known & ((ratio > growth) | (ratio < 1 / growth**2)))
+    return match & ~(pedestrian[:, None] & vehicle_like[None])
 
 
 def settled(objects: Shapes, silhouettes: Shapes, match: Mask, weights: Floats) -> Mask:

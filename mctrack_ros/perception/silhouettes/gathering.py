@@ -21,7 +21,6 @@ from mctrack_ros.perception.silhouettes.features import (
 )
 from mctrack_ros.perception.sizes import SizeTable, metre_at
 
-
 SLACK = 0.2  # by how much an object may be larger than it is known to be
 
 

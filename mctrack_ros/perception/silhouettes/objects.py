@@ -38,20 +38,20 @@ class ObjectConfig:
         'the 4 Hz of the paper [s]',
         minimum=0.0,
     )
+    move_px: float = parameter(
+        6.0,
+        'distance that it must have come by then, which holes and stains do not; 0: as printed '
+        '[px]',
+        minimum=0.0,
+    )
     hold_s: float = parameter(
-        1.5, 'time that an established object stays without a match; 0: as printed [s]',
+        2.5, 'time that an established object stays without a match; 0: as printed [s]',
         minimum=0.0,
     )  # fmt: skip
     body_s: float = parameter(
         1.0,
         'time that an object must have been seen whole and alone to share a silhouette with one '
         'that has; 0: as printed [s]',
-        minimum=0.0,
-    )
-    growth: float = parameter(
-        0.0,
-        'greatest ratio of the areas of a silhouette and an object that was seen whole; its '
-        'square for smaller ones; 0: any, as printed',
         minimum=0.0,
     )
     memory_s: float = parameter(
@@ -97,13 +97,17 @@ class ObjectList:
         A `ClassCode`.
     announced : (n,) bool array
         Its first event was sent.
+    origin : (n, 2) float64 array
+        Where it was first seen, px.
+    travelled_px : (n,) float64 array
+        How far from there it has been, px.
 
     """
 
     ARRAYS = (
         'local_id', 'vector', 'box', 'velocity', 'first_ns', 'seen_ns', 'coherent_ns', 'matched',
         'established', 'alone_s', 'group', 'track_id', 'mean', 'covariance', 'class_id',
-        'announced',
+        'announced', 'origin', 'travelled_px',
     )  # fmt: skip
 
     def __init__(self, config: ObjectConfig) -> None:
@@ -133,6 +137,8 @@ class ObjectList:
         self.covariance: Floats = np.zeros((0, 4, 4))
         self.class_id: Ints = np.zeros(0, np.int64)
         self.announced: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        self.origin: Floats = np.zeros((0, 2))
+        self.travelled_px: Floats = np.zeros(0)
 
     @property
     def confirmed(self) -> NDArray[np.bool_]:
@@ -184,7 +190,10 @@ class ObjectList:
         self.seen_ns[rows] = stamp_ns
         self.coherent_ns[~self.matched] = stamp_ns
         old = stamp_ns - self.first_ns >= round(self._config.establish_s * 1e9)
-        self.established[self.matched & old] = True
+        apart = self.shapes.centroid - self.origin
+        self.travelled_px = np.maximum(self.travelled_px, np.hypot(apart[:, 0], apart[:, 1]))
+        came = self.travelled_px >= self._config.move_px
+        self.established[self.matched & old & came] = True
         unseen_ns = stamp_ns - self.seen_ns
         patient = (
             self.established
@@ -214,6 +223,8 @@ class ObjectList:
             'covariance': np.tile(np.eye(4), (count, 1, 1)),
             'class_id': np.zeros(count, np.int64),
             'announced': np.zeros(count, np.bool_),
+            'origin': shapes.centroid,
+            'travelled_px': np.zeros(count),
         }
         for name in self.ARRAYS:
             setattr(self, name, np.concatenate([getattr(self, name), added[name]]))

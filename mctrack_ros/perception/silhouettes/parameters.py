@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 from mctrack_ros.perception.identity import IdentityConfig
 from mctrack_ros.perception.silhouettes.background import LowPassConfig
-from mctrack_ros.perception.silhouettes.classes import ClassConfig
 from mctrack_ros.perception.silhouettes.components import ComponentConfig
 from mctrack_ros.perception.silhouettes.features import ComparisonConfig
 from mctrack_ros.perception.silhouettes.gathering import GatheringConfig
@@ -30,7 +29,6 @@ class SilhouetteConfig:
     holes: HoleConfig = field(default_factory=HoleConfig)
     tracker: SilhouetteTrackerConfig = field(default_factory=SilhouetteTrackerConfig)
     rest: RestConfig = field(default_factory=RestConfig)
-    classes: ClassConfig = field(default_factory=ClassConfig)
     places: PlaceConfig = field(default_factory=PlaceConfig)
     report: ReportConfig = field(default_factory=ReportConfig)
     identity: IdentityConfig = field(default_factory=IdentityConfig)
@@ -55,14 +53,14 @@ def as_printed() -> SilhouetteConfig:
             match=MatchConfig(distance='centroids', only_valid=False),
             division=DivisionConfig(line='regression', body_height_m=0.0),
             objects=ObjectConfig(
-                establish_s=0.2, hold_s=0.0, body_s=0.0, growth=0.0, memory_s=0.0, motion_s=0.0
+                establish_s=0.2, move_px=0.0, hold_s=0.0, body_s=0.0, memory_s=0.0, motion_s=0.0
             ),
         ),
         rest=RestConfig(
             rest_s=4.0,
             rest_px=3.0,
             pedestrian_rest_s=4.0,
-            pedestrian_rest_px=3.0,
+            travel_px=0.0,
             hole_px=20.0,
             spare_others=False,
             uncovered_share=0.0,

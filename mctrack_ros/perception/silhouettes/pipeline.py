@@ -73,7 +73,7 @@ class SilhouettePipeline:
         self._places = Places(config.places, mapping)
         self._tracker = SilhouetteTracker(config.tracker, self._places.sizes)
         self._rest = RestWatch(config.rest)
-        self._classes = ClassVotes(config.classes)
+        self._classes = ClassVotes(config.tracker.classes)
         self._watchdog = Watchdog(config.watchdog, mask)
         self._groups = GroupNotes()
         self._passed: set[int] = set()

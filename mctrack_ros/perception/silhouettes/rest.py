@@ -25,13 +25,17 @@ class RestConfig:
         4.0, 'time at rest after which a vehicle becomes background [s]', minimum=0.0
     )
     pedestrian_rest_s: float = parameter(
-        6.0, 'the same for pedestrians, who sway; as printed: the same [s]', minimum=0.0
+        60.0,
+        'the same for pedestrians who came from elsewhere; as printed: the same [s]',
+        minimum=0.0,
     )
     rest_px: float = parameter(
         3.0, 'distance that the centroid of what rests may move [px]', minimum=0.0
     )
-    pedestrian_rest_px: float = parameter(
-        0.5, 'the same for pedestrians; as printed: the same [px]', minimum=0.0
+    travel_px: float = parameter(
+        20.0,
+        'distance that a pedestrian has come at some time; what has not is no pedestrian [px]',
+        minimum=0.0,
     )
     recent_s: float = parameter(
         3600.0, 'time that inserted objects are remembered [s]', minimum=0.0
@@ -87,6 +91,14 @@ class Inserted:
     stamp_ns: int
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Rest:
+    """Where an object has been since when."""
+
+    place: Floats
+    since_ns: int
+
+
 class RestWatch:
     """
     Puts what rests into the background and patches the holes that it leaves.
@@ -110,7 +122,7 @@ class RestWatch:
     def restart(self) -> None:
         """Forget everything."""
         self.inserted: list[Inserted] = []
-        self._rests: dict[int, tuple[Floats, int]] = {}
+        self._rests: dict[int, _Rest] = {}
 
     def uncover(
         self, background: LowPassBackground, grey: Grey, mask: Grey, stamp_ns: int
@@ -187,7 +199,8 @@ class RestWatch:
         seconds = self._seconds_at_rest(objects, stamp_ns)
         for row in np.flatnonzero(objects.matched & (objects.group == 0)).tolist():
             hole = self._hole_at(objects.shapes.centroid[row])
-            person = objects.class_id[row] == ClassCode.PERSON
+            came = objects.travelled_px[row] >= self._config.travel_px
+            person = came and objects.class_id[row] == ClassCode.PERSON
             patience = self._config.pedestrian_rest_s if person else self._config.rest_s
             if hole is not None and seconds[row] >= self._config.hole_s:
                 self.inserted.remove(hole)
@@ -222,17 +235,14 @@ class RestWatch:
 
     def _seconds_at_rest(self, objects: ObjectList, stamp_ns: int) -> Floats:
         """Return for how long, (n,) s, objects have not moved."""
-        rests: dict[int, tuple[Floats, int]] = {}
-        person = objects.class_id == ClassCode.PERSON
-        reach = np.where(person, self._config.pedestrian_rest_px, self._config.rest_px)
-        for key, place, radius in zip(
-            objects.local_id.tolist(), objects.shapes.centroid.copy(), reach.tolist()
-        ):
-            since, since_ns = self._rests.get(key, (place, stamp_ns))
-            moved = bool(np.hypot(*(place - since)) > radius)
-            rests[key] = (place, stamp_ns) if moved else (since, since_ns)
+        rests: dict[int, _Rest] = {}
+        for key, place in zip(objects.local_id.tolist(), objects.shapes.centroid.copy()):
+            rest = self._rests.get(key, _Rest(place, stamp_ns))
+            if float(np.hypot(*(place - rest.place))) > self._config.rest_px:
+                rest = _Rest(place, stamp_ns)
+            rests[key] = rest
         self._rests = rests
-        return np.array([(stamp_ns - since_ns) * 1e-9 for _, since_ns in rests.values()])
+        return np.array([(stamp_ns - rest.since_ns) * 1e-9 for rest in rests.values()])
 
     def _hole_at(self, centroid: Floats) -> Inserted | None:
         """Return the inserted object nearest to a centroid, if it is near enough."""

@@ -6,14 +6,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mctrack_ros.interfaces import EventCode
+from mctrack_ros.interfaces import ClassCode, EventCode
 from mctrack_ros.perception.local_events import EventLog
+from mctrack_ros.perception.silhouettes.classes import ClassConfig, looks_like_vehicle
 from mctrack_ros.perception.silhouettes.components import Silhouettes
 from mctrack_ros.perception.silhouettes.duplicates import (
     secure_silhouettes,
     settled,
-    without_jumps,
     without_parts,
+    without_swollen,
     without_transient_duplicates,
 )
 from mctrack_ros.perception.silhouettes.features import (
@@ -44,6 +45,7 @@ class SilhouetteTrackerConfig:
     gathering: GatheringConfig = field(default_factory=GatheringConfig)
     division: DivisionConfig = field(default_factory=DivisionConfig)
     objects: ObjectConfig = field(default_factory=ObjectConfig)
+    classes: ClassConfig = field(default_factory=ClassConfig)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -160,10 +162,13 @@ class SilhouetteTracker:
         shapes, match, origin = partition_merged(
             objects, silhouettes, shapes, divisible, match, established, division, weights
         )
+        if self._config.objects.body_s > 0.0:
+            extent = shapes.box[:, 2:] / self._sizes.per_metre(self._sizes.foot_of(shapes.box))
+            known = self.objects.alone_s >= self._config.objects.body_s
+            pedestrian = known & (self.objects.class_id == ClassCode.PERSON)
+            vehicle_like = looks_like_vehicle(extent, self._config.classes)
+            match = without_swollen(match, pedestrian, vehicle_like)
         match = settled(objects, shapes, match, weights)
-        inside = ~at_edge(shapes.box, silhouettes.labels.shape, 1.0)
-        known = (self.objects.alone_s >= self._config.objects.body_s)[:, None] & inside[None]
-        match = without_jumps(objects, shapes, match, known, self._config.objects.growth)
         for joiners in (established, ~established):
             valid = valid_matches(objects, shapes, self._config.match)
             fragments = ~secure_silhouettes(match, established)

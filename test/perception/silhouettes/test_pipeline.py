@@ -1,58 +1,15 @@
-import cv2
 import numpy as np
 import pytest
 
-from mctrack_ros.ground import ProjectiveMapping
-from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.interfaces import ClassCode, EventCode
 from mctrack_ros.perception import BackwardStampError, CameraConfig, open_camera
 from mctrack_ros.perception.silhouettes import SilhouetteConfig, SilhouettePipeline, as_printed
 
 SIZE = (640, 480)
 PERIOD_NS = 250_000_000
 PERSON, CAR = (20, 62), (150, 70)
-VERSIONS = pytest.mark.parametrize(
-    'config', [SilhouetteConfig(), as_printed()], ids=['ours', 'printed']
-)
-
-
-@pytest.fixture(scope='module')
-def mapping():
-    """Camera 9 m above the ground that looks at the ground 20 m away."""
-    eye = np.array([0.0, -20.0, 9.0])
-    forward = -eye / np.linalg.norm(eye)
-    right = np.array([1.0, 0, 0])
-    rotation = np.stack([right, np.cross(forward, right), forward])
-    intrinsics = np.array([[600.0, 0, 320], [0, 600, 240], [0, 0, 1]])
-    return ProjectiveMapping(intrinsics @ np.column_stack([rotation, -rotation @ eye]), SIZE)
-
-
-class CarPark:
-    """Draws grey rectangles on a noisy ground and drives a pipeline at 4 Hz."""
-
-    def __init__(self, config, mapping):
-        self.pipeline = SilhouettePipeline(config, mapping)
-        self.rng = np.random.default_rng(0)
-        ground = self.rng.normal(110, 60, SIZE[::-1])
-        self.ground = cv2.GaussianBlur(ground, (0, 0), 3)
-        self.index = 0
-        self.show([])
-
-    def picture(self, things):
-        drawn = self.ground.copy()
-        for x, bottom, (width, height), grey in things:
-            low, high = max(round(x - width / 2), 0), max(round(x + width / 2), 0)
-            drawn[round(bottom) - height : round(bottom), low:high] = grey
-        noisy = np.clip(drawn + self.rng.normal(0, 2, drawn.shape), 0, 255).astype(np.uint8)
-        return cv2.cvtColor(noisy, cv2.COLOR_GRAY2BGR)
-
-    def show(self, things):
-        self.index += 1
-        return self.pipeline.step(self.picture(things), self.index * PERIOD_NS, None)
-
-
-@pytest.fixture
-def new_park(mapping):
-    return lambda config: CarPark(config, mapping)
+OURS = SilhouetteConfig()
+VERSIONS = pytest.mark.parametrize('config', [OURS, as_printed()], ids=['ours', 'printed'])
 
 
 @VERSIONS
@@ -76,12 +33,174 @@ def test_a_vehicle_is_known_as_one_and_never_passed_on(new_park, config):
     assert not park.pipeline.objects.passed_on.any()
 
 
+def test_detections_stand_where_the_feet_are_with_a_sound_covariance(new_park, mapping):
+    park = new_park(OURS)
+    for step in range(12):
+        x = 200 + 8 * step
+        output = park.show([(x, 380, PERSON, 60)])
+    expected = mapping.ground_from_image([[x, 380]])[0]
+    assert np.allclose(output.detections.position[0, :2], expected, atol=0.25)
+    assert (np.linalg.eigvalsh(output.detections.covariance[0]) > 0).all()
+    assert output.detections.template[0].sum() == pytest.approx(1.0, abs=1e-4)
+
+
+def test_two_who_pass_keep_their_ids_and_tell_of_a_merge_and_a_split(new_park):
+    park, events, first = new_park(OURS), [], None
+    for step in range(44):
+        x = 180 + 6 * step
+        output = park.show([(x, 380, PERSON, 60), (620 - x, 388, (22, 60), 170)])
+        events += output.events.event.tolist()
+        first = output.detections if step == 12 else first
+    last = output.detections
+    assert first.local_id[np.argsort(first.box[:, 0])].tolist() == (
+        last.local_id[np.argsort(-last.box[:, 0])].tolist()
+    )
+    assert events.count(EventCode.NEW) == 2
+
+
+def test_who_leaves_the_picture_is_an_exit_and_ids_are_never_used_again(new_park):
+    park, events, ids = new_park(OURS), [], []
+    for _ in range(2):
+        for step in range(40):
+            output = park.show([(500 + 8 * step, 380, PERSON, 60)] if step < 20 else [])
+            events += output.events.event.tolist()
+            ids += output.detections.local_id.tolist()
+    assert events.count(EventCode.NEW) == events.count(EventCode.EXIT) == 2
+    assert len(set(ids)) == 2
+
+
+@VERSIONS
+def test_a_parked_vehicle_becomes_background_after_four_seconds(new_park, config):
+    park = new_park(config)
+    for step in range(14):
+        park.show([(80 + 15 * step, 300, CAR, 160)])
+    shown = [len(park.show([(275, 300, CAR, 160)]).detections) for _ in range(24)]
+    assert shown[10] == 1
+    assert shown[-1] == 0
+    assert not len(park.show([(275, 300, CAR, 160)]).events)
+
+
+@VERSIONS
+def test_a_pedestrian_is_tracked_before_a_parked_vehicle(new_park, config):
+    park, car = new_park(config), (275, 300, CAR, 160)
+    for step in range(40):
+        park.show([(min(80 + 15 * step, 275), 300, CAR, 160)])
+    for step in range(14):
+        output = park.show([car, (230 + 6 * step, 310, PERSON, 60)])
+    assert output.detections.class_id.tolist() == [ClassCode.PERSON]
+    assert output.detections.box[0, 2] < 40
+
+
+@pytest.mark.parametrize('learned', [True, False], ids=['parked', 'there at first'])
+def test_a_vehicle_that_drives_off_leaves_no_hole(new_park, learned):
+    park = new_park(OURS)
+    if learned:
+        for step in range(40):
+            park.show([(min(80 + 15 * step, 275), 300, CAR, 160)])
+    else:
+        park.pipeline = SilhouettePipeline(OURS, park.pipeline._mapping)
+        for _ in range(4):
+            park.show([(275, 300, CAR, 160)])
+    for step in range(14):
+        output = park.show([(275 + 18 * step, 300, CAR, 160)])
+    assert len(output.detections) == 1
+    assert output.detections.box[0, 0] > 400
+
+
+def test_a_change_of_most_of_the_picture_restarts_tracking(new_park):
+    park = new_park(OURS)
+    for step in range(12):
+        park.show([(100 + 8 * step, 380, PERSON, 60)])
+    park.ground += 60
+    assert not len(park.show([(200, 380, PERSON, 60)]).detections)
+    assert not len(park.pipeline.objects.local_id)
+
+
+@VERSIONS
+@pytest.mark.parametrize('kind', ['black', 'white', 'frozen', 'noise'])
+def test_pictures_that_show_nothing_give_one_detection_each_at_most(new_park, config, kind):
+    park, rng = new_park(config), np.random.default_rng(4)
+    for step in range(12):
+        park.show([(100 + 8 * step, 380, PERSON, 60)])
+    still, found = park.picture([(200, 380, PERSON, 60)]), 0
+    for _ in range(12):
+        picture = {
+            'black': np.zeros_like(still),
+            'white': np.full_like(still, 255),
+            'frozen': still,
+            'noise': rng.integers(0, 256, still.shape).astype(np.uint8),
+        }[kind]
+        found += len(park.step(picture).detections)
+    assert found <= (12 if kind in ('frozen', 'noise') else 0)
+    for step in range(24):
+        output = park.show([(100 + 8 * step, 380, PERSON, 60)])
+    assert len(output.detections) == 1
+
+
+@pytest.mark.parametrize(
+    'picture',
+    [
+        np.zeros((240, 320, 3), np.uint8),
+        np.zeros((480, 640), np.uint8),
+        np.zeros((480, 640, 3), np.float32),
+    ],
+    ids=['size', 'grey', 'type'],
+)
+def test_a_picture_of_another_size_or_type_is_refused(mapping, picture):
+    with pytest.raises(ValueError, match=r'picture has shape .* expected \(480, 640, 3\)'):
+        SilhouettePipeline(OURS, mapping).step(picture, 1, None)
+
+
+def test_a_stamp_that_comes_again_is_refused_and_changes_nothing(new_park):
+    park = new_park(OURS)
+    with pytest.raises(BackwardStampError):
+        park.pipeline.step(park.picture([]), park.index * PERIOD_NS, None)
+    park.show([])
+
+
+def test_a_gap_restarts_tracks_but_not_ids(new_park):
+    park = new_park(OURS)
+    for step in range(12):
+        first = park.show([(100 + 8 * step, 380, PERSON, 60)])
+    park.index += 40
+    for step in range(12):
+        second = park.show([(100 + 8 * step, 380, PERSON, 60)])
+    assert second.detections.local_id[0] > first.detections.local_id[0]
+
+
+def test_what_the_mask_hides_is_ignored(new_park, mapping):
+    park = new_park(OURS)
+    park.pipeline = SilhouettePipeline(OURS, mapping, np.zeros(SIZE[::-1], np.uint8))
+    for step in range(8):
+        output = park.show([(100 + 8 * step, 380, PERSON, 60)])
+    assert not len(output.detections)
+
+
+def test_the_same_pictures_give_the_same_output(new_park):
+    def run():
+        park = new_park(OURS)
+        return [
+            park.show([(180 + 6 * k, 380, PERSON, 60), (460 - 6 * k, 385, PERSON, 170)])
+            for k in range(40)
+        ]
+
+    for one, other in zip(run(), run()):
+        for name in one.detections.COLUMNS:
+            mine, theirs = getattr(one.detections, name), getattr(other.detections, name)
+            assert np.array_equal(mine, theirs)
+
+
+def test_tracking_works_at_25_pictures_a_second(mapping, new_park):
+    park, ids = new_park(OURS), set()
+    for step in range(100):
+        park.index += 1
+        stamp_ns = PERIOD_NS + park.index * 40_000_000
+        picture = park.picture([(100 + step, 380, PERSON, 60)])
+        ids |= set(park.pipeline.step(picture, stamp_ns, None).detections.local_id.tolist())
+    assert len(ids) == 1
+    assert park.pipeline.objects.passed_on.all()
+
+
 def test_the_site_chooses_the_tracker(mapping):
     config = CameraConfig(local_tracker='silhouettes')
     assert isinstance(open_camera(config, mapping), SilhouettePipeline)
-
-
-def test_a_stamp_that_comes_again_is_refused(new_park):
-    park = new_park(SilhouetteConfig())
-    with pytest.raises(BackwardStampError):
-        park.pipeline.step(park.picture([]), park.index * PERIOD_NS, None)
