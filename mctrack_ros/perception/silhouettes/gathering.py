@@ -41,7 +41,7 @@ class GatheringConfig:
         1.3, 'width from which a fragment may be part of a vehicle [m]', minimum=0.0
     )
     vehicle_gap_m: float = parameter(
-        0.3, 'greatest gap between parts of a vehicle [m]', minimum=0.0
+        0.8, 'greatest gap between parts of a vehicle [m]', minimum=0.0
     )
 
     group_width_m: float = parameter(

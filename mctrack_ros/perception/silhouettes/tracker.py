@@ -128,6 +128,7 @@ class SilhouetteTracker:
         silhouettes = gathered(silhouettes, known, self._sizes, self._config.gathering)
         found = self._assign(silhouettes)
         lost = objects.update(found.shapes, found.match, stamp_ns, seconds)
+        lost |= ~objects.matched & at_edge(objects.box, size, self._config.objects.edge_px)
         component = _shared(found, objects.established)
         whole = objects.matched & (component < 0) & ~at_edge(objects.box, size, 1.0)
         objects.alone_s[whole] += seconds
