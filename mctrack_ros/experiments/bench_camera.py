@@ -17,13 +17,13 @@ from mctrack_ros.perception.silhouettes.components import find_silhouettes
 
 Image = NDArray[np.uint8]
 SIZE = (640, 480)
-RATE_HZ = 4.0
+RATE_HZ = 25.0
 WALKERS, CARS = 8, 2
 NOISE = 2.0  # grey levels
 ROUNDS = 3
 
 
-def bench_camera(pictures_count: int = 160, seed: int = 1) -> Figures:
+def bench_camera(pictures_count: int = 250, seed: int = 1) -> Figures:
     """
     Time the silhouettes tracker on a drawn car park.
 
@@ -127,7 +127,7 @@ def _pictures(count: int, seed: int) -> list[Image]:
     """Draw a grey ground on which boxes of the size of people and cars go to and fro."""
     rng, (width, height) = np.random.default_rng(seed), SIZE
     ground = np.asarray(cv2.GaussianBlur(rng.normal(110, 60, (height, width)), (0, 0), 3))
-    kinds = [(22, 60, 4.0)] * WALKERS + [(140, 70, 12.0)] * CARS
+    kinds = [(22, 60, 1.0)] * WALKERS + [(140, 70, 3.0)] * CARS
     start = rng.uniform(0, width, len(kinds))
     row = rng.uniform(120, height - 10, len(kinds))
     shade = rng.choice([-45, -25, 30, 50], len(kinds))

@@ -18,6 +18,7 @@ class ClassConfig:
     vehicle_area_m2: float = parameter(
         3.0, 'bounding rectangle above which an object is a vehicle [m²]', minimum=0.0
     )
+    vehicle_width_m: float = parameter(1.5, 'width from which it is one [m]', minimum=0.0)
     vehicle_aspect: float = parameter(
         1.3,
         'width to height of the rectangle above which half that area will do',
@@ -33,9 +34,9 @@ def looks_like_vehicle(extent: Floats, config: ClassConfig) -> Mask:
     Tell which boxes are vehicles'.
 
     The paper splits pedestrians from vehicles without a word of how, and wants no models of
-    objects. The one thing that is the same in every picture is size on the ground: two
-    pedestrians side by side fill 2 to 3 m², the end of a car 4 m² and more from any height, its
-    side twice that; what is wider than high and larger than one pedestrian is a vehicle, too.
+    objects. The one thing that is the same in every picture is size on the ground: the end of a
+    car is 1.7 m wide and fills 3 m² and more from any height, its side twice that; two
+    pedestrians side by side fill as much at most, and are narrower.
 
     Parameters
     ----------
@@ -46,7 +47,8 @@ def looks_like_vehicle(extent: Floats, config: ClassConfig) -> Mask:
 
     """
     area, wide = extent.prod(axis=1), extent[:, 0] > config.vehicle_aspect * extent[:, 1]
-    return np.asarray(area > np.where(wide, 0.5, 1.0) * config.vehicle_area_m2)
+    large = area > np.where(wide, 0.5, 1.0) * config.vehicle_area_m2
+    return np.asarray(large & (extent[:, 0] >= config.vehicle_width_m))
 
 
 class ClassVotes:

@@ -51,7 +51,7 @@ class GatheringConfig:
         0.6, 'greatest gap between people who came together [m]', minimum=0.0
     )
     known_s: float = parameter(
-        1.5, 'time after which an object that was seen whole and alone is known [s]', minimum=0.0
+        1.0, 'time after which an object that was seen whole and alone is known [s]', minimum=0.0
     )
 
     def limits(self) -> Floats:

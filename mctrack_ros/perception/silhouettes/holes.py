@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import BYTES_2D, INTS_1D, compiled, inner
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.silhouettes.background import LowPassBackground
 from mctrack_ros.perception.silhouettes.components import Silhouettes
@@ -74,18 +76,58 @@ def _is_hole(
 ) -> bool:
     """Tell whether a silhouette's outline is in the background rather than in the picture."""
     assert background.model is not None
-    window = _window(silhouettes, row)
-    own = (silhouettes.labels[window] == row + 1).astype(np.uint8)
-    rim = cv2.morphologyEx(own, cv2.MORPH_GRADIENT, _CROSS) > 0
-    shown = _edges(silhouettes.grey[window])[rim].mean()
-    known = _edges(np.asarray(cv2.convertScaleAbs(background.model[window]), np.uint8))[rim].mean()
+    left, top, width, height = silhouettes.shapes.box[row].astype(int).tolist()
+    shown, known = _outline(
+        silhouettes.labels,
+        np.ascontiguousarray(silhouettes.grey),
+        background.model,
+        row + 1,
+        np.array([left, top, width, height]),
+    )
     return bool(known > config.edge_ratio * shown)
 
 
-def _edges(grey: Grey) -> NDArray[np.int16]:
-    """Return the strength of edges."""
-    across, down = (cv2.Sobel(grey, cv2.CV_16S, *way) for way in ((1, 0), (0, 1)))
-    return np.asarray(np.abs(across) + np.abs(down), np.int16)
+@inner
+def _edge(image: NDArray[np.generic], y: int, x: int) -> float:
+    """Return the strength of the edge at a pixel, by Sobel's operator."""
+    upper = image[y - 1, x - 1] + 2.0 * image[y - 1, x] + image[y - 1, x + 1]
+    lower = image[y + 1, x - 1] + 2.0 * image[y + 1, x] + image[y + 1, x + 1]
+    left = image[y - 1, x - 1] + 2.0 * image[y, x - 1] + image[y + 1, x - 1]
+    right = image[y - 1, x + 1] + 2.0 * image[y, x + 1] + image[y + 1, x + 1]
+    return float(abs(lower - upper) + abs(right - left))
+
+
+@compiled(
+    types.UniTuple(types.f8, 2)(
+        types.Array(types.u2, 2, 'C', readonly=True),
+        BYTES_2D,
+        types.Array(types.f4, 2, 'C', readonly=True),
+        types.i8,
+        INTS_1D,
+    )
+)
+def _outline(
+    labels: NDArray[np.uint16],
+    grey: Grey,
+    model: NDArray[np.float32],
+    label: int,
+    box: NDArray[np.int64],
+) -> tuple[float, float]:
+    """Return how strong edges are, in the picture and in the background, along an outline."""
+    shown, known = 0.0, 0.0
+    left, top, width, height = box
+    for y in range(max(top - 1, 1), min(top + height + 1, labels.shape[0] - 1)):
+        for x in range(max(left - 1, 1), min(left + width + 1, labels.shape[1] - 1)):
+            own = labels[y, x] == label
+            if (
+                (labels[y, x - 1] == label) != own
+                or (labels[y, x + 1] == label) != own
+                or (labels[y - 1, x] == label) != own
+                or (labels[y + 1, x] == label) != own
+            ):
+                shown += _edge(grey, y, x)
+                known += _edge(model, y, x)
+    return shown, known
 
 
 def _window(silhouettes: Silhouettes, row: int) -> tuple[slice, slice]:

@@ -49,7 +49,7 @@ class ObjectConfig:
         minimum=0.0,
     )  # fmt: skip
     body_s: float = parameter(
-        1.0,
+        2.0,
         'time that an object must have been seen whole and alone to share a silhouette with one '
         'that has; 0: as printed [s]',
         minimum=0.0,

@@ -25,7 +25,7 @@ class RestConfig:
         4.0, 'time at rest after which a vehicle becomes background [s]', minimum=0.0
     )
     pedestrian_rest_s: float = parameter(
-        60.0,
+        12.0,
         'the same for pedestrians who came from elsewhere; as printed: the same [s]',
         minimum=0.0,
     )
