@@ -69,6 +69,18 @@ def test_who_leaves_the_picture_is_an_exit_and_ids_are_never_used_again(new_park
     assert len(set(ids)) == 2
 
 
+def test_who_comes_in_where_somebody_has_just_left_is_another(new_park):
+    park, before, after = new_park(OURS), set(), set()
+    for step in range(24):
+        output = park.show([(500 + 8 * step, 380, PERSON, 60)])
+        before |= set(output.detections.local_id.tolist())
+    for step in range(16):
+        output = park.show([(650 - 8 * step, 380, PERSON, 170)])
+        after |= set(output.detections.local_id.tolist())
+    assert len(before) == len(after) == 1
+    assert before.isdisjoint(after)
+
+
 @VERSIONS
 def test_a_parked_vehicle_becomes_background_after_four_seconds(new_park, config):
     park = new_park(config)
