@@ -76,7 +76,7 @@ class LowPassBackground:
         """Forget everything: the next picture is the background."""
         self.model: NDArray[np.float32] | None = None
         self.noise, self.light = 0.0, 1.0
-        self._last_ns = 0
+        self._last_ns = self._next_ns = 0
 
     @property
     def threshold(self) -> float:
@@ -111,12 +111,16 @@ class LowPassBackground:
             return None
         assert self.model is not None
         model = np.asarray(cv2.convertScaleAbs(self.model), np.uint8)
-        self._measure_noise(np.asarray(cv2.absdiff(grey, model), np.uint8), seconds)
+        measures = stamp_ns >= self._next_ns
+        if measures:
+            self._next_ns = stamp_ns + round(self._config.period_s * 1e9)
+            difference = np.asarray(cv2.absdiff(grey, model), np.uint8)
+            self._measure_noise(difference, max(seconds, self._config.period_s))
         same, background = self._alike(grey, model)
         if cv2.countNonZero(same) < (1 - self._config.reset_share) * same.size:
             self.restart_from(grey)
             return None
-        if self._config.follow_light:
+        if self._config.follow_light and measures:
             self._follow_light(grey, same)
         share = 1 - (1 - self._config.beta) ** (seconds / self._config.period_s)
         cv2.accumulateWeighted(grey, self.model, share, same)

@@ -58,6 +58,6 @@ def test_two_people_who_were_known_apart_stay_two(metre, sizes):
 
 
 def test_parts_of_a_vehicle_are_one_if_they_nearly_touch(metre, sizes):
-    near, far = [(0, 0, 2.0, 0.7), (0.2, 0.85, 1.6, 0.6)], [(0, 0, 1.8, 1.2), (2.5, 0, 1.8, 1.2)]
+    near, far = [(0, 0, 2.0, 0.7), (0.2, 0.85, 1.6, 0.6)], [(0, 0, 1.8, 1.2), (3.1, 0, 1.8, 1.2)]
     assert len(boxes_after(near, metre, sizes)) == 1
     assert len(boxes_after(far, metre, sizes)) == 2
