@@ -22,7 +22,7 @@ def test_rates_follow_from_counts(figures):
 
 
 def test_protocol_states_events_tables_and_seeds(figures):
-    assert 'tuned on 1, 2, 3' in figures.protocol['seeds']
+    assert 'tuned on 1 to 3' in figures.protocol['seeds']
     assert any(line.startswith('pedestrians: true number') for line in figures.protocol)
 
 
