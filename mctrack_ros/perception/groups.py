@@ -74,7 +74,8 @@ class Groups:
         """Forget all groups."""
         self._id: Ints = np.zeros(0, np.int64)
         self._group: Ints = np.zeros(0, np.int64)
-        self._touched_ns = np.full((0, 0), -self._hold_ns - 1, np.int64)
+        self._touched_ns: Ints = np.zeros((0, 0), np.int64)
+        self._joined: Booleans = np.zeros((0, 0), np.bool_)
         self._last_ns = 0
 
     def step(self, local_id: Ints, part: Ints, stamp_ns: int) -> list[Change]:
@@ -91,26 +92,39 @@ class Groups:
             Time of the picture, ns.
 
         """
-        was = np.full(len(local_id), -1, np.int64)
+        same = np.array_equal(local_id, self._id)
+        known = np.ones(len(local_id), np.bool_) if same else self._follow(local_id)
+        joined = self._touch(part, stamp_ns)
+        if same and np.array_equal(joined, self._joined):
+            return []
+        was, self._joined = self._group, joined
+        labels = connected_components(coo_array(joined), directed=False)[1]
+        self._group = labels.astype(np.int64)
+        merged = _parts(local_id, self._group, was)
+        parted = _parts(local_id[known], was[known], self._group[known])
+        return [Change(True, *pair) for pair in merged] + [Change(False, *pair) for pair in parted]
+
+    def _follow(self, local_id: Ints) -> Booleans:
+        """Carry over what is known of tracks that live on; tell which. New ones are alone."""
         known = np.isin(local_id, self._id)
         place = np.searchsorted(self._id, local_id[known])
-        was[known] = self._group[place]
+        group = np.arange(len(local_id)) + self._group.max(initial=0) + 1
+        group[known] = self._group[place]
         touched = np.full((len(local_id), len(local_id)), -self._hold_ns - 1, np.int64)
         touched[np.ix_(known, known)] = self._touched_ns[np.ix_(place, place)]
-        seen = part >= 0
-        together = (part[:, None] == part[None]) & seen[:, None] & seen[None]
-        touched[together] = stamp_ns
-        touched[~(seen[:, None] & seen[None])] += stamp_ns - self._last_ns
-        joined = stamp_ns - touched < max(self._hold_ns, 1)
-        np.fill_diagonal(joined, True)
-        group = connected_components(coo_array(joined), directed=False)[1].astype(np.int64)
         self._id, self._group, self._touched_ns = local_id, group, touched
+        return np.asarray(known, np.bool_)
+
+    def _touch(self, part: Ints, stamp_ns: int) -> Booleans:
+        """Note who touches; return who touches or did a moment ago."""
+        unseen = part < 0
+        self._touched_ns[(part[:, None] == part) & ~unseen] = stamp_ns
+        if unseen.any():
+            self._touched_ns[unseen[:, None] | unseen] += stamp_ns - self._last_ns
         self._last_ns = stamp_ns
-        alone = was < 0  # new tracks were each on their own
-        was[alone] = len(local_id) + was.max(initial=0) + 1 + np.arange(alone.sum())
-        merged = [Change(True, *pair) for pair in _parts(local_id, group, was)]
-        parted = _parts(local_id[known], was[known], group[known])
-        return merged + [Change(False, *pair) for pair in parted]
+        joined = np.asarray(stamp_ns - self._touched_ns < max(self._hold_ns, 1))
+        np.fill_diagonal(joined, True)
+        return joined
 
 
 def _parts(

@@ -69,6 +69,7 @@ class Presence:
         self._config, self._extent = config, extent
         self._sizes, self._mapping = sizes, mapping
         self._word_ns, self._gone_ns = round(config.word_s * 1e9), round(config.gone_s * 1e9)
+        self._enter_ns = round(config.enter_s * 1e9)
         self._known_ns: dict[int, int] = {}
         self.restart()
 
@@ -110,8 +111,9 @@ class Presence:
                 for target in feedback.track_id.tolist()
             }
             self._follow(feedback, blob_box, stamp_ns, log)
+        names, targets = tracks.local_id.tolist(), tracks.track_id.tolist()
         for row in np.flatnonzero(tracks.confirmed).tolist():
-            local, target = int(tracks.local_id[row]), int(tracks.track_id[row])
+            local, target = names[row], targets[row]
             if local not in self._announced:
                 waiting = stamp_ns - tracks.first_ns[row] < self._word_ns
                 if not target and waiting and feedback is not None:
@@ -122,7 +124,7 @@ class Presence:
                     log.add(EventCode.ENTER if known else EventCode.NEW, tracks, row)
             if target and target not in self._outside:
                 self._present_ns.setdefault(target, stamp_ns)
-        self._announced &= set(tracks.local_id.tolist())
+        self._announced.intersection_update(names)
 
     def left(self, tracks: LocalTracks, row: int, log: EventLog) -> None:
         """Note that a local track has left the picture (E4), if the fusion node will not tell."""
@@ -132,16 +134,18 @@ class Presence:
 
     def _follow(self, feedback: Feedback, blob_box: Floats, stamp_ns: int, log: EventLog) -> None:
         """Note which of the fusion node's targets come into view and which leave it."""
-        inside, seen = self._where(feedback, blob_box, stamp_ns)
+        foot = self._expected(feedback, stamp_ns)
+        with np.errstate(invalid='ignore'):
+            inside = np.asarray(((foot >= 0) & (foot < self._mapping.image_size)).all(axis=1))
         ids = feedback.track_id.tolist()
-        for row, target in enumerate(ids):
-            if not inside[row]:
+        for row, (target, is_inside) in enumerate(zip(ids, inside.tolist())):
+            if not is_inside:
                 self._outside.add(target)
             if target in self._present_ns:
-                self._stay(target, bool(inside[row]), feedback.position[row], stamp_ns, log)
-            elif target in self._outside and seen[row]:
+                self._stay(target, is_inside, feedback.position[row], stamp_ns, log)
+            elif is_inside and target in self._outside and self._is_seen(foot[row], blob_box):
                 since_ns = self._entering_ns.setdefault(target, stamp_ns)
-                if stamp_ns - since_ns >= round(self._config.enter_s * 1e9):
+                if stamp_ns - since_ns >= self._enter_ns:
                     log.add_target(EventCode.ENTER, target, feedback.position[row])
                     self._present_ns[target] = stamp_ns
                     self._outside.discard(target)
@@ -150,7 +154,7 @@ class Presence:
         for store in (self._present_ns, self._entering_ns):
             for target in store.keys() - set(ids):
                 del store[target]
-        self._outside &= set(ids)
+        self._outside.intersection_update(ids)
 
     def _stay(
         self,
@@ -168,19 +172,16 @@ class Presence:
             del self._present_ns[target]
             log.add_target(EventCode.EXIT, target, position)
 
-    def _where(
-        self, feedback: Feedback, blob_box: Floats, stamp_ns: int
-    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return which targets stand in view, and of which of those there is foreground."""
+    def _expected(self, feedback: Feedback, stamp_ns: int) -> Floats:
+        """Return the (n, 2) foot points, px, at which targets are expected."""
         seconds = (stamp_ns - feedback.stamp_ns) * 1e-9
         place = feedback.position[:, :2] + feedback.velocity * seconds
-        foot = self._mapping.image_from_ground(place.astype(np.float64))
-        with np.errstate(invalid='ignore'):
-            inside = np.asarray(((foot >= 0) & (foot < self._mapping.image_size)).all(axis=1))
-        box = self._sizes.box_of(foot, np.tile(self._extent, (len(foot), 1)))
+        return self._mapping.image_from_ground(place.astype(np.float64))
+
+    def _is_seen(self, foot: Floats, blob_box: Floats) -> bool:
+        """Tell whether there is foreground where a person at a (2,) foot point would be."""
+        box = self._sizes.box_of(foot[None], self._extent[None])
         width, height = self._mapping.image_size
-        shown = overlap(box, np.array([[0.0, 0.0, width, height]]))[:, 0]
-        covered = overlap(box, blob_box).max(axis=1, initial=0.0)
-        with np.errstate(invalid='ignore'):
-            seen = inside & (covered >= self._config.covered_share * shown) & (covered > 0)
-        return inside, seen
+        shown = overlap(box, np.array([[0.0, 0.0, width, height]]))[0, 0]
+        covered = overlap(box, blob_box).max(initial=0.0)
+        return bool(covered > 0 and covered >= self._config.covered_share * shown)
