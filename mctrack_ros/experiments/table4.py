@@ -22,9 +22,10 @@ from mctrack_ros.evaluation.happenings import (
     told_happenings,
     true_happenings,
 )
+from mctrack_ros.experiments.comparison import TRACKS_TOPIC, TRUTH_TOPIC, read_instants
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.simulate import simulate
-from mctrack_ros.interfaces import Detections, Events, Tracks
+from mctrack_ros.interfaces import Detections, Events
 from mctrack_ros.recording import BagReader
 from mctrack_ros.replay import track_bag
 from mctrack_ros.resources import config_file
@@ -76,9 +77,13 @@ def reproduce_table4(
             everybody = _everybody(folder / 'match', folder / 'out' / 'bag')
             for camera in site.camera_names:
                 _add_scores(scores, folder / 'match', folder / 'out' / 'bag', camera, everybody)
+            period_ns = round(scenario.period_s * 1e9)
             truth, tracks = (
-                _trajectories(folder / name, topic)
-                for name, topic in (('match', '/truth/tracks'), ('out/bag', '/tracks'))
+                Trajectories.from_tracks(recording.instants, period_ns, 0)
+                for recording in (
+                    read_instants(folder / 'match', (TRUTH_TOPIC,)),
+                    read_instants(folder / 'out' / 'bag', (TRACKS_TOPIC,)),
+                )
             )
             switched = np.unique(ground_timeline(truth, tracks, GATE_M).switch_truth_id)
             kept.append(1 - len(switched) / len(np.unique(truth.id)))
@@ -132,20 +137,13 @@ def _add_scores(
 
 def _everybody(match: Path, tracked: Path) -> People:
     """Return whom the global tracks stand for."""
-    with BagReader(match) as bag, BagReader(tracked) as found:
-        truth = [rows for rows, _ in bag.rows('/truth/tracks', Tracks)]
-        tracks = (rows for rows, _ in found.rows('/tracks', Tracks))
-        return People(truth, tracks, PEOPLE_GATE_M, MEMORY_S, 'track_id')
+    truth = read_instants(match, (TRUTH_TOPIC,)).instants
+    tracks = read_instants(tracked, (TRACKS_TOPIC,)).instants
+    return People(truth, tracks, PEOPLE_GATE_M, MEMORY_S, 'track_id')
 
 
 def _of(code: int, happenings: Sequence[Happening]) -> list[Happening]:
     return [happening for happening in happenings if happening.event == code]
-
-
-def _trajectories(bag: Path, topic: str) -> Trajectories:
-    with BagReader(bag) as reader:
-        instants = [rows for rows, _ in reader.rows(topic, Tracks)]
-    return Trajectories.from_tracks(instants, 40_000_000, 0)
 
 
 def _correlation(truth: Trajectories, tracks: Trajectories) -> float:

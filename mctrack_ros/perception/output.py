@@ -38,6 +38,11 @@ class CameraOutput:
     events: Events
     shift: CameraShift
 
+    @classmethod
+    def empty(cls, stamp_ns: int, shift: CameraShift) -> CameraOutput:
+        """Return what is said while there is nothing to compare a picture with."""
+        return cls(Detections.build(stamp_ns), Events.build(stamp_ns), shift)
+
 
 def check_picture(image: Image, size: tuple[int, int]) -> None:
     """Refuse, by `ValueError`, what is no BGR picture of a width and height."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.interfaces import Detections, Events, Feedback
+from mctrack_ros.interfaces import Feedback
 from mctrack_ros.perception.background import BackgroundConfig, MedianBackground
 from mctrack_ros.perception.blobs import BlobConfig, clean_mask, find_blobs
 from mctrack_ros.perception.ghosts import GhostConfig, GhostWatch
@@ -139,7 +139,7 @@ class CameraPipeline:
         if raw is None or self._background.model is None:
             self._tracker.restart()
             self._ghosts.restart()
-            return CameraOutput(Detections.build(stamp_ns), Events.build(stamp_ns), shift)
+            return CameraOutput.empty(stamp_ns, shift)
         if self._mask is not None:
             raw = cv2.bitwise_and(raw, self._mask)  # type: ignore[assignment]
         mask = clean_mask(raw, self._config.blobs)

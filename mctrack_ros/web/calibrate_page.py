@@ -25,7 +25,7 @@ from mctrack_ros.web.drawing import (
 )
 from mctrack_ros.web.lines import grid_step
 from mctrack_ros.web.pairing import Pairing, PairingError
-from mctrack_ros.web.steps import handler_of
+from mctrack_ros.web.steps import handler_of, pressed
 from mctrack_ros.web.verdict import point_rows, verdict
 
 STYLE = Path(__file__).with_name('pages.css')
@@ -180,17 +180,14 @@ class _View:
         ui.notify(f'Saved {self._out}{left_out}', type='positive')
 
     def _key(self, event: KeyEventArguments) -> None:
-        if not event.action.keydown:
-            return
-        command = event.modifiers.ctrl or event.modifiers.meta
-        key = event.key.name.lower()
-        if command and (key == 'y' or (key == 'z' and event.modifiers.shift)):
+        asked = pressed(event)
+        if asked == 'redo':
             self._do(self._pairing.redo)()
-        elif command and key == 'z':
+        elif asked == 'undo':
             self._do(self._pairing.undo)()
-        elif key in ('delete', 'backspace') and self._pairing.chosen in self._pairing.pairs:
+        elif asked == 'delete' and self._pairing.chosen in self._pairing.pairs:
             self._do(self._remove)()
-        elif key == 'escape':
+        elif asked == 'escape':
             self._do(self._pairing.forget)()
 
 

@@ -17,7 +17,7 @@ from mctrack_ros.web.coverage_report import coverage_text, field_rows
 from mctrack_ros.web.fields import Fields
 from mctrack_ros.web.picture_source import Image
 from mctrack_ros.web.seen_pane import SeenPane, add_pictures
-from mctrack_ros.web.steps import handler_of
+from mctrack_ros.web.steps import handler_of, pressed
 
 STYLE = Path(__file__).with_name('pages.css')
 COLUMNS = [
@@ -183,13 +183,10 @@ class _View:
             ui.notify(f'Not saved: {error}', type='negative')
 
     def _key(self, event: KeyEventArguments) -> None:
-        if not event.action.keydown:
-            return
-        command = event.modifiers.ctrl or event.modifiers.meta
-        key = event.key.name.lower()
-        if command and (key == 'y' or (key == 'z' and event.modifiers.shift)):
+        asked = pressed(event)
+        if asked == 'redo':
             self._do(self._fields.redo)()
-        elif command and key == 'z':
+        elif asked == 'undo':
             self._do(self._fields.undo)()
-        elif key in ('delete', 'backspace') and self._fields.corner is not None:
+        elif asked == 'delete' and self._fields.corner is not None:
             self._do(self._fields.delete)(self._fields.corner)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from nicegui import ui
+from nicegui.events import KeyEventArguments
 
 
 def handler_of(
@@ -32,3 +33,15 @@ def handler_of(
         changed()
 
     return handler
+
+
+def pressed(event: KeyEventArguments) -> str:
+    """Return what a key asks for: undo, redo, delete or escape; empty: nothing."""
+    if not event.action.keydown:
+        return ''
+    key = event.key.name.lower()
+    if event.modifiers.ctrl or event.modifiers.meta:
+        again = key == 'y' or (key == 'z' and event.modifiers.shift)
+        if again or key == 'z':
+            return 'redo' if again else 'undo'
+    return {'delete': 'delete', 'backspace': 'delete', 'escape': 'escape'}.get(key, '')

@@ -23,7 +23,6 @@ from mctrack_ros.perception.silhouettes.reporting import (
     GroupNotes,
     TrackedObjects,
     detections_of,
-    no_output,
     note_arrivals,
     passes,
 )
@@ -122,7 +121,7 @@ class SilhouettePipeline:
         mask = self._background.apply(grey, stamp_ns)
         if mask is None:
             self._restart()
-            return CameraOutput(*no_output(stamp_ns), shift)
+            return CameraOutput.empty(stamp_ns, shift)
         if self._mask is not None:
             mask = cv2.bitwise_and(mask, self._mask)  # type: ignore[assignment]
         self._rest.uncover(self._background, grey, mask, stamp_ns)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
-from mctrack_ros.interfaces import ClassCode, Detections, EventCode, Events
+from mctrack_ros.interfaces import ClassCode, Detections, EventCode
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.silhouettes.features import AREA, Floats, Ints
 from mctrack_ros.perception.silhouettes.objects import ObjectList
@@ -152,8 +152,3 @@ def detections_of(
         truncated=truncated[rows],
         class_id=objects.class_id[rows],
     )
-
-
-def no_output(stamp_ns: int) -> tuple[Detections, Events]:
-    """Return what is reported while there is nothing to compare a picture with."""
-    return Detections.build(stamp_ns), Events.build(stamp_ns)
