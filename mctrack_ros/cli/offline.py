@@ -46,6 +46,13 @@ def simulate(
     lighting_drift: float | None = typer.Option(
         None, min=0.0, max=0.9, help='Amplitude of a slow change of brightness; carpark: 0.06.'
     ),
+    light_step: float = typer.Option(
+        0.0, min=-0.9, max=2.0, help='Change of the light at --step-at, as a share.'
+    ),
+    gain_step: float = typer.Option(
+        0.0, min=-0.9, max=2.0, help="Change of the camera's gain at --step-at, as a share."
+    ),
+    step_at: float = typer.Option(20.0, min=0.0, help='When light or gain change [s].'),
     processes: int = _PROCESSES,
     overwrite: bool = _OVERWRITE,
     calibration: Path | None = typer.Option(
@@ -66,6 +73,9 @@ def simulate(
         'noise': noise,
         'shadows': shadows,
         'lighting_drift': lighting_drift,
+        'light_step': light_step,
+        'gain_step': gain_step,
+        'step_s': step_at,
     }
     options = {name: value for name, value in given.items() if value is not None}
     scenario = SCENES[scene].scenario(seed=seed, distortion=distortion, **options)

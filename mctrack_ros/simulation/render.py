@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.simulation.light import brightness, gain
 from mctrack_ros.simulation.noise import SensorNoise
 from mctrack_ros.simulation.sight import Sight, View
 from mctrack_ros.simulation.stadium import empty_picture
@@ -47,10 +48,9 @@ class CameraRenderer:
         for person, shape in layers:
             mask = shape.cloth > 0
             image[shape.window][mask] = self._world.appearance.palette[person][shape.cloth[mask]]
-        if scenario.lighting_drift:
-            turn = 2 * np.pi * (step + 0.5) * scenario.period_s / _DRIFT_S
-            cv2.convertScaleAbs(image, image, 1 + scenario.lighting_drift * np.sin(turn))
+        _scale(image, brightness(scenario, step, _DRIFT_S))
         self._noise.add(image, step)
+        _scale(image, gain(scenario, step))
         return image, self._sight.view_of(layers)
 
     def empty(self) -> Image:
@@ -63,3 +63,9 @@ class CameraRenderer:
         for _, shape in self._sight.shadows(step):
             shade[shape.window] |= shape.cloth
         image[shade > 0] = (image[shade > 0] * _SHADOW).astype(np.uint8)
+
+
+def _scale(image: Image, factor: float) -> None:
+    """Make a picture brighter, in place."""
+    if factor != 1.0:
+        cv2.convertScaleAbs(image, image, factor)

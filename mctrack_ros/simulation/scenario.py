@@ -30,6 +30,12 @@ class Scenario:
         First radial coefficient of the lenses, on normalised coordinates; 0: pinhole.
     lighting_drift : float
         Amplitude of the slow change of brightness, relative; 0: none.
+    light_step : float
+        Change of the light on the scene, once and at once, relative; 0: none.
+    gain_step : float
+        The same of the camera's gain: of light and noise.
+    step_s : float
+        When either happens, s.
     start_ns : int
         Time at which the first period begins.
 
@@ -45,6 +51,9 @@ class Scenario:
     shadows: bool = False
     distortion: float = 0.0
     lighting_drift: float = 0.0
+    light_step: float = 0.0
+    gain_step: float = 0.0
+    step_s: float = 20.0
     start_ns: int = 1_700_000_000_000_000_000
 
     def __post_init__(self) -> None:
@@ -53,6 +62,9 @@ class Scenario:
             value = getattr(self, name)
             if not value > 0:
                 raise ValueError(f'{name} is {value!r}, expected more than 0')
+        for name in ('light_step', 'gain_step'):
+            if not getattr(self, name) > -1:
+                raise ValueError(f'{name} is {getattr(self, name)!r}, expected more than -1')
         if not 1 <= self.cameras <= 5:
             raise ValueError(f'cameras is {self.cameras!r}, expected 1 to 5')
 

@@ -3,7 +3,14 @@ import pytest
 
 from mctrack_ros.simulation import CameraRenderer, Scenario, World
 
-OPTIONS = [{'shadows': True}, {'lighting_drift': 0.2}, {'distortion': -0.1}, {'noise': 6.0}]
+OPTIONS = [
+    {'shadows': True},
+    {'lighting_drift': 0.2},
+    {'distortion': -0.1},
+    {'noise': 6.0},
+    {'light_step': -0.3, 'step_s': 0.0},
+    {'gain_step': 0.3, 'step_s': 0.0},
+]
 
 
 def test_any_order_of_steps_gives_the_same_bytes():
@@ -55,3 +62,28 @@ def test_shadows_darken_grass_beside_people(staged):
 def test_a_scenario_without_noise_is_refused():
     with pytest.raises(ValueError, match='noise is 0'):
         Scenario(noise=0)
+
+
+def test_a_gain_step_makes_light_and_noise_more_from_one_picture_to_the_next(staged):
+    plain = CameraRenderer(staged({}, duration_s=0.4), 0)
+    stepped = CameraRenderer(staged({}, duration_s=0.4, gain_step=0.3, step_s=0.2), 0)
+    assert np.array_equal(plain.frame(4)[0], stepped.frame(4)[0])
+    before, after = plain.frame(5)[0].astype(float), stepped.frame(5)[0].astype(float)
+    dark = before < 190
+    np.testing.assert_allclose(after[dark], before[dark] * 1.3, atol=0.51)
+
+
+def test_light_steps_and_drift_are_of_the_light_alone(staged):
+    quiet, noisy = (
+        CameraRenderer(staged({}, duration_s=0.4, light_step=-0.3, step_s=0.2, noise=noise), 0)
+        for noise in (0.1, 4.0)
+    )
+    for step in (4, 5):
+        noise = noisy.frame(step)[0].astype(float) - quiet.frame(step)[0]
+        assert noise.std() == pytest.approx(4.0, rel=0.05)
+
+
+@pytest.mark.parametrize('name', ['light_step', 'gain_step'])
+def test_a_scenario_without_any_light_is_refused(name):
+    with pytest.raises(ValueError, match=f'{name} is -1'):
+        Scenario(**{name: -1.0})

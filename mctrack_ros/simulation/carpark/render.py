@@ -14,6 +14,7 @@ from mctrack_ros.simulation.carpark.looks import SHADOW
 from mctrack_ros.simulation.carpark.sight import CarParkSight
 from mctrack_ros.simulation.carpark.vehicles import Part
 from mctrack_ros.simulation.carpark.world import CarParkWorld
+from mctrack_ros.simulation.light import brightness, gain
 from mctrack_ros.simulation.noise import SensorNoise
 from mctrack_ros.simulation.sight import Layers, View, owners
 
@@ -77,10 +78,12 @@ class CarParkRenderer:
         view = self._view(layers, image, behind, step)
         image = self._composed(layers, shadows, self._reflections(layers, step))
         scenario = self._world.scenario
-        turn = 2 * np.pi * (step + 0.5) * scenario.period_s / _DRIFT_S
-        image *= 1 + scenario.lighting_drift * np.sin(turn)
+        image *= brightness(scenario, step, _DRIFT_S)
         grey = np.clip(np.round(image), 0, 255).astype(np.uint8)
         self._noise.add(grey, step)
+        amplified = gain(scenario, step)
+        if amplified != 1.0:
+            cv2.convertScaleAbs(grey, grey, amplified)
         return grey, view
 
     def _composed(
