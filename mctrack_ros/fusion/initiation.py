@@ -2,49 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.looks import measured
+from mctrack_ros.fusion.looks import Looks
+from mctrack_ros.fusion.matching import note
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.interfaces import Detections
 from mctrack_ros.tracking.association import mahalanobis
 from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Leftover:
-    """
-    What one picture shows that no track explains.
-
-    Attributes
-    ----------
-    camera : int
-        Index of the camera.
-    detections : Detections
-        Single, usable rows.
-
-    """
-
-    camera: int
-    detections: Detections
+Indices = NDArray[np.intp]
 
 
 def new_tracks(
-    leftovers: list[Leftover], tick_ns: int, cameras: int, config: FusionConfig
+    looks: Looks, rows: Indices, tick_ns: int, cameras: int, config: FusionConfig
 ) -> TrackTable:
     """
     Start a track from each cluster of unexplained detections; ids are not yet given.
 
     Parameters
     ----------
-    leftovers : list of Leftover
-        In canonical order, at most one a camera.
+    looks : Looks
+        The pictures of the tick.
+    rows : (k,) int array
+        Detections that no track explains, of one picture a camera at most.
     tick_ns : int
         The tick's stamp, ns.
     cameras : int
@@ -53,22 +36,16 @@ def new_tracks(
         Parameters.
 
     """
-    if not leftovers:
-        return TrackTable.blank(0, cameras)
-    parts = [measured(left.detections, config) for left in leftovers]
-    position = np.concatenate([part[0] for part in parts])
-    noise = np.concatenate([part[1] for part in parts])
-    sizes = [len(left.detections) for left in leftovers]
-    camera = np.repeat([left.camera for left in leftovers], sizes)
-    label = clusters(position, noise, camera, config)
-    table = TrackTable.blank(int(label.max(initial=-1)) + 1, cameras)
+    position, noise = looks.position[rows], looks.noise[rows]
+    label = clusters(position, noise, looks.camera[rows], config)
+    table = TrackTable.blank(int(label.max()) + 1, cameras)
     mean, covariance = fused(position, noise, label)
     table.mean[:, :2], table.covariance[:, :2, :2] = mean, covariance
     table.covariance[:, [2, 3], [2, 3]] = config.motion.initial_speed_sigma**2
-    start = 0
-    for left, size in zip(leftovers, sizes):
-        _note(table, label[start : start + size], left)
-        start += size
+    note(table, looks, label, rows)
+    template = looks.detections.template[rows]
+    told = np.flatnonzero(template.any(axis=1))[::-1]
+    table.template[label[told]] = template[told]  # the first one's stays
     table.first_ns[:] = table.seen_ns[:] = table.kept_ns[:] = tick_ns
     return table
 
@@ -123,14 +100,3 @@ def fused(position: Floats, noise: Floats, label: NDArray[np.intp]) -> tuple[Flo
     np.add.at(weighted, label, (weight @ position[..., None])[..., 0])
     covariance = inverse(information)
     return (covariance @ weighted[..., None])[..., 0], covariance
-
-
-def _note(table: TrackTable, rows: NDArray[np.intp], left: Leftover) -> None:
-    detections = left.detections
-    table.seen_by_ns[rows, left.camera] = detections.stamp_ns
-    table.local_id[rows, left.camera] = detections.local_id
-    table.cameras[rows] |= np.uint32(1 << left.camera)
-    table.class_id[rows] = np.maximum(table.class_id[rows], detections.class_id)
-    table.kit[rows] = np.maximum(table.kit[rows], detections.kit)
-    bare = ~table.template[rows].any(axis=1)
-    table.template[rows[bare]] = detections.template[bare]

@@ -1,30 +1,34 @@
-"""Pictures of one tick, ready for association."""
+"""The pictures of one tick, ready for association."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.fusion.admission import usable_rows
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.interfaces import Detections
 from mctrack_ros.tracking.kalman import position_matrix, symmetric
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 
-class Look:
+class Looks:
     """
-    One picture's usable detections, as measurements.
+    The usable detections of a tick's pictures, one after the other, as measurements.
 
     Tracks are at the tick's stamp; a detection measures where its track was a little before (its
     own stamp is earlier), so no track is moved back.
 
     Parameters
     ----------
-    detections : Detections
-        Usable rows of one picture.
-    camera : int
-        Index of the camera in the site's order.
+    pictures : sequence of Detections
+        One each, in canonical order.
+    cameras : sequence of int
+        Index of each picture's camera in the site's order.
     tick_ns : int
         The tick's stamp, ns.
     config : FusionConfig
@@ -32,42 +36,56 @@ class Look:
 
     Attributes
     ----------
-    single, groups : (k,) int arrays
-        Rows of ordinary detections, and of those that stand for several targets.
-    matrix : (2, 4) array
+    detections : Detections
+        Of all pictures, m rows; their stamp is the tick's.
+    picture, camera : (m,) int arrays
+        Which picture, and which camera, each is of.
+    stamp_ns : (m,) int64 array
+        When it was taken, ns.
+    matrix : (pictures, 2, 4) array
         From a track's state at the tick to its position in the picture.
     position : (m, 2) array
         Where the detections are, m.
     noise : (m, 2, 2) array
         Their covariances, m².
     is_overlapped : (m,) bool array
-        Whose box meets another one.
+        Whose box meets another one of its picture.
+    single, groups : (k,) int arrays
+        Rows of ordinary detections, and of those that stand for several targets.
 
     """
 
     def __init__(
-        self, detections: Detections, camera: int, tick_ns: int, config: FusionConfig
+        self,
+        pictures: Sequence[Detections],
+        cameras: Sequence[int],
+        tick_ns: int,
+        config: FusionConfig,
     ) -> None:
-        self.detections, self.camera = detections, camera
-        is_single = detections.member_count == 1
-        self.single, self.groups = np.flatnonzero(is_single), np.flatnonzero(~is_single)
-        seconds = (detections.stamp_ns - tick_ns) / 1e9
+        every = Detections.joined(tick_ns, pictures)
+        usable = usable_rows(every)
+        self.detections = every.select(usable)
+        self.picture = np.repeat(np.arange(len(pictures)), [len(each) for each in pictures])[
+            usable
+        ]
+        self.camera = np.array(cameras, np.intp)[self.picture]
+        stamp_ns = np.array([each.stamp_ns for each in pictures], np.int64)
+        self.stamp_ns = stamp_ns[self.picture]
+        seconds = (stamp_ns - tick_ns) / 1e9
         self.matrix = position_matrix(seconds)
-        self.position, noise = measured(detections, config)
-        drift = config.motion.acceleration_density * abs(seconds) ** 3 / 3
-        self.noise = noise + drift * np.eye(2)
-        self.is_overlapped = overlapped(detections.box)
+        self.position = self.detections.position[:, :2].astype(np.float64)
+        drift = config.motion.acceleration_density * np.abs(seconds) ** 3 / 3
+        variance = config.motion.sensor_sigma**2 + drift[self.picture]
+        covariance = symmetric(self.detections.covariance.astype(np.float64))
+        self.noise = covariance + variance[:, None, None] * np.eye(2)
+        self.is_overlapped = overlapped(self.detections.box, self.picture)
+        is_single = self.detections.member_count == 1
+        self.single, self.groups = np.flatnonzero(is_single), np.flatnonzero(~is_single)
 
 
-def measured(detections: Detections, config: FusionConfig) -> tuple[Floats, Floats]:
-    """Return the ground positions (m, 2), m, and covariances (m, 2, 2), m², to filter with."""
-    noise = symmetric(detections.covariance.astype(np.float64))
-    noise = noise + config.motion.sensor_sigma**2 * np.eye(2)
-    return detections.position[:, :2].astype(np.float64), noise
-
-
-def overlapped(box: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Return which of the (n, 4) boxes (left, top, width, height, px) meet another one."""
+def overlapped(box: NDArray[np.float32], picture: Indices) -> NDArray[np.bool_]:
+    """Return which (n, 4) boxes (left, top, width, height, px) meet one of the same picture."""
     low, high = box[:, :2], box[:, :2] + box[:, 2:]
     meets = (low[:, None] < high[None]) & (low[None] < high[:, None])
-    return np.asarray(meets.all(axis=2).sum(axis=1) > 1)
+    same = picture[:, None] == picture
+    return np.asarray((meets[..., 0] & meets[..., 1] & same).sum(axis=1) > 1)

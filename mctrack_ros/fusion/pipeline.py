@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion import lifecycle
-from mctrack_ros.fusion.admission import usable_rows
-from mctrack_ros.fusion.initiation import Leftover, new_tracks
-from mctrack_ros.fusion.looks import Look
+from mctrack_ros.fusion.initiation import new_tracks
+from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import match
 from mctrack_ros.fusion.output import EventLog, feedback_of, tracks_of
 from mctrack_ros.fusion.parameters import FusionConfig
@@ -79,6 +78,7 @@ class FusionPipeline:
         self._config = config
         self._index = {name: index for index, name in enumerate(cameras)}
         self._table = TrackTable.blank(0, len(cameras))
+        self._none = TrackTable.blank(0, len(cameras))
         self._evidence = lifecycle.Evidence(len(cameras), config)
         self._watch = lifecycle.DuplicateWatch(config)
         self._stamp_ns: int | None = None
@@ -102,10 +102,11 @@ class FusionPipeline:
         events = EventLog()
         deleted = self._begin(tick.stamp_ns, events)
         groups = self._table.group.copy()
-        leftovers = self._associate(tick)
+        looks, leftover = self._associate(tick)
         self._note_groups(groups, tick.stamp_ns, events)
-        self._initiate(leftovers, tick.stamp_ns)
-        present = np.isin(list(self._index), [frame.camera for frame in tick.frames])
+        self._initiate(looks, leftover, tick.stamp_ns)
+        present = np.zeros(len(self._index), bool)
+        present[[self._index[frame.camera] for frame in tick.frames]] = True
         confirmed = self._evidence.count(self._table, tick.stamp_ns, self._seconds, present)
         events.add_all(EventCode.NEW, self._table, confirmed)
         deleted = deleted.extended(self._merge_duplicates(tick.stamp_ns, events))
@@ -139,19 +140,15 @@ class FusionPipeline:
         table.previous_id[:] = 0
         return self._remove(np.zeros(len(table), bool), events)
 
-    def _associate(self, tick: Tick) -> list[Leftover]:
+    def _associate(self, tick: Tick) -> tuple[Looks, NDArray[np.intp]]:
         """Give every picture its tracks; return what the last one of each camera has left."""
-        looks = []
-        for frame in tick.frames:
-            camera = self._camera_index(frame)
-            detections = frame.detections.select(usable_rows(frame.detections))
-            looks.append(Look(detections, camera, tick.stamp_ns, self._config))
+        pictures = [frame.detections for frame in tick.frames]
+        cameras = [self._camera_index(frame) for frame in tick.frames]
+        looks = Looks(pictures, cameras, tick.stamp_ns, self._config)
         left = match(self._table, looks, self._config)
-        leftovers = {
-            look.camera: Leftover(look.camera, look.detections.select(rows))
-            for look, rows in zip(looks, left)
-        }
-        return [each for each in leftovers.values() if len(each.detections)]
+        last = np.zeros(len(self._index), np.intp)
+        last[cameras] = np.arange(len(cameras))
+        return looks, left[looks.picture[left] == last[looks.camera[left]]]
 
     def _camera_index(self, frame: CameraDetections) -> int:
         if frame.camera not in self._index:
@@ -166,8 +163,10 @@ class FusionPipeline:
             events.add(EventCode.MERGE, table, row, others=members)
         events.add_all(EventCode.SPLIT, table, (before > 0) & (table.group == 0))
 
-    def _initiate(self, leftovers: list[Leftover], stamp_ns: int) -> None:
-        fresh = new_tracks(leftovers, stamp_ns, len(self._index), self._config)
+    def _initiate(self, looks: Looks, leftover: NDArray[np.intp], stamp_ns: int) -> None:
+        if len(leftover) == 0:
+            return
+        fresh = new_tracks(looks, leftover, stamp_ns, len(self._index), self._config)
         count = len(fresh)
         fresh.track_id[:] = np.arange(self._next_id, self._next_id + count)
         self._next_id += count
@@ -190,7 +189,7 @@ class FusionPipeline:
 
     def _remove(self, mask: NDArray[np.bool_], events: EventLog) -> TrackTable:
         if not mask.any():
-            return TrackTable.blank(0, len(self._index))
+            return self._none
         removed = self._table.select(mask)
         events.add_all(EventCode.EXIT, removed, removed.confirmed)
         self._table = self._table.select(~mask)

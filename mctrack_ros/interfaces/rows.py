@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self, TypeVar
 
@@ -104,6 +104,14 @@ class Rows:
             else:
                 arrays[name] = np.full((count, *column.shape), column.fill, column.dtype)
         return cls(stamp_ns=int(stamp_ns), **arrays)
+
+    @classmethod
+    def joined(cls, stamp_ns: int, parts: Sequence[Self]) -> Self:
+        """Return the rows of several, one after the other, under one stamp."""
+        if not parts:
+            return cls.build(stamp_ns)
+        columns = [np.concatenate([getattr(part, name) for part in parts]) for name in cls.COLUMNS]
+        return _unchecked(cls, stamp_ns, columns)
 
     def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Self:
         """Return the rows that a mask or an index array picks, in its order."""

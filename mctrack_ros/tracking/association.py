@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
@@ -65,40 +67,45 @@ def gaussian_distance(gap: Floats, covariance: Floats) -> tuple[Floats, Floats]:
     return squared, np.log(determinant)
 
 
-def pair_probabilities(likelihood: Floats) -> Floats:
+def pair_probabilities(likelihood: Floats, part: Indices) -> Floats:
     """
-    Return how probable the pairs of one picture are: the cheap JPDA.
+    Return how probable pairs of the same part, a picture, are: the cheap JPDA.
 
-    Each competes with all that share its row or its column, and with there being no pair
-    (Fitzgerald 1986, "Development of practical PDA logic for multitarget tracking by
+    Each competes with all that share its row or, in its part, its column, and with there being
+    no pair (Fitzgerald 1986, "Development of practical PDA logic for multitarget tracking by
     microprocessor").
 
     Parameters
     ----------
     likelihood : (n, m) array
         Of each pair, relative to no pair.
+    part : (n,) int array
+        Which part each row belongs to; ascending.
 
     Returns
     -------
     (n, m) array
 
     """
-    per_row, per_column = likelihood.sum(axis=1, keepdims=True), likelihood.sum(axis=0)
+    per_row, per_column = likelihood.sum(axis=1, keepdims=True), _column_sums(likelihood, part)
     probability: Floats = likelihood / (1.0 + per_row + per_column - likelihood)
     return probability
 
 
-def assign(cost: Floats, limit: float = 0.0) -> tuple[Indices, Indices]:
+def assign(cost: Floats, part: Indices, limit: float = 0.0) -> tuple[Indices, Indices]:
     """
-    Find the one-to-one assignment that minimises the sum of ``cost - limit`` over its pairs.
+    Find the one-to-one assignments, one a part, that minimise the sum of ``cost - limit``.
 
-    Pairs that cost the limit or more are never made. Pairs that compete with no other are settled
-    first, which changes nothing but the time.
+    In each part (a picture) a row and a column have one partner at most. Pairs that cost the
+    limit or more are never made. Pairs that compete with no other are settled first, which
+    changes nothing but the time.
 
     Parameters
     ----------
     cost : (n, m) array
         Cost of each pair; infinite where it is not allowed.
+    part : (n,) int array
+        Which part each row belongs to; ascending.
     limit : float
         What leaving both sides unassigned costs.
 
@@ -109,17 +116,35 @@ def assign(cost: Floats, limit: float = 0.0) -> tuple[Indices, Indices]:
 
     """
     allowed = cost < limit
-    per_row, per_column = allowed.sum(axis=1), allowed.sum(axis=0)
-    alone = allowed & (per_row == 1)[:, None] & (per_column == 1)[None]
+    alone = allowed & (allowed.sum(axis=1, keepdims=True) == 1)
+    alone &= _column_sums(allowed, part) == 1
     rows, columns = np.nonzero(alone)
-    contested_rows = np.flatnonzero((per_row > 0) & ~alone.any(axis=1))
-    if len(contested_rows) == 0:
+    contested = allowed & ~alone.any(axis=1, keepdims=True)
+    if not contested.any():
         return rows, columns
-    contested_columns = np.flatnonzero((per_column > 0) & ~alone.any(axis=0))
-    block = np.minimum(cost[np.ix_(contested_rows, contested_columns)] - limit, 0.0)
-    picked = linear_sum_assignment(block)
-    useful = block[picked] < 0
-    rows = np.concatenate([rows, contested_rows[picked[0][useful]]])
-    columns = np.concatenate([columns, contested_columns[picked[1][useful]]])
+    more_rows, more_columns = _contested(cost - limit, contested, part)
+    rows, columns = np.append(rows, more_rows), np.append(columns, more_columns)
     order = np.argsort(rows)
     return rows[order], columns[order]
+
+
+def _contested(cost: Floats, contested: NDArray[np.bool_], part: Indices) -> tuple[Indices, ...]:
+    """Assign contested pairs: one problem whose columns are those of every part apart."""
+    pair_row, pair_column = np.nonzero(contested)
+    rows, row = np.unique(pair_row, return_inverse=True)
+    slot = part[pair_row] * contested.shape[1] + pair_column
+    slots, column = np.unique(slot, return_inverse=True)
+    block = np.zeros((len(rows), len(slots)))
+    block[row, column] = cost[pair_row, pair_column]
+    picked_rows, picked_slots = linear_sum_assignment(block)
+    useful = block[picked_rows, picked_slots] < 0
+    return rows[picked_rows[useful]], slots[picked_slots[useful]] % contested.shape[1]
+
+
+def _column_sums(values: NDArray[Any], part: Indices) -> NDArray[Any]:
+    """Return for each row of (n, m) values the sums of the columns over its part."""
+    if len(part) == 0:
+        return values
+    begins = np.concatenate([[True], part[1:] != part[:-1]])
+    sums = np.add.reduceat(values, np.flatnonzero(begins), axis=0, dtype=float)
+    return sums[np.cumsum(begins) - 1]

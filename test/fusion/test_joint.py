@@ -4,7 +4,7 @@ from fusion_scenes import PERIOD_NS, detections
 
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.joint import JointAssignment
-from mctrack_ros.fusion.looks import Look
+from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import update
@@ -23,27 +23,35 @@ def tracks(positions, sigma=0.3):
 
 
 def look(positions, camera=0, before_ns=0):
-    rows = detections(PERIOD_NS - before_ns, positions, sigma=0.2)
-    return Look(rows, camera, PERIOD_NS, CONFIG)
+    return camera, detections(PERIOD_NS - before_ns, positions, sigma=0.2)
 
 
-def assigned(table, looks, config=CONFIG.association):
+def together(pictures):
+    return Looks([each for _, each in pictures], [each for each, _ in pictures], PERIOD_NS, CONFIG)
+
+
+def assigned(table, pictures, config=CONFIG.association):
+    """Return each picture's pairs, track: place in the picture, and the updated states."""
+    looks = together(pictures)
     joint = JointAssignment(table, looks, config)
     mean, covariance = joint.solve()
-    pairs = [dict(zip(*map(np.ndarray.tolist, joint.pairs(k)))) for k in range(len(looks))]
+    first = np.searchsorted(looks.picture, np.arange(len(pictures)))
+    pairs = [{} for _ in pictures]
+    for track, row in zip(*joint.pairs()):
+        pairs[looks.picture[row]][int(track)] = int(row - first[looks.picture[row]])
     return pairs, mean, covariance
 
 
 def test_where_no_pair_is_in_doubt_the_update_is_the_filters_one_after_the_other():
     table = tracks([[0.0, 0.0], [4.0, 0.0]])
-    looks = [look([[0.1, 0.2], [4.1, 0.0]]), look([[0.0, 0.1]], 1, before_ns=30_000_000)]
-    _, mean, covariance = assigned(table, looks, SURE)
+    seen = [look([[0.1, 0.2], [4.1, 0.0]]), look([[0.0, 0.1]], 1, before_ns=30_000_000)]
+    _, mean, covariance = assigned(table, seen, SURE)
     expected = table.mean.copy(), table.covariance.copy()
-    for each in looks:
+    for each in (together([one]) for one in seen):
         rows = np.arange(len(each.position))
-        innovation = each.position - expected[0][rows] @ each.matrix.T
+        innovation = each.position - expected[0][rows] @ each.matrix[0].T
         expected[0][rows], expected[1][rows] = update(
-            expected[0][rows], expected[1][rows], innovation, each.noise, each.matrix
+            expected[0][rows], expected[1][rows], innovation, each.noise, each.matrix[0]
         )
     np.testing.assert_allclose(mean, expected[0], atol=1e-6)
     np.testing.assert_allclose(covariance, expected[1], atol=1e-6)
@@ -54,9 +62,9 @@ def test_the_others_correct_a_picture_that_prediction_alone_misleads():
     moved = [[0.45, 0.0], [1.15, 0.0]]
     clear = [look([place], camera) for camera, place in ((1, moved[0]), (2, moved[1]))]
     alone, *_ = assigned(table, [look(moved[:1])])
-    together, *_ = assigned(table, [look(moved[:1]), *clear, look(moved, 3)])
+    helped, *_ = assigned(table, [look(moved[:1]), *clear, look(moved, 3)])
     assert alone[0] == {1: 0}
-    assert together[0] == {0: 0}
+    assert helped[0] == {0: 0}
 
 
 def test_a_doubtful_pair_moves_its_track_less():

@@ -72,3 +72,14 @@ def test_every_row_type_begins_with_the_position():
 def test_code_tables_name_every_code():
     assert code_tables()['TrackStatus']['DELETED'] == 4
     assert code_tables()['EventCode']['MERGE'] == 5
+
+
+def test_joined_rows_follow_one_another_under_one_stamp():
+    parts = [
+        Detections.build(stamp, score=score) for stamp, score in ((1, [0.5]), (2, [0.1, 0.2]))
+    ]
+    joined = Detections.joined(3, parts)
+    assert joined.stamp_ns == 3
+    np.testing.assert_array_equal(joined.score, np.float32([0.5, 0.1, 0.2]))
+    assert joined.template.shape == (3, 48)
+    assert len(Detections.joined(3, [])) == 0
