@@ -141,10 +141,11 @@ def _contested(cost: Floats, contested: NDArray[np.bool_], part: Indices) -> tup
     return rows[picked_rows[useful]], slots[picked_slots[useful]] % contested.shape[1]
 
 
-def _column_sums(values: NDArray[Any], part: Indices) -> NDArray[Any]:
+def _column_sums(values: NDArray[Any], part: Indices) -> Floats:
     """Return for each row of (n, m) values the sums of the columns over its part."""
     if len(part) == 0:
-        return values
+        return values.astype(float)
     begins = np.concatenate([[True], part[1:] != part[:-1]])
     sums = np.add.reduceat(values, np.flatnonzero(begins), axis=0, dtype=float)
-    return sums[np.cumsum(begins) - 1]
+    each: Floats = sums[np.cumsum(begins) - 1]
+    return each
