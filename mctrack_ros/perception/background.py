@@ -1,7 +1,9 @@
-"""Approximate-median background: what the picture looks like without moving objects."""
+"""The background: what the picture looks like without moving objects, by one of several rules."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -9,40 +11,61 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
+from mctrack_ros.perception.backgrounds import (
+    ApproximateMedian,
+    BufferedMedian,
+    Lesson,
+    Light,
+    LowPassRule,
+    Mixture,
+    Rule,
+    median_of_nine,
+    relit,
+)
+from mctrack_ros.perception.backgrounds.light import explains, gains, has_changed, samples
+from mctrack_ros.perception.backgrounds.ranks import SAMPLES
 from mctrack_ros.perception.difference import subtract
 
 Image = NDArray[np.uint8]
-SAMPLES = 9
-BANDS = 16
 MEDIAN_OF_LARGEST = 1.26  # median of the largest of three |N(0, 1)|
-NOISE_SHARE = 0.05
-KERNEL = np.ones((3, 3), np.uint8)
-WINDOW_PX = 13  # about the width of a person
-EDGE_MARGIN = 3.0  # grey levels
-# Compare-exchange network whose middle element is the median of nine (Smith 1996).
-MEDIAN_OF_NINE = (
-    (1, 2), (4, 5), (7, 8), (0, 1), (3, 4), (6, 7), (1, 2), (4, 5), (7, 8), (0, 3),
-    (5, 8), (4, 7), (3, 6), (1, 4), (2, 5), (4, 7), (4, 2), (6, 4), (4, 2),
-)  # fmt: skip
+NOISE_TIME_S = 0.8
+LEAP = 2.0  # grey levels by which the median difference grows when the light leaps
+LEAST_GAIN = 0.02  # change of light that is followed
 
 
 @dataclass(frozen=True)
 class BackgroundConfig:
-    """Parameters of `MedianBackground`."""
+    """Parameters of `Background`."""
 
+    model: str = parameter(
+        'approximate_median',
+        'how the background is learned',
+        choices=('approximate_median', 'buffered_median', 'low_pass', 'mixture'),
+    )
     learning_s: float = parameter(
         0.8, 'time in which the first background is learned; nothing is seen [s]', minimum=0.0
     )
     renewal_s: float = parameter(
         20.0,
-        'time over which later backgrounds are learned; the first ones are shorter [s]',
+        'medians: time over which later backgrounds are learned; the first are shorter [s]',
         minimum=0.0,
     )
     update_period_s: float = parameter(
-        0.2, 'time between steps of one grey level towards the picture [s]', minimum=0.001
+        0.2,
+        'time between lessons; in each, the approximate median moves by one grey level [s]',
+        minimum=0.001,
     )
     foreground_slowdown: int = parameter(
-        10, 'of so many steps one reaches pixels that are foreground', minimum=1
+        10, 'approximate median: of so many lessons one moves foreground', minimum=1
+    )
+    tracked_slowdown: int = parameter(
+        10, 'approximate median: and of so many of these one what is tracked', minimum=1
+    )
+    beta: float = parameter(
+        0.1, 'low pass: share of a difference learned in 0.25 s', minimum=0.0, maximum=1.0
+    )
+    memory_s: float = parameter(
+        20.0, 'mixture: time constant with which it learns [s]', minimum=0.1
     )
     threshold_sigmas: float = parameter(
         5.0, 'difference that is foreground, in standard deviations of the noise', minimum=1.0
@@ -56,44 +79,33 @@ class BackgroundConfig:
     )  # fmt: skip
 
 
-def median_of_nine(images: list[Image]) -> Image:
-    """Return the pixel-wise median of nine pictures."""
-    work: list[Image] = list(images)
-    for low, high in MEDIAN_OF_NINE:
-        smaller, larger = cv2.min(work[low], work[high]), cv2.max(work[low], work[high])
-        work[low], work[high] = smaller, larger  # type: ignore[assignment]
-    return work[4]
+LOW_PASS_PERIOD_S = 0.25
+RULES: dict[str, Callable[[BackgroundConfig, bool], Rule]] = {
+    'approximate_median': lambda config, is_given: ApproximateMedian(
+        config.renewal_s if is_given else min(3 * config.learning_s, config.renewal_s),
+        config.renewal_s,
+        config.foreground_slowdown,
+        config.tracked_slowdown,
+    ),
+    'buffered_median': lambda config, is_given: BufferedMedian(config.renewal_s),
+    'low_pass': lambda config, is_given: LowPassRule(config.beta, LOW_PASS_PERIOD_S),
+    'mixture': lambda config, is_given: Mixture(config.memory_s, config.threshold_sigmas),
+}
 
 
-def smoother(model: Image, candidate: Image) -> Image:
+class Background:
     """
-    Return the model, exchanged for the candidate where the latter has clearly weaker edges.
+    The background model and what differs from it (event-tracking paper, Definitions 1 and 2).
 
-    Whoever stands in one of the two adds edges to it; what belongs to the scene is in both.
-    """
-    energy = [
-        cv2.blur(
-            cv2.cvtColor(
-                cv2.morphologyEx(image, cv2.MORPH_GRADIENT, KERNEL), cv2.COLOR_BGR2GRAY
-            ).astype(np.float32),
-            (WINDOW_PX, WINDOW_PX),
-        )
-        for image in (model, candidate)
-    ]
-    better = (energy[0] - energy[1] > EDGE_MARGIN).astype(np.uint8)
-    chosen = model.copy()
-    cv2.copyTo(candidate, better, chosen)
-    return chosen
+    The first model is given, or the median of nine pictures; then a rule learns. The threshold
+    follows the noise that is measured in the background (sections 3.1 and 4.2; equation (1) with
+    the largest of the channels' differences). When light or gain change, the model is made
+    brighter or darker at once; what foreground covers follows the light of the rest.
 
-
-class MedianBackground:
-    """
-    Approximate median: each step moves every pixel of the model one grey level to the picture.
-
-    The first model is the median of nine pictures. Medians over longer times correct it where
-    they are smoother, so who stood still at the start leaves no hole. Foreground pixels move more
-    slowly. The threshold follows the noise that is measured in the background (event-tracking
-    paper, sections 3.1 and 4.2; equation (1) with the largest of the channels' differences).
+    Parameters
+    ----------
+    config : BackgroundConfig
+        Parameters.
 
     Attributes
     ----------
@@ -112,8 +124,7 @@ class MedianBackground:
 
     def begin(self, picture: Image) -> None:
         """Take a (height, width, 3) uint8 picture without moving objects for the background."""
-        self._take(picture.copy())
-        self._length_s = self._config.renewal_s
+        self._take(picture.copy(), is_given=True)
 
     def restart(self) -> None:
         """Forget everything and learn anew."""
@@ -121,11 +132,8 @@ class MedianBackground:
         self.difference: Image = np.zeros((0, 0), np.uint8)
         self.noise: float | None = None
         self._samples: list[Image] = []
-        self._band = 0
-        self._next_sample_ns = 0
-        self._length_s = self._config.learning_s
-        self._next_update_ns = 0
-        self._updates = 0
+        self._tracked = np.zeros((0, 4), np.int64)
+        self._last_ns = self._lesson_ns = self._next_ns = 0
 
     @property
     def threshold(self) -> float:
@@ -151,75 +159,91 @@ class MedianBackground:
             is learned.
 
         """
-        self._sample(image, stamp_ns)
+        seconds, self._last_ns = (stamp_ns - self._last_ns) * 1e-9, stamp_ns
         if self.model is None:
+            self._sample(image, stamp_ns)
             return None
-        work = self._work
-        measured = subtract(image, self.model, self.difference) / MEDIAN_OF_LARGEST
+        self._rule.attend(self.model, image, stamp_ns)
+        measured = self._subtract(image)
         self.noise = measured if self.noise is None else self.noise
-        mask = work.mask
-        cv2.threshold(self.difference, self.threshold, 255, cv2.THRESH_BINARY, mask)
+        mask = self._foreground(image)
         if cv2.countNonZero(mask) > self._config.relearn_fraction * mask.size:
             self.restart()
             return None
-        self.noise += (measured - self.noise) * NOISE_SHARE
-        if stamp_ns >= self._next_update_ns:
-            self._update(image, mask)
-            self._next_update_ns = stamp_ns + round(self._config.update_period_s * 1e9)
+        self.noise += (measured - self.noise) * -math.expm1(-seconds / NOISE_TIME_S)
+        if stamp_ns >= self._next_ns:
+            self._learn(image, mask, stamp_ns)
         return mask
 
+    def track(self, box: NDArray[np.floating]) -> None:
+        """Take notice where, in (n, 4) boxes, px, something is tracked: it is not learned."""
+        self._tracked = np.rint(box).astype(np.int64)
+
+    def accept(self) -> None:
+        """Take notice that the model was changed from outside."""
+        assert self.model is not None
+        self._rule.accept(self.model)
+
     def _sample(self, image: Image, stamp_ns: int) -> None:
-        """Collect nine pictures, evenly in time, and take their median; then nine more."""
-        if len(self._samples) == SAMPLES:
-            self._renew_band()
-            return
-        if stamp_ns < self._next_sample_ns:
+        """Collect nine pictures, evenly in time, and take their median."""
+        if stamp_ns < self._next_ns:
             return
         self._samples.append(image.copy())
-        self._next_sample_ns = stamp_ns + round(self._length_s / SAMPLES * 1e9)
-        if self.model is None and len(self._samples) == SAMPLES:
-            self._take(median_of_nine(self._samples))
-            self._begin_samples()
+        self._next_ns = stamp_ns + round(self._config.learning_s / SAMPLES * 1e9)
+        if len(self._samples) == SAMPLES:
+            self._take(median_of_nine(self._samples), is_given=False)
+            self._samples = []
 
-    def _take(self, model: Image) -> None:
-        self.model, self._work = model, _Work(model.shape)
+    def _take(self, model: Image, is_given: bool) -> None:
+        self.model, self._mask = model, np.zeros(model.shape[:2], np.uint8)
         self.difference = np.zeros(model.shape[:2], np.uint8)
+        self._light = Light(model)
+        self._rule = RULES[self._config.model](self._config, is_given)
+        self._rule.begin(model)
 
-    def _begin_samples(self) -> None:
-        """Collect anew, over a longer time."""
-        self._samples, self._band = [], 0
-        self._length_s = min(3 * self._length_s, max(self._config.renewal_s, self._length_s))
-
-    def _renew_band(self) -> None:
-        """Renew one band of the model: all at once would make this picture late."""
+    def _subtract(self, image: Image) -> float:
+        """Write the difference and return the noise that it shows; follow a leap of the light."""
         assert self.model is not None
-        height, halo = len(self.model), WINDOW_PX
-        top, bottom = (height * band // BANDS for band in (self._band, self._band + 1))
-        low, high = max(top - halo, 0), min(bottom + halo, height)
-        median = median_of_nine([sample[low:high] for sample in self._samples])
-        chosen = smoother(self.model[low:high], median)
-        self.model[top:bottom] = chosen[top - low : bottom - low]
-        self._band += 1
-        if self._band == BANDS:
-            self._begin_samples()
+        measured = subtract(image, self.model, self.difference)
+        usual = measured if self.noise is None else MEDIAN_OF_LARGEST * self.noise
+        if measured > usual + LEAP and self._follow_light(image):
+            measured = subtract(image, self.model, self.difference)
+        return measured / MEDIAN_OF_LARGEST
 
-    def _update(self, image: Image, mask: Image) -> None:
-        """Move the model one grey level; foreground only now and then."""
-        assert self.model is not None
-        work = self._work
-        cv2.min(cv2.add(self.model, work.one, work.colour), image, work.colour)
-        moved = cv2.max(cv2.subtract(self.model, work.one, work.lower), work.colour, work.lower)
-        self._updates += 1
-        if self._updates % self._config.foreground_slowdown:
-            cv2.copyTo(moved, cv2.bitwise_not(mask), self.model)
+    def _foreground(self, image: Image) -> Image:
+        own = self._rule.foreground(image)
+        if own is None:
+            cv2.threshold(self.difference, self.threshold, 255, cv2.THRESH_BINARY, self._mask)
         else:
-            np.copyto(self.model, moved)
+            self._mask = own
+        return self._mask
 
+    def _follow_light(self, image: Image) -> bool:
+        """
+        Make the model as bright as a picture, if that explains how they differ.
 
-class _Work:
-    """Pictures that are written anew each time; allocating them costs more than filling them."""
+        What foreground covers follows the light since it was last followed; the rest may have
+        learned some of it.
+        """
+        assert self.model is not None
+        change = self._light.follow(image, LEAST_GAIN)
+        gain = gains(samples(image), samples(self.model))
+        is_lit = has_changed(gain, LEAST_GAIN) and explains(gain, image, self.model)
+        if not is_lit and (change == 1.0).all():
+            return False
+        lit = self.model
+        if is_lit:
+            lit = relit(self.model, gain)
+            np.copyto(lit, image, where=self.model == 255)
+        cv2.copyTo(relit(self.model, change), self._mask, lit)
+        np.copyto(self.model, lit)
+        self._rule.relight(self.model, change)
+        return is_lit
 
-    def __init__(self, shape: tuple[int, ...]) -> None:
-        self.colour, self.lower = np.empty(shape, np.uint8), np.empty(shape, np.uint8)
-        self.one = np.ones(shape, np.uint8)
-        self.mask = np.empty(shape[:2], np.uint8)
+    def _learn(self, image: Image, mask: Image, stamp_ns: int) -> None:
+        assert self.model is not None
+        seconds = (stamp_ns - self._lesson_ns) * 1e-9 if self._lesson_ns else 0.0
+        self._lesson_ns = stamp_ns
+        self._next_ns = stamp_ns + round(self._config.update_period_s * 1e9)
+        self._rule.learn(self.model, Lesson(image, mask, self._tracked, seconds, stamp_ns))
+        self._follow_light(image)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Feedback
-from mctrack_ros.perception.background import BackgroundConfig, MedianBackground
+from mctrack_ros.perception.background import Background, BackgroundConfig
 from mctrack_ros.perception.blobs import BlobConfig, clean_mask, find_blobs
 from mctrack_ros.perception.ghosts import GhostConfig, GhostWatch
 from mctrack_ros.perception.groups import GroupConfig
@@ -89,7 +89,7 @@ class CameraPipeline:
         check_mask(mask, mapping.image_size)
         self._mask = None if mask is None else self._reduced(mask)
         self._sizes = SizeTable(mapping)
-        self._background = MedianBackground(config.background)
+        self._background = Background(config.background)
         if background is not None:
             check_picture(background, mapping.image_size)
             self._background.begin(self._reduced(background))
@@ -155,7 +155,9 @@ class CameraPipeline:
         picture = Picture(small, mask, self._background.difference, scale)
         detections, events = self._tracker.step(blobs, picture, stamp_ns, feedback, shift.noise_px)
         persons = np.vstack([blobs.box, detections.box]) / scale
-        self._ghosts.look(self._background.model, small, mask, persons, stamp_ns)
+        self._background.track(detections.box / scale)
+        if self._ghosts.look(self._background.model, small, mask, persons, stamp_ns).any():
+            self._background.accept()
         return CameraOutput(detections, events, shift)
 
     def predicted_boxes(self) -> NDArray[np.float64]:

@@ -1,0 +1,23 @@
+"""How a background model learns from pictures: one module a rule."""
+
+from mctrack_ros.perception.backgrounds.approximate_median import ApproximateMedian
+from mctrack_ros.perception.backgrounds.buffered_median import BufferedMedian
+from mctrack_ros.perception.backgrounds.light import Light, relit
+from mctrack_ros.perception.backgrounds.low_pass import LowPass, LowPassRule
+from mctrack_ros.perception.backgrounds.mixture import Mixture
+from mctrack_ros.perception.backgrounds.ranks import median_of_nine, smoother
+from mctrack_ros.perception.backgrounds.rule import Lesson, Rule
+
+__all__ = [
+    'ApproximateMedian',
+    'BufferedMedian',
+    'Lesson',
+    'Light',
+    'LowPass',
+    'LowPassRule',
+    'Mixture',
+    'Rule',
+    'median_of_nine',
+    'relit',
+    'smoother',
+]
