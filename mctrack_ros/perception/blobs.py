@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.fragments import Joining, joined, trimmed
+from mctrack_ros.perception.runs import component_boxes, opened
 from mctrack_ros.perception.sizes import SizeTable
 
 Floats = NDArray[np.float64]
@@ -105,10 +106,11 @@ class Blobs:
 
 def clean_mask(mask: NDArray[np.uint8], config: BlobConfig) -> NDArray[np.uint8]:
     """Remove specks and close gaps (event-tracking paper, section 4.2)."""
-    opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, _kernel(config.opening_px))
+    cleaned = opened(mask, config.opening_px)
     if config.closing_px > 1:
-        opened = cv2.morphologyEx(opened, cv2.MORPH_CLOSE, _kernel(config.closing_px))
-    return opened  # type: ignore[return-value]
+        kernel = np.ones((config.closing_px, config.closing_px), np.uint8)
+        cv2.morphologyEx(cleaned, cv2.MORPH_CLOSE, kernel, cleaned)
+    return cleaned
 
 
 def find_blobs(
@@ -143,8 +145,7 @@ def find_blobs(
         From left to right; fragments joined, specks and what is impossibly large left out.
 
     """
-    contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-    box = np.array([cv2.boundingRect(contour) for contour in contours], np.float64).reshape(-1, 4)
+    box = component_boxes(mask)
     keep = box[:, 2] * box[:, 3] >= config.opening_px**2
     box = box[keep][np.lexsort(box[keep].T[::-1])]
     joining = Joining(
@@ -202,7 +203,3 @@ def likeness(first: Floats, second: Floats) -> Floats:
     shared = overlap(first, second)
     area = np.prod(first[:, 2:], axis=1)[:, None] + np.prod(second[:, 2:], axis=1)[None]
     return np.asarray(shared / np.maximum(area - shared, 1e-9))
-
-
-def _kernel(size: int) -> NDArray[np.uint8]:
-    return cv2.getStructuringElement(cv2.MORPH_RECT, (size, size))  # type: ignore[return-value]

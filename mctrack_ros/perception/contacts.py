@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-import cv2
+import math
+
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import BYTES_2D, FLOATS_2D, INTS_1D, compiled, inner
 from mctrack_ros.perception.picture import Picture
+from mctrack_ros.perception.runs import Runs, labels_of, strong_runs
 
+Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 NOWHERE = -1
@@ -40,37 +45,41 @@ def contacts(blob: Ints, box: Floats, blob_box: Floats, picture: Picture, share:
         The same number for those that touch, directly or through others; -1: not seen.
 
     """
-    seen = blob >= 0
-    found = np.where(seen, blob, NOWHERE)
-    count = np.bincount(blob[seen], minlength=1)
-    free = len(blob_box)
-    for shared in np.flatnonzero(count > 1).tolist():
+    mask, difference = picture.mask, picture.difference
+    return _contacts(blob, box / picture.scale, blob_box / picture.scale, mask, difference, share)
+
+
+@inner
+def _fullest(runs: Runs, label: Ints, count: int, box: Floats) -> int:
+    """Return the component that fills most of a box, the first of equals; `count`: none."""
+    left, right = max(math.floor(box[0]), 0), math.ceil(box[0] + box[2])
+    top, bottom = max(math.floor(box[1]), 0), math.ceil(box[1] + box[3])
+    filled = np.zeros(count + 1, np.int64)
+    for y in range(top, min(bottom, len(runs.row) - 1)):
+        for index in range(runs.row[y], runs.row[y + 1]):
+            shared = min(right, runs.last[index]) - max(left, runs.first[index])
+            filled[label[index]] += max(shared, 0)
+    return int(filled.argmax()) if filled.any() else count
+
+
+@compiled(types.i8[::1](INTS_1D, FLOATS_2D, FLOATS_2D, BYTES_2D, BYTES_2D, types.f8))
+def _contacts(
+    blob: Ints, box: Floats, blob_box: Floats, mask: Bytes, difference: Bytes, share: float
+) -> Ints:
+    """Return what `contacts` does; all boxes in pixels of the mask."""
+    found = np.where(blob >= 0, blob, NOWHERE)
+    free, (height, width) = len(blob_box), mask.shape
+    for shared in range(len(blob_box)):
         rows = np.flatnonzero(blob == shared)
-        left, top, width, height = np.rint(blob_box[shared] / picture.scale).astype(int).tolist()
-        part = np.s_[top : top + height, left : left + width]
-        strong = _strong(picture.difference[part], picture.mask[part], share)
-        parts, label = cv2.connectedComponents(strong, connectivity=8, ltype=cv2.CV_16U)
-        inside = box[rows] / picture.scale - [left, top, 0, 0]
-        found[rows] = free + _fullest(np.asarray(label, np.uint16), inside, parts)
-        free += parts
+        if len(rows) < 2:
+            continue
+        left, top = round(blob_box[shared, 0]), round(blob_box[shared, 1])
+        right = min(left + round(blob_box[shared, 2]), width)
+        bottom = min(top + round(blob_box[shared, 3]), height)
+        runs = strong_runs(mask, difference, np.array([left, top, right, bottom]), share)
+        label, count = labels_of(runs)
+        for row in rows:
+            inside = box[row] - np.array([left, top, 0.0, 0.0])
+            found[row] = free + _fullest(runs, label, count, inside)
+        free += count + 1
     return found
-
-
-def _strong(
-    difference: NDArray[np.uint8], mask: NDArray[np.uint8], share: float
-) -> NDArray[np.uint8]:
-    foreground = mask > 0
-    level = share * float(difference[foreground].mean()) if foreground.any() else 0.0
-    return np.asarray(foreground & (difference > level), np.uint8)
-
-
-def _fullest(label: NDArray[np.uint16], box: Floats, parts: int) -> Ints:
-    """Return the label, not 0 unless there is no other, that fills most of each box."""
-    low = np.floor(np.clip(box[:, :2], 0, None)).astype(int)
-    high = np.ceil(box[:, :2] + box[:, 2:]).astype(int)
-    fullest = np.zeros(len(box), np.int64)
-    for row, ((left, top), (right, bottom)) in enumerate(zip(low.tolist(), high.tolist())):
-        pixels = np.bincount(label[top:bottom, left:right].ravel(), minlength=parts)
-        pixels[0] = 0
-        fullest[row] = pixels.argmax()
-    return fullest

@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from mctrack_ros.compiled import BOOLS_2D, INTS_1D, compiled
 from mctrack_ros.config import parameter
 
 Ints = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
+MOMENTS = types.Array(types.i8, 2, 'C')
 
 
 @dataclass(frozen=True)
@@ -98,8 +99,7 @@ class Groups:
         if same and np.array_equal(joined, self._joined):
             return []
         was, self._joined = self._group, joined
-        labels = connected_components(coo_array(joined), directed=False)[1]
-        self._group = labels.astype(np.int64)
+        self._group = _connected(joined)
         merged = _parts(local_id, self._group, was)
         parted = _parts(local_id[known], was[known], self._group[known])
         return [Change(True, *pair) for pair in merged] + [Change(False, *pair) for pair in parted]
@@ -117,14 +117,43 @@ class Groups:
 
     def _touch(self, part: Ints, stamp_ns: int) -> Booleans:
         """Note who touches; return who touches or did a moment ago."""
-        unseen = part < 0
-        self._touched_ns[(part[:, None] == part) & ~unseen] = stamp_ns
-        if unseen.any():
-            self._touched_ns[unseen[:, None] | unseen] += stamp_ns - self._last_ns
-        self._last_ns = stamp_ns
-        joined = np.asarray(stamp_ns - self._touched_ns < max(self._hold_ns, 1))
-        np.fill_diagonal(joined, True)
-        return joined
+        since_ns, self._last_ns = stamp_ns - self._last_ns, stamp_ns
+        return _joined(self._touched_ns, part, stamp_ns, since_ns, max(self._hold_ns, 1))
+
+
+@compiled(types.b1[:, ::1](MOMENTS, INTS_1D, types.i8, types.i8, types.i8))
+def _joined(touched_ns: Ints, part: Ints, stamp_ns: int, since_ns: int, hold_ns: int) -> Booleans:
+    """Write who touches into the (n, n) last times; return who touches or did a moment ago."""
+    joined = np.empty(touched_ns.shape, np.bool_)
+    for row in range(len(part)):
+        for column in range(len(part)):
+            if part[row] < 0 or part[column] < 0:
+                touched_ns[row, column] += since_ns
+            elif part[row] == part[column]:
+                touched_ns[row, column] = stamp_ns
+            recent = stamp_ns - touched_ns[row, column] < hold_ns
+            joined[row, column] = recent or row == column
+    return joined
+
+
+@compiled(types.i8[::1](BOOLS_2D))
+def _connected(joined: Booleans) -> Ints:
+    """Return (n,) numbers of the parts of a graph that are connected, by first node."""
+    label, waiting = np.full(len(joined), -1), np.empty(len(joined), np.int64)
+    count = 0
+    for start in range(len(joined)):
+        if label[start] >= 0:
+            continue
+        label[start], waiting[0], most = count, start, 1
+        while most:
+            most -= 1
+            node = waiting[most]
+            for other in range(len(joined)):
+                if joined[node, other] and label[other] < 0:
+                    label[other], waiting[most] = count, other
+                    most += 1
+        count += 1
+    return label
 
 
 def _parts(

@@ -19,7 +19,9 @@ BLOB = np.array([[18.0, 20, 18, 20]])
 
 
 def parts(difference, share=0.5, scale=1.0):
-    picture = Picture(np.zeros((60, 80, 3), np.uint8), 255 * (difference > 0), difference, scale)
+    picture = Picture(
+        np.zeros((60, 80, 3), np.uint8), 255 * (difference > 0).astype(np.uint8), difference, scale
+    )
     return contacts(np.array([0, 0]), BOXES * scale, BLOB * scale, picture, share)
 
 

@@ -1,0 +1,277 @@
+"""Foreground as runs of pixels along rows: opened and told apart where there is any; compiled."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BYTES_2D, compiled, inner
+
+Bytes = NDArray[np.uint8]
+Ints = NDArray[np.int64]
+Words = NDArray[np.uint64]
+Bools = NDArray[np.bool_]
+Floats = NDArray[np.float64]
+
+WORD = 8  # pixels
+BLOCK = 8  # words
+
+
+class Runs(NamedTuple):
+    """
+    Runs of foreground, row by row, from left to right; between two there is background.
+
+    Attributes
+    ----------
+    first, last : (n,) int64 array
+        The first column of a run, and the first behind it.
+    row : (h + 1,) int64 array
+        Where the runs of each row begin; the runs' number at the end.
+
+    """
+
+    first: Ints
+    last: Ints
+    row: Ints
+
+
+@inner
+def _occupied(words: Words) -> Bools:
+    """Return which blocks of so many words are not wholly zero; behind the last is one more."""
+    occupied = np.ones(len(words) // BLOCK + 1, np.bool_)
+    for block in range(len(words) // BLOCK):
+        part, found = words[block * BLOCK : (block + 1) * BLOCK], np.uint64(0)
+        for index in range(BLOCK):
+            found |= part[index]
+        occupied[block] = found != 0
+    return occupied
+
+
+@inner
+def _next_set(pixels: Bytes, words: Words, occupied: Bools, place: int, stop: int) -> int:
+    """Return the first place that is not zero, at most `stop`."""
+    while place < stop:
+        if place % WORD == 0:
+            word = place // WORD
+            if not occupied[word // BLOCK]:
+                place = (word // BLOCK + 1) * BLOCK * WORD
+                continue
+            if word < len(words) and words[word] == 0:
+                place += WORD
+                continue
+        if pixels[place]:
+            return place
+        place += 1
+    return stop
+
+
+@inner
+def runs_of(mask: Bytes) -> Runs:
+    """Return the runs of what is not zero in an (h, w) mask."""
+    height, width = mask.shape
+    pixels = mask.reshape(-1)
+    words = pixels[: len(pixels) // WORD * WORD].view(np.uint64)
+    occupied = _occupied(words)
+    first, last = np.empty(1024, np.int64), np.empty(1024, np.int64)
+    row, count = np.zeros(height + 1, np.int64), 0
+    for y in range(height):
+        start, stop = y * width, (y + 1) * width
+        place = _next_set(pixels, words, occupied, start, stop)
+        while place < stop:
+            if count == len(first):
+                first, last = np.append(first, first), np.append(last, last)
+            first[count] = place - start
+            while place < stop and pixels[place]:
+                place += 1
+            last[count] = place - start
+            count += 1
+            place = _next_set(pixels, words, occupied, place, stop)
+        row[y + 1] = count
+    return Runs(first[:count], last[:count], row)
+
+
+@inner
+def eroded(runs: Runs, width: int) -> Runs:
+    """Return the pixels about which all 3 x 3, as far as in the picture, are foreground."""
+    height = len(runs.row) - 1
+    first = np.empty(3 * len(runs.first), np.int64)
+    last, row, count = np.empty_like(first), np.zeros(height + 1, np.int64), 0
+    for y in range(height):
+        above, below = max(y - 1, 0), min(y + 1, height - 1)
+        a, b, c = runs.row[above], runs.row[y], runs.row[below]
+        while a < runs.row[above + 1] and b < runs.row[y + 1] and c < runs.row[below + 1]:
+            low = max(runs.first[a], runs.first[b], runs.first[c])
+            high = min(runs.last[a], runs.last[b], runs.last[c])
+            a += runs.last[a] == high
+            b += runs.last[b] == high
+            c += runs.last[c] == high
+            low, high = low + (low > 0), high - (high < width)
+            if low < high:
+                first[count], last[count] = low, high
+                count += 1
+        row[y + 1] = count
+    return Runs(first[:count], last[:count], row)
+
+
+@inner
+def dilated(runs: Runs, width: int) -> Runs:
+    """Return the pixels about which any of 3 x 3 is foreground."""
+    height = len(runs.row) - 1
+    first = np.empty(3 * len(runs.first), np.int64)
+    last, row, count = np.empty_like(first), np.zeros(height + 1, np.int64), 0
+    for y in range(height):
+        above, below = max(y - 1, 0), min(y + 1, height - 1)
+        next_of = (runs.row[above], runs.row[y], runs.row[below])
+        end_of = (runs.row[above + 1], runs.row[y + 1], runs.row[below + 1])
+        a, b, c = next_of
+        while a < end_of[0] or b < end_of[1] or c < end_of[2]:
+            left_a = runs.first[a] if a < end_of[0] else width
+            left_b = runs.first[b] if b < end_of[1] else width
+            left_c = runs.first[c] if c < end_of[2] else width
+            left = min(left_a, left_b, left_c)
+            if left == left_a:
+                right, a = runs.last[a], a + 1
+            elif left == left_b:
+                right, b = runs.last[b], b + 1
+            else:
+                right, c = runs.last[c], c + 1
+            low, high = max(left - 1, 0), min(right + 1, width)
+            if count > row[y] and low <= last[count - 1]:
+                last[count - 1] = max(last[count - 1], high)
+            else:
+                first[count], last[count] = low, high
+                count += 1
+        row[y + 1] = count
+    return Runs(first[:count], last[:count], row)
+
+
+@inner
+def _unite(parent: Ints, one: int, other: int) -> None:
+    """Let two runs be of one component; its first run is the root."""
+    while parent[one] != one:
+        parent[one] = parent[parent[one]]
+        one = parent[one]
+    while parent[other] != other:
+        parent[other] = parent[parent[other]]
+        other = parent[other]
+    if one < other:
+        parent[other] = one
+    else:
+        parent[one] = other
+
+
+@inner
+def labels_of(runs: Runs) -> tuple[Ints, int]:
+    """Return which component each run is in, as numbered by their first runs; how many."""
+    parent = np.arange(len(runs.first))
+    for y in range(1, len(runs.row) - 1):
+        a, b = runs.row[y - 1], runs.row[y]
+        while a < runs.row[y] and b < runs.row[y + 1]:
+            if runs.first[a] <= runs.last[b] and runs.first[b] <= runs.last[a]:
+                _unite(parent, a, b)
+            if runs.last[a] < runs.last[b]:
+                a += 1
+            else:
+                b += 1
+    count = 0
+    for index in range(len(parent)):
+        if parent[index] == index:
+            parent[index] = count
+            count += 1
+        else:
+            parent[index] = parent[parent[index]]
+    return parent, count
+
+
+@inner
+def strong_runs(mask: Bytes, difference: Bytes, part: Ints, share: float) -> Runs:
+    """
+    Return the runs of what differs from the background by more than a share of the mean.
+
+    Only in a part of the picture, and counted from there: left, top, right, bottom, px.
+    """
+    left, top, right, bottom = part
+    height, width = max(bottom - top, 0), max(right - left, 0)
+    total, pixels = 0, 0
+    for y in range(top, bottom):
+        for x in range(left, right):
+            if mask[y, x]:
+                total += difference[y, x]
+                pixels += 1
+    level = share * (total / max(pixels, 1))
+    first = np.empty(height * (width // 2 + 1), np.int64)
+    last, row, count = np.empty_like(first), np.zeros(height + 1, np.int64), 0
+    for y in range(height):
+        inside = False
+        for x in range(width):
+            strong = mask[top + y, left + x] > 0 and difference[top + y, left + x] > level
+            if strong and not inside:
+                first[count] = x
+                count += 1
+            if strong:
+                last[count - 1] = x + 1
+            inside = strong
+        row[y + 1] = count
+    return Runs(first[:count], last[:count], row)
+
+
+@compiled(types.u1[:, ::1](BYTES_2D, types.i8))
+def opened(mask: Bytes, size: int) -> Bytes:
+    """
+    Remove what is narrower than a square.
+
+    Parameters
+    ----------
+    mask : (h, w) uint8 array
+        Foreground; not zero.
+    size : int
+        Side of the square, odd, px.
+
+    Returns
+    -------
+    (h, w) uint8 array
+        Foreground, 255.
+
+    """
+    height, width = mask.shape
+    runs = runs_of(mask)
+    for _ in range(size // 2):
+        runs = eroded(runs, width)
+    for _ in range(size // 2):
+        runs = dilated(runs, width)
+    cleaned = np.zeros((height, width), np.uint8)
+    for y in range(height):
+        for index in range(runs.row[y], runs.row[y + 1]):
+            cleaned[y, runs.first[index] : runs.last[index]] = 255
+    return cleaned
+
+
+@compiled(types.f8[:, ::1](BYTES_2D))
+def component_boxes(mask: Bytes) -> Floats:
+    """
+    Return the (n, 4) boxes of connected foreground: left, top, width, height, px.
+
+    Parameters
+    ----------
+    mask : (h, w) uint8 array
+        Foreground; not zero. Pixels that touch, also at corners, are connected.
+
+    """
+    runs = runs_of(mask)
+    label, count = labels_of(runs)
+    left, right = np.full(count, mask.shape[1]), np.zeros(count, np.int64)
+    top, bottom = np.full(count, mask.shape[0]), np.zeros(count, np.int64)
+    for y in range(mask.shape[0]):
+        for index in range(runs.row[y], runs.row[y + 1]):
+            one = label[index]
+            left[one] = min(left[one], runs.first[index])
+            right[one] = max(right[one], runs.last[index])
+            top[one], bottom[one] = min(top[one], y), y + 1
+    box = np.empty((count, 4))
+    for one in range(count):
+        box[one, 0], box[one, 1] = left[one], top[one]
+        box[one, 2], box[one, 3] = right[one] - left[one], bottom[one] - top[one]
+    return box
