@@ -79,6 +79,12 @@ class Groups:
         self._joined: Booleans = np.zeros((0, 0), np.bool_)
         self._last_ns = 0
 
+    def members(self) -> list[tuple[int, ...]]:
+        """Return the local ids, ascending, of each group of several."""
+        counts = np.bincount(self._group)
+        several = np.flatnonzero(counts > 1).tolist()
+        return [tuple(self._id[self._group == number].tolist()) for number in several]
+
     def step(self, local_id: Ints, part: Ints, stamp_ns: int) -> list[Change]:
         """
         Tell what changed.

@@ -1,62 +1,137 @@
-"""A picture of what a camera node sees: boxes, ids, groups, predictions."""
+"""A picture of what a camera sees: boxes, ids, groups, predictions, and what happened."""
 
 from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.interfaces import Detections
+from mctrack_ros.interfaces import Detections, EventCode, Events
+from mctrack_ros.tracking.colours import track_colour
 
 Image = NDArray[np.uint8]
+Colour = tuple[int, int, int]
 
-SINGLE = (80, 255, 80)
-TENTATIVE = (160, 160, 160)
+UNKNOWN = (190, 190, 190)
 GROUP = (60, 160, 255)
 PREDICTED = (255, 200, 0)
+TOLD = (EventCode.NEW, EventCode.ENTER, EventCode.SPLIT, EventCode.EXIT, EventCode.MERGE)
+LINES = 8
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+_MARGIN_PX = 4
+_LINE_PX = 16
 
 
-def draw_overlay(image: Image, detections: Detections, predicted: NDArray[np.floating]) -> Image:
+class Overlay:
     """
-    Draw detections and predicted boxes over a picture.
+    Draws what a camera sees over its pictures, and for a while what happened.
+
+    A box has the colour of its global track, the same in every camera, and its id; grey with
+    the local id in brackets: the fusion node's is not known. Orange frames hold groups, thin blue
+    boxes are predictions, lines of text are events.
 
     Parameters
     ----------
-    image : (h, w, 3) uint8 array
-        The picture; it is not changed.
-    detections : Detections
-        Green with local and global id; groups orange with their members; grey what is not yet
-        believed.
-    predicted : (n, 4) array
-        Predicted boxes of the camera's own tracks, px; blue, thin.
-
-    Returns
-    -------
-    (h, w, 3) uint8 array
-        The drawing.
+    memory_s : float
+        How long an event stays in the picture, s.
 
     """
-    canvas = image.copy()
-    for box in predicted[np.isfinite(predicted).all(axis=1)]:
-        _rectangle(canvas, box, PREDICTED, 1)
-    for row, box in enumerate(detections.box):
-        count = int(detections.member_count[row])
-        if count != 1:
-            ids = [str(number) for number in detections.members[row] if number]
-            colour, text = GROUP, f'{count or "?"}: {" ".join(ids)}'
-        else:
-            text = f'{detections.local_id[row]}'
-            if detections.track_id[row]:
-                text += f'={detections.track_id[row]}'
-            colour = SINGLE if detections.score[row] >= 1 else TENTATIVE
-        _rectangle(canvas, box, colour, 2 if count != 1 else 1)
-        corner = (int(box[0]), max(int(box[1]) - 3, 8))
-        cv2.putText(canvas, text, corner, cv2.FONT_HERSHEY_SIMPLEX, 0.35, colour, 1, cv2.LINE_AA)
-    return canvas
+
+    def __init__(self, memory_s: float = 1.0) -> None:
+        self._memory_ns = round(memory_s * 1e9)
+        self._lines: deque[tuple[int, str]] = deque(maxlen=LINES)
+
+    def draw(
+        self,
+        image: Image,
+        detections: Detections,
+        events: Events,
+        groups: Sequence[Sequence[int]] = (),
+        predicted: NDArray[np.floating] | None = None,
+    ) -> Image:
+        """
+        Return a drawing over a copy of a picture.
+
+        Parameters
+        ----------
+        image : (h, w, 3) uint8 array
+            The picture, BGR.
+        detections : Detections
+            What is seen in it.
+        events : Events
+            What happened in it.
+        groups : sequence of sequences of int
+            Local ids that are a group.
+        predicted : (n, 4) array, optional
+            Predicted boxes of the camera's own tracks: left, top, width, height, px.
+
+        """
+        canvas = image.copy()
+        for box in np.zeros((0, 4)) if predicted is None else predicted:
+            if np.isfinite(box).all():
+                _rectangle(canvas, box, PREDICTED)
+        for row in range(len(detections)):
+            _draw_detection(canvas, detections, row)
+        for group in groups:
+            _draw_group(canvas, detections.box[np.isin(detections.local_id, group)])
+        self._note(events, detections.stamp_ns)
+        for number, (_, line) in enumerate(self._lines):
+            _write(canvas, line, (6, 14 + number * _LINE_PX), (255, 255, 255))
+        return canvas
+
+    def _note(self, events: Events, stamp_ns: int) -> None:
+        """Take up what happened; forget what is long past."""
+        self._lines.extend(
+            (stamp_ns, _sentence(events, row))
+            for row in np.flatnonzero(np.isin(events.event, TOLD)).tolist()
+        )
+        while self._lines and not 0 <= stamp_ns - self._lines[0][0] < self._memory_ns:
+            self._lines.popleft()
 
 
-def _rectangle(
-    canvas: Image, box: NDArray[np.floating], colour: tuple[int, int, int], thickness: int
-) -> None:
+def _draw_detection(canvas: Image, detections: Detections, row: int) -> None:
+    count, track_id = int(detections.member_count[row]), int(detections.track_id[row])
+    members = [int(one) for one in detections.members[row] if one]
+    first = track_id or next(iter(members), 0)
+    red, green, blue = track_colour(first)
+    colour = (blue, green, red) if first else UNKNOWN
+    box = detections.box[row]
+    _rectangle(canvas, box, colour)
+    if count == 1:
+        label = str(track_id or f'({detections.local_id[row]})')
+    else:
+        _draw_group(canvas, box[None])
+        label = '+'.join(map(str, members)) or f'{count or "?"} people'
+    _write(canvas, label, (int(box[0]), max(int(box[1]) - 4, 10)), colour)
+
+
+def _draw_group(canvas: Image, boxes: NDArray[np.floating]) -> None:
+    """Draw a frame around boxes (n, 4)."""
+    if len(boxes):
+        low = boxes[:, :2].min(axis=0) - _MARGIN_PX
+        high = (boxes[:, :2] + boxes[:, 2:]).max(axis=0) + _MARGIN_PX
+        _rectangle(canvas, np.concatenate([low, high - low]), GROUP)
+
+
+def _sentence(events: Events, row: int) -> str:
+    """Return for example ``split (12) from (7)``."""
+    code = EventCode(int(events.event[row]))
+    local, track = int(events.local_id[row]), int(events.track_id[row])
+    others = [f'({one})' for one in events.others[row] if one]
+    link = {EventCode.MERGE: ' with ', EventCode.SPLIT: ' from '}.get(code, ' ')
+    name = ' '.join(filter(None, (f'{track}' if track else '', f'({local})' if local else '')))
+    return f'{code.name.lower()} {name}' + (link + ' '.join(others) if others else '')
+
+
+def _write(canvas: Image, text: str, place: tuple[int, int], colour: Colour) -> None:
+    """Write on a dark outline, readable on any ground."""
+    cv2.putText(canvas, text, place, _FONT, 0.42, (20, 20, 20), 3, cv2.LINE_AA)
+    cv2.putText(canvas, text, place, _FONT, 0.42, colour, 1, cv2.LINE_AA)
+
+
+def _rectangle(canvas: Image, box: NDArray[np.floating], colour: Colour) -> None:
     left, top, width, height = np.rint(box).astype(int).tolist()
-    cv2.rectangle(canvas, (left, top), (left + width - 1, top + height - 1), colour, thickness)
+    cv2.rectangle(canvas, (left, top), (left + width - 1, top + height - 1), colour, 1)

@@ -164,6 +164,10 @@ class CameraPipeline:
         """Return the (n, 4) boxes, px, where the camera's own tracks are, for an overlay."""
         return self._tracker.tracks.prediction().box
 
+    def groups(self) -> list[tuple[int, ...]]:
+        """Return the local ids of each group, for an overlay."""
+        return self._tracker.groups.members()
+
     def _advance(self, stamp_ns: int) -> None:
         last = self._last_ns
         if has_jumped(stamp_ns, last):

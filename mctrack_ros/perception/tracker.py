@@ -91,7 +91,7 @@ class LocalTracker:
         self._partition, self._mapping, self._sizes = partition, mapping, sizes
         self._observer = Observer(mapping, sizes, blobs, partition)
         self.tracks = LocalTracks(filtering, mapping, sizes)
-        self._grouping, self._groups = groups, Groups(groups)
+        self._grouping, self.groups = groups, Groups(groups)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
         self._presence = Presence(presence, usual, sizes, mapping)
         self._last_ns: int | None = None
@@ -99,7 +99,7 @@ class LocalTracker:
     def restart(self) -> None:
         """Forget all tracks; ids go on."""
         self.tracks.clear()
-        self._groups.restart()
+        self.groups.restart()
         self._presence.restart()
         self._last_ns = None
 
@@ -182,7 +182,7 @@ class LocalTracker:
         believed = tracks.confirmed
         share = self._grouping.contact_share
         part = contacts(blob_of[believed], box[believed], blobs.box, picture, share)
-        for change in self._groups.step(tracks.local_id[believed], part, stamp_ns):
+        for change in self.groups.step(tracks.local_id[believed], part, stamp_ns):
             code = EventCode.MERGE if change.merged else EventCode.SPLIT
             row = int(np.searchsorted(tracks.local_id, change.part[0]))
             log.add(code, tracks, row, np.array([*change.part[1:], *change.rest]))

@@ -26,6 +26,9 @@ class CameraTracker(Protocol):
     def predicted_boxes(self) -> NDArray[np.float64]:
         """Return the (n, 4) boxes, px, where the camera's own tracks are, for an overlay."""
 
+    def groups(self) -> list[tuple[int, ...]]:
+        """Return the local ids of each group, for an overlay."""
+
 
 Opener = Callable[[CameraConfig, GroundMapping, Image | None, Image | None], CameraTracker]
 TRACKERS: dict[str, Opener] = {

@@ -15,14 +15,15 @@ from mctrack_ros.codec import (
     rows_from_cloud,
     stamp_ns_of,
 )
-from mctrack_ros.interfaces import Detections, Feedback, Rows
+from mctrack_ros.interfaces import Feedback, Rows
 from mctrack_ros.perception import (
     CameraShift,
     FeedbackBuffer,
     ShiftState,
     feedback_missed,
 )
-from mctrack_ros.perception.overlay import draw_overlay
+from mctrack_ros.perception.output import CameraOutput
+from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.ros import quality
 from mctrack_ros.ros.diagnostics import Diagnostics, Health, PoseHealth, StreamHealth
 from mctrack_ros.ros.lifecycle import GraphNode
@@ -46,7 +47,7 @@ class CameraNode(GraphNode):
     def open(self) -> None:
         """Build the pipeline and the publishers."""
         settings, camera = self.config.settings, self.config.camera
-        self.pipeline = settings.open()
+        self.pipeline, self.overlay = settings.open(), Overlay()
         self.note_calibration()
         self.forget_feedback()
         self.last_stamp_ns = -1
@@ -113,7 +114,7 @@ class CameraNode(GraphNode):
             self.send(self.events, output.events)
         self.send(self.detections, output.detections)
         self.note_shift(output.shift)
-        self.show(image, output.detections)
+        self.show(image, output)
 
     def note_shift(self, shift: CameraShift) -> None:
         """Keep what the watchdog says; log when the camera moves or is back."""
@@ -127,14 +128,14 @@ class CameraNode(GraphNode):
         elif before is ShiftState.MOVED:
             self.get_logger().info('the camera is back where it was')
 
-    def show(self, image: Any, detections: Detections) -> None:
+    def show(self, image: Any, output: CameraOutput) -> None:
         """Publish the picture with what is seen in it, while somebody looks."""
-        if self.debug_image.get_subscription_count():
-            drawn = draw_overlay(image, detections, self.pipeline.predicted_boxes())
-            frame = f'{self.config.camera}_optical_frame'
-            self.debug_image.publish(
-                image_message(drawn, RCLPY_CLASSES, detections.stamp_ns, frame)
-            )
+        if not self.debug_image.get_subscription_count():
+            return
+        groups, predicted = self.pipeline.groups(), self.pipeline.predicted_boxes()
+        drawn = self.overlay.draw(image, output.detections, output.events, groups, predicted)
+        frame, stamp_ns = f'{self.config.camera}_optical_frame', output.detections.stamp_ns
+        self.debug_image.publish(image_message(drawn, RCLPY_CLASSES, stamp_ns, frame))
 
     def check_stamp(self, stamp_ns: int) -> None:
         """Refuse a picture that is no newer than the last; a long step back is a new run."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import colorsys
 import math
 from dataclasses import dataclass
 from typing import ClassVar
@@ -18,10 +17,10 @@ from visualization_msgs.msg import Marker, MarkerArray
 from mctrack_ros.codec import cloud_from_rows, header
 from mctrack_ros.interfaces import Column, Rows, Tracks, TrackStatus
 from mctrack_ros.ros.messages import RCLPY_CLASSES
+from mctrack_ros.tracking.colours import track_colour
 
 _LIFETIME = Duration(seconds=1)
 _WIDTH_M, _HEIGHT_M = 0.5, 1.8
-_GOLDEN = 0.618033988749895
 _POINTS_A_DISC = 12
 _DISC_M = 0.3
 
@@ -78,7 +77,7 @@ def _marker(tracks: Tracks, frame_id: str, row: int, name: str, kind: int) -> Ma
     height = height if math.isfinite(height) else _HEIGHT_M
     seen = int(tracks.status[row]) in (TrackStatus.CONFIRMED, TrackStatus.GROUPED)
     track_id = int(tracks.track_id[row])
-    red, green, blue = colorsys.hsv_to_rgb(track_id * _GOLDEN % 1.0, 0.8, 1.0)
+    red, green, blue = (part / 255 for part in track_colour(track_id))
     is_name = kind == Marker.TEXT_VIEW_FACING
     return Marker(
         header=header(RCLPY_CLASSES, tracks.stamp_ns, frame_id),

@@ -9,9 +9,10 @@ from mctrack_ros.evaluation import ground_timeline
 from mctrack_ros.experiments.demo import DemoOptions, evaluate_demo
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.report import drops_of, load_session, write_birdseye
-from mctrack_ros.experiments.report.pictures import camera_pictures, with_detections
+from mctrack_ros.experiments.report.pictures import camera_pictures
+from mctrack_ros.experiments.report.strips import encounter_strips, encounters
 from mctrack_ros.ground import ProjectiveMapping
-from mctrack_ros.interfaces import Detections, Tracks
+from mctrack_ros.interfaces import EventCode, Events, Tracks
 from mctrack_ros.recording import BagError, BagWriter, read_mot_text
 
 VOID = {'meta', 'input', 'img', 'br', 'link', 'hr'}
@@ -163,13 +164,26 @@ def test_pictures_show_the_boxes(match):
     assert pictures[0].caption == '2 detections, 1 with a global id'
 
 
-def test_boxes_are_drawn_on_a_copy():
-    image = np.zeros((120, 160, 3), np.uint8)
-    detections = Detections.build(0, box=[[20, 30, 50, 60]], track_id=[3])
-    drawn = with_detections(image, detections)
-    assert image.max() == 0
-    assert drawn[30:91, 20].max(axis=1).min() > 100
-    assert drawn[45:75, 40].max() == 0
+def test_an_encounter_is_a_merge_of_two_and_their_next_split():
+    told = [
+        (1, EventCode.MERGE, 4, [7]),
+        (2, EventCode.MERGE, 4, [8, 9]),
+        (3, EventCode.SPLIT, 4, [9]),
+        (4, EventCode.SPLIT, 7, [4]),
+        (5, EventCode.SPLIT, 7, [4]),
+    ]
+    events = [
+        Events.build(
+            stamp, event=[code], local_id=[local], others=[others + [0] * (16 - len(others))]
+        )
+        for stamp, code, local, others in told
+    ]
+    found = list(encounters('cam1', events))
+    assert [(one.pair, one.merged_ns, one.split_ns) for one in found] == [((4, 7), 1, 4)]
+
+
+def test_a_match_without_encounters_has_no_strips(match):
+    assert encounter_strips(load_session(match.source, match.recorded)) == []
 
 
 def test_recording_of_another_match_is_refused(match, tmp_path):

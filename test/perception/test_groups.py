@@ -87,3 +87,11 @@ def test_merges_and_splits_add_up_to_the_groups(pictures):
             assert not set(change.part) & set(change.rest)
             count += -1 if change.merged else 1
         assert count == len(np.unique(film.groups._group))
+
+
+def test_members_of_groups_are_named():
+    groups = Groups(GroupConfig())
+    groups.step(np.array([1, 2, 5, 8]), np.array([0, 0, 1, 0]), 1)
+    assert groups.members() == [(1, 2, 8)]
+    groups.restart()
+    assert groups.members() == []

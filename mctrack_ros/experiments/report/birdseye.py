@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.experiments.report.ground_plan import pitch_lines, track_colour
+from mctrack_ros.experiments.report.ground_plan import pitch_lines
 from mctrack_ros.experiments.report.session import Session
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.simulation import LENGTH_M, WIDTH_M
+from mctrack_ros.tracking.colours import track_colour
 
 Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import colorsys
-
 import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.simulation import LENGTH_M, WIDTH_M
+from mctrack_ros.tracking.colours import track_colour
 
 Floats = NDArray[np.float64]
 
@@ -32,14 +31,6 @@ def pitch_lines() -> list[Floats]:
         *half,
         *mirrored,
     ]
-
-
-def track_colour(track_id: int) -> tuple[int, int, int]:
-    """Return red, green and blue of a track, 0 to 255; ids close by differ much in hue."""
-    hue = track_id * 0.6180339887 % 1.0
-    value = 0.95 - 0.2 * (track_id // 5 % 2)
-    red, green, blue = colorsys.hsv_to_rgb(hue, 0.72, value)
-    return round(255 * red), round(255 * green), round(255 * blue)
 
 
 def hex_colour(track_id: int) -> str:

@@ -18,6 +18,7 @@ from mctrack_ros.experiments.report.dropped import COUNTS, Drops, drops_of
 from mctrack_ros.experiments.report.pictures import camera_pictures
 from mctrack_ros.experiments.report.replay_data import replay_data
 from mctrack_ros.experiments.report.session import Session
+from mctrack_ros.experiments.report.strips import encounter_strips
 from mctrack_ros.experiments.targets import TARGETS, Target
 
 
@@ -72,6 +73,7 @@ def write_report(
         replay=_json(replay_data(truth, tracks, line, period_s)),
         pictures=camera_pictures(session, middle + session.period_ns // 2),
         picture_time=f'{session.seconds(middle):.1f}',
+        strips=encounter_strips(session),
         dropped=_dropped_table(session, drops),
         switches=len(line.switch_frame),
         site=json.dumps(session.site, indent=2, sort_keys=True),

@@ -131,6 +131,12 @@ class SilhouettePipeline:
         """Return the (n, 4) boxes, px, of the objects, for an overlay."""
         return self._tracker.objects.box.copy()
 
+    def groups(self) -> list[tuple[int, ...]]:
+        """Return the local ids of each group, for an overlay."""
+        objects = self._tracker.objects
+        numbers = np.unique(objects.group[objects.group > 0]).tolist()
+        return [tuple(objects.local_id[objects.group == one].tolist()) for one in numbers]
+
     def _grey(self, image: Image) -> Image:
         """Return a picture as the background sees it."""
         return self._background.smoothed(np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)))
