@@ -6,12 +6,17 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import BYTES_2D, BYTES_3D, INTS_2D, compiled, inner
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.blobs import likeness
 
 Image = NDArray[np.uint8]
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 MARGIN = 3
 KERNEL = np.ones((3, 3), np.uint8)
 
@@ -98,9 +103,10 @@ class GhostWatch:
         if stamp_ns < self._next_ns:
             return healed
         self._next_ns = stamp_ns + round(self._config.period_s * 1e9)
-        cells = np.rint(box).astype(int)
-        suspicious = np.array(
-            [self._is_suspicious(model, image, mask, row) for row in cells], bool
+        cells = np.rint(box).astype(np.int64)
+        edges = outline_edges(image, model, mask, cells)
+        suspicious = (edges[:, 1] > self._config.edge_ratio * edges[:, 0]) & (
+            edges[:, 1] - edges[:, 0] > self._config.edge_difference
         )
         since = self._suspected_since(box, stamp_ns)
         healed = suspicious & (stamp_ns - since >= self._patience_ns(stamp_ns))
@@ -126,17 +132,6 @@ class GhostWatch:
         since: NDArray[np.int64] = np.where(same, self._since_ns[None], stamp_ns).min(axis=1)
         return since
 
-    def _is_suspicious(
-        self, model: Image, image: Image, mask: Image, box: NDArray[np.integer]
-    ) -> bool:
-        part = _around(box)
-        outline = cv2.morphologyEx(mask[part], cv2.MORPH_GRADIENT, KERNEL)
-        in_image, in_model = (_edges(picture[part], outline) for picture in (image, model))
-        return bool(
-            in_model > self._config.edge_ratio * in_image
-            and in_model - in_image > self._config.edge_difference
-        )
-
 
 def _around(box: NDArray[np.integer]) -> tuple[slice, slice]:
     left, top, width, height = box.tolist()
@@ -146,7 +141,101 @@ def _around(box: NDArray[np.integer]) -> tuple[slice, slice]:
     )
 
 
-def _edges(picture: Image, outline: cv2.typing.MatLike) -> float:
-    """Return the mean gradient, grey levels, along an outline."""
-    gradient = cv2.morphologyEx(picture, cv2.MORPH_GRADIENT, KERNEL)
-    return float(sum(cv2.mean(gradient, outline)[:3]) / 3)
+@inner
+def _extremes(pictures: tuple[Image, Image], y: int, part: Ints, low: Image, high: Image) -> None:
+    """Write, for both pictures, the (2, w, 3) least and greatest of three rows about one."""
+    above, below = max(y - 1, part[1]), min(y + 1, part[3] - 1)
+    for which in range(2):
+        one = pictures[which][above, part[0] : part[2]].reshape(-1)
+        two = pictures[which][y, part[0] : part[2]].reshape(-1)
+        three = pictures[which][below, part[0] : part[2]].reshape(-1)
+        least, most = low[which].reshape(-1), high[which].reshape(-1)
+        for index in range(len(one)):
+            least[index] = min(one[index], two[index], three[index])
+            most[index] = max(one[index], two[index], three[index])
+
+
+@inner
+def _gradient(low: Image, high: Image, x: int, width: int) -> int:
+    """Return the sum of the channels' ranges about a column, from a picture's extremes."""
+    total = 0
+    for channel in range(3):
+        least, most = np.uint8(255), np.uint8(0)
+        for column in range(max(x - 1, 0), min(x + 2, width)):
+            least = min(least, low[column, channel])
+            most = max(most, high[column, channel])
+        total += int(most) - int(least)
+    return total
+
+
+@inner
+def _outline(mask: Image, y: int, part: Ints, filled: Image, marked: Bools) -> None:
+    """Write for a row of a part at which of its pixels the mask varies over 3 x 3."""
+    left, top, right, bottom = part
+    above, below = mask[max(y - 1, top), left:right], mask[min(y + 1, bottom - 1), left:right]
+    middle = mask[y, left:right]
+    for x in range(len(middle)):
+        filled[x + 1] = (above[x] > 0) + (middle[x] > 0) + (below[x] > 0)
+    filled[0], filled[len(middle) + 1] = filled[1], filled[len(middle)]
+    for x in range(len(middle)):
+        total = filled[x] + filled[x + 1] + filled[x + 2]
+        marked[x] = 0 < total < 9
+
+
+@inner
+def _edges(
+    pictures: tuple[Image, Image], mask: Image, part: Ints, low: Image, high: Image
+) -> tuple[float, float]:
+    """Return the mean gradients of both pictures along the outline in a part."""
+    width, totals, count = part[2] - part[0], np.zeros(2, np.int64), 0
+    filled, marked = np.zeros(width + 2, np.uint8), np.zeros(width, np.bool_)
+    for y in range(part[1], part[3]):
+        _outline(mask, y, part, filled, marked)
+        if not marked.any():
+            continue
+        _extremes(pictures, y, part, low, high)
+        for x in range(width):
+            if marked[x]:
+                count += 1
+                for which in range(2):
+                    totals[which] += _gradient(low[which], high[which], x, width)
+    return totals[0] / max(3 * count, 1), totals[1] / max(3 * count, 1)
+
+
+@compiled(types.f8[:, ::1](BYTES_3D, BYTES_3D, BYTES_2D, INTS_2D))
+def outline_edges(image: Image, model: Image, mask: Image, box: Ints) -> Floats:
+    """
+    Measure the edges along the outline of the foreground in boxes.
+
+    Parameters
+    ----------
+    image, model : (h, w, 3) uint8 array
+        Picture and background.
+    mask : (h, w) uint8 array
+        Foreground.
+    box : (n, 4) int64 array
+        Left, top, width, height, px.
+
+    Returns
+    -------
+    (n, 2) float64 array
+        Mean gradient, grey levels, of the picture and of the background; 0 without an outline.
+
+    """
+    height, width = mask.shape
+    edges, part = np.zeros((len(box), 2)), np.empty(4, np.int64)
+    low, high = np.empty((2, width, 3), np.uint8), np.empty((2, width, 3), np.uint8)
+    for index in range(len(box)):
+        left, top, across, down = box[index]
+        part[0], part[1] = max(left - MARGIN, 0), max(top - MARGIN, 0)
+        part[2] = min(left + across + MARGIN, width)
+        part[3] = min(top + down + MARGIN, height)
+        same = -1
+        for other in range(index):
+            if (box[other] == box[index]).all():
+                same = other
+        if same >= 0:
+            edges[index] = edges[same]
+        elif part[0] < part[2] and part[1] < part[3]:
+            edges[index] = _edges((image, model), mask, part, low, high)
+    return edges
