@@ -91,6 +91,26 @@ def without_swollen(match: Mask, pedestrian: Mask, vehicle_like: Mask) -> Mask:
     return match & ~(pedestrian[:, None] & vehicle_like[None])
 
 
+def without_shrunk(match: Mask, vehicle: Mask, person_like: Mask) -> Mask:
+    """
+    Take from vehicles silhouettes that are no larger than a pedestrian's.
+
+    Whoever comes into the picture where a car has just left it would become that car. Beyond the
+    paper.
+
+    Parameters
+    ----------
+    match : (n, m) bool array
+        The match matrix.
+    vehicle : (n,) bool array
+        Objects that were seen whole and alone, and are vehicles.
+    person_like : (m,) bool array
+        Silhouettes as small as pedestrians, wholly in the picture.
+
+    """
+    return match & ~(vehicle[:, None] & person_like[None])
+
+
 def settled(objects: Shapes, silhouettes: Shapes, match: Mask, weights: Floats) -> Mask:
     """
     Leave every silhouette to the best of the objects that still share it.

@@ -26,12 +26,20 @@ class MatchConfig:
     distance: str = parameter(
         'centroids', 'between what that is; as printed: centroids', choices=('centroids', 'boxes')
     )
+    pedestrian_m: float = parameter(
+        1.2, 'the same for known pedestrians; 0: no other, as printed [m]', minimum=0.0
+    )
+    pedestrian_mps: float = parameter(
+        2.0, 'by how much that grows with the time since they were seen [m/s]', minimum=0.0
+    )
     only_valid: bool = parameter(
         True, 'only silhouettes within the radius compete; false: as printed, all do'
     )
 
 
-def valid_matches(objects: Shapes, silhouettes: Shapes, config: MatchConfig) -> Mask:
+def valid_matches(
+    objects: Shapes, silhouettes: Shapes, config: MatchConfig, reach: Floats | None = None
+) -> Mask:
     """
     Tell which silhouettes lie within an object's search radius.
 
@@ -41,6 +49,8 @@ def valid_matches(objects: Shapes, silhouettes: Shapes, config: MatchConfig) -> 
         Of n objects and m silhouettes.
     config : MatchConfig
         Parameters.
+    reach : (n,) array, optional
+        Each object's radius, px; unless given, that of the parameters.
 
     Returns
     -------
@@ -48,11 +58,12 @@ def valid_matches(objects: Shapes, silhouettes: Shapes, config: MatchConfig) -> 
         The valid-match matrix V.
 
     """
+    radius = config.radius_px if reach is None else reach[:, None]
     if config.distance == 'boxes':
         apart = gaps(objects.box, silhouettes.box)
     else:
         apart = objects.centroid[:, None] - silhouettes.centroid[None]
-    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]) <= config.radius_px)
+    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]) <= radius)
 
 
 def naive_matches(

@@ -45,7 +45,7 @@ class ObjectConfig:
         minimum=0.0,
     )
     hold_s: float = parameter(
-        2.5, 'time that an established object stays without a match; 0: as printed [s]',
+        4.0, 'time that an established object stays without a match; 0: as printed [s]',
         minimum=0.0,
     )  # fmt: skip
     body_s: float = parameter(

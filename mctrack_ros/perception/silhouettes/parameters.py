@@ -50,7 +50,7 @@ def as_printed() -> SilhouetteConfig:
         tracker=SilhouetteTrackerConfig(
             gathering=GatheringConfig(person_height_m=0.0),
             comparison=ComparisonConfig(place_weight=0.0),
-            match=MatchConfig(distance='centroids', only_valid=False),
+            match=MatchConfig(distance='centroids', only_valid=False, pedestrian_m=0.0),
             division=DivisionConfig(line='regression', body_height_m=0.0),
             objects=ObjectConfig(
                 establish_s=0.2, move_px=0.0, hold_s=0.0, body_s=0.0, memory_s=0.0, motion_s=0.0
@@ -59,6 +59,7 @@ def as_printed() -> SilhouetteConfig:
         rest=RestConfig(
             rest_s=4.0,
             rest_px=3.0,
+            still_share=0.0,
             pedestrian_rest_s=4.0,
             travel_px=0.0,
             hole_px=20.0,

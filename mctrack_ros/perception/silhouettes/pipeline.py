@@ -124,7 +124,7 @@ class SilhouettePipeline:
             return CameraOutput.empty(stamp_ns, shift)
         if self._mask is not None:
             mask = cv2.bitwise_and(mask, self._mask)  # type: ignore[assignment]
-        self._rest.uncover(self._background, grey, mask, stamp_ns)
+        self._rest.watch(self._background, grey, mask, stamp_ns)
         return self._track(image, grey, mask, stamp_ns, seconds, feedback, shift)
 
     def predicted_boxes(self) -> Floats:
@@ -169,7 +169,9 @@ class SilhouettePipeline:
         template = colour_templates(image, mask, objects.box.astype(np.int64))
         report = self._config.report
         detections = detections_of(objects, template, truncated, stamp_ns, report)
-        resting = self._rest.insert_resting(objects, self._background, grey, mask, stamp_ns)
+        resting = self._rest.insert_resting(
+            objects, self._background, grey, mask, silhouettes.labels, stamp_ns
+        )
         objects.keep(~resting)
         return CameraOutput(detections, log.rows(), shift)
 

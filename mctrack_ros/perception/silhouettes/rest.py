@@ -1,10 +1,15 @@
-"""What comes to rest becomes background, until it leaves (silhouettes paper, section 5)."""
+"""
+What comes to rest becomes background, until it leaves (silhouettes paper, section 5).
+
+As printed, an object rests whose centroid does, and its rectangle is copied. But a driver who
+gets out moves the centroid, and leaves a copy of himself in the background. So rest is told by
+pixels: those of an object that have looked the same for 4 s are taken, and no others.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,9 +17,13 @@ from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.silhouettes.background import LowPassBackground
 from mctrack_ros.perception.silhouettes.features import Floats
+from mctrack_ros.perception.silhouettes.inserted import Inserted, uncovered, window_of
 from mctrack_ros.perception.silhouettes.objects import ObjectList
+from mctrack_ros.perception.silhouettes.still import StillPixels
 
 Grey = NDArray[np.uint8]
+LOOK_S = 0.2
+ROOM = 0.15  # about what is inserted, in its widths and heights
 
 
 @dataclass(frozen=True)
@@ -40,6 +49,13 @@ class RestConfig:
     recent_s: float = parameter(
         3600.0, 'time that inserted objects are remembered [s]', minimum=0.0
     )
+    still_share: float = parameter(
+        0.5,
+        'share of the foreground in an object that has not changed for that time, from which the '
+        'object rests; 0: rest is told by the centroid, as printed',
+        minimum=0.0,
+        maximum=1.0,
+    )
     hole_s: float = parameter(
         0.5, 'time at rest after which the hole of an inserted object is patched [s]', minimum=0.0
     )
@@ -56,39 +72,6 @@ class RestConfig:
         minimum=0.0,
         maximum=1.0,
     )
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Inserted:
-    """
-    An entry of the list of recently inserted objects.
-
-    Attributes
-    ----------
-    local_id : int
-        What it was called.
-    box : (4,) int array
-        Its rectangle, px.
-    centroid : (2,) float array
-        Its centroid, px.
-    before : (h, w) uint8 array
-        The background that it hides.
-    mask : (h, w) uint8 array
-        255 where it was foreground.
-    light : float
-        The background's brightness at that time.
-    stamp_ns : int
-        When it was inserted.
-
-    """
-
-    local_id: int
-    box: NDArray[np.int64]
-    centroid: Floats
-    before: Grey
-    mask: Grey
-    light: float
-    stamp_ns: int
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -117,53 +100,38 @@ class RestWatch:
 
     def __init__(self, config: RestConfig) -> None:
         self._config = config
+        self._still = StillPixels(LOOK_S)
         self.restart()
 
     def restart(self) -> None:
         """Forget everything."""
         self.inserted: list[Inserted] = []
         self._rests: dict[int, _Rest] = {}
+        self._still.restart()
+        self._looked = False
 
-    def uncover(
-        self, background: LowPassBackground, grey: Grey, mask: Grey, stamp_ns: int
-    ) -> None:
+    def watch(self, background: LowPassBackground, grey: Grey, mask: Grey, stamp_ns: int) -> None:
         """
-        Take objects that drive off out of the background again; beyond the paper.
-
-        Where the picture shows again what an inserted object had hidden, the object is leaving:
-        at once there is neither a hole nor a vehicle that is half background.
+        Look at a picture: what in it is still, and who drives off.
 
         Parameters
         ----------
         background : LowPassBackground
-            Is changed.
+            Is changed where inserted objects leave.
         grey : (h, w) uint8 array
             The smoothed picture.
         mask : (h, w) uint8 array
-            Foreground; is changed.
+            Foreground; is changed there, too.
         stamp_ns : int
             Time of the picture, ns.
 
         """
+        self._looked = self._still.watch(grey, mask, stamp_ns, background.threshold)
         recent_ns = round(self._config.recent_s * 1e9)
-        self.inserted = [one for one in self.inserted if stamp_ns - one.stamp_ns <= recent_ns]
-        if self._config.uncovered_share == 0.0:
-            return
-        for entry in list(self.inserted):
-            left, top, width, height = entry.box.tolist()
-            window = np.s_[top : top + height, left : left + width]
-            seen = cv2.bitwise_and(mask[window], entry.mask)
-            changed = cv2.countNonZero(seen)
-            if changed < self._config.uncovered_share * cv2.countNonZero(entry.mask):
-                continue
-            gain = background.light / entry.light
-            before = np.asarray(cv2.convertScaleAbs(entry.before, alpha=gain), np.uint8)
-            differs = cv2.absdiff(grey[window], before) > background.threshold
-            back = (seen > 0) & ~differs
-            if back.sum() >= self._config.uncovered_share * cv2.countNonZero(entry.mask):
-                background.restore(before, entry.box, entry.mask)
-                mask[window][entry.mask > 0] = 255 * differs[entry.mask > 0]
-                self.inserted.remove(entry)
+        kept = [one for one in self.inserted if stamp_ns - one.stamp_ns <= recent_ns]
+        if share := self._config.uncovered_share:
+            kept = [one for one in kept if not uncovered(one, background, grey, mask, share)]
+        self.inserted = kept
 
     def insert_resting(
         self,
@@ -171,6 +139,7 @@ class RestWatch:
         background: LowPassBackground,
         grey: Grey,
         mask: Grey,
+        labels: NDArray[np.uint16],
         stamp_ns: int,
     ) -> NDArray[np.bool_]:
         """
@@ -186,6 +155,8 @@ class RestWatch:
             The smoothed picture.
         mask : (h, w) uint8 array
             Its foreground.
+        labels : (h, w) uint16 array
+            Not zero in silhouettes.
         stamp_ns : int
             Its time, ns.
 
@@ -195,34 +166,79 @@ class RestWatch:
             Objects that are background now.
 
         """
+        if self._config.still_share > 0.0:
+            return self._insert_still(objects, background, grey, labels, stamp_ns)
         gone = np.zeros(len(objects), np.bool_)
         seconds = self._seconds_at_rest(objects, stamp_ns)
         for row in np.flatnonzero(objects.matched & (objects.group == 0)).tolist():
             hole = self._hole_at(objects.shapes.centroid[row])
-            came = objects.travelled_px[row] >= self._config.travel_px
-            person = came and objects.class_id[row] == ClassCode.PERSON
-            patience = self._config.pedestrian_rest_s if person else self._config.rest_s
             if hole is not None and seconds[row] >= self._config.hole_s:
                 self.inserted.remove(hole)
-            elif seconds[row] < patience:
+            elif seconds[row] < self._patience(objects, row):
                 continue
             gone[row] = True
             box = objects.box[row].astype(np.int64)
             before = background.insert(grey, box, self._spared(objects, row, box, mask))
             if hole is None:
-                left, top, width, height = box.tolist()
-                shown = mask[top : top + height, left : left + width].copy()
-                place, name = objects.shapes.centroid[row].copy(), int(objects.local_id[row])
-                light = background.light
-                self.inserted.append(Inserted(name, box, place, before, shown, light, stamp_ns))
+                shown = mask[window_of(box)].copy()
+                self._remember(objects, row, box, before, shown, background.light, stamp_ns)
         return gone
 
+    def _insert_still(
+        self,
+        objects: ObjectList,
+        background: LowPassBackground,
+        grey: Grey,
+        labels: NDArray[np.uint16],
+        stamp_ns: int,
+    ) -> NDArray[np.bool_]:
+        """Insert what has looked the same for long, pixel by pixel; beyond the paper."""
+        gone = np.zeros(len(objects), np.bool_)
+        if not self._looked:
+            return gone
+        for row in np.flatnonzero(objects.matched).tolist():
+            patience = self._patience(objects, row)
+            own = labels[window_of(objects.box[row])] > 0
+            same = self._still.still_for(grey, window_of(objects.box[row]), patience)
+            if np.count_nonzero(own & same) < self._config.still_share * np.count_nonzero(own):
+                continue
+            gone[row] = True
+            box = _widened(objects.box[row], labels.shape)
+            taken = self._still.seconds[window_of(box)] >= patience / 2
+            taken &= ~self._spared(objects, row, box, labels)
+            before = background.insert(self._still.picture, box, ~taken)
+            self._still.seconds[window_of(box)][taken] = 0.0
+            if objects.class_id[row] == ClassCode.VEHICLE:
+                shown = np.where(taken, 255, 0).astype(np.uint8)
+                self._remember(objects, row, box, before, shown, background.light, stamp_ns)
+        self._still.teach(background, grey, self._config.pedestrian_rest_s)
+        return gone
+
+    def _remember(
+        self,
+        objects: ObjectList,
+        row: int,
+        box: NDArray[np.int64],
+        before: Grey,
+        shown: Grey,
+        light: float,
+        stamp_ns: int,
+    ) -> None:
+        """Add an object to the list of recently inserted ones."""
+        place, name = objects.shapes.centroid[row].copy(), int(objects.local_id[row])
+        self.inserted.append(Inserted(name, box, place, before, shown, light, stamp_ns))
+
+    def _patience(self, objects: ObjectList, row: int) -> float:
+        """Return how long, s, an object must rest."""
+        came = objects.travelled_px[row] >= self._config.travel_px
+        person = came and objects.class_id[row] == ClassCode.PERSON
+        return self._config.pedestrian_rest_s if person else self._config.rest_s
+
     def _spared(
-        self, objects: ObjectList, row: int, box: NDArray[np.int64], mask: Grey
+        self, objects: ObjectList, row: int, box: NDArray[np.int64], mask: NDArray[np.integer]
     ) -> NDArray[np.bool_]:
         """Return where, in a box, the foreground belongs to others."""
-        left, top, width, height = box.tolist()
-        spared = np.zeros((height, width), np.bool_)
+        spared = np.zeros((box[3], box[2]), np.bool_)
         if self._config.spare_others:
             for other in np.flatnonzero(objects.matched & (np.arange(len(objects)) != row)):
                 low = np.clip(objects.box[other, :2] - box[:2], 0, None).astype(int)
@@ -230,7 +246,7 @@ class RestWatch:
                     objects.box[other, :2] + objects.box[other, 2:] - box[:2], 0, None
                 ).astype(int)
                 spared[low[1] : high[1], low[0] : high[0]] = True
-            spared &= mask[top : top + height, left : left + width] > 0
+            spared &= mask[window_of(box)] > 0
         return spared
 
     def _seconds_at_rest(self, objects: ObjectList, stamp_ns: int) -> Floats:
@@ -252,3 +268,11 @@ class RestWatch:
         ]
         distance, index = min(near, default=(np.inf, -1))
         return self.inserted[index] if distance <= self._config.hole_px else None
+
+
+def _widened(box: Floats, size: tuple[int, ...]) -> NDArray[np.int64]:
+    """Return a box with some room about it, in whole pixels, within a (height, width) picture."""
+    room = np.round(ROOM * box[2:]).astype(np.int64)
+    low = np.maximum(box[:2].astype(np.int64) - room, 0)
+    high = np.minimum((box[:2] + box[2:]).astype(np.int64) + room, size[::-1])
+    return np.concatenate([low, high - low])

@@ -14,11 +14,13 @@ from mctrack_ros.perception.silhouettes.duplicates import (
     secure_silhouettes,
     settled,
     without_parts,
+    without_shrunk,
     without_swollen,
     without_transient_duplicates,
 )
 from mctrack_ros.perception.silhouettes.features import (
     ComparisonConfig,
+    Floats,
     Ints,
     Mask,
     Shapes,
@@ -126,7 +128,7 @@ class SilhouetteTracker:
             objects.established & (objects.alone_s >= self._config.gathering.known_s)
         )
         silhouettes = gathered(silhouettes, known, self._sizes, self._config.gathering)
-        found = self._assign(silhouettes)
+        found = self._assign(silhouettes, stamp_ns)
         lost = objects.update(found.shapes, found.match, stamp_ns, seconds)
         lost |= ~objects.matched & at_edge(objects.box, size, self._config.objects.edge_px)
         component = _shared(found, objects.established)
@@ -146,11 +148,12 @@ class SilhouetteTracker:
         for row in np.flatnonzero(lost & left & self.objects.announced).tolist():
             log.add(EventCode.EXIT, self.objects, row)
 
-    def _assign(self, silhouettes: Silhouettes) -> Assignment:
+    def _assign(self, silhouettes: Silhouettes, stamp_ns: int) -> Assignment:
         """Run steps 1 to 7."""
         weights, shapes = self._weights, silhouettes.shapes
         objects, established = self.objects.shapes, self.objects.established
-        valid = valid_matches(objects, shapes, self._config.match)
+        reach = self._reach(stamp_ns)
+        valid = valid_matches(objects, shapes, self._config.match, reach)
         match = naive_matches(objects, shapes, valid, self._config.match, weights)
         match = without_transient_duplicates(match, established)
         match = resolve_merges(objects, shapes, match, valid, established, weights)
@@ -158,26 +161,58 @@ class SilhouetteTracker:
         match = without_parts(
             match, established, objects.area, self.objects.alone_s, self._config.objects.body_s
         )
+        if self._config.objects.body_s > 0.0:
+            match = self._uncovered(match, shapes)
         division = self._config.division
         divisible = may_be_several(shapes, self._sizes, division)
         shapes, match, origin = partition_merged(
             objects, silhouettes, shapes, divisible, match, established, division, weights
         )
         if self._config.objects.body_s > 0.0:
-            extent = shapes.box[:, 2:] / self._sizes.per_metre(self._sizes.foot_of(shapes.box))
-            known = self.objects.alone_s >= self._config.objects.body_s
-            pedestrian = known & (self.objects.class_id == ClassCode.PERSON)
-            vehicle_like = looks_like_vehicle(extent, self._config.classes)
-            match = without_swollen(match, pedestrian, vehicle_like)
+            match = self._of_one_class(match, shapes, silhouettes.labels.shape)
         match = settled(objects, shapes, match, weights)
         for joiners in (established, ~established):
-            valid = valid_matches(objects, shapes, self._config.match)
+            valid = valid_matches(objects, shapes, self._config.match, reach)
             fragments = ~secure_silhouettes(match, established)
             shapes, match, kept = join_fragments(
                 objects, shapes, match, valid, joiners, fragments, weights
             )
             origin = origin[kept]
         return Assignment(shapes, match, origin)
+
+    def _known(self, kind: ClassCode) -> Mask:
+        """Tell which objects, (n,), were seen whole and alone and are of a class."""
+        known = self.objects.alone_s >= self._config.objects.body_s
+        return np.asarray(known & (self.objects.class_id == kind))
+
+    def _vehicle_like(self, shapes: Shapes) -> Mask:
+        extent = shapes.box[:, 2:] / self._sizes.per_metre(self._sizes.foot_of(shapes.box))
+        return looks_like_vehicle(extent, self._config.classes)
+
+    def _uncovered(self, match: Mask, shapes: Shapes) -> Mask:
+        """Leave silhouettes that vehicles want to them: pedestrians are hidden there."""
+        vehicle = self.objects.established & (self.objects.class_id == ClassCode.VEHICLE)
+        wanted = match[vehicle].any(axis=0) & self._vehicle_like(shapes)
+        return without_swollen(match, self._known(ClassCode.PERSON), wanted)
+
+    def _of_one_class(self, match: Mask, shapes: Shapes, size: tuple[int, ...]) -> Mask:
+        """Let no pedestrian become a vehicle, nor a vehicle a pedestrian."""
+        match = without_swollen(match, self._known(ClassCode.PERSON), self._vehicle_like(shapes))
+        small = ~may_be_several(shapes, self._sizes, self._config.division)
+        small &= ~at_edge(shapes.box, size, 1.0)
+        return without_shrunk(match, self._known(ClassCode.VEHICLE), small)
+
+    def _reach(self, stamp_ns: int) -> Floats:
+        """Return how far, (n,) px, from where they are expected objects are looked for."""
+        objects, config = self.objects, self._config.match
+        reach = np.full(len(objects), config.radius_px)
+        rows = np.flatnonzero(self._known(ClassCode.PERSON))
+        if config.pedestrian_m > 0.0 and len(rows):
+            foot = self._sizes.foot_of(objects.box[rows])
+            unseen_s = (stamp_ns - objects.seen_ns[rows]) * 1e-9
+            metres = config.pedestrian_m + config.pedestrian_mps * unseen_s
+            reach[rows] = np.fmin(reach[rows], metres * self._sizes.per_metre(foot)[:, 1])
+        return reach
 
 
 def _shared(found: Assignment, rows: Mask) -> Ints:

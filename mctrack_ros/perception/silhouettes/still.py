@@ -1,0 +1,160 @@
+"""For how long each pixel of the foreground has looked the same."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BYTES_2D, compiled
+from mctrack_ros.perception.silhouettes.background import LowPassBackground
+
+Grey = NDArray[np.uint8]
+Seconds = NDArray[np.float32]
+
+FORGET = 1.0  # times as fast as it was learned is forgotten what was seen at a pixel
+
+
+class StillPixels:
+    """
+    Remembers at every pixel of the foreground what was seen there most of late, and how long.
+
+    Somebody who passes before a parked car does not undo what is known of the car: each pixel
+    holds one picture element and the time that speaks for it, which grows while it is seen and
+    shrinks while another is; at zero the other takes its place (majority vote of Boyer and Moore).
+
+    Parameters
+    ----------
+    period_s : float
+        Least time between two looks, s.
+
+    Attributes
+    ----------
+    seconds : (h, w) float32 array
+        Time that speaks for what is remembered, s.
+    picture : (h, w) uint8 array
+        What is remembered.
+
+    """
+
+    def __init__(self, period_s: float) -> None:
+        self._period_ns = round(period_s * 1e9)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything."""
+        self.seconds: Seconds = np.zeros((0, 0), np.float32)
+        self.picture: Grey = np.zeros((0, 0), np.uint8)
+        self._last_ns, self._tolerance = 0, 0.0
+
+    def watch(self, grey: Grey, mask: Grey, stamp_ns: int, tolerance: float) -> bool:
+        """
+        Look at a picture, unless the last look was a moment ago.
+
+        Parameters
+        ----------
+        grey : (h, w) uint8 array
+            The picture.
+        mask : (h, w) uint8 array
+            Not zero where foreground.
+        stamp_ns : int
+            Its time, ns.
+        tolerance : float
+            Difference up to which two values are the same, grey levels.
+
+        Returns
+        -------
+        bool
+            Whether it was looked at.
+
+        """
+        self._tolerance = tolerance
+        if self.seconds.shape != grey.shape:
+            self.seconds, self.picture = np.zeros(grey.shape, np.float32), grey.copy()
+            self._last_ns = stamp_ns
+            return True
+        if stamp_ns - self._last_ns < self._period_ns:
+            return False
+        seconds, self._last_ns = (stamp_ns - self._last_ns) * 1e-9, stamp_ns
+        _look(grey, mask, self.picture, self.seconds, seconds, tolerance)
+        return True
+
+    def still_for(
+        self, grey: Grey, window: tuple[slice, slice], least_s: float
+    ) -> NDArray[np.bool_]:
+        """
+        Tell which pixels have looked the same for long and still do.
+
+        Parameters
+        ----------
+        grey : (h, w) uint8 array
+            The picture.
+        window : pair of slices
+            Rows and columns to tell it of.
+        least_s : float
+            How long that must be, s.
+
+        """
+        old = self.seconds[window] >= least_s
+        if old.any():
+            old &= cv2.absdiff(grey[window], self.picture[window]) <= self._tolerance
+        return np.asarray(old)
+
+    def teach(self, background: LowPassBackground, grey: Grey, least_s: float) -> None:
+        """Take all such pixels into a background: lines and specks, and whoever sleeps."""
+        assert background.model is not None
+        _learn(background.model, grey, self.picture, self.seconds, least_s, self._tolerance)
+
+
+@compiled(
+    types.void(
+        BYTES_2D,
+        BYTES_2D,
+        types.Array(types.u1, 2, 'C'),
+        types.Array(types.f4, 2, 'C'),
+        types.f8,
+        types.f8,
+    )
+)
+def _look(
+    grey: Grey, mask: Grey, picture: Grey, seconds: Seconds, passed: float, tolerance: float
+) -> None:
+    """Let the time at each pixel grow or shrink."""
+    for y in range(grey.shape[0]):
+        for x in range(grey.shape[1]):
+            known = seconds[y, x]
+            if mask[y, x] == 0:
+                if known > 0.0:
+                    seconds[y, x] = max(known - FORGET * passed, 0.0)
+            elif known > 0.0 and abs(np.int64(grey[y, x]) - picture[y, x]) <= tolerance:
+                seconds[y, x] = known + passed
+            elif known > FORGET * passed:
+                seconds[y, x] = known - FORGET * passed
+            else:
+                seconds[y, x], picture[y, x] = 1e-6, grey[y, x]
+
+
+@compiled(
+    types.void(
+        types.Array(types.f4, 2, 'C'),
+        BYTES_2D,
+        BYTES_2D,
+        types.Array(types.f4, 2, 'C'),
+        types.f8,
+        types.f8,
+    )
+)
+def _learn(
+    model: NDArray[np.float32],
+    grey: Grey,
+    picture: Grey,
+    seconds: Seconds,
+    least_s: float,
+    tolerance: float,
+) -> None:
+    """Copy to a background what has looked the same for long and still does."""
+    for y in range(model.shape[0]):
+        for x in range(model.shape[1]):
+            if seconds[y, x] >= least_s and abs(np.int64(grey[y, x]) - picture[y, x]) <= tolerance:
+                model[y, x], seconds[y, x] = picture[y, x], 0.0
