@@ -1,4 +1,4 @@
-"""How many pictures a second a camera's tracker takes on one core, from decoded pictures."""
+"""How many pictures a second a camera's trackers take on one core."""
 
 from __future__ import annotations
 
@@ -10,6 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.experiments.bench_pitch import (
+    CAMERA,
+    WARM_UP,
+    PitchBench,
+    bare_contours,
+    mog2_contours,
+)
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.ground import GroundMapping, ProjectiveMapping
 from mctrack_ros.perception.silhouettes import SilhouetteConfig, SilhouettePipeline
@@ -18,6 +25,7 @@ from mctrack_ros.perception.silhouettes.components import find_silhouettes
 
 Image = NDArray[np.uint8]
 SIZE = (640, 480)
+PITCH_SIZE = '768 x 576 px at 25 Hz'
 RATE_HZ = 25.0
 WALKERS, CARS = 8, 2
 NOISE = 2.0  # grey levels
@@ -26,21 +34,22 @@ ROUNDS = 3
 
 def bench_camera(pictures_count: int = 250, seed: int = 1) -> Figures:
     """
-    Time the silhouettes tracker on a drawn car park.
+    Time the default tracker on the pitch and the silhouettes tracker on a drawn car park.
 
     Parameters
     ----------
     pictures_count : int
         Pictures in a row; they are played several times, and the fastest time counts.
     seed : int
-        Of the scene.
+        Of the scenes.
 
     """
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
+        figures = _pitch(pictures_count, seed)
         pictures = _pictures(pictures_count, seed)
-        figures = _silhouettes(pictures)
+        figures |= _silhouettes(pictures)
         figures['peer.mog2_components.fps'] = 1.0 / _seconds(_peer, pictures)
     finally:
         cv2.setNumThreads(threads)
@@ -48,6 +57,15 @@ def bench_camera(pictures_count: int = 250, seed: int = 1) -> Figures:
         'bench_camera',
         'mctrack bench camera',
         {
+            'decoded, jpeg': f'{pictures_count} pictures of {CAMERA} of pitch5 on which 25 people '
+            f'play, {PITCH_SIZE}, everything on, with feedback, after {WARM_UP} pictures more; '
+            'persons: seen in a picture; decoded is without decompression; processor time, '
+            f'best of {ROUNDS}; stages: each timed alone, tracking is the rest',
+            'crowded, crowded50': '100 and 50 people: four matches and two on one pitch at once',
+            'peer.mog2_contours': 'OpenCV MOG2 without shadows, opening, outer contours, on the '
+            'same pictures, decoded',
+            'peer.bare_contours': 'difference from a fixed picture, threshold, outer contours: '
+            'the least that can be done',
             'silhouettes': f'{pictures_count} pictures of {SIZE[0]} x {SIZE[1]} px at '
             f'{RATE_HZ:g} Hz, {WALKERS} pedestrians and {CARS} vehicles moving, everything on; '
             f'decoding is not counted; processor time, best of {ROUNDS}',
@@ -56,6 +74,32 @@ def bench_camera(pictures_count: int = 250, seed: int = 1) -> Figures:
         },
         figures,
     )
+
+
+def _pitch(pictures_count: int, seed: int) -> dict[str, float]:
+    """Return pictures of the pitch a second, what the stages cost, and how both grow."""
+    bench = PitchBench(1, pictures_count, seed)
+    whole = _best_of(bench)
+    stages = bench.stages()
+    figures = {
+        'decoded.fps': 1e3 / whole['camera_ms'],
+        'jpeg.fps': 1e3 / (whole['camera_ms'] + whole['decoding_ms']),
+        'decoded.persons': whole['persons'],
+        'decoded.decoding_ms': whole['decoding_ms'],
+        **{f'decoded.{name}': spent for name, spent in stages.items()},
+        'decoded.tracking_ms': whole['camera_ms'] - sum(stages.values()),
+    }
+    for name, work in {'mog2': mog2_contours(), 'bare': bare_contours()}.items():
+        figures[f'peer.{name}_contours.fps'] = bench.peer(work)
+    for name, matches in {'crowded50': 2, 'crowded': 4}.items():
+        crowd = _best_of(PitchBench(matches, pictures_count // 2, seed))
+        figures |= {f'{name}.fps': 1e3 / crowd['camera_ms'], f'{name}.persons': crowd['persons']}
+    return figures
+
+
+def _best_of(bench: PitchBench) -> dict[str, float]:
+    """Return the figures of the fastest of some rounds."""
+    return min((bench.whole() for _ in range(ROUNDS)), key=lambda each: each['camera_ms'])
 
 
 def _silhouettes(pictures: Sequence[Image]) -> dict[str, float]:

@@ -131,6 +131,13 @@ TARGETS = (
     Target('watchdog', 'turn.delay_max_s', 'camera turned by 1 degree, longest delay, s', most=5),
     Target('bench_watchdog', 'ms_per_picture', 'watching for a moved camera, ms a picture',
            None, 0.3, 'phase correlation of each full picture, in the same run'),
+    Target('bench_camera', 'decoded.fps', 'camera, 25 people, from decoded pictures, a second',
+           400, None, 'OpenCV MOG2 and contours in the same run: `peer.mog2_contours.fps`'),
+    Target('bench_camera', 'jpeg.fps', 'camera, 25 people, from JPEG, a second', least=250),
+    Target('bench_camera', 'crowded.fps', 'camera, 100 people, from decoded pictures, a second',
+           least=150),
+    Target('bench_camera', 'silhouettes.fps', 'silhouettes tracker, pictures a second', 400,
+           None, 'OpenCV MOG2 and components in the same run: `peer.mog2_components.fps`'),
     Target('cameras', 'pets.view1.median_m', 'PETS view 1, Tsai, median error, m', most=0.05),
     Target(
         'cameras', 'pets.clicked12.median_m', 'camera fitted to 12 clicks, median, m', most=0.15
