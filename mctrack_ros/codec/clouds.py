@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeVar
@@ -90,7 +91,7 @@ def rows_from_cloud(message: Any, kind: type[AnyRows]) -> AnyRows:
     Returns
     -------
     Rows
-        Of that type; further fields of the message are passed over.
+        Of that type; further fields of the message are passed over, late ones may be absent.
 
     Raises
     ------
@@ -101,7 +102,8 @@ def rows_from_cloud(message: Any, kind: type[AnyRows]) -> AnyRows:
     """
     hashable: Any = kind
     layout = _layout(hashable)
-    packed = _packed_array(message, layout.dtype, kind.__name__)
+    late = [name for name, column in kind.COLUMNS.items() if column.is_late]
+    packed = _packed_array(message, layout.dtype, kind.__name__, late)
     columns: dict[str, NDArray[Any]] = {}
     for name, column in kind.COLUMNS.items():
         if name == 'position':
@@ -111,6 +113,8 @@ def rows_from_cloud(message: Any, kind: type[AnyRows]) -> AnyRows:
             values = np.empty((len(packed), *column.shape), column.dtype)
             values[:, upper, right] = packed[name]
             values[:, right, upper] = packed[name]
+        elif column.is_late and name not in (packed.dtype.names or ()):
+            values = np.full((len(packed), *column.shape), column.fill, column.dtype)
         else:
             values = np.ascontiguousarray(packed[name])
         _check_finite(name, column, values, bool(message.is_dense))
@@ -143,13 +147,16 @@ def fields_of_cloud(message: Any) -> dict[str, NDArray[Any]]:
     return {name: np.ascontiguousarray(packed[name]) for name, _, _ in formats}
 
 
-def _packed_array(message: Any, expected: np.dtype[np.void], name: str) -> NDArray[Any]:
-    """Return a structured view of a cloud's data, checked against the expected fields."""
+def _packed_array(
+    message: Any, expected: np.dtype[np.void], name: str, late: Sequence[str] = ()
+) -> NDArray[Any]:
+    """Return a structured view of a cloud's data, checked; late fields may be absent."""
     if message.is_bigendian:
         raise CodecError(f'a big-endian cloud of {name} cannot be read')
     given = {str(field.name): field for field in message.fields}
-    offsets = []
-    for field_name in expected.names or ():
+    offsets, absent = [], set(late) - given.keys()
+    names = [field_name for field_name in expected.names or () if field_name not in absent]
+    for field_name in names:
         element, shape = expected[field_name].subdtype or (expected[field_name], ())
         count = shape[0] if shape else 1
         field = given.get(field_name)
@@ -171,7 +178,6 @@ def _packed_array(message: Any, expected: np.dtype[np.void], name: str) -> NDArr
             f'a cloud of {rows} {name} holds {data.size} bytes, '
             f'expected {rows * message.point_step}'
         )
-    names = list(expected.names or ())
     dtype = np.dtype(
         {
             'names': names,

@@ -110,7 +110,7 @@ def score_events(
 def true_happenings(events: Iterable[Events]) -> list[Happening]:
     """Return a camera's true events, whose ids are the targets' own."""
     return [
-        Happening(rows.stamp_ns, int(rows.event[row]), frozenset(_named(rows, row, 'track_id')))
+        Happening(rows.stamp_ns, int(rows.event[row]), frozenset(_named(rows, row)))
         for rows in events
         for row in range(len(rows))
     ]
@@ -129,18 +129,23 @@ def told_happenings(
     people : People
         Whom its local tracks stand for.
     everybody : People
-        Whom the global tracks stand for: an event of a target without a local track.
+        Whom the global tracks stand for: members of groups, and targets without a local track.
 
     """
     told = []
     for rows in events:
         for row in np.flatnonzero(np.isin(rows.event, CODES)).tolist():
-            if rows.local_id[row]:
-                ids = _named(rows, row, 'local_id')
-                named = [people.at(local, rows.stamp_ns) for local in ids]
-            else:
-                named = [everybody.at(int(rows.track_id[row]), rows.stamp_ns)]
-            told.append(Happening(rows.stamp_ns, int(rows.event[row]), frozenset(named)))
+            in_group = rows.others[row].any() or rows.other_tracks[row].any()
+            local_ids = [rows.local_id[row], *rows.others[row]]
+            track_ids = [rows.track_id[row], *rows.other_tracks[row]]
+            named = frozenset(
+                everybody.at(int(track), rows.stamp_ns)
+                if track and (in_group or not local)
+                else people.at(int(local), rows.stamp_ns)
+                for local, track in zip(local_ids, track_ids)
+                if local or track
+            )
+            told.append(Happening(rows.stamp_ns, int(rows.event[row]), named))
     return told
 
 
@@ -202,6 +207,6 @@ def _ground(rows: Detections | Tracks) -> NDArray[np.float64]:
     return rows.position[:, :2].astype(np.float64)
 
 
-def _named(rows: Events, row: int, field: str) -> list[int]:
-    """Return the ids that an event names."""
-    return [int(getattr(rows, field)[row]), *rows.others[row][rows.others[row] > 0].tolist()]
+def _named(rows: Events, row: int) -> list[int]:
+    """Return the true ids that a true event names."""
+    return [int(rows.track_id[row]), *rows.others[row][rows.others[row] > 0].tolist()]

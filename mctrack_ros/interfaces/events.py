@@ -34,6 +34,9 @@ class Events(Rows):
         The camera's own track; 0: none.
     others : (n, 16) uint32 array
         The other members, zero-padded: global ids on `/events`, local ids on a camera's topic.
+    other_tracks : (n, 16) uint32 array
+        On a camera's topic, the global ids of the other members in the order of ``others``, 0
+        where not known; then those of members without a local track.
     zone : (n,) uint32 array
         Zone of a zone event.
     event : (n,) uint16 array
@@ -51,6 +54,7 @@ class Events(Rows):
         'new_id': Column('u4'),
         'local_id': Column('u4'),
         'others': Column('u4', (MEMBERS,)),
+        'other_tracks': Column('u4', (MEMBERS,), is_late=True),
         'zone': Column('u4'),
         'event': Column('u2'),
         'camera': Column('u2', (), NO_CAMERA),
@@ -63,6 +67,7 @@ class Events(Rows):
     new_id: NDArray[np.uint32]
     local_id: NDArray[np.uint32]
     others: NDArray[np.uint32]
+    other_tracks: NDArray[np.uint32]
     zone: NDArray[np.uint32]
     event: NDArray[np.uint16]
     camera: NDArray[np.uint16]

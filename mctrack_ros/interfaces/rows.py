@@ -23,12 +23,15 @@ class Column:
         Shape of one row's value; ``()`` for a number.
     fill : float
         What a column is filled with where nothing is known.
+    is_late : bool
+        Added after the first recordings, which lack it: there nothing is known.
 
     """
 
     dtype: str
     shape: tuple[int, ...] = ()
     fill: float = 0.0
+    is_late: bool = False
 
 
 AnyRows = TypeVar('AnyRows', bound='Rows')

@@ -8,36 +8,37 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BYTES_2D, FLOATS_2D, INTS_1D, compiled, inner
+from mctrack_ros.compiled import BYTES_2D, BYTES_3D, FLOATS_2D, compiled, inner
 from mctrack_ros.perception.picture import Picture
-from mctrack_ros.perception.runs import Runs, labels_of, strong_runs
+from mctrack_ros.perception.runs import Runs, Strength, labels_of, strong_runs
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 NOWHERE = -1
+LEAST_COVER = 0.02
+"""Share of a person's box that a part must fill."""
+
+STRENGTH = types.NamedUniTuple(types.f8, 3, Strength)
 
 
-def contacts(blob: Ints, box: Floats, blob_box: Floats, picture: Picture, share: float) -> Ints:
+def contacts(box: Floats, blob_box: Floats, picture: Picture, strength: Strength) -> Ints:
     """
     Tell which persons are connected by strong foreground.
 
-    A blob's rim is blurred, so two persons who only stand close share it. Cut where it differs
-    from the background by less than a share of its mean, it falls into its parts; everyone is in
-    the part that fills most of the own box.
+    A blob's rim is blurred, so two persons who only stand close share it. Cut where it is weak,
+    it falls into its parts; everyone is in the part that fills most of the own box.
 
     Parameters
     ----------
-    blob : (n,) int64 array
-        Row of the blob that each person is in; -1: not seen.
     box : (n, 4) array
-        The persons', px.
+        The persons', px; not finite: not seen.
     blob_box : (m, 4) array
         The blobs', px.
     picture : Picture
         With its foreground.
-    share : float
-        Of the blob's mean difference.
+    strength : Strength
+        What is weak.
 
     Returns
     -------
@@ -45,13 +46,29 @@ def contacts(blob: Ints, box: Floats, blob_box: Floats, picture: Picture, share:
         The same number for those that touch, directly or through others; -1: not seen.
 
     """
-    mask, difference = picture.mask, picture.difference
-    return _contacts(blob, box / picture.scale, blob_box / picture.scale, mask, difference, share)
+    blob_box, box = blob_box / picture.scale, box / picture.scale
+    return _contacts(
+        np.where(np.isfinite(box), box, 0.0),
+        blob_box,
+        picture.mask,
+        picture.difference,
+        picture.image,
+        picture.background,
+        strength,
+    )
 
 
 @inner
-def _fullest(runs: Runs, label: Ints, count: int, box: Floats) -> int:
-    """Return the component that fills most of a box, the first of equals; `count`: none."""
+def _meets(box: Floats, other: Floats) -> bool:
+    """Tell whether two boxes overlap."""
+    across = min(box[0] + box[2], other[0] + other[2]) - max(box[0], other[0])
+    down = min(box[1] + box[3], other[1] + other[3]) - max(box[1], other[1])
+    return bool(across > 0 and down > 0)
+
+
+@inner
+def _fullest(runs: Runs, label: Ints, count: int, box: Floats) -> tuple[int, int]:
+    """Return the component that fills most of a box, the first of equals, and its pixels."""
     left, right = max(math.floor(box[0]), 0), math.ceil(box[0] + box[2])
     top, bottom = max(math.floor(box[1]), 0), math.ceil(box[1] + box[3])
     filled = np.zeros(count + 1, np.int64)
@@ -59,27 +76,34 @@ def _fullest(runs: Runs, label: Ints, count: int, box: Floats) -> int:
         for index in range(runs.row[y], runs.row[y + 1]):
             shared = min(right, runs.last[index]) - max(left, runs.first[index])
             filled[label[index]] += max(shared, 0)
-    return int(filled.argmax()) if filled.any() else count
+    fullest = int(filled.argmax())
+    return fullest, int(filled[fullest])
 
 
-@compiled(types.i8[::1](INTS_1D, FLOATS_2D, FLOATS_2D, BYTES_2D, BYTES_2D, types.f8))
+@compiled(
+    types.i8[::1](FLOATS_2D, FLOATS_2D, BYTES_2D, BYTES_2D, BYTES_3D, BYTES_3D, STRENGTH)
+)  # fmt: skip
 def _contacts(
-    blob: Ints, box: Floats, blob_box: Floats, mask: Bytes, difference: Bytes, share: float
-) -> Ints:
+    box: Floats, blob_box: Floats, mask: Bytes, difference: Bytes, image: Bytes,
+    background: Bytes, strength: Strength,
+) -> Ints:  # fmt: skip
     """Return what `contacts` does; all boxes in pixels of the mask."""
-    found = np.where(blob >= 0, blob, NOWHERE)
-    free, (height, width) = len(blob_box), mask.shape
-    for shared in range(len(blob_box)):
-        rows = np.flatnonzero(blob == shared)
-        if len(rows) < 2:
+    found, free, (height, width) = np.full(len(box), NOWHERE), 0, mask.shape
+    most = LEAST_COVER * box[:, 2] * box[:, 3]
+    for blob in range(len(blob_box)):
+        rows = [row for row in range(len(box)) if _meets(box[row], blob_box[blob])]
+        if len(rows) == 0:
             continue
-        left, top = round(blob_box[shared, 0]), round(blob_box[shared, 1])
-        right = min(left + round(blob_box[shared, 2]), width)
-        bottom = min(top + round(blob_box[shared, 3]), height)
-        runs = strong_runs(mask, difference, np.array([left, top, right, bottom]), share)
+        left, top = round(blob_box[blob, 0]), round(blob_box[blob, 1])
+        right = min(left + round(blob_box[blob, 2]), width)
+        bottom = min(top + round(blob_box[blob, 3]), height)
+        part = np.array([left, top, right, bottom])
+        runs = strong_runs(mask, difference, image, background, part, strength)
         label, count = labels_of(runs)
         for row in rows:
             inside = box[row] - np.array([left, top, 0.0, 0.0])
-            found[row] = free + _fullest(runs, label, count, inside)
-        free += count + 1
+            component, pixels = _fullest(runs, label, count, inside)
+            if pixels > most[row]:
+                found[row], most[row] = free + component, pixels
+        free += count
     return found

@@ -26,6 +26,14 @@ class GroupConfig:
         minimum=0.0,
         maximum=1.0,
     )
+    sure_share: float = parameter(
+        0.9, 'difference above which it joins however bright it is, likewise', minimum=0.0
+    )
+    contact_brightness: float = parameter(
+        10.0,
+        'what differs less joins only if it is brighter or darker by this [grey levels]',
+        minimum=0.0,
+    )
     part_s: float = parameter(
         0.4, 'time for which tracks must be apart to have parted [s]', minimum=0.0
     )
@@ -85,7 +93,9 @@ class Groups:
         several = np.flatnonzero(counts > 1).tolist()
         return [tuple(self._id[self._group == number].tolist()) for number in several]
 
-    def step(self, local_id: Ints, part: Ints, stamp_ns: int) -> list[Change]:
+    def step(
+        self, local_id: Ints, part: Ints, stamp_ns: int, quiet: Booleans | None = None
+    ) -> list[Change]:
         """
         Tell what changed.
 
@@ -97,6 +107,9 @@ class Groups:
             The part of the foreground each is in (see `contacts`); -1: not seen.
         stamp_ns : int
             Time of the picture, ns.
+        quiet : (n,) bool array, optional
+            Who, if not known before, was there all the same: has always been in the group in
+            which he turns up.
 
         """
         same = np.array_equal(local_id, self._id)
@@ -106,6 +119,8 @@ class Groups:
             return []
         was, self._joined = self._group, joined
         self._group = _connected(joined)
+        if quiet is not None:
+            was = self._settled(was, quiet & ~known)
         merged = _parts(local_id, self._group, was)
         parted = _parts(local_id[known], was[known], self._group[known])
         return [Change(True, *pair) for pair in merged] + [Change(False, *pair) for pair in parted]
@@ -120,6 +135,15 @@ class Groups:
         touched[np.ix_(known, known)] = self._touched_ns[np.ix_(place, place)]
         self._id, self._group, self._touched_ns = local_id, group, touched
         return np.asarray(known, np.bool_)
+
+    def _settled(self, was: Ints, quiet: Booleans) -> Ints:
+        """Return former groups in which quiet ones were with most of those they touch."""
+        was = was.copy()
+        for row in np.flatnonzero(quiet).tolist():
+            mates = was[(self._group == self._group[row]) & ~quiet]
+            if len(mates):
+                was[row] = np.bincount(mates).argmax()
+        return was
 
     def _touch(self, part: Ints, stamp_ns: int) -> Booleans:
         """Note who touches; return who touches or did a moment ago."""

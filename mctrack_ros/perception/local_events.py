@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import MEMBERS, EventCode, Events
+from mctrack_ros.perception.company import Company
 from mctrack_ros.perception.identity import Identified
 
 Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    event: int
+    local_id: int
+    track_id: int
+    position: list[float]
+    others: list[int]
+    other_tracks: list[int]
 
 
 class EventLog:
@@ -24,37 +37,47 @@ class EventLog:
 
     def __init__(self, stamp_ns: int) -> None:
         self._stamp_ns = stamp_ns
-        self._rows: list[tuple[int, int, int, list[float], list[int]]] = []
+        self._rows: list[_Row] = []
 
     def add(
         self, event: EventCode, tracks: Identified, row: int, others: Ints | None = None
     ) -> None:
         """Note an event of the track in a row, with the local ids of others that share it."""
-        position = [*tracks.mean[row, :2].tolist(), 0.0]
         named = [] if others is None else others.tolist()[:MEMBERS]
-        self._rows.append(
-            (int(event), int(tracks.local_id[row]), int(tracks.track_id[row]), position, named)
-        )
+        position = [*tracks.mean[row, :2].tolist(), 0.0]
+        local_id, track_id = int(tracks.local_id[row]), int(tracks.track_id[row])
+        self._rows.append(_Row(int(event), local_id, track_id, position, named, []))
 
     def add_target(self, event: EventCode, track_id: int, position: NDArray[np.floating]) -> None:
         """Note an event of a global target, at a (3,) position, m, that has no local track."""
-        self._rows.append((int(event), 0, track_id, position.tolist(), []))
+        self._rows.append(_Row(int(event), 0, track_id, position.tolist(), [], []))
+
+    def add_group(self, event: EventCode, company: Company, part: Ints, rest: Ints) -> None:
+        """Note that a part of the company joins or leaves the rest, each given by its rows."""
+        first = part[(company.local_id[part] == 0).argmin()]
+        others = np.concatenate([part[part != first], rest])
+        others = others[np.argsort(company.local_id[others] == 0, kind='stable')][:MEMBERS]
+        local_id, track_id = int(company.local_id[first]), int(company.track_id[first])
+        position = [*company.position[first].tolist(), 0.0]
+        named = company.local_id[others].tolist(), company.track_id[others].tolist()
+        self._rows.append(_Row(int(event), local_id, track_id, position, *named))
 
     def rows(self) -> Events:
         """Return the events in the order in which they were noted."""
         if not self._rows:
             return Events.build(self._stamp_ns)
-        event, local_id, track_id, position, named = zip(*self._rows)
-        others = np.zeros((len(event), MEMBERS), np.uint32)
-        for row, ids in enumerate(named):
-            others[row, : len(ids)] = ids
+        others = np.zeros((2, len(self._rows), MEMBERS), np.uint32)
+        for index, row in enumerate(self._rows):
+            others[0, index, : len(row.others)] = row.others
+            others[1, index, : len(row.other_tracks)] = row.other_tracks
         return Events.build(
             self._stamp_ns,
-            position=position,
-            event=event,
-            local_id=local_id,
-            track_id=track_id,
-            others=others,
+            position=[row.position for row in self._rows],
+            event=[row.event for row in self._rows],
+            local_id=[row.local_id for row in self._rows],
+            track_id=[row.track_id for row in self._rows],
+            others=others[0],
+            other_tracks=others[1],
         )
 
 

@@ -19,8 +19,10 @@ class Picture:
         Blue, green, red.
     mask : (h, w) uint8 array
         Its cleaned foreground, 255.
+    background : (h, w, 3) uint8 array
+        Without what moves.
     difference : (h, w) uint8 array
-        From the background.
+        Largest of the channels' differences of the two.
     scale : float
         Pixels of the camera's picture to one of these.
 
@@ -28,5 +30,6 @@ class Picture:
 
     image: NDArray[np.uint8]
     mask: NDArray[np.uint8]
+    background: NDArray[np.uint8]
     difference: NDArray[np.uint8]
     scale: float

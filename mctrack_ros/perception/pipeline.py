@@ -13,6 +13,7 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Feedback
 from mctrack_ros.perception.background import Background, BackgroundConfig
 from mctrack_ros.perception.blobs import BlobConfig, clean_mask, find_blobs
+from mctrack_ros.perception.company import CompanyConfig
 from mctrack_ros.perception.ghosts import GhostConfig, GhostWatch
 from mctrack_ros.perception.groups import GroupConfig
 from mctrack_ros.perception.identity import IdentityConfig
@@ -48,6 +49,7 @@ class CameraConfig:
     filter: FilterConfig = field(default_factory=FilterConfig)
     matching: MatchingConfig = field(default_factory=MatchingConfig)
     partition: PartitionConfig = field(default_factory=PartitionConfig)
+    company: CompanyConfig = field(default_factory=CompanyConfig)
     groups: GroupConfig = field(default_factory=GroupConfig)
     presence: PresenceConfig = field(default_factory=PresenceConfig)
     identity: IdentityConfig = field(default_factory=IdentityConfig)
@@ -102,6 +104,7 @@ class CameraPipeline:
             config.identity,
             config.blobs,
             config.partition,
+            config.company,
             config.groups,
             config.presence,
             mapping,
@@ -136,7 +139,8 @@ class CameraPipeline:
         shift = self._watchdog.watch(image, stamp_ns)
         small = self._reduced(image)
         raw = self._background.apply(small, stamp_ns)
-        if raw is None or self._background.model is None:
+        background, difference = self._background.model, self._background.difference
+        if raw is None or background is None:
             self._tracker.restart()
             self._ghosts.restart()
             return CameraOutput.empty(stamp_ns, shift)
@@ -146,17 +150,17 @@ class CameraPipeline:
         scale = float(self._config.reduction)
         blobs = find_blobs(
             mask,
-            self._background.difference,
+            difference,
             self._mapping,
             self._sizes,
             scale,
             self._config.blobs,
         )
-        picture = Picture(small, mask, self._background.difference, scale)
+        picture = Picture(small, mask, background, difference, scale)
         detections, events = self._tracker.step(blobs, picture, stamp_ns, feedback, shift.noise_px)
         persons = np.vstack([blobs.box, detections.box]) / scale
         self._background.track(detections.box / scale)
-        if self._ghosts.look(self._background.model, small, mask, persons, stamp_ns).any():
+        if self._ghosts.look(background, small, mask, persons, stamp_ns).any():
             self._background.accept()
         return CameraOutput(detections, events, shift)
 
@@ -166,7 +170,7 @@ class CameraPipeline:
 
     def groups(self) -> list[tuple[int, ...]]:
         """Return the local ids of each group, for an overlay."""
-        return self._tracker.groups.members()
+        return self._tracker.groups()
 
     def _advance(self, stamp_ns: int) -> None:
         last = self._last_ns

@@ -38,6 +38,29 @@ class Runs(NamedTuple):
     row: Ints
 
 
+class Strength(NamedTuple):
+    """
+    What of a blob joins persons: not its rim.
+
+    JPEG keeps colour more coarsely than brightness, so that it bleeds over two pixels: what
+    differs little from the background counts if it is brighter or darker.
+
+    Attributes
+    ----------
+    share : float
+        Difference from the background below which nothing counts, as a share of the blob's mean.
+    sure_share : float
+        Difference above which all counts, likewise.
+    brightness : float
+        Difference of the brightness above which the rest counts, grey levels.
+
+    """
+
+    share: float
+    sure_share: float
+    brightness: float
+
+
 @inner
 def _occupied(words: Words) -> Bools:
     """Return which blocks of so many words are not wholly zero; behind the last is one more."""
@@ -187,9 +210,22 @@ def labels_of(runs: Runs) -> tuple[Ints, int]:
 
 
 @inner
-def strong_runs(mask: Bytes, difference: Bytes, part: Ints, share: float) -> Runs:
+def _brightness(pixel: Bytes) -> int:
+    """Return how bright blue, green, red are together (ITU-R BT.601), in 256ths."""
+    return 29 * int(pixel[0]) + 150 * int(pixel[1]) + 77 * int(pixel[2])
+
+
+@inner
+def strong_runs(
+    mask: Bytes,
+    difference: Bytes,
+    image: Bytes,
+    background: Bytes,
+    part: Ints,
+    strength: Strength,
+) -> Runs:
     """
-    Return the runs of what differs from the background by more than a share of the mean.
+    Return the runs of what differs strongly from the background.
 
     Only in a part of the picture, and counted from there: left, top, right, bottom, px.
     """
@@ -201,13 +237,19 @@ def strong_runs(mask: Bytes, difference: Bytes, part: Ints, share: float) -> Run
             if mask[y, x]:
                 total += difference[y, x]
                 pixels += 1
-    level = share * (total / max(pixels, 1))
+    mean = total / max(pixels, 1)
+    weak, sure = strength.share * mean, strength.sure_share * mean
+    brighter = 256 * strength.brightness
     first = np.empty(height * (width // 2 + 1), np.int64)
     last, row, count = np.empty_like(first), np.zeros(height + 1, np.int64), 0
     for y in range(height):
         inside = False
         for x in range(width):
-            strong = mask[top + y, left + x] > 0 and difference[top + y, left + x] > level
+            here = (top + y, left + x)
+            strong = mask[here] > 0 and difference[here] > weak
+            if strong and difference[here] <= sure:
+                apart = _brightness(image[here]) - _brightness(background[here])
+                strong = abs(apart) > brighter
             if strong and not inside:
                 first[count] = x
                 count += 1

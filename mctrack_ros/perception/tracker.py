@@ -11,7 +11,8 @@ from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
 from mctrack_ros.perception.blobs import BlobConfig, Blobs
-from mctrack_ros.perception.contacts import NOWHERE, contacts
+from mctrack_ros.perception.company import NOBODY, CompanyConfig, Roll, Sighting
+from mctrack_ros.perception.contacts import contacts
 from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.identity import IdentityConfig, learn_identities
 from mctrack_ros.perception.local_events import EventLog
@@ -21,6 +22,7 @@ from mctrack_ros.perception.observations import NEW, Observations, Observer
 from mctrack_ros.perception.partition import PartitionConfig
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.presence import Presence, PresenceConfig
+from mctrack_ros.perception.runs import Strength
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.tracking.appearance import colour_templates
 
@@ -63,6 +65,8 @@ class LocalTracker:
         A person's usual size.
     partition : PartitionConfig
         Of telling persons in one blob apart.
+    company : CompanyConfig
+        Of telling who is in view.
     groups : GroupConfig
         Of noting merges and splits.
     presence : PresenceConfig
@@ -82,6 +86,7 @@ class LocalTracker:
         identity: IdentityConfig,
         blobs: BlobConfig,
         partition: PartitionConfig,
+        company: CompanyConfig,
         groups: GroupConfig,
         presence: PresenceConfig,
         mapping: GroundMapping,
@@ -91,15 +96,21 @@ class LocalTracker:
         self._partition, self._mapping, self._sizes = partition, mapping, sizes
         self._observer = Observer(mapping, sizes, blobs, partition)
         self.tracks = LocalTracks(filtering, mapping, sizes)
-        self._grouping, self.groups = groups, Groups(groups)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
+        self._roll, self._company = Roll(company, usual, sizes, mapping), NOBODY
+        self._groups = Groups(groups)
+        self._strength = Strength(
+            groups.contact_share, groups.sure_share, groups.contact_brightness
+        )
         self._presence = Presence(presence, usual, sizes, mapping)
         self._last_ns: int | None = None
 
     def restart(self) -> None:
         """Forget all tracks; ids go on."""
         self.tracks.clear()
-        self.groups.restart()
+        self._roll.restart()
+        self._company = NOBODY
+        self._groups.restart()
         self._presence.restart()
         self._last_ns = None
 
@@ -139,7 +150,7 @@ class LocalTracker:
         predicted = tracks.prediction()
         blob_of = match(tracks, predicted, blobs, template, self._matching)
         seen = self._observer.observe(blob_of, tracks, predicted, blobs, template, picture)
-        self._note_groups(seen, blobs, picture, stamp_ns, log)
+        self._note_groups(seen, blobs, picture, stamp_ns, feedback, log)
         self._update(seen, blobs, seconds, stamp_ns)
         seen = self._start(seen, stamp_ns)
         seen = seen.select(
@@ -152,6 +163,14 @@ class LocalTracker:
         self._presence.announce(tracks, feedback, blobs.box, stamp_ns, log)
         detections = self._detections(seen, blobs, stamp_ns, shift_px)
         return detections, log.rows()
+
+    def groups(self) -> list[tuple[int, ...]]:
+        """Return the local ids of each group, of the members that have local tracks."""
+        found = []
+        for keys in self._groups.members():
+            ids = self._company.local_id[np.searchsorted(self._company.key, keys)]
+            found.append(tuple(ids[ids > 0].tolist()))
+        return found
 
     def _drop_lost(self, stamp_ns: int, seconds: float, log: EventLog) -> None:
         """Drop tracks that left the picture or were not seen for too long (E4)."""
@@ -172,20 +191,38 @@ class LocalTracker:
         tracks.keep(~left & (unseen <= patience) & (obscure <= hope))
 
     def _note_groups(
-        self, seen: Observations, blobs: Blobs, picture: Picture, stamp_ns: int, log: EventLog
+        self,
+        seen: Observations,
+        blobs: Blobs,
+        picture: Picture,
+        stamp_ns: int,
+        feedback: Feedback | None,
+        log: EventLog,
     ) -> None:
         """Note who joined a group (E5) and who left one (E3)."""
-        tracks, known = self.tracks, seen.track != NEW
-        blob_of, box = np.full(len(tracks), NOWHERE), np.zeros((len(tracks), 4))
-        blob_of[seen.track[known]] = seen.blob[known]
-        box[seen.track[known]] = seen.box[known]
-        believed = tracks.confirmed
-        share = self._grouping.contact_share
-        part = contacts(blob_of[believed], box[believed], blobs.box, picture, share)
-        for change in self.groups.step(tracks.local_id[believed], part, stamp_ns):
+        company = self._roll.call(self._sighting(seen, stamp_ns), feedback, stamp_ns)
+        part = contacts(company.box, blobs.box, picture, self._strength)
+        self._company = company
+        for change in self._groups.step(company.key, part, stamp_ns, ~company.came):
             code = EventCode.MERGE if change.merged else EventCode.SPLIT
-            row = int(np.searchsorted(tracks.local_id, change.part[0]))
-            log.add(code, tracks, row, np.array([*change.part[1:], *change.rest]))
+            rows = (
+                np.searchsorted(company.key, change.part),
+                np.searchsorted(company.key, change.rest),
+            )
+            log.add_group(code, company, *rows)
+
+    def _sighting(self, seen: Observations, stamp_ns: int) -> Sighting:
+        """Return the believed tracks as this picture shows them."""
+        tracks, known = self.tracks, seen.track != NEW
+        box, proven = np.zeros((len(tracks), 4)), np.zeros(len(tracks))
+        rows, is_seen = seen.track[known], np.zeros(len(tracks), np.bool_)
+        box[rows], proven[rows], is_seen[rows] = seen.box[known], seen.proven[known], True
+        age_s = np.asarray((stamp_ns - tracks.first_ns) * 1e-9)
+        old = tracks.confirmed
+        place = tracks.mean[old, :2]
+        return Sighting(
+            tracks.local_id[old], place, box[old], is_seen[old], proven[old], age_s[old]
+        )
 
     def _update(self, seen: Observations, blobs: Blobs, seconds: float, stamp_ns: int) -> None:
         """Correct the tracks with what is seen of them (E6); learn sizes and colours alone."""

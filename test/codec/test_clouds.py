@@ -11,7 +11,7 @@ from mctrack_ros.codec import (
     cloud_from_rows,
     rows_from_cloud,
 )
-from mctrack_ros.interfaces import Detections, Ticks, Tracks
+from mctrack_ros.interfaces import Detections, Events, Ticks, Tracks
 from mctrack_ros.recording import ROSBAGS_CLASSES
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 
@@ -161,3 +161,13 @@ def test_further_fields_are_passed_over():
         )
     )
     assert rows_from_cloud(wider, Tracks).track_id.tolist() == [9]
+
+
+def test_a_field_that_came_later_may_be_absent():
+    written = cloud_from_rows(Events.build(5, event=[3], zone=[9]), ROSBAGS_CLASSES, 'map')
+    fields = [field for field in written.fields if field.name != 'other_tracks']
+    members = {name: getattr(written, name) for name in written.__dataclass_fields__}
+    old = SimpleNamespace(**(members | {'fields': fields}))
+    rows = rows_from_cloud(old, Events)
+    assert rows.zone.tolist() == [9]
+    assert not rows.other_tracks.any()

@@ -66,9 +66,10 @@ def test_a_local_track_is_whom_it_was_nearest_to_around_that_time():
 def test_events_name_everybody_concerned():
     others = np.zeros((1, 16), np.uint32)
     others[0, :2] = 8, 9
-    rows = Events.build(SECOND, event=[EventCode.SPLIT], track_id=[7], local_id=[1], others=others)
+    rows = Events.build(SECOND, event=[EventCode.SPLIT], track_id=[7], others=others)
     assert true_happenings([rows])[0].targets == {7, 8, 9}
     nobody = People([], [], 1.0, 1.0)
+    rows = Events.build(SECOND, event=[EventCode.SPLIT], local_id=[1], others=others)
     assert told_happenings([rows], nobody, nobody)[0].targets == {-1, -8, -9}
 
 
@@ -79,3 +80,21 @@ def test_an_event_without_a_local_track_is_of_the_global_one():
     everybody = People(truth, found, 1.5, 1.0, 'track_id')
     told = told_happenings([rows], People([], [], 1.0, 1.0), everybody)
     assert told == [Happening(SECOND, EventCode.EXIT, frozenset({7}))]
+
+
+def test_a_member_is_whom_its_global_track_stands_for_or_else_its_local_one():
+    truth = [seen(SECOND, (7, 0.0), (8, 9.0), field='track_id')]
+    found = [seen(SECOND, (40, 0.2), (41, 9.0), field='track_id')]
+    local = [seen(SECOND, (3, 0.1), (1, 9.0), field='local_id')]
+    others = np.zeros((2, 1, 16), np.uint32)
+    others[0, 0, 0], others[1, 0, 1] = 3, 41
+    rows = Events.build(
+        SECOND,
+        event=[EventCode.MERGE],
+        local_id=[5],
+        others=others[0],
+        other_tracks=others[1],
+    )
+    everybody = People(truth, found, 1.5, 1.0, 'track_id')
+    told = told_happenings([rows], People(truth, local, 1.5, 1.0), everybody)
+    assert told[0].targets == {-5, 7, 8}

@@ -3,6 +3,7 @@ import pytest
 
 from mctrack_ros.perception.contacts import contacts
 from mctrack_ros.perception.picture import Picture
+from mctrack_ros.perception.runs import Strength
 
 
 @pytest.fixture
@@ -15,14 +16,19 @@ def scene():
 
 
 BOXES = np.array([[20.0, 20, 6, 20], [28, 20, 6, 20]])
+STRENGTH = Strength(0.5, 0.9, 10.0)
 BLOB = np.array([[18.0, 20, 18, 20]])
 
 
-def parts(difference, share=0.5, scale=1.0):
-    picture = Picture(
-        np.zeros((60, 80, 3), np.uint8), 255 * (difference > 0).astype(np.uint8), difference, scale
-    )
-    return contacts(np.array([0, 0]), BOXES * scale, BLOB * scale, picture, share)
+def picture_of(difference, scale=1.0, colour=(1, 1, 1)):
+    image = (difference[..., None] * np.array(colour)).astype(np.uint8)
+    mask = 255 * (difference > 0).astype(np.uint8)
+    return Picture(image, mask, np.zeros_like(image), difference, scale)
+
+
+def parts(difference, strength=STRENGTH, scale=1.0, colour=(1, 1, 1), box=BOXES):
+    picture = picture_of(difference, scale, colour)
+    return contacts(box * scale, BLOB * scale, picture, strength)
 
 
 def test_a_dim_rim_joins_nobody(scene):
@@ -36,23 +42,37 @@ def test_a_strong_bridge_joins(scene):
     assert one == other
 
 
+def test_what_differs_less_joins_only_if_it_is_brighter_or_darker(scene):
+    scene[30, 26:28] = 60
+    one, other = parts(scene)
+    assert one == other
+    one, other = parts(scene, colour=(1, 0, 0))
+    assert one != other
+
+
 def test_the_scale_does_not_matter(scene):
     assert np.array_equal(parts(scene), parts(scene, scale=2.0))
 
 
 def test_without_a_share_the_blob_is_one_part(scene):
-    one, other = parts(scene, share=0.0)
+    one, other = parts(scene, Strength(0.0, 0.0, 0.0))
     assert one == other
 
 
-def test_who_is_alone_or_not_seen_keeps_to_himself(scene):
-    picture = Picture(np.zeros((60, 80, 3), np.uint8), scene, scene, 1.0)
-    place = contacts(np.array([0, -1, 1]), np.zeros((3, 4)), np.zeros((2, 4)), picture, 0.5)
-    assert place.tolist() == [0, -1, 1]
+def test_who_is_not_seen_is_in_no_part(scene):
+    box = np.array([[20.0, 20, 6, 20], [60, 20, 6, 20], [np.nan] * 4])
+    first, beside, nowhere = parts(scene, box=box)
+    assert first >= 0
+    assert beside == nowhere == -1
 
 
 def test_a_box_beside_the_picture_is_in_no_part(scene):
-    picture = Picture(np.zeros((60, 80, 3), np.uint8), scene, scene, 1.0)
-    box = np.array([[-30.0, 20, 6, 20], [20, 20, 6, 20]])
-    one, other = contacts(np.array([0, 0]), box, BLOB, picture, 0.5)
-    assert one != other
+    assert parts(scene, box=np.array([[-30.0, 20, 6, 20]])).tolist() == [-1]
+
+
+def test_somebody_expected_between_two_blobs_is_in_the_one_that_fills_more_of_the_box(scene):
+    blobs = np.array([[18.0, 20, 9, 20], [27, 20, 9, 20]])
+    box = np.array([[23.0, 20, 8, 20], [28, 20, 6, 20], [18, 20, 4, 20]])
+    middle, right, left = contacts(box, blobs, picture_of(scene), STRENGTH)
+    assert left != right
+    assert middle in (left, right)

@@ -15,12 +15,12 @@ class Film:
     def __init__(self, part_s=0.4):
         self.groups, self.now_ns = Groups(GroupConfig(part_s=part_s)), 10**18
 
-    def show(self, *parts, unseen=()):
+    def show(self, *parts, unseen=(), quiet=()):
         self.now_ns += PERIOD_NS
         ids = sorted({*unseen, *(one for part in parts for one in part)})
         part_of = {one: number for number, part in enumerate(parts) for one in part}
         place = np.array([part_of.get(one, -1) for one in ids])
-        return self.groups.step(np.array(ids), place, self.now_ns)
+        return self.groups.step(np.array(ids), place, self.now_ns, np.isin(ids, quiet))
 
     def hold(self, count, *parts, unseen=()):
         return [change for _ in range(count) for change in self.show(*parts, unseen=unseen)]
@@ -50,6 +50,17 @@ def test_the_smaller_part_joins_and_leaves(film):
     film.hold(5, {1, 2, 3}, {4, 5})
     assert film.show({1, 2, 3, 4, 5}) == [Change(True, (4, 5), (1, 2, 3))]
     assert film.hold(10, {1}, {2, 3, 4, 5}) == [Change(False, (1,), (2, 3, 4, 5))]
+
+
+def test_one_who_was_there_unnoticed_joins_without_a_word_and_leaves_as_a_member(film):
+    film.hold(5, {1, 2}, {4})
+    assert film.show({1, 2, 3}, {4}, quiet=[3]) == []
+    assert film.hold(10, {1, 2}, {3}, {4}) == [Change(False, (3,), (1, 2))]
+
+
+def test_who_is_known_already_merges_aloud(film):
+    film.hold(5, {1}, {3})
+    assert film.show({1, 3}, quiet=[1, 3]) == [Change(True, (3,), (1,))]
 
 
 def test_one_who_touches_a_member_is_of_the_group(film):

@@ -42,7 +42,7 @@ class Crowd:
             np.tile([0.6, 1.75], (count, 1)),
             np.zeros((count, 48)) if templates is None else templates,
         )
-        picture = Picture(self.image, self.mask, self.mask, 1.0)
+        picture = Picture(self.image, self.mask, np.zeros_like(self.image), self.mask, 1.0)
         return partition(picture, self.blob, self.sizes, members, 1.75, PartitionConfig())
 
 
