@@ -29,6 +29,7 @@ class Experiment(StrEnum):
     WATCHDOG = 'watchdog'
     SILHOUETTES = 'silhouettes'
     TABLE4 = 'table4'
+    FIG16 = 'fig16'
 
 
 DRAWN = (Experiment.TABLE3, Experiment.FIG18)
@@ -88,7 +89,11 @@ def _experiment(experiment: Experiment, data: Path | None) -> Figures:
     if experiment is Experiment.TABLE4:
         from mctrack_ros.experiments.table4 import reproduce_table4
 
-        return reproduce_table4(progress=lambda line: typer.echo(line, err=True))
+        return reproduce_table4(progress=_tell)
+    if experiment is Experiment.FIG16:
+        from mctrack_ros.experiments.fig16 import reproduce_fig16
+
+        return reproduce_fig16(progress=_tell)
     if experiment in DRAWN:
         from mctrack_ros.experiments import ground_accuracy
 
@@ -96,6 +101,10 @@ def _experiment(experiment: Experiment, data: Path | None) -> Figures:
             return ground_accuracy.reproduce_table3()
         return ground_accuracy.reproduce_fig18()
     return _real_experiment(experiment)(data_folder(data))
+
+
+def _tell(line: str) -> None:
+    typer.echo(line, err=True)
 
 
 def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:

@@ -48,6 +48,7 @@ def simulate(
     scenario: Scenario,
     path: str | Path,
     *,
+    world: World | None = None,
     processes: int | None = None,
     overwrite: bool = False,
     progress: Progress = lambda done, total: None,
@@ -61,6 +62,8 @@ def simulate(
         What to simulate.
     path : str or Path
         The bag. It appears when it is complete; an interrupted run leaves nothing.
+    world : World, optional
+        What goes on; unless given, what follows from the scenario.
     processes : int, optional
         How many render; all cores unless given. The bytes do not depend on it.
     overwrite : bool
@@ -86,7 +89,8 @@ def simulate(
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f'.{path.name}.', dir=path.parent) as folder:
             unfinished = Path(folder) / path.name
-            difficulty = _write(scenario, unfinished, processes or os.cpu_count() or 1, progress)
+            goes_on = world or scene_of(scenario).world(scenario)
+            difficulty = _write(goes_on, unfinished, processes or os.cpu_count() or 1, progress)
             if path.exists():
                 shutil.rmtree(path)
             unfinished.rename(path)
@@ -95,10 +99,9 @@ def simulate(
     return difficulty
 
 
-def _write(scenario: Scenario, path: Path, processes: int, progress: Progress) -> Figured:
-    scene = scene_of(scenario)
-    world = scene.world(scenario)
-    meter = scene.meter(world)
+def _write(world: World, path: Path, processes: int, progress: Progress) -> Figured:
+    scenario = world.scenario
+    meter = scene_of(scenario).meter(world)
     watchers = [EventWatcher(world, index) for index in range(len(world.cameras))]
     has_parked = bool(world.parked.any())
     with BagWriter(path) as bag:

@@ -17,6 +17,7 @@ from mctrack_ros.simulation.scenes import (
     scene_of,
 )
 from mctrack_ros.simulation.sight import Sight, View
+from mctrack_ros.simulation.staging import Walk, staged
 from mctrack_ros.simulation.truth import (
     parked_detections,
     parked_tracks,
@@ -44,12 +45,14 @@ __all__ = [
     'Scene',
     'Sight',
     'View',
+    'Walk',
     'World',
     'landmarks',
     'parked_detections',
     'parked_tracks',
     'pitch5_cameras',
     'scene_of',
+    'staged',
     'true_detections',
     'true_tracks',
 ]
