@@ -135,15 +135,12 @@ class CameraMapping(GroundMapping):
 
     def image_from_ground(self, position: ArrayLike, height: ArrayLike = 0.0) -> Floats:
         """Return the (n, 2) pixels of (n, 2) ground positions, m; NaN where it cannot see."""
-        position = points_of(position)
-        heights = np.broadcast_to(np.asarray(height, np.float64), len(position))
-        return _in_image(self._lens, self._pose, np.column_stack([position, heights]))
+        heights = np.ascontiguousarray(height, np.float64).reshape(-1)
+        return _in_image(self._lens, self._pose, points_of(position), heights)
 
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
-        slopes = _derivatives(self._lens, self._pose, points_of(position))[:, :, :2]
-        slopes[np.isnan(self.image_from_ground(position)).any(axis=1)] = np.nan
-        return slopes
+        return _slopes(self._lens, self._pose, points_of(position))
 
     def lens_edge(self) -> Floats:
         """Return (n, 2) pixels around what the lens model has one direction for; none: all."""
@@ -154,7 +151,7 @@ class CameraMapping(GroundMapping):
         angle = np.linspace(0, 2 * np.pi, EDGE_POINTS, endpoint=False)
         direction = radius * np.column_stack([np.cos(angle), np.sin(angle)])
         ahead = np.column_stack([np.eye(3), [0.0, 0.0, 1.0]])
-        return _in_image(self._lens, ahead, np.column_stack([direction, np.zeros(EDGE_POINTS)]))
+        return _in_image(self._lens, ahead, direction, np.zeros(1))
 
     def is_extrapolated(self, pixel: ArrayLike) -> Mask:
         """Tell which (n, 2) pixels lie beyond those that the camera was calibrated by."""
@@ -162,9 +159,8 @@ class CameraMapping(GroundMapping):
 
     def unfolded(self, position: ArrayLike) -> Floats:
         """Return the (n, 2) pixels of positions, m, also where the lens model folds back."""
-        position = points_of(position)
         lens = np.append(self._lens[:-1], np.inf)
-        return _in_image(lens, self._pose, np.column_stack([position, np.zeros(len(position))]))
+        return _in_image(lens, self._pose, points_of(position), np.zeros(1))
 
     def parameter_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 8) derivatives of the pixels of positions, m, by `PARAMETERS`."""
@@ -206,15 +202,18 @@ def _on_ground(lens: Floats, pose: Floats, pixel: Floats) -> Floats:
     return position
 
 
-@compiled(_POINTS(FLOATS_1D, FLOATS_2D, FLOATS_2D))
-def _in_image(lens: Floats, pose: Floats, world: Floats) -> Floats:
-    pixel = np.full((len(world), 2), np.nan)
+@compiled(_POINTS(FLOATS_1D, FLOATS_2D, FLOATS_2D, FLOATS_1D))
+def _in_image(lens: Floats, pose: Floats, position: Floats, height: Floats) -> Floats:
+    """Return the pixels of positions at heights, one for all or one each."""
+    pixel = np.full((len(position), 2), np.nan)
     work, axes = np.empty(DERIVED), np.empty(3)
-    for index in range(len(world)):
+    for index in range(len(position)):
+        above = height[index if len(height) > 1 else 0]
         for axis in range(3):
             axes[axis] = pose[axis, 3]
-            for by in range(3):
-                axes[axis] += pose[axis, by] * world[index, by]
+            axes[axis] += pose[axis, 0] * position[index, 0]
+            axes[axis] += pose[axis, 1] * position[index, 1]
+            axes[axis] += pose[axis, 2] * above
         if axes[2] > 0.0:
             x, y = axes[0] / axes[2], axes[1] / axes[2]
             if x * x + y * y <= lens[12]:
@@ -275,6 +274,20 @@ def _derivatives(lens: Floats, pose: Floats, position: Floats) -> Floats:
         x, y = position[index]
         _derive(lens, pose, x, y, work, by_axes, derivatives[index])
     return derivatives
+
+
+@compiled(_MATRICES(FLOATS_1D, FLOATS_2D, FLOATS_2D))
+def _slopes(lens: Floats, pose: Floats, position: Floats) -> Floats:
+    """Return the (n, 2, 2) derivatives of pixels by positions; NaN where it cannot see."""
+    slopes, jacobian = np.empty((len(position), 2, 2)), np.empty((2, 10))
+    work, by_axes = np.empty(DERIVED), np.empty(3)
+    for index in range(len(position)):
+        x, y = position[index]
+        _derive(lens, pose, x, y, work, by_axes, jacobian)
+        slopes[index] = jacobian[:, :2]
+        if _is_folded(lens, pose, x, y):
+            slopes[index] = np.nan
+    return slopes
 
 
 @compiled(_MATRICES(FLOATS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FLOATS_3D))

@@ -52,17 +52,24 @@ class Prediction:
         Left, top, width, height, px.
     spread : (n, 2, 2) float64 array
         Covariance of a measured foot point about the predicted, px².
+    slope : (n, 2, 2) float64 array
+        Derivative of the foot point by the place on the ground, px/m.
 
     """
 
     foot: Floats
     box: Floats
     spread: Floats
+    slope: Floats
 
     @property
     def bottom(self) -> Floats:
         """Bottom centres of the boxes, (n, 2) px."""
         return self.box[:, :2] + self.box[:, 2:] * [0.5, 1.0]
+
+    def select(self, mask: NDArray[np.bool_]) -> Prediction:
+        """Return the rows that a mask picks."""
+        return Prediction(self.foot[mask], self.box[mask], self.spread[mask], self.slope[mask])
 
 
 class LocalTracks:
@@ -126,18 +133,20 @@ class LocalTracks:
 
     def prediction(self) -> Prediction:
         """Return where the tracks are expected in the picture (the paper's KBB)."""
-        foot = self._mapping.image_from_ground(self.mean[:, :2])
+        place = np.ascontiguousarray(self.mean[:, :2])
+        foot, slope = self._mapping.image_from_ground(place), self._mapping.image_jacobian(place)
         box = self._sizes.box_of(foot, self.extent)
-        jacobian = self._mapping.image_jacobian(self.mean[:, :2])
-        spread = jacobian @ self.covariance[:, :2, :2] @ jacobian.swapaxes(1, 2)
-        return Prediction(foot, box, spread + self.foot_noise(box))
+        spread = kalman.projected(self.covariance, slope) + self.foot_noise(box)
+        return Prediction(foot, box, spread, slope)
 
-    def update(self, rows: Ints, foot: Floats, noise: Floats) -> None:
+    def update(self, predicted: Prediction, rows: Ints, foot: Floats, noise: Floats) -> None:
         """
         Correct some tracks with measured foot points; not those predicted behind the camera.
 
         Parameters
         ----------
+        predicted : Prediction
+            Of all tracks as they are.
         rows : (k,) int array
             Tracks.
         foot : (k, 2) array
@@ -146,13 +155,13 @@ class LocalTracks:
             Their covariance, px².
 
         """
-        innovation = foot - self._mapping.image_from_ground(self.mean[rows, :2])
+        innovation = foot - predicted.foot[rows]
         known = np.isfinite(innovation).all(axis=1)
         if not known.any():
             return
         rows, innovation, noise = rows[known], innovation[known], noise[known]
         jacobian = np.zeros((len(rows), 2, 4))
-        jacobian[:, :, :2] = self._mapping.image_jacobian(self.mean[rows, :2])
+        jacobian[:, :, :2] = predicted.slope[rows]
         self.mean[rows], self.covariance[rows] = kalman.update(
             self.mean[rows], self.covariance[rows], innovation, noise, jacobian
         )

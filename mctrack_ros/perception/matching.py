@@ -5,18 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, compiled
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.blobs import Blobs, overlap
 from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
 from mctrack_ros.tracking.appearance import bhattacharyya_distance
-from mctrack_ros.tracking.kalman import determinant, inverse
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 TOO_FAR = 1e6
+_PAIRS = types.UniTuple(types.f8[:, ::1], 2)
 
 
 @dataclass(frozen=True)
@@ -87,21 +89,44 @@ def _costs(
     config: MatchingConfig,
 ) -> Floats:
     """Return (tracks, blobs) costs, `TOO_FAR` beyond the gate."""
-    innovation = blobs.foot[None] - predicted.foot[:, None]
-    precision = inverse(predicted.spread)
-    distance = ((innovation @ precision) * innovation).sum(axis=-1)
-    ratio = np.log2(
-        np.maximum(blobs.box[None, :, 3], 1.0) / np.maximum(predicted.box[:, None, 3], 1.0)
-    )
     colour = bhattacharyya_distance(tracks.template, template)
-    cost = (
-        distance
-        + config.appearance_weight * colour
-        + config.size_weight * ratio**2
-        + np.log(determinant(predicted.spread))[:, None]
+    cost, distance = _scored(
+        predicted.foot,
+        predicted.spread,
+        predicted.box,
+        blobs.foot,
+        blobs.box,
+        config.appearance_weight * colour,
+        config.size_weight,
     )
-    cost -= cost.min(initial=0.0)
-    return np.where(distance <= config.gate, cost, TOO_FAR)
+    return np.where(distance <= config.gate, cost - cost.min(initial=0.0), TOO_FAR)
+
+
+@compiled(_PAIRS(FLOATS_2D, FLOATS_3D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FLOATS_2D, types.f8))
+def _scored(
+    foot: Floats,
+    spread: Floats,
+    box: Floats,
+    seen_foot: Floats,
+    seen_box: Floats,
+    colour: Floats,
+    size_weight: float,
+) -> tuple[Floats, Floats]:
+    """Return (tracks, blobs) costs, and squared Mahalanobis distances."""
+    cost, distance = np.empty(colour.shape), np.empty(colour.shape)
+    for track in range(len(foot)):
+        xx, xy, yy = spread[track, 0, 0], spread[track, 0, 1], spread[track, 1, 1]
+        scale = xx * yy - xy * xy
+        height = max(box[track, 3], 1.0)
+        for blob in range(len(seen_foot)):
+            across = seen_foot[blob, 0] - foot[track, 0]
+            down = seen_foot[blob, 1] - foot[track, 1]
+            far = (yy * across * across - 2 * xy * across * down + xx * down * down) / scale
+            ratio = np.log2(max(seen_box[blob, 3], 1.0) / height)
+            distance[track, blob] = far
+            cost[track, blob] = far + colour[track, blob] + size_weight * ratio * ratio
+            cost[track, blob] += np.log(scale)
+    return cost, distance
 
 
 def _hide(

@@ -16,7 +16,7 @@ from mctrack_ros.perception.contacts import contacts
 from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.identity import IdentityConfig, learn_identities
 from mctrack_ros.perception.local_events import EventLog
-from mctrack_ros.perception.local_tracks import FilterConfig, LocalTracks
+from mctrack_ros.perception.local_tracks import FilterConfig, LocalTracks, Prediction
 from mctrack_ros.perception.matching import MatchingConfig, match
 from mctrack_ros.perception.observations import NEW, Observations, Observer
 from mctrack_ros.perception.partition import PartitionConfig
@@ -144,14 +144,13 @@ class LocalTracker:
         seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9
         self._last_ns = stamp_ns
         tracks.predict(seconds)
-        self._drop_lost(stamp_ns, seconds, log)
+        predicted = self._without_lost(tracks.prediction(), stamp_ns, seconds, log)
         cells = np.rint(blobs.box / picture.scale).astype(int)
         template = colour_templates(picture.image, picture.mask, cells)
-        predicted = tracks.prediction()
         blob_of = match(tracks, predicted, blobs, template, self._matching)
         seen = self._observer.observe(blob_of, tracks, predicted, blobs, template, picture)
         self._note_groups(seen, blobs, picture, stamp_ns, feedback, log)
-        self._update(seen, blobs, seconds, stamp_ns)
+        self._update(seen, predicted, blobs, seconds, stamp_ns)
         seen = self._start(seen, stamp_ns)
         seen = seen.select(
             (seen.visible >= self._partition.least_visible)
@@ -172,11 +171,13 @@ class LocalTracker:
             found.append(tuple(ids[ids > 0].tolist()))
         return found
 
-    def _drop_lost(self, stamp_ns: int, seconds: float, log: EventLog) -> None:
+    def _without_lost(
+        self, predicted: Prediction, stamp_ns: int, seconds: float, log: EventLog
+    ) -> Prediction:
         """Drop tracks that left the picture or were not seen for too long (E4)."""
         tracks = self.tracks
         width, height = self._mapping.image_size
-        foot = self._mapping.image_from_ground(tracks.mean[:, :2])
+        foot = predicted.foot
         with np.errstate(invalid='ignore'):
             inside = (foot >= 0).all(axis=1) & (foot[:, 0] < width) & (foot[:, 1] < height * 1.1)
         inside &= self._sizes.known_at(foot)
@@ -188,7 +189,11 @@ class LocalTracker:
             self._presence.left(tracks, row, log)
         hope = np.where(tracks.confirmed, self._config.hidden_s, 0.0)
         obscure -= seconds  # the last picture's
-        tracks.keep(~left & (unseen <= patience) & (obscure <= hope))
+        kept = ~left & (unseen <= patience) & (obscure <= hope)
+        if kept.all():
+            return predicted
+        tracks.keep(kept)
+        return predicted.select(kept)
 
     def _note_groups(
         self,
@@ -224,14 +229,21 @@ class LocalTracker:
             tracks.local_id[old], place, box[old], is_seen[old], proven[old], age_s[old]
         )
 
-    def _update(self, seen: Observations, blobs: Blobs, seconds: float, stamp_ns: int) -> None:
+    def _update(
+        self,
+        seen: Observations,
+        predicted: Prediction,
+        blobs: Blobs,
+        seconds: float,
+        stamp_ns: int,
+    ) -> None:
         """Correct the tracks with what is seen of them (E6); learn sizes and colours alone."""
         tracks, known = self.tracks, seen.track != NEW
         tracks.seen_ns[seen.track[known]] = stamp_ns
         clear = known & (seen.proven >= self._partition.least_proven)
         tracks.clear_ns[seen.track[clear]] = stamp_ns
         measured = known & (~seen.fitted | (seen.visible >= self._partition.least_visible))
-        tracks.update(seen.track[measured], seen.foot[measured], seen.noise[measured])
+        tracks.update(predicted, seen.track[measured], seen.foot[measured], seen.noise[measured])
         alone = known & ~seen.fitted
         whole = alone & ~blobs.truncated[seen.blob]
         tracks.follow_size(seen.track[whole], seen.box[whole], seconds)

@@ -50,9 +50,9 @@ def bhattacharyya_distance(
     """
     coefficient = np.sqrt(first).astype(np.float64) @ np.sqrt(second).astype(np.float64).T
     distance = np.sqrt(np.clip(1 - coefficient, 0.0, 1.0))
-    known = np.outer(first.sum(axis=1) > 0, second.sum(axis=1) > 0)
-    result: NDArray[np.float64] = np.where(known, distance, 0.5)
-    return result
+    distance[~first.any(axis=1)] = 0.5
+    distance[:, ~second.any(axis=1)] = 0.5
+    return np.asarray(distance)
 
 
 @inner

@@ -84,15 +84,14 @@ def update(
     )
 
 
+def projected(covariance: Floats, slope: Floats) -> Floats:
+    """Return the (n, 2, 2) covariances of what changes with the place by (n, 2, 2) slopes."""
+    return _projected(_array(covariance), _array(slope))
+
+
 def inverse(matrix: Floats) -> Floats:
     """Return the inverses of (..., 2, 2) matrices."""
     return _inverses(_array(matrix).reshape(-1, 2, 2)).reshape(matrix.shape)
-
-
-def determinant(matrix: Floats) -> Floats:
-    """Return the determinants of (..., 2, 2) matrices."""
-    product: Floats = matrix[..., 0, 0] * matrix[..., 1, 1]
-    return product - matrix[..., 0, 1] * matrix[..., 1, 0]
 
 
 def symmetric(matrix: Floats) -> Floats:
@@ -121,6 +120,18 @@ def _inverses(matrix: Floats) -> Floats:
     for index in range(len(matrix)):
         _inverted(matrix[index], inverses[index])
     return inverses
+
+
+@compiled(types.f8[:, :, ::1](FLOATS_3D, FLOATS_3D))
+def _projected(covariance: Floats, slope: Floats) -> Floats:
+    spread = np.zeros(slope.shape)
+    for n in range(len(slope)):
+        for i in range(2):
+            for j in range(2):
+                for k in range(2):
+                    for m in range(2):
+                        spread[n, i, j] += slope[n, i, k] * covariance[n, k, m] * slope[n, j, m]
+    return spread
 
 
 @compiled(_STATES(FLOATS_2D, FLOATS_3D, FLOATS_1D, types.f8))

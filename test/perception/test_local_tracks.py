@@ -30,7 +30,7 @@ def test_filter_learns_the_velocity_of_a_walker(tracks, mapping):
         place = place + velocity * STEP_S
         tracks.predict(STEP_S)
         foot = mapping.image_from_ground(place) + rng.normal(0, 1.5, (1, 2))
-        tracks.update(rows, foot, noise)
+        tracks.update(tracks.prediction(), rows, foot, noise)
     assert np.allclose(tracks.mean[0, :2], place[0], atol=0.25)
     assert np.allclose(tracks.mean[0, 2:], velocity[0], atol=0.6)
 
@@ -49,7 +49,7 @@ def test_update_is_that_of_the_textbook_one_track_at_a_time(tracks, mapping):
         innovation = measured - mapping.image_from_ground(mean[None, :2])[0]
         gain = covariance @ jacobian.T @ np.linalg.inv(jacobian @ covariance @ jacobian.T + own)
         expected.append((mean + gain @ innovation, covariance - gain @ jacobian @ covariance))
-    tracks.update(np.arange(3), foot, noise)
+    tracks.update(tracks.prediction(), np.arange(3), foot, noise)
     assert np.allclose(tracks.mean, [mean for mean, _ in expected])
     assert np.allclose(tracks.covariance, [covariance for _, covariance in expected])
 
@@ -63,7 +63,7 @@ def test_covariances_stay_positive_definite(mapping, waits, error):
     for seconds in waits:
         tracks.predict(seconds)
         foot = mapping.image_from_ground([[0.0, 0.0]]) + error
-        tracks.update(rows, foot, np.eye(2)[None])
+        tracks.update(tracks.prediction(), rows, foot, np.eye(2)[None])
         assert np.linalg.eigvalsh(tracks.covariance[0]).min() > 0
 
 
