@@ -23,6 +23,7 @@ from mctrack_ros.perception.output import CameraOutput, check_mask, check_pictur
 from mctrack_ros.perception.partition import PartitionConfig
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.presence import PresenceConfig
+from mctrack_ros.perception.shadows import ShadowConfig, Shadows
 from mctrack_ros.perception.silhouettes.parameters import SilhouetteConfig
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.perception.tracker import LocalTracker, TrackerConfig
@@ -44,6 +45,7 @@ class CameraConfig:
         1, 'pictures are reduced by this factor before the background', minimum=1, maximum=4
     )
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
+    shadows: ShadowConfig = field(default_factory=ShadowConfig)
     blobs: BlobConfig = field(default_factory=BlobConfig)
     ghosts: GhostConfig = field(default_factory=GhostConfig)
     filter: FilterConfig = field(default_factory=FilterConfig)
@@ -95,6 +97,7 @@ class CameraPipeline:
         if background is not None:
             check_picture(background, mapping.image_size)
             self._background.begin(self._reduced(background))
+        self._shadows = Shadows(config.shadows, mapping, float(config.reduction))
         self._ghosts = GhostWatch(config.ghosts)
         self._watchdog = Watchdog(config.watchdog, mask)
         self._tracker = LocalTracker(
@@ -144,6 +147,8 @@ class CameraPipeline:
             self._tracker.restart()
             self._ghosts.restart()
             return CameraOutput.empty(stamp_ns, shift)
+        model, noise = self._background.model, self._background.noise or 0.0
+        self._shadows.take_out(small, model, raw, noise, stamp_ns)
         if self._mask is not None:
             raw = cv2.bitwise_and(raw, self._mask)  # type: ignore[assignment]
         mask = clean_mask(raw, self._config.blobs)
