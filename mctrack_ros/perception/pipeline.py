@@ -147,8 +147,8 @@ class CameraPipeline:
             self._tracker.restart()
             self._ghosts.restart()
             return CameraOutput.empty(stamp_ns, shift)
-        model, noise = self._background.model, self._background.noise or 0.0
-        self._shadows.take_out(small, model, raw, noise, stamp_ns)
+        noise = self._background.noise or 0.0
+        self._shadows.take_out(small, background, raw, noise, stamp_ns)
         if self._mask is not None:
             raw = cv2.bitwise_and(raw, self._mask)  # type: ignore[assignment]
         mask = clean_mask(raw, self._config.blobs)

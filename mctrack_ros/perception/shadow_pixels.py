@@ -53,7 +53,7 @@ def _kind_of(
 @inner
 def _is_left(field: Floats, y: int, x: int, direction: Floats) -> bool:
     across = field[y // FIELD_PX, x // FIELD_PX, 0]
-    return across[0] * direction[0] + across[1] * direction[1] < 0.0
+    return bool(across[0] * direction[0] + across[1] * direction[1] < 0.0)
 
 
 @inner
