@@ -55,21 +55,31 @@ class Rows:
     """
 
     COLUMNS: ClassVar[dict[str, Column]] = {}
+    LAYOUT: ClassVar[tuple[tuple[str, np.dtype[Any], tuple[int, ...], float], ...]] = ()
+    NONE: ClassVar[tuple[NDArray[Any], ...]] = ()
 
     stamp_ns: int
     position: NDArray[np.float32]
 
+    def __init_subclass__(cls) -> None:
+        """Work out once what every row of a type needs: its columns, and those of no rows."""
+        cls.LAYOUT = tuple(
+            (name, np.dtype(column.dtype), column.shape, column.fill)
+            for name, column in cls.COLUMNS.items()
+        )
+        cls.NONE = tuple(np.zeros((0, *shape), dtype) for _, dtype, shape, _ in cls.LAYOUT)
+
     def __post_init__(self) -> None:
         """Check every column against its declaration and freeze it."""
         count: int | None = None
-        for name, column in self.COLUMNS.items():
+        for name, dtype, shape, _ in self.LAYOUT:
             array = getattr(self, name)
             count = len(array) if count is None else count
-            expected = (count, *column.shape)
-            if array.shape != expected or array.dtype != column.dtype:
+            expected = (count, *shape)
+            if array.shape != expected or array.dtype != dtype:
                 raise ValueError(
                     f'{name} has shape {array.shape} and type {array.dtype}, '
-                    f'expected {expected} and {np.dtype(column.dtype)}'
+                    f'expected {expected} and {dtype}'
                 )
             object.__setattr__(self, name, _frozen(array))
 
@@ -98,14 +108,18 @@ class Rows:
         unknown = columns.keys() - cls.COLUMNS.keys()
         if unknown:
             raise ValueError(f'{cls.__name__} has no column {sorted(unknown)[0]!r}')
-        count = len(np.asarray(next(iter(columns.values())))) if columns else 0
+        if not columns:
+            return _unchecked(cls, int(stamp_ns), cls.NONE)
+        count = len(np.asarray(next(iter(columns.values()))))
         arrays: dict[str, Any] = {}
-        for name, column in cls.COLUMNS.items():
+        for name, dtype, shape, fill in cls.LAYOUT:
             if name in columns:
-                given = np.asarray(columns[name], dtype=column.dtype)
-                arrays[name] = given.reshape((-1, *column.shape)) if given.size == 0 else given
+                given = np.asarray(columns[name], dtype)
+                arrays[name] = given.reshape((-1, *shape)) if given.size == 0 else given
+            elif fill == 0.0:
+                arrays[name] = np.zeros((count, *shape), dtype)
             else:
-                arrays[name] = np.full((count, *column.shape), column.fill, column.dtype)
+                arrays[name] = np.full((count, *shape), fill, dtype)
         return cls(stamp_ns=int(stamp_ns), **arrays)
 
     @classmethod
