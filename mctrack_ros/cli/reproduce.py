@@ -30,9 +30,10 @@ class Experiment(StrEnum):
     SILHOUETTES = 'silhouettes'
     TABLE4 = 'table4'
     FIG16 = 'fig16'
+    FIG20 = 'fig20'
 
 
-DRAWN = (Experiment.TABLE3, Experiment.FIG18)
+DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20)
 
 
 def reproduce(
@@ -41,24 +42,28 @@ def reproduce(
         None, help='Folder of the real data; unless given, MCTRACK_DATA or ../shared/data.'
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
-    picture: Path | None = typer.Option(None, help='table3, fig18: also draw them, as PNG.'),
+    picture: Path | None = typer.Option(
+        None, help='table3, fig18, fig20: also draw them, as PNG.'
+    ),
 ) -> None:
     """Measure on real data, the pitch, the car park, the ground mappings or the watchdog."""
     if picture is not None and experiment not in DRAWN:
         raise ValueError(f'{experiment} has no picture: leave --picture away')
-    figures = _experiment(experiment, data)
+    figures = _experiment(experiment, data, picture)
     typer.echo(figures.table())
     if json_file is not None:
         figures.write(json_file)
-    if picture is not None:
-        _draw(experiment, figures, picture)
 
 
-def _draw(experiment: Experiment, figures: Figures, picture: Path) -> None:
+def _accuracy(experiment: Experiment, picture: Path | None) -> Figures:
+    from mctrack_ros.experiments.ground_accuracy import reproduce_fig18, reproduce_table3
     from mctrack_ros.experiments.report.accuracy_charts import draw_fig18, draw_table3
 
-    draw = draw_table3 if experiment is Experiment.TABLE3 else draw_fig18
-    draw(figures, picture)
+    is_table = experiment is Experiment.TABLE3
+    figures = reproduce_table3() if is_table else reproduce_fig18()
+    if picture is not None:
+        (draw_table3 if is_table else draw_fig18)(figures, picture)
+    return figures
 
 
 def data_folder(given: Path | None) -> Path:
@@ -77,7 +82,7 @@ def data_folder(given: Path | None) -> Path:
     return folder
 
 
-def _experiment(experiment: Experiment, data: Path | None) -> Figures:
+def _experiment(experiment: Experiment, data: Path | None, picture: Path | None) -> Figures:
     if experiment is Experiment.HONESTY:
         from mctrack_ros.experiments.ground_honesty import reproduce_honesty
 
@@ -94,12 +99,12 @@ def _experiment(experiment: Experiment, data: Path | None) -> Figures:
         from mctrack_ros.experiments.fig16 import reproduce_fig16
 
         return reproduce_fig16(progress=_tell)
-    if experiment in DRAWN:
-        from mctrack_ros.experiments import ground_accuracy
+    if experiment is Experiment.FIG20:
+        from mctrack_ros.experiments.fig20 import reproduce_fig20
 
-        if experiment is Experiment.TABLE3:
-            return ground_accuracy.reproduce_table3()
-        return ground_accuracy.reproduce_fig18()
+        return reproduce_fig20(picture)
+    if experiment in (Experiment.TABLE3, Experiment.FIG18):
+        return _accuracy(experiment, picture)
     return _real_experiment(experiment)(data_folder(data))
 
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from mctrack_ros.evaluation import Trajectories, ground_timeline
-from mctrack_ros.evaluation.frames import frames_of, ground_distance, matched
 from mctrack_ros.evaluation.happenings import CODES, EventScore, Happening, score_events
+from mctrack_ros.evaluation.paths import matched_paths
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.tracked_match import MEMORY_S, PEOPLE_GATE_M, TrackedMatch
 from mctrack_ros.interfaces import EventCode
@@ -91,22 +91,8 @@ def _of(code: int, happenings: Sequence[Happening]) -> list[Happening]:
 
 def _correlation(truth: Trajectories, tracks: Trajectories) -> float:
     """Return the mean over players and axes of true and estimated coordinates' correlation."""
-    pairs: dict[int, list[tuple[float, ...]]] = {}
-    true_rows = {(frame, one): row for row, (frame, one) in enumerate(zip(truth.frame, truth.id))}
-    rows = {(frame, one): row for row, (frame, one) in enumerate(zip(tracks.frame, tracks.id))}
-    ids, track_ids = np.unique(truth.id), np.unique(tracks.id)
-    for frame in frames_of(truth, tracks, 'position', ground_distance, GATE_M):
-        for mine, theirs in zip(*matched(frame.distance, GATE_M)):
-            person = ids[frame.truth[mine]]
-            one = truth.position[true_rows[frame.number, person]]
-            other = tracks.position[rows[frame.number, track_ids[frame.tracks[theirs]]]]
-            pairs.setdefault(int(person), []).append((*one, *other))
-    correlations = []
-    for points in map(np.array, pairs.values()):
-        if len(points) > 2:
-            matrix = np.corrcoef(points.T)
-            correlations += [matrix[0, 2], matrix[1, 3]]
-    return float(np.mean(correlations))
+    paths = matched_paths(truth, tracks, GATE_M).values()
+    return float(np.mean([path.correlation() for path in paths if len(path.frame) > 2]))
 
 
 def _figures(name: str, score: EventScore) -> dict[str, float]:
