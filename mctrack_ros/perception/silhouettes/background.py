@@ -14,6 +14,7 @@ Grey = NDArray[np.uint8]
 MEDIAN_OF_NORMAL = 0.6745  # median of a normal deviate's size, in standard deviations
 SPARSE = 5  # noise is measured at every fifth pixel of every fifth row
 NOISE_TIME_S = 2.0
+NOISIEST = 20  # grey levels; a larger median difference is another picture, not noise
 
 
 @dataclass(frozen=True)
@@ -122,8 +123,7 @@ class LowPassBackground:
             return None
         if self._config.follow_light and measures:
             self._follow_light(grey, same)
-        share = 1 - (1 - self._config.beta) ** (seconds / self._config.period_s)
-        cv2.accumulateWeighted(grey, self.model, share, same)
+        self.learn(grey, same, seconds)
         return np.asarray(cv2.bitwise_not(background), np.uint8)
 
     def restart_from(self, grey: Grey) -> None:
@@ -154,14 +154,17 @@ class LowPassBackground:
             self.light *= gain
 
     def insert(
-        self, grey: Grey, box: NDArray[np.integer], spared: NDArray[np.bool_] | None = None
+        self,
+        grey: NDArray[np.uint8 | np.float32],
+        box: NDArray[np.integer],
+        spared: NDArray[np.bool_] | None = None,
     ) -> Grey:
         """
         Copy a rectangle of a smoothed picture into the background.
 
         Parameters
         ----------
-        grey : (h, w) uint8 array
+        grey : (h, w) uint8 or float32 array
             The picture.
         box : (4,) int array
             Left, top, width, height, px.
@@ -182,6 +185,15 @@ class LowPassBackground:
         np.copyto(window, shown, where=True if spared is None else ~spared)
         return before  # type: ignore[return-value]
 
+    def learn(self, grey: Grey, where: Grey, seconds: float) -> None:
+        """Let the background follow a smoothed picture where a mask is not zero."""
+        assert self.model is not None
+        cv2.accumulateWeighted(grey, self.model, self._share(seconds), where)
+
+    def _share(self, seconds: float) -> float:
+        """Return the share of a difference that is learned in some time."""
+        return float(1 - (1 - self._config.beta) ** (seconds / self._config.period_s))
+
     def restore(self, patch: Grey, box: NDArray[np.integer], mask: Grey) -> None:
         """Put back what `insert` returned, where a mask of the rectangle's size is not zero."""
         assert self.model is not None
@@ -194,6 +206,8 @@ class LowPassBackground:
         sample = difference[::SPARSE, ::SPARSE].ravel()
         counts = np.bincount(sample, minlength=2).cumsum()
         middle = int(np.searchsorted(counts, sample.size / 2))
+        if middle > NOISIEST:
+            return
         below = counts[middle - 1] if middle else 0
         within = (sample.size / 2 - below) / max(counts[middle] - below, 1)
         measured = max(middle - 0.5 + within, 0.0) / MEDIAN_OF_NORMAL

@@ -38,6 +38,10 @@ class ComponentConfig:
         7, 'gaps narrower than this are closed; 1: none, as printed [px]', minimum=1, maximum=63
     )
 
+    learn_specks: bool = parameter(
+        True, 'what is too narrow to be in a silhouette is learned; false: as printed'
+    )
+
     def __post_init__(self) -> None:
         """Refuse kernels that would shift what they clean."""
         for name in ('opening_px', 'closing_px'):

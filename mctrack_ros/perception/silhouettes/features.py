@@ -34,7 +34,7 @@ class ComparisonConfig:
         1.0, 'weight of each of the 16 bins of the grey histogram', minimum=0.0, maximum=100.0
     )
     place_weight: float = parameter(
-        4.0,
+        8.0,
         'weight of each of the distances from the expected place, x and y; 0: as printed',
         minimum=0.0,
         maximum=100.0,

@@ -12,8 +12,13 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import BYTES_2D, INTS_1D, compiled, inner
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.silhouettes.background import LowPassBackground
-from mctrack_ros.perception.silhouettes.components import Silhouettes
+from mctrack_ros.perception.silhouettes.components import (
+    ComponentConfig,
+    Silhouettes,
+    find_silhouettes,
+)
 from mctrack_ros.perception.silhouettes.features import AREA
+from mctrack_ros.perception.silhouettes.still import StillPixels
 
 Grey = NDArray[np.uint8]
 _CROSS = np.asarray(cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), np.uint8)
@@ -28,6 +33,12 @@ class HoleConfig:
         1.5,
         'how much stronger the outline must be in the background than in the picture; 0: holes '
         'are not looked for in the picture, as printed',
+        minimum=0.0,
+    )
+    still_s: float = parameter(
+        1.0,
+        'time after which what has looked the same is tried for a hole apart from what moves '
+        'before it; 0: never [s]',
         minimum=0.0,
     )
     least_area_px: float = parameter(
@@ -69,6 +80,51 @@ def patched(
         own = np.asarray(cv2.dilate(own, _CROSS), np.uint8)
         background.model[window][own > 0] = silhouettes.grey[window][own > 0]
     return silhouettes.without(holes) if holes else silhouettes
+
+
+def without_still_holes(
+    mask: Grey,
+    grey: Grey,
+    still: StillPixels,
+    background: LowPassBackground,
+    components: ComponentConfig,
+    config: HoleConfig,
+) -> Grey:
+    """
+    Patch holes that touch what moves, and return the mask without them; beyond the paper.
+
+    A car that leaves is one silhouette with its hole until it has gone its own length. But the
+    hole stands still.
+
+    Parameters
+    ----------
+    mask : (h, w) uint8 array
+        Foreground.
+    grey : (h, w) uint8 array
+        The smoothed picture.
+    still : StillPixels
+        For how long its pixels have looked the same.
+    background : LowPassBackground
+        Is changed.
+    components : ComponentConfig
+        How silhouettes are found.
+    config : HoleConfig
+        Parameters.
+
+    """
+    if config.edge_ratio == 0.0 or config.still_s == 0.0:
+        return mask
+    old = cv2.inRange(still.seconds, config.still_s, np.inf)
+    if cv2.countNonZero(old) < config.least_area_px:
+        return mask
+    found = find_silhouettes(np.asarray(cv2.bitwise_and(old, mask), np.uint8), grey, components)
+    left = patched(found, background, config)
+    if len(left.shapes) == len(found.shapes):
+        return mask
+    hole = (found.labels > 0) & (left.row_of[found.labels] < 0)
+    mask = np.where(hole, np.uint8(0), mask)
+    still.seconds[hole] = 0.0
+    return mask
 
 
 def _is_hole(

@@ -32,6 +32,14 @@ class MatchConfig:
     pedestrian_mps: float = parameter(
         2.0, 'by how much that grows with the time since they were seen [m/s]', minimum=0.0
     )
+    stripe_width: float = parameter(
+        1.3,
+        'what is this many times wider than a known pedestrian, and lower, is none',
+        minimum=1.0,
+    )
+    stripe_height: float = parameter(
+        0.5, 'how much lower, as a share of the height', minimum=0.0, maximum=1.0
+    )
     only_valid: bool = parameter(
         True, 'only silhouettes within the radius compete; false: as printed, all do'
     )

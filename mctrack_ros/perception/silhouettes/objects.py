@@ -33,7 +33,7 @@ class ObjectConfig:
         minimum=0.0,
     )  # fmt: skip
     establish_s: float = parameter(
-        0.9,
+        1.15,
         'age from which an object that is matched again is no longer transient; two pictures at '
         'the 4 Hz of the paper [s]',
         minimum=0.0,

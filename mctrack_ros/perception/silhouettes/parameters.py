@@ -16,6 +16,7 @@ from mctrack_ros.perception.silhouettes.partition import DivisionConfig
 from mctrack_ros.perception.silhouettes.places import PlaceConfig
 from mctrack_ros.perception.silhouettes.reporting import ReportConfig
 from mctrack_ros.perception.silhouettes.rest import RestConfig
+from mctrack_ros.perception.silhouettes.stains import StainConfig
 from mctrack_ros.perception.silhouettes.tracker import SilhouetteTrackerConfig
 from mctrack_ros.perception.watchdog import WatchdogConfig
 
@@ -27,6 +28,7 @@ class SilhouetteConfig:
     background: LowPassConfig = field(default_factory=LowPassConfig)
     components: ComponentConfig = field(default_factory=ComponentConfig)
     holes: HoleConfig = field(default_factory=HoleConfig)
+    stains: StainConfig = field(default_factory=StainConfig)
     tracker: SilhouetteTrackerConfig = field(default_factory=SilhouetteTrackerConfig)
     rest: RestConfig = field(default_factory=RestConfig)
     places: PlaceConfig = field(default_factory=PlaceConfig)
@@ -45,8 +47,9 @@ def as_printed() -> SilhouetteConfig:
             follow_light=False,
             smoothing_px=1,
         ),
-        components=ComponentConfig(closing_px=1),
+        components=ComponentConfig(closing_px=1, learn_specks=False),
         holes=HoleConfig(edge_ratio=0.0),
+        stains=StainConfig(still_s=0.0),
         tracker=SilhouetteTrackerConfig(
             gathering=GatheringConfig(person_height_m=0.0),
             comparison=ComparisonConfig(place_weight=0.0),

@@ -15,7 +15,7 @@ from mctrack_ros.perception.silhouettes.background import LowPassBackground
 from mctrack_ros.perception.silhouettes.classes import ClassVotes
 from mctrack_ros.perception.silhouettes.components import find_silhouettes
 from mctrack_ros.perception.silhouettes.features import Floats
-from mctrack_ros.perception.silhouettes.holes import patched
+from mctrack_ros.perception.silhouettes.holes import patched, without_still_holes
 from mctrack_ros.perception.silhouettes.objects import at_edge
 from mctrack_ros.perception.silhouettes.parameters import SilhouetteConfig
 from mctrack_ros.perception.silhouettes.places import Places
@@ -27,6 +27,7 @@ from mctrack_ros.perception.silhouettes.reporting import (
     passes,
 )
 from mctrack_ros.perception.silhouettes.rest import RestWatch
+from mctrack_ros.perception.silhouettes.stains import without_stains
 from mctrack_ros.perception.silhouettes.tracker import SilhouetteTracker
 from mctrack_ros.perception.watchdog import CameraShift, Watchdog
 from mctrack_ros.tracking.appearance import colour_templates
@@ -153,8 +154,20 @@ class SilhouettePipeline:
     ) -> CameraOutput:
         """Match, put on the ground, report."""
         objects, log = self._tracker.objects, EventLog(stamp_ns)
+        if self._rest.looked:
+            mask = without_still_holes(
+                mask, grey, self._rest.still,
+                self._background, self._config.components, self._config.holes,
+            )  # fmt: skip
         silhouettes = find_silhouettes(mask, grey, self._config.components)
+        if self._config.components.learn_specks:
+            specks = np.where(silhouettes.labels == 0, mask, np.uint8(0))
+            self._background.learn(grey, specks, seconds)
         silhouettes = patched(silhouettes, self._background, self._config.holes)
+        silhouettes = without_stains(
+            silhouettes, self._rest.still, objects, self._places.sizes,
+            self._background, self._config.stains,
+        )  # fmt: skip
         component = self._tracker.step(silhouettes, stamp_ns, log)
         self._groups.note(objects, component, log)
         truncated = at_edge(objects.box, mask.shape, 1.0)

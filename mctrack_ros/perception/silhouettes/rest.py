@@ -95,20 +95,24 @@ class RestWatch:
     ----------
     inserted : list of Inserted
         The recently inserted objects, oldest first.
+    still : StillPixels
+        For how long the foreground has looked the same.
+    looked : bool
+        Whether the last picture was looked at for that.
 
     """
 
     def __init__(self, config: RestConfig) -> None:
         self._config = config
-        self._still = StillPixels(LOOK_S)
+        self.still = StillPixels(LOOK_S)
         self.restart()
 
     def restart(self) -> None:
         """Forget everything."""
         self.inserted: list[Inserted] = []
         self._rests: dict[int, _Rest] = {}
-        self._still.restart()
-        self._looked = False
+        self.still.restart()
+        self.looked = False
 
     def watch(self, background: LowPassBackground, grey: Grey, mask: Grey, stamp_ns: int) -> None:
         """
@@ -126,7 +130,7 @@ class RestWatch:
             Time of the picture, ns.
 
         """
-        self._looked = self._still.watch(grey, mask, stamp_ns, background.threshold)
+        self.looked = self.still.watch(grey, mask, stamp_ns, background.threshold)
         recent_ns = round(self._config.recent_s * 1e9)
         kept = [one for one in self.inserted if stamp_ns - one.stamp_ns <= recent_ns]
         if share := self._config.uncovered_share:
@@ -194,24 +198,24 @@ class RestWatch:
     ) -> NDArray[np.bool_]:
         """Insert what has looked the same for long, pixel by pixel; beyond the paper."""
         gone = np.zeros(len(objects), np.bool_)
-        if not self._looked:
+        if not self.looked:
             return gone
         for row in np.flatnonzero(objects.matched).tolist():
             patience = self._patience(objects, row)
             own = labels[window_of(objects.box[row])] > 0
-            same = self._still.still_for(grey, window_of(objects.box[row]), patience)
+            same = self.still.still_for(grey, window_of(objects.box[row]), patience)
             if np.count_nonzero(own & same) < self._config.still_share * np.count_nonzero(own):
                 continue
             gone[row] = True
             box = _widened(objects.box[row], labels.shape)
-            taken = self._still.seconds[window_of(box)] >= patience / 2
+            taken = self.still.seconds[window_of(box)] >= patience / 2
             taken &= ~self._spared(objects, row, box, labels)
-            before = background.insert(self._still.picture, box, ~taken)
-            self._still.seconds[window_of(box)][taken] = 0.0
+            before = background.insert(self.still.picture, box, ~taken)
+            self.still.seconds[window_of(box)][taken] = 0.0
             if objects.class_id[row] == ClassCode.VEHICLE:
                 shown = np.where(taken, 255, 0).astype(np.uint8)
                 self._remember(objects, row, box, before, shown, background.light, stamp_ns)
-        self._still.teach(background, grey, self._config.pedestrian_rest_s)
+        self.still.teach(background, grey, self._config.pedestrian_rest_s)
         return gone
 
     def _remember(

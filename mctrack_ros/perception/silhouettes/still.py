@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from mctrack_ros.perception.silhouettes.background import LowPassBackground
 Grey = NDArray[np.uint8]
 Seconds = NDArray[np.float32]
 
+AVERAGED = 0.25  # share of a difference that is learned in one look
 FORGET = 1.0  # times as fast as it was learned is forgotten what was seen at a pixel
 
 
@@ -33,7 +33,7 @@ class StillPixels:
     ----------
     seconds : (h, w) float32 array
         Time that speaks for what is remembered, s.
-    picture : (h, w) uint8 array
+    picture : (h, w) float32 array
         What is remembered.
 
     """
@@ -45,7 +45,7 @@ class StillPixels:
     def restart(self) -> None:
         """Forget everything."""
         self.seconds: Seconds = np.zeros((0, 0), np.float32)
-        self.picture: Grey = np.zeros((0, 0), np.uint8)
+        self.picture: NDArray[np.float32] = np.zeros((0, 0), np.float32)
         self._last_ns, self._tolerance = 0, 0.0
 
     def watch(self, grey: Grey, mask: Grey, stamp_ns: int, tolerance: float) -> bool:
@@ -71,7 +71,7 @@ class StillPixels:
         """
         self._tolerance = tolerance
         if self.seconds.shape != grey.shape:
-            self.seconds, self.picture = np.zeros(grey.shape, np.float32), grey.copy()
+            self.seconds, self.picture = np.zeros(grey.shape, np.float32), grey.astype(np.float32)
             self._last_ns = stamp_ns
             return True
         if stamp_ns - self._last_ns < self._period_ns:
@@ -98,7 +98,7 @@ class StillPixels:
         """
         old = self.seconds[window] >= least_s
         if old.any():
-            old &= cv2.absdiff(grey[window], self.picture[window]) <= self._tolerance
+            old &= np.abs(grey[window] - self.picture[window]) <= self._tolerance
         return np.asarray(old)
 
     def teach(self, background: LowPassBackground, grey: Grey, least_s: float) -> None:
@@ -111,14 +111,14 @@ class StillPixels:
     types.void(
         BYTES_2D,
         BYTES_2D,
-        types.Array(types.u1, 2, 'C'),
+        types.Array(types.f4, 2, 'C'),
         types.Array(types.f4, 2, 'C'),
         types.f8,
         types.f8,
     )
 )
 def _look(
-    grey: Grey, mask: Grey, picture: Grey, seconds: Seconds, passed: float, tolerance: float
+    grey: Grey, mask: Grey, picture: Seconds, seconds: Seconds, passed: float, tolerance: float
 ) -> None:
     """Let the time at each pixel grow or shrink."""
     for y in range(grey.shape[0]):
@@ -127,8 +127,9 @@ def _look(
             if mask[y, x] == 0:
                 if known > 0.0:
                     seconds[y, x] = max(known - FORGET * passed, 0.0)
-            elif known > 0.0 and abs(np.int64(grey[y, x]) - picture[y, x]) <= tolerance:
+            elif known > 0.0 and abs(grey[y, x] - picture[y, x]) <= tolerance:
                 seconds[y, x] = known + passed
+                picture[y, x] += AVERAGED * (grey[y, x] - picture[y, x])
             elif known > FORGET * passed:
                 seconds[y, x] = known - FORGET * passed
             else:
@@ -139,7 +140,7 @@ def _look(
     types.void(
         types.Array(types.f4, 2, 'C'),
         BYTES_2D,
-        BYTES_2D,
+        types.Array(types.f4, 2, 'C'),
         types.Array(types.f4, 2, 'C'),
         types.f8,
         types.f8,
@@ -148,7 +149,7 @@ def _look(
 def _learn(
     model: NDArray[np.float32],
     grey: Grey,
-    picture: Grey,
+    picture: Seconds,
     seconds: Seconds,
     least_s: float,
     tolerance: float,

@@ -19,6 +19,8 @@ from mctrack_ros.perception.silhouettes.duplicates import (
     without_transient_duplicates,
 )
 from mctrack_ros.perception.silhouettes.features import (
+    HEIGHT,
+    WIDTH,
     ComparisonConfig,
     Floats,
     Ints,
@@ -154,6 +156,7 @@ class SilhouetteTracker:
         objects, established = self.objects.shapes, self.objects.established
         reach = self._reach(stamp_ns)
         valid = valid_matches(objects, shapes, self._config.match, reach)
+        valid &= ~self._stripes(shapes)
         match = naive_matches(objects, shapes, valid, self._config.match, weights)
         match = without_transient_duplicates(match, established)
         match = resolve_merges(objects, shapes, match, valid, established, weights)
@@ -184,6 +187,14 @@ class SilhouetteTracker:
         """Tell which objects, (n,), were seen whole and alone and are of a class."""
         known = self.objects.alone_s >= self._config.objects.body_s
         return np.asarray(known & (self.objects.class_id == kind))
+
+    def _stripes(self, shapes: Shapes) -> Mask:
+        """Tell which silhouettes, (n, m), are too wide and low to be known pedestrians."""
+        config = self._config.match
+        known = self._known(ClassCode.PERSON)[:, None] & (config.pedestrian_m > 0.0)
+        size, own = shapes.box[None, :, 2:], self.objects.vector[:, None, [WIDTH, HEIGHT]]
+        wide = size[..., 0] > config.stripe_width * own[..., 0]
+        return np.asarray(known & wide & (size[..., 1] < config.stripe_height * own[..., 1]))
 
     def _vehicle_like(self, shapes: Shapes) -> Mask:
         extent = shapes.box[:, 2:] / self._sizes.per_metre(self._sizes.foot_of(shapes.box))
