@@ -31,6 +31,7 @@ class Experiment(StrEnum):
     TABLE4 = 'table4'
     FIG16 = 'fig16'
     FIG20 = 'fig20'
+    ROBUSTNESS = 'robustness'
 
 
 DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20)
@@ -99,6 +100,10 @@ def _experiment(experiment: Experiment, data: Path | None, picture: Path | None)
         from mctrack_ros.experiments.fig16 import reproduce_fig16
 
         return reproduce_fig16(progress=_tell)
+    if experiment is Experiment.ROBUSTNESS:
+        from mctrack_ros.experiments.robustness import reproduce_robustness
+
+        return reproduce_robustness(progress=_tell)
     if experiment is Experiment.FIG20:
         from mctrack_ros.experiments.fig20 import reproduce_fig20
 

@@ -71,7 +71,10 @@ class BackgroundConfig:
         5.0, 'difference that is foreground, in standard deviations of the noise', minimum=1.0
     )
     minimum_threshold: float = parameter(
-        12.0, 'difference that is foreground at least [grey levels]', minimum=1.0, maximum=255.0
+        12.0,
+        'difference that is foreground at least, in the light of the start [grey levels]',
+        minimum=1.0,
+        maximum=255.0,
     )
     relearn_fraction: float = parameter(
         0.6, 'changed share of the picture from which the background is learned anew',
@@ -139,7 +142,8 @@ class Background:
     def threshold(self) -> float:
         """Difference from which a pixel is foreground, grey levels."""
         noise = self._config.threshold_sigmas * (self.noise or 0.0)
-        return max(self._config.minimum_threshold, noise)
+        light = 1.0 if self.model is None else float(self._light.level.mean())
+        return max(self._config.minimum_threshold * light, noise)
 
     def apply(self, image: Image, stamp_ns: int) -> Image | None:
         """

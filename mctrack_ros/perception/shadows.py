@@ -32,7 +32,7 @@ class ShadowConfig:
     )  # fmt: skip
     longest_m: float = parameter(5.0, 'length of the longest shadows [m]', minimum=0.1)
     least_surplus: float = parameter(
-        0.3,
+        0.33,
         'share of what may be shade that must lie where one sun puts it, beyond that where the '
         'opposite does, to believe in shadows',
         minimum=0.0,
