@@ -193,7 +193,7 @@ def overlap(first: Floats, second: Floats) -> Floats:
     high = np.minimum(
         (first[:, :2] + first[:, 2:])[:, None], (second[:, :2] + second[:, 2:])[None]
     )
-    extent: Floats = np.clip(high - low, 0.0, None)
+    extent: Floats = np.maximum(high - low, 0.0)
     result: Floats = extent[..., 0] * extent[..., 1]
     return result
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
@@ -190,12 +191,13 @@ def _parts(
     local_id: Ints, whole: Ints, part: Ints
 ) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
     """Return every part of a whole but the largest, with the rest of the whole."""
+    members: dict[int, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
+    for one, number, label in zip(local_id.tolist(), whole.tolist(), part.tolist()):
+        members[number][label].append(one)
     found = []
-    for number in np.flatnonzero(np.bincount(whole) > 1).tolist() if len(whole) else []:
-        inside = whole == number
-        labels, counts = np.unique(part[inside], return_counts=True)
-        for label in labels[np.argsort(-counts, kind='stable')][1:].tolist():
-            leaving = inside & (part == label)
-            rest = local_id[inside & ~leaving]
-            found.append((tuple(local_id[leaving].tolist()), tuple(rest.tolist())))
+    for _, parts in sorted(members.items()):
+        smaller = sorted(sorted(parts), key=lambda label: -len(parts[label]))[1:]
+        for leaving in (parts[label] for label in smaller):
+            rest = {one for each in parts.values() for one in each}.difference(leaving)
+            found.append((tuple(leaving), tuple(sorted(rest))))
     return found

@@ -15,6 +15,7 @@ from mctrack_ros.tracking import kalman
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+ROUND = np.eye(2)  # the same in all directions
 
 
 @dataclass(frozen=True)
@@ -206,4 +207,4 @@ class LocalTracks:
     def foot_noise(self, box: Floats) -> Floats:
         """Return the (n, 2, 2) covariance, px², of the foot points of (n, 4) boxes."""
         deviation = self._config.foot_noise_px + self._config.foot_noise_share * box[:, 3]
-        return np.asarray(deviation[:, None, None] ** 2 * np.eye(2))
+        return np.asarray(deviation[:, None, None] ** 2 * ROUND)

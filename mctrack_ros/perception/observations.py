@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +66,9 @@ class Observations:
 
     def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Observations:
         """Return the rows that a mask or an index array picks."""
-        return Observations(*(getattr(self, field.name)[index] for field in fields(self)))
+        if index.dtype == np.bool_ and index.all():
+            return self
+        return Observations(*(getattr(self, name)[index] for name in self.__slots__))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -197,24 +199,23 @@ class Observer:
 
     def _on_ground(self, parts: list[_Part], tracks: LocalTracks, blobs: Blobs) -> Observations:
         """Join the parts, by blob, and look up where the feet stand."""
+        order = np.argsort(np.concatenate([part.blob for part in parts]), kind='stable')
         track, blob, box, visible, proven, template, fitted = (
-            np.concatenate([getattr(part, field.name) for part in parts])
-            for field in fields(_Part)
+            np.concatenate([getattr(part, name) for part in parts])[order]
+            for name in _Part.__slots__
         )
         foot = self._sizes.foot_of(box)
         position = self._mapping.ground_from_image(foot)
         noise = tracks.foot_noise(box)
-        hidden = 1 / np.clip(visible, self._config.least_visible, 1.0)
+        hidden = 1 / np.minimum(np.maximum(visible, self._config.least_visible), 1.0)
         noise *= np.where(fitted, hidden**2, 1.0)[:, None, None]
-        missing = np.clip(blobs.expected[blob] - blobs.box[blob, 2:], 0.0, None)
+        missing = np.maximum(blobs.expected[blob] - blobs.box[blob, 2:], 0.0)
         missing[~blobs.truncated[blob]] = 0.0
         noise[:, [0, 1], [0, 1]] += missing**2
         seen = Observations(
             track, blob, box, foot, position, noise, visible, proven, template, fitted
         )
-        order = np.argsort(blob, kind='stable')
-        known = np.isfinite(position).all(axis=1) & self._sizes.known_at(foot)
-        return seen.select(order[known[order]])
+        return seen.select(np.isfinite(position).all(axis=1) & self._sizes.known_at(foot))
 
 
 def _whole(blob_of: Ints, blobs: Blobs, template: Floats, alone: Ints) -> _Part:

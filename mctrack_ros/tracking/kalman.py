@@ -49,7 +49,8 @@ def predict(
     covariance : (n, 4, 4) array
 
     """
-    each = np.ascontiguousarray(np.broadcast_to(np.asarray(seconds, np.float64), len(mean)))
+    each = np.empty(len(mean))
+    each[:] = seconds
     return _predict(_array(mean), _array(covariance), each, float(acceleration_density))
 
 
@@ -78,7 +79,8 @@ def update(
     covariance : (n, 4, 4) array
 
     """
-    matrix = np.broadcast_to(measurement_matrix, (len(mean), 2, 4))
+    matrix = np.empty((len(mean), 2, 4))
+    matrix[:] = measurement_matrix
     return _update(
         _array(mean), _array(covariance), _array(innovation), _array(noise), _array(matrix)
     )
