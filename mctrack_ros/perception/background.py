@@ -29,6 +29,7 @@ from mctrack_ros.perception.difference import subtract
 Image = NDArray[np.uint8]
 MEDIAN_OF_LARGEST = 1.26  # median of the largest of three |N(0, 1)|
 NOISE_TIME_S = 0.8
+MOST_NOISE = 30.0  # grey levels; nothing can be told from such pictures
 LEAP = 2.0  # grey levels by which the median difference grows when the light leaps
 LEAST_GAIN = 0.02  # change of light that is followed
 
@@ -171,7 +172,8 @@ class Background:
         measured = self._subtract(image)
         self.noise = measured if self.noise is None else self.noise
         mask = self._foreground(image)
-        if cv2.countNonZero(mask) > self._config.relearn_fraction * mask.size:
+        has_changed_all = cv2.countNonZero(mask) > self._config.relearn_fraction * mask.size
+        if has_changed_all or self.noise > MOST_NOISE:
             self.restart()
             return None
         self.noise += (measured - self.noise) * -math.expm1(-seconds / NOISE_TIME_S)

@@ -22,6 +22,7 @@ from mctrack_ros.perception.matching import MatchingConfig
 from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture, has_jumped
 from mctrack_ros.perception.partition import PartitionConfig
 from mctrack_ros.perception.picture import Picture
+from mctrack_ros.perception.picture_state import is_blank
 from mctrack_ros.perception.presence import PresenceConfig
 from mctrack_ros.perception.shadows import ShadowConfig, Shadows
 from mctrack_ros.perception.silhouettes.parameters import SilhouetteConfig
@@ -122,7 +123,7 @@ class CameraPipeline:
         Parameters
         ----------
         image : (h, w, 3) uint8 array
-            BGR picture of the mapping's size.
+            BGR picture of the mapping's size. One that is black or white counts as none.
         stamp_ns : int
             Its capture time, ns. A gap or a step back of more than a second restarts the local
             tracks; local ids go on.
@@ -138,6 +139,9 @@ class CameraPipeline:
 
         """
         check_picture(image, self._mapping.image_size)
+        if is_blank(image):
+            has_jumped(stamp_ns, self._last_ns)
+            return CameraOutput.empty(stamp_ns, self._watchdog.shift)
         self._advance(stamp_ns)
         shift = self._watchdog.watch(image, stamp_ns)
         small = self._reduced(image)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mctrack_ros.codec import image_from_message, rows_from_cloud, stamp_ns_of
 from mctrack_ros.interfaces import Detections, Events, Feedback
-from mctrack_ros.perception import FeedbackBuffer
+from mctrack_ros.perception import FeedbackBuffer, check_picture
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.site_config import CameraSettings
 
@@ -95,6 +95,7 @@ class CameraSource:
     Step one camera through a bag.
 
     ``next_stamp_ns`` is the stamp of the picture that `step` takes next; None at the end.
+    ``refused`` counts the pictures that could not be decoded or have another size.
 
     Parameters
     ----------
@@ -113,6 +114,7 @@ class CameraSource:
         self._buffer = FeedbackBuffer(task.period_ns, task.delay_ns)
         self._messages: Iterator[tuple[str, object, int]] = self._reader.messages([topic])
         self.next_stamp_ns: int | None = None
+        self.refused = 0
         self._advance()
 
     @property
@@ -137,7 +139,7 @@ class CameraSource:
         assert stamp_ns is not None
         if self._from_pictures:
             feedback, missed = self._buffer.select(stamp_ns)
-            output = self._pipeline.step(image_from_message(message), stamp_ns, feedback)
+            output = self._pipeline.step(self._image, stamp_ns, feedback)
             result = CameraResult(self._task.camera, output.detections, output.events, missed)
         else:
             detections = rows_from_cloud(message, Detections)
@@ -146,12 +148,27 @@ class CameraSource:
         return result
 
     def _advance(self) -> None:
-        """Read ahead by one message; one whose stamp does not go forward is passed over."""
+        """Read ahead by one message; what the camera node refuses is passed over."""
         last = self.next_stamp_ns
         for _, message, _ in self._messages:
             stamp_ns = stamp_ns_of(message)
-            if last is None or stamp_ns > last:
+            if (last is None or stamp_ns > last) and self._is_usable(message):
                 self._message, self.next_stamp_ns = message, stamp_ns
                 return
         self.next_stamp_ns = None
         self._reader.close()
+        if last is None and self.refused:
+            raise BagError(f'{self._task.bag}: no picture on {self._task.image_topic} can be used')
+
+    def _is_usable(self, message: object) -> bool:
+        """Decode a picture; tell whether it can be, and has the camera's size."""
+        if not self._from_pictures:
+            return True
+        settings = self._task.settings
+        try:
+            self._image = image_from_message(message)
+            check_picture(self._image, (settings.image_width, settings.image_height))
+        except ValueError:
+            self.refused += 1
+            return False
+        return True

@@ -19,13 +19,21 @@ from mctrack_ros.interfaces import Feedback, Rows
 from mctrack_ros.perception import (
     CameraShift,
     FeedbackBuffer,
+    PictureState,
+    PictureWatch,
     ShiftState,
     feedback_missed,
 )
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.ros import quality
-from mctrack_ros.ros.diagnostics import Diagnostics, Health, PoseHealth, StreamHealth
+from mctrack_ros.ros.diagnostics import (
+    Diagnostics,
+    Health,
+    PictureHealth,
+    PoseHealth,
+    StreamHealth,
+)
 from mctrack_ros.ros.lifecycle import GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.node_config import CameraNodeConfig
@@ -53,7 +61,12 @@ class CameraNode(GraphNode):
         self.last_stamp_ns = -1
         self.health = StreamHealth()
         self.pose = PoseHealth()
-        parts: dict[str, Health] = {camera: self.health, f'{camera} calibration': self.pose}
+        self.watch, self.sight = PictureWatch(), PictureHealth()
+        parts: dict[str, Health] = {
+            camera: self.health,
+            f'{camera} calibration': self.pose,
+            f'{camera} picture': self.sight,
+        }
         self.diagnostics = Diagnostics(self, parts)
         reliable = quality.reliable
         self.detections = self.publisher(PointCloud2, f'{camera}/detections', reliable(10))
@@ -105,6 +118,7 @@ class CameraNode(GraphNode):
             self.refuse(f'picture refused: {error}')
             return
         self.last_stamp_ns = stamp_ns
+        self.note_state(self.watch.look(image, stamp_ns))
         feedback, missed = self.feedback.select(stamp_ns)
         if missed:
             self.health.count('feedback missed')
@@ -115,6 +129,14 @@ class CameraNode(GraphNode):
         self.send(self.detections, output.detections)
         self.note_shift(output.shift)
         self.show(image, output)
+
+    def note_state(self, state: PictureState) -> None:
+        """Keep whether pictures show anything; log when that changes."""
+        before, self.sight.state = self.sight.state, state
+        if state is not before and state is not PictureState.USABLE:
+            self.get_logger().warning(f'the pictures cannot be used: {state}')
+        elif state is not before:
+            self.get_logger().info('the pictures can be used again')
 
     def note_shift(self, shift: CameraShift) -> None:
         """Keep what the watchdog says; log when the camera moves or is back."""

@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.lifecycle import LifecyclePublisher
 
 from mctrack_ros.codec import header
-from mctrack_ros.perception import CameraShift, ShiftState
+from mctrack_ros.perception import CameraShift, PictureState, ShiftState
 from mctrack_ros.ros.lifecycle import GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.quality import reliable
@@ -118,6 +118,39 @@ class PoseHealth:
             name=name,
             message=_POSE_MESSAGES[shift.state],
             values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        )
+
+
+_PICTURE_MESSAGES = {
+    PictureState.USABLE: 'the pictures show something',
+    PictureState.BLANK: 'the pictures are black or white',
+    PictureState.FROZEN: 'the picture stays the same to the last pixel',
+    PictureState.NOISE: 'the pictures are nothing but noise',
+}
+
+
+@dataclass(slots=True)
+class PictureHealth:
+    """
+    Whether a camera's pictures show anything.
+
+    Attributes
+    ----------
+    state : PictureState
+        Of the last picture.
+
+    """
+
+    state: PictureState = PictureState.USABLE
+
+    def report(self, name: str) -> DiagnosticStatus:
+        """Return the state; what cannot be used is an error."""
+        usable = self.state is PictureState.USABLE
+        return DiagnosticStatus(
+            level=DiagnosticStatus.OK if usable else DiagnosticStatus.ERROR,
+            name=name,
+            message=_PICTURE_MESSAGES[self.state],
+            values=[KeyValue(key='state', value=str(self.state))],
         )
 
 

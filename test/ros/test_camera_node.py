@@ -197,6 +197,35 @@ def test_a_camera_that_has_moved_is_a_warning_until_it_is_configured_anew(bench,
     assert said('has not moved').level == DiagnosticStatus.OK
 
 
+def test_black_and_noisy_pictures_are_an_error_on_diagnostics_until_they_are_over(bench, camera):
+    reports = bench.messages(DiagnosticArray, '/diagnostics')
+    rng = np.random.default_rng(2)
+
+    def said(image, index):
+        stamp_ns = START_NS + index * PERIOD_NS
+        camera.send(
+            compressed_message(
+                jpeg_from_image(image), RCLPY_CLASSES, stamp_ns, 'cam1_optical_frame'
+            )
+        )
+        reports.clear()
+        bench.until(lambda: any('picture' in one.name for r in reports for one in r.status))
+        return next(one for r in reports for one in r.status if 'picture' in one.name)
+
+    camera.show(range(3))
+    for index, image in enumerate(
+        [np.zeros((*SIZE[::-1], 3), np.uint8), rng.integers(0, 256, (*SIZE[::-1], 3), np.uint8)]
+    ):
+        state = said(image, 3 + index)
+        assert state.level == DiagnosticStatus.ERROR
+        assert state.message.endswith(('black or white', 'noise'))
+    camera.show([5])
+    reports.clear()
+    bench.until(
+        lambda: any(one.message.endswith('show something') for r in reports for one in r.status)
+    )
+
+
 def poses(reports):
     """Return what was said about the camera's pose."""
     return [one for report in reports for one in report.status if 'calibration' in one.name]

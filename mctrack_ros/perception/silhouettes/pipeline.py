@@ -11,6 +11,7 @@ from mctrack_ros.interfaces import ClassCode, Feedback
 from mctrack_ros.perception.identity import learn_identities
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture, has_jumped
+from mctrack_ros.perception.picture_state import is_blank
 from mctrack_ros.perception.silhouettes.background import LowPassBackground
 from mctrack_ros.perception.silhouettes.classes import ClassVotes
 from mctrack_ros.perception.silhouettes.components import find_silhouettes
@@ -100,7 +101,8 @@ class SilhouettePipeline:
         Parameters
         ----------
         image : (h, w, 3) uint8 array
-            BGR picture of the mapping's size; its brightness is what counts.
+            BGR picture of the mapping's size; its brightness is what counts. One that is black
+            or white counts as none.
         stamp_ns : int
             Its capture time, ns. A gap or a step back of more than a second restarts tracking;
             local ids go on.
@@ -116,6 +118,9 @@ class SilhouettePipeline:
 
         """
         check_picture(image, self._mapping.image_size)
+        if is_blank(image):
+            has_jumped(stamp_ns, self._last_ns)
+            return CameraOutput.empty(stamp_ns, self._watchdog.shift)
         seconds = self._advance(stamp_ns)
         shift = self._watchdog.watch(image, stamp_ns)
         grey = self._grey(image)

@@ -1,0 +1,62 @@
+"""Whether a picture shows anything: black, white, frozen and all-noise ones do not."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Image = NDArray[np.uint8]
+SAMPLED_PX = 16
+BLACK, WHITE = 8.0, 247.0  # mean grey levels
+FROZEN_NS = 1_000_000_000
+NOISE = 30.0  # mean difference of neighbours, grey levels; pictures of scenes have 2 to 8
+
+
+class PictureState(StrEnum):
+    """What is wrong with a camera's pictures."""
+
+    USABLE = 'usable'
+    BLANK = 'blank'
+    FROZEN = 'frozen'
+    NOISE = 'noise'
+
+
+def is_blank(image: Image) -> bool:
+    """Tell whether a (h, w, 3) uint8 picture is black or white all over."""
+    mean = cv2.mean(image[::SAMPLED_PX, ::SAMPLED_PX])[:3]
+    return max(mean) < BLACK or min(mean) > WHITE
+
+
+class PictureWatch:
+    """Looks at pictures one after another, at a few of their pixels."""
+
+    def __init__(self) -> None:
+        self._last: Image = np.zeros((0, 0, 3), np.uint8)
+        self._since_ns = 0
+
+    def look(self, image: Image, stamp_ns: int) -> PictureState:
+        """
+        Return the state of the pictures.
+
+        Parameters
+        ----------
+        image : (h, w, 3) uint8 array
+            The newest picture.
+        stamp_ns : int
+            Its time, ns.
+
+        """
+        sample = image[::SAMPLED_PX, ::SAMPLED_PX].copy()
+        if not np.array_equal(sample, self._last):
+            self._last, self._since_ns = sample, stamp_ns
+        if is_blank(image):
+            return PictureState.BLANK
+        if stamp_ns - self._since_ns >= FROZEN_NS:
+            return PictureState.FROZEN
+        right = image[::SAMPLED_PX, 1::SAMPLED_PX]
+        beside = cv2.absdiff(sample[:, : right.shape[1]], np.ascontiguousarray(right))
+        is_noise = max(cv2.mean(beside)[:3]) > NOISE
+        return PictureState.NOISE if is_noise else PictureState.USABLE

@@ -1,0 +1,103 @@
+"""What a camera makes of pictures that show nothing; docs/perception.md states the same."""
+
+import numpy as np
+import pytest
+
+from mctrack_ros.perception import CameraConfig, open_camera
+
+RED, BLUE, WHITE = (30, 30, 220), (220, 60, 30), (240, 240, 240)
+SHAPE = (240, 320, 3)
+
+
+def walking(stage):
+    """Show two people one step further on."""
+    x = 0.03 * (stage.index % 100)
+    return stage.show([((-3 + x, 0.0), RED), ((x, 1.5), BLUE)])
+
+
+def shown(stage, image):
+    stage.index += 1
+    return stage.pipeline.step(image, stage.index * 40_000_000, None)
+
+
+@pytest.fixture
+def walked(stage):
+    """Two people who are tracked."""
+    for _ in range(25):
+        output = walking(stage)
+    assert len(output.detections) == 2
+    return stage
+
+
+@pytest.mark.parametrize('level', [0, 255])
+@pytest.mark.parametrize('count', [1, 50])
+def test_black_or_white_pictures_count_as_none(walked, level, count):
+    known = set(walking(walked).detections.local_id.tolist())
+    for _ in range(count):
+        assert not len(shown(walked, np.full(SHAPE, level, np.uint8)).detections)
+    for _ in range(10):
+        output = walking(walked)
+    assert len(output.detections) == 2
+    is_short = count * 0.04 < 1
+    assert (set(output.detections.local_id.tolist()) == known) == is_short
+
+
+def test_all_noise_is_nobody_and_a_second_later_all_is_well(walked):
+    rng = np.random.default_rng(5)
+    for _ in range(75):
+        noise = rng.integers(0, 256, SHAPE).astype(np.uint8)
+        assert len(shown(walked, noise).detections) <= 1
+    for _ in range(30):
+        assert not len(walked.show([]).detections)
+    for _ in range(10):
+        output = walked.show([((0.0, 0.0), WHITE)])
+    assert len(output.detections) == 1
+
+
+def test_a_frozen_picture_shows_whom_it_shows_and_no_more(walked):
+    frozen = walked.picture([((0.0, 0.0), RED), ((2.0, 1.5), BLUE)])
+    counts = [len(shown(walked, frozen).detections) for _ in range(150)]
+    assert max(counts) <= 4
+    assert max(counts[50:]) <= 2
+    for _ in range(30):
+        walked.show([])
+    assert not len(walked.show([]).detections)
+
+
+def test_another_size_is_refused_and_the_next_picture_is_as_ever(walked):
+    with pytest.raises(ValueError, match='picture has shape'):
+        shown(walked, np.zeros((480, 640, 3), np.uint8))
+    assert len(walking(walked).detections) == 2
+
+
+@pytest.mark.parametrize('pictures', [25, 60])
+def test_a_dropped_second_costs_at_most_ids(walked, pictures):
+    walked.index += pictures
+    for _ in range(10):
+        output = walking(walked)
+        assert len(output.detections) <= 4
+    assert len(output.detections) == 2
+
+
+@pytest.mark.parametrize('jump_s', [3600, -30])
+def test_a_clock_that_jumps_begins_anew(walked, jump_s):
+    walked.index += 25 * jump_s if jump_s > 0 else -walked.index
+    counts = [len(walked.show([((0.0, 0.0), WHITE)]).detections) for _ in range(5)]
+    assert max(counts) <= 3
+    for _ in range(30):
+        walked.show([])
+    assert not len(walked.show([]).detections)
+
+
+@pytest.mark.parametrize('level', [0, 255])
+def test_the_silhouettes_tracker_takes_black_and_white_for_none_too(mapping, new_stage, level):
+    stage = new_stage()
+    stage.pipeline = open_camera(CameraConfig(local_tracker='silhouettes'), mapping)
+    stage.empty()
+    for step in range(30):
+        stage.show([((0.05 * step, 0.0), WHITE)])
+    before = stage.pipeline.objects.local_id.tolist()
+    assert len(before) == 1
+    assert not len(shown(stage, np.full(SHAPE, level, np.uint8)).detections)
+    stage.show([((1.5, 0.0), WHITE)])
+    assert stage.pipeline.objects.local_id.tolist() == before

@@ -1,0 +1,41 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mctrack_ros.codec import compressed_message, jpeg_from_image
+from mctrack_ros.recording import ROSBAGS_CLASSES, BagError, BagWriter
+from mctrack_ros.replay.camera_source import CameraSource, CameraTask
+from mctrack_ros.resources import config_file
+from mctrack_ros.site_config import load_site
+
+PERIOD_NS = 40_000_000
+GOOD = jpeg_from_image(np.full((576, 768, 3), 90, np.uint8))
+SMALL = jpeg_from_image(np.full((288, 384, 3), 90, np.uint8))
+BROKEN = np.frombuffer(b'no picture at all', np.uint8)
+
+
+def source(folder, pictures):
+    with BagWriter(folder / 'bag') as bag:
+        for index, jpeg in enumerate(pictures):
+            stamp_ns = (index + 1) * PERIOD_NS
+            message = compressed_message(jpeg, ROSBAGS_CLASSES, stamp_ns, 'cam1_optical_frame')
+            bag.write('/cam1/image_raw/compressed', message, stamp_ns)
+    settings = load_site(config_file('pitch5.yaml')).cameras['cam1']
+    settings = dataclasses.replace(settings, image_topic='image_raw/compressed')
+    task = CameraTask(folder / 'bag', 'cam1', settings, PERIOD_NS, 2 * PERIOD_NS)
+    return CameraSource(task)
+
+
+def test_broken_pictures_and_those_of_another_size_are_passed_over(tmp_path):
+    camera = source(tmp_path, [GOOD, SMALL, BROKEN, GOOD, GOOD])
+    stamps = []
+    while camera.next_stamp_ns is not None:
+        stamps.append(camera.step().detections.stamp_ns // PERIOD_NS)
+    assert stamps == [1, 4, 5]
+    assert camera.refused == 2
+
+
+def test_a_bag_without_any_usable_picture_is_refused(tmp_path):
+    with pytest.raises(BagError, match='no picture on /cam1/image_raw/compressed can be used'):
+        source(tmp_path, [SMALL, BROKEN])
