@@ -29,6 +29,7 @@ class Experiment(StrEnum):
     WATCHDOG = 'watchdog'
     SILHOUETTES = 'silhouettes'
     TABLE4 = 'table4'
+    FIG14 = 'fig14'
     FIG16 = 'fig16'
     FIG20 = 'fig20'
     ROBUSTNESS = 'robustness'
@@ -96,6 +97,10 @@ def _experiment(experiment: Experiment, data: Path | None, picture: Path | None)
         from mctrack_ros.experiments.table4 import reproduce_table4
 
         return reproduce_table4(progress=_tell)
+    if experiment is Experiment.FIG14:
+        from mctrack_ros.experiments.fig14 import reproduce_fig14
+
+        return reproduce_fig14(progress=_tell)
     if experiment is Experiment.FIG16:
         from mctrack_ros.experiments.fig16 import reproduce_fig16
 

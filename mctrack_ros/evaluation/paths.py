@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,3 +68,28 @@ def matched_paths(
         person: MatchedPath(frame, truth.position[mine], tracks.position[theirs])
         for person, (frame, mine, theirs) in found.items()
     }
+
+
+def with_past(tracks: Trajectories, origin: Mapping[int, int]) -> Trajectories:
+    """
+    Give every track the past of the group from which it split (event-tracking, Definition 6).
+
+    Parameters
+    ----------
+    tracks : Trajectories
+        With positions.
+    origin : mapping of int to int
+        Track -> the track of which it was part before it began.
+
+    """
+    frame, ids, position = [tracks.frame], [tracks.id], [tracks.position]
+    for track in np.unique(tracks.id).tolist():
+        seen, now, before = {track}, track, tracks.frame[tracks.id == track].min()
+        while (now := origin.get(now, track)) not in seen:
+            seen.add(now)
+            past = (tracks.id == now) & (tracks.frame < before)
+            frame.append(tracks.frame[past])
+            ids.append(np.full(past.sum(), track))
+            position.append(tracks.position[past])
+            before = min([before, *tracks.frame[past]])
+    return Trajectories(np.concatenate(frame), np.concatenate(ids), np.concatenate(position))

@@ -71,12 +71,12 @@ class Case:
 
 def _meeting(seed: int) -> list[Walk]:
     """One stands, another passes behind and stays for a while."""
-    place, delay = _varied(seed)
+    place, delay = varied(seed)
     passes = [(0.0, 5.0), (2.0, 5.0), (4.0, 0.0), (5.5, 0.0), (7.5, -5.0)]
     return [
-        _walk(_dressed(seed, 0), [(0.0, *place)]),
+        _walk(dressed(seed, 0), [(0.0, *place)]),
         _walk(
-            _dressed(seed, 1),
+            dressed(seed, 1),
             [(when + delay, *(place + 2 * BEHIND + aside * ASIDE)) for when, aside in passes],
         ),
     ]
@@ -84,7 +84,7 @@ def _meeting(seed: int) -> list[Walk]:
 
 def _parting(seed: int) -> list[Walk]:
     """Three meet behind one another, and part one after the other."""
-    place, delay = _varied(seed)
+    place, delay = varied(seed)
     sides, leave = (-4.0, 0.0, 4.0), (4.5, 99.0, 6.0)
     walks = []
     for number, (side, leaves) in enumerate(zip(sides, leave)):
@@ -92,7 +92,7 @@ def _parting(seed: int) -> list[Walk]:
         stops = [(1.0, side), (2.8, 0.0), (leaves, 0.0), (leaves + 2.0, side)]
         walks.append(
             _walk(
-                _dressed(seed, number),
+                dressed(seed, number),
                 [(when + delay, *(row + aside * ASIDE)) for when, aside in stops],
             )
         )
@@ -101,25 +101,25 @@ def _parting(seed: int) -> list[Walk]:
 
 def _entering(seed: int) -> list[Walk]:
     """One walks into the neighbour's picture, another is there."""
-    place, delay = _varied(seed)
+    place, delay = varied(seed)
     path = [(2.0 + delay, *OUTSIDE_M), (7.5 + delay, *INSIDE_M)]
-    return [_walk(_dressed(seed, 0), path), _walk(_dressed(seed, 1), [(0.0, *place)])]
+    return [_walk(dressed(seed, 0), path), _walk(dressed(seed, 1), [(0.0, *place)])]
 
 
 def _leaving(seed: int) -> list[Walk]:
     """One walks out of the neighbour's picture, another stays."""
-    place, delay = _varied(seed)
+    place, delay = varied(seed)
     path = [(1.0 + delay, *INSIDE_M), (6.5 + delay, *OUTSIDE_M)]
-    return [_walk(_dressed(seed, 0), path), _walk(_dressed(seed, 1), [(0.0, *place)])]
+    return [_walk(dressed(seed, 0), path), _walk(dressed(seed, 1), [(0.0, *place)])]
 
 
-def _varied(seed: int) -> tuple[NDArray[np.float64], float]:
+def varied(seed: int) -> tuple[NDArray[np.float64], float]:
     """Return where, m, and how much later, s, it happens with a seed."""
     rng = np.random.default_rng([seed, 16])
     return PLACE_M + rng.uniform(-1.5, 1.5, 2), float(rng.uniform(0, 0.5))
 
 
-def _dressed(seed: int, number: int) -> int:
+def dressed(seed: int, number: int) -> int:
     """Return who plays a part: team mates with an even seed, else of different kits."""
     return number if seed % 2 == 0 else (0, 11, 22)[number]
 

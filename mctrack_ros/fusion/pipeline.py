@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion import lifecycle
 from mctrack_ros.fusion.initiation import new_tracks
+from mctrack_ros.fusion.lineage import Lineage
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import match
 from mctrack_ros.fusion.output import EventLog, feedback_of, tracks_of
@@ -80,6 +81,7 @@ class FusionPipeline:
         self._table = TrackTable.blank(0, len(cameras))
         self._none = TrackTable.blank(0, len(cameras))
         self._evidence = lifecycle.Evidence(len(cameras), config)
+        self._lineage = Lineage(config)
         self._watch = lifecycle.DuplicateWatch(config)
         self._stamp_ns: int | None = None
         self._next_id = 1
@@ -108,7 +110,7 @@ class FusionPipeline:
         present = np.zeros(len(self._index), bool)
         present[[self._index[frame.camera] for frame in tick.frames]] = True
         confirmed = self._evidence.count(self._table, tick.stamp_ns, self._seconds, present)
-        events.add_all(EventCode.NEW, self._table, confirmed)
+        self._announce(confirmed, events)
         deleted = deleted.extended(self._merge_duplicates(tick.stamp_ns, events))
         deleted = deleted.extended(self._delete(tick.stamp_ns, events))
         told = self._table.select(lifecycle.is_published(self._table, tick.stamp_ns, self._config))
@@ -170,8 +172,16 @@ class FusionPipeline:
         count = len(fresh)
         fresh.track_id[:] = np.arange(self._next_id, self._next_id + count)
         self._next_id += count
+        fresh.origin[:] = self._lineage.origins(fresh, self._table, stamp_ns)
         lifecycle.doubt_parts(fresh, self._table, self._config)
         self._table = self._table.extended(fresh)
+
+    def _announce(self, confirmed: NDArray[np.bool_], events: EventLog) -> None:
+        """Note tracks that are new, or split from one whose past they share."""
+        table = self._table
+        events.add_all(EventCode.NEW, table, confirmed & (table.origin == 0))
+        for row in np.flatnonzero(confirmed & (table.origin > 0)).tolist():
+            events.add(EventCode.SPLIT, table, row, old_id=int(table.origin[row]))
 
     def _merge_duplicates(self, stamp_ns: int, events: EventLog) -> TrackTable:
         table = self._table
@@ -185,7 +195,9 @@ class FusionPipeline:
         return self._remove(dropped, events)
 
     def _delete(self, stamp_ns: int, events: EventLog) -> TrackTable:
-        return self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)
+        lost = self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)
+        self._lineage.note_lost(lost, stamp_ns)
+        return lost
 
     def _remove(self, mask: NDArray[np.bool_], events: EventLog) -> TrackTable:
         if not mask.any():

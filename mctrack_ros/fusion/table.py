@@ -49,6 +49,8 @@ class TrackTable:
         Stamp of the last detection of that group.
     cameras : (n,) uint32 array
         Bits of the cameras that saw it this tick.
+    origin : (n,) uint32 array
+        Of which track it was part before it began; 0: of none.
     previous_id : (n,) uint32 array
         What it was called before this tick, where that changed; else 0.
 
@@ -71,6 +73,7 @@ class TrackTable:
     group: NDArray[np.uint32]
     group_ns: NDArray[np.int64]
     cameras: NDArray[np.uint32]
+    origin: NDArray[np.uint32]
     previous_id: NDArray[np.uint32]
 
     def __len__(self) -> int:
@@ -98,6 +101,7 @@ class TrackTable:
             group=np.zeros(count, np.uint32),
             group_ns=np.full(count, NEVER_NS, np.int64),
             cameras=np.zeros(count, np.uint32),
+            origin=np.zeros(count, np.uint32),
             previous_id=np.zeros(count, np.uint32),
         )
 

@@ -29,7 +29,8 @@ class Events(Rows):
     track_id : (n,) uint32 array
         The global track it is about; 0: not known.
     old_id, new_id : (n,) uint32 array
-        Of a correction: what the track was called, and is called now.
+        Of a correction: what the track was called, and is called now. Of a split on `/events`:
+        whose past the track shares, and itself.
     local_id : (n,) uint32 array
         The camera's own track; 0: none.
     others : (n, 16) uint32 array

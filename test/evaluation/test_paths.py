@@ -1,7 +1,7 @@
 import numpy as np
 
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.evaluation.paths import matched_paths
+from mctrack_ros.evaluation.paths import matched_paths, with_past
 from mctrack_ros.interfaces import Tracks, TrackStatus
 
 
@@ -34,3 +34,20 @@ def test_paths_hold_both_places_where_a_track_is_near():
 
 def test_who_is_never_tracked_has_no_path():
     assert matched_paths(rows([[[0, 0]]], [3]), rows([[[5, 0]]], [1]), 1.0) == {}
+
+
+def test_who_splits_from_a_group_has_its_past_and_that_of_its_own_origin():
+    tracks = Trajectories(
+        frame=[0, 1, 2, 3, 2, 3, 3],
+        id=[1, 1, 1, 1, 2, 2, 3],
+        position=np.arange(14.0).reshape(7, 2),
+    )
+    whole = with_past(tracks, {3: 2, 2: 1, 1: 1})
+    paths = {
+        track: dict(zip(whole.frame[whole.id == track], whole.position[whole.id == track, 0]))
+        for track in (1, 2, 3)
+    }
+    assert paths[1] == {0: 0, 1: 2, 2: 4, 3: 6}
+    assert paths[2] == {0: 0, 1: 2, 2: 8, 3: 10}
+    assert paths[3] == {0: 0, 1: 2, 2: 8, 3: 12}
+    assert len(with_past(tracks, {2: 3, 3: 2})) == len(tracks) + 1

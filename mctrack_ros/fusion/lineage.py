@@ -1,0 +1,63 @@
+"""Whose trajectory a new track shares: that of the group out of which it came."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.table import TrackTable
+
+MEMORY_S = 10.0
+"""For how long it is remembered that somebody was lost, s."""
+
+SPEED = 2.0
+"""How fast such a one may have gone on, m/s."""
+
+RECENT_S = 0.5
+"""A track that nothing has supported for longer is nobody's origin, s."""
+
+
+class Lineage:
+    """
+    Finds the track that a new one was part of until now (event-tracking paper, Definition 6).
+
+    Several who were one object from the first are one track until they split; what then begins
+    beside that track has its past. Where somebody was lost near by of late it is rather him,
+    found again, and shares nobody's past.
+
+    Parameters
+    ----------
+    config : FusionConfig
+        Parameters.
+
+    """
+
+    def __init__(self, config: FusionConfig) -> None:
+        self._beside_m = config.life.crowd_distance
+        self._lost: deque[tuple[int, NDArray[np.float64]]] = deque()
+
+    def note_lost(self, removed: TrackTable, stamp_ns: int) -> None:
+        """Remember where confirmed tracks ended."""
+        self._lost += [(stamp_ns, mean[:2]) for mean in removed.mean[removed.confirmed]]
+
+    def origins(self, fresh: TrackTable, table: TrackTable, stamp_ns: int) -> NDArray[np.uint32]:
+        """Return the id of the track, (k,), that each fresh one comes out of; 0: of none."""
+        present = table.confirmed & (stamp_ns - table.kept_ns <= RECENT_S * 1e9)
+        ids, place = table.track_id[present], table.mean[present, :2]
+        if not len(ids) or not len(fresh):
+            return np.zeros(len(fresh), np.uint32)
+        gap = np.linalg.norm(fresh.mean[:, None, :2] - place, axis=2)
+        beside = gap.min(axis=1) < self._beside_m
+        beside &= [not self._may_be_found_again(mean[:2], stamp_ns) for mean in fresh.mean]
+        return np.where(beside, ids[gap.argmin(axis=1)], 0).astype(np.uint32)
+
+    def _may_be_found_again(self, place: NDArray[np.float64], stamp_ns: int) -> bool:
+        while self._lost and not 0 <= stamp_ns - self._lost[0][0] <= MEMORY_S * 1e9:
+            self._lost.popleft()
+        return any(
+            np.linalg.norm(place - there) < self._beside_m + SPEED * (stamp_ns - when_ns) * 1e-9
+            for when_ns, there in self._lost
+        )
