@@ -114,7 +114,7 @@ class CameraSource:
         self._buffer = FeedbackBuffer(task.period_ns, task.delay_ns)
         self._messages: Iterator[tuple[str, object, int]] = self._reader.messages([topic])
         self.next_stamp_ns: int | None = None
-        self.refused = 0
+        self.refused, self._reason = 0, ''
         self._advance()
 
     @property
@@ -158,7 +158,10 @@ class CameraSource:
         self.next_stamp_ns = None
         self._reader.close()
         if last is None and self.refused:
-            raise BagError(f'{self._task.bag}: no picture on {self._task.image_topic} can be used')
+            raise BagError(
+                f'{self._task.bag}: no picture on {self._task.image_topic} can be used: '
+                f'{self._reason}'
+            )
 
     def _is_usable(self, message: object) -> bool:
         """Decode a picture; tell whether it can be, and has the camera's size."""
@@ -168,7 +171,7 @@ class CameraSource:
         try:
             self._image = image_from_message(message)
             check_picture(self._image, (settings.image_width, settings.image_height))
-        except ValueError:
-            self.refused += 1
+        except ValueError as error:
+            self.refused, self._reason = self.refused + 1, str(error)
             return False
         return True

@@ -118,7 +118,7 @@ def test_pictures_of_another_size_stop_the_run_with_the_reason(hall, tmp_path):
     bag, site = hall
     camera = dataclasses.replace(site.cameras['north'], image_width=640)
     wrong = dataclasses.replace(site, cameras={**site.cameras, 'north': camera})
-    with pytest.raises(ValueError, match=r'picture has shape \(240, 320, 3\)'):
+    with pytest.raises(BagError, match=r'picture has shape \(240, 320, 3\)'):
         track_bag(bag, tmp_path / 'out', wrong)
 
 
