@@ -17,6 +17,8 @@ import yaml
 from numpy.typing import NDArray
 
 from mctrack_ros.codec import rows_from_cloud
+from mctrack_ros.evaluation import Trajectories
+from mctrack_ros.evaluation.continuity import isolated_breaks
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.interfaces import REPORTED, Detections, Ticks, Tracks
 from mctrack_ros.recording import BagReader
@@ -33,6 +35,8 @@ FARTHEST_HEIGHT_PX = 60.0
 """Behind the terrace are windows, in which people look smaller than anybody on it."""
 
 START_S = 2.0
+PERIOD_NS = 40_000_000
+BREAK_S = 1.5
 _NEAR_M = 1.5
 
 
@@ -114,6 +118,8 @@ def terrace_figures(bag: Path, seconds: float) -> Figures:
             'cameras': list(CAMERAS),
             'agreement': "distance of the two cameras' detections of one track, both whole "
             f'and single, nearest within {_NEAR_M} m; no truth exists',
+            'isolated_breaks': f'a track ends, another begins within 1.5 m and {BREAK_S:g} s, '
+            'nobody else within 2 m',
             'late_and_latency': f'after the first {START_S:g} s',
         },
         figures={
@@ -123,6 +129,9 @@ def terrace_figures(bag: Path, seconds: float) -> Figures:
             'terrace.people_mean': float(counts.mean()),
             'terrace.count_changes_per_minute': float(
                 np.count_nonzero(np.diff(counts)) / (len(counts) / 25 / 60)
+            ),
+            'terrace.isolated_breaks': isolated_breaks(
+                Trajectories.from_tracks(shown, PERIOD_NS), round(BREAK_S * 1e9 / PERIOD_NS)
             ),
             'terrace.track_ids': len({int(i) for rows in shown for i in rows.track_id}),
             'terrace.realtime_factor': float((stamps[-1] - stamps[0]) / (logged[-1] - logged[0])),
