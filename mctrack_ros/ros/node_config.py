@@ -148,13 +148,19 @@ class SimulatorNodeConfig:
     """Parameters of `simulator_node`."""
 
     autostart: bool = parameter(True, _AUTOSTART)
+    scene: str = parameter(
+        'pitch5',
+        'what is shown; carpark: cameras [cam1], rate 4, shadows, noise 2.6 and lighting_drift '
+        '0.06 are as the silhouettes paper has it',
+        choices=('pitch5', 'carpark'),
+    )
     cameras: tuple[str, ...] = parameter(
         ('cam1', 'cam2', 'cam3', 'cam4', 'cam5'), 'cameras that this node renders'
     )
     ground_frame: str = parameter('map', 'frame_id of positions on the ground')
-    seed: int = parameter(1, 'the same seed gives the same match', minimum=0)
+    seed: int = parameter(1, 'the same seed gives the same recording', minimum=0)
     duration: float = parameter(
-        120.0, 'length of the match, then it begins again [s]', minimum=1.0, maximum=3600.0
+        120.0, 'length of the recording, then it begins again [s]', minimum=1.0, maximum=3600.0
     )
     rate: float = parameter(25.0, 'pictures a second [Hz]', minimum=1.0, maximum=100.0)
     noise: float = parameter(

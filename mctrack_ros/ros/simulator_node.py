@@ -1,4 +1,4 @@
-"""The synthetic match, live: pictures of its cameras and the truth, on topics."""
+"""The synthetic match or car park, live: pictures of its cameras and the truth, on topics."""
 
 from __future__ import annotations
 
@@ -17,24 +17,17 @@ from mctrack_ros.ros.lifecycle import GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.node_config import SimulatorNodeConfig
 from mctrack_ros.ros.process import run
-from mctrack_ros.simulation import (
-    CameraRenderer,
-    EventWatcher,
-    Scenario,
-    World,
-    true_detections,
-    true_tracks,
-)
+from mctrack_ros.simulation import SCENES, EventWatcher, true_detections, true_tracks
 
 _REPORT_S = 10.0
 
 
 class SimulatorNode(GraphNode):
     """
-    Render some or all cameras of the match, from a thread of its own.
+    Render some or all cameras of a scene, from a thread of its own.
 
     The period of the clock decides which step is shown, so simulators with the same parameters
-    show the same match at the same time: one node a camera shares the work among processes.
+    show the same at the same time: one node a camera shares the work among processes.
 
     """
 
@@ -45,10 +38,10 @@ class SimulatorNode(GraphNode):
         super().__init__('simulator_node')
 
     def open(self) -> None:
-        """Simulate the match and draw the empty pictures."""
-        config = self.config
-        self.world = World.simulated(
-            Scenario(
+        """Simulate what goes on and draw the empty pictures."""
+        config, scene = self.config, SCENES[self.config.scene]
+        self.world = scene.world(
+            scene.scenario(
                 seed=config.seed,
                 duration_s=config.duration,
                 rate_hz=config.rate,
@@ -62,7 +55,7 @@ class SimulatorNode(GraphNode):
         if not config.cameras or not set(config.cameras) <= set(names):
             raise ConfigError(f'cameras is {list(config.cameras)}, expected some of {names}')
         self.renderers = {
-            name: CameraRenderer(self.world, names.index(name)) for name in config.cameras
+            name: scene.renderer(self.world, names.index(name)) for name in config.cameras
         }
         pictures = quality.images(config.reliable, config.depth)
         self.pictures = {
@@ -141,7 +134,7 @@ class SimulatorNode(GraphNode):
                     self.send(self.true_events[name], events, stamp_ns)
 
     def watch_anew(self) -> None:
-        """Forget what happened: the match begins, or begins again."""
+        """Forget what happened: the recording begins, or begins again."""
         names = [camera.name for camera in self.world.cameras]
         self.watchers = {
             name: EventWatcher(self.world, names.index(name)) for name in self.renderers

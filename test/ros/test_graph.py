@@ -5,12 +5,13 @@ import signal
 import threading
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import yaml
 from sensor_msgs.msg import CompressedImage
 from walker import PERIOD_NS, SIZE, picture_message
 
-from mctrack_ros.codec import stamp_ns_of
+from mctrack_ros.codec import image_from_message, stamp_ns_of
 from mctrack_ros.config import config_from
 from mctrack_ros.interfaces import Detections, EventCode, Events, Ticks, Tracks
 from mctrack_ros.recording import BagReader
@@ -148,6 +149,21 @@ def test_nodes_on_simulated_time_track_a_bag(bench, site, supervised, walker_bag
     start_ns = 1_700_000_000 * 10**9
     assert all(start_ns <= time_ns <= start_ns + 3 * 10**9 for time_ns in times)
     assert len(times) >= 45
+
+
+@pytest.mark.live
+def test_simulator_shows_the_car_park_too(bench):
+    bench.open(
+        *('-p', 'scene:=carpark', '-p', 'cameras:=[cam1]', '-p', 'rate:=4.0'),
+        *('-p', 'duration:=20.0'),
+    )
+    pictures = bench.messages(CompressedImage, '/cam1/image_raw/compressed')
+    seen = bench.rows(Detections, '/truth/cam1/detections')
+    bench.add(SimulatorNode())
+    bench.until(lambda: len(pictures) >= 3 and seen)
+    assert image_from_message(pictures[0]).shape == (480, 640, 3)
+    stamps = np.diff([stamp_ns_of(picture) for picture in pictures])
+    assert (stamps % 250_000_000 == 0).all()
 
 
 @pytest.mark.live

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import ClassCode, Feedback
+from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.identity import learn_identities
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture, has_jumped
@@ -21,10 +22,10 @@ from mctrack_ros.perception.silhouettes.objects import at_edge
 from mctrack_ros.perception.silhouettes.parameters import SilhouetteConfig
 from mctrack_ros.perception.silhouettes.places import Places
 from mctrack_ros.perception.silhouettes.reporting import (
-    GroupNotes,
     TrackedObjects,
     detections_of,
     note_arrivals,
+    note_groups,
     passes,
 )
 from mctrack_ros.perception.silhouettes.rest import RestWatch
@@ -76,7 +77,7 @@ class SilhouettePipeline:
         self._rest = RestWatch(config.rest)
         self._classes = ClassVotes(config.tracker.classes)
         self._watchdog = Watchdog(config.watchdog, mask)
-        self._groups = GroupNotes()
+        self._groups = Groups(GroupConfig(part_s=config.report.part_s))
         self._passed: set[int] = set()
         self._last_ns: int | None = None
 
@@ -139,9 +140,7 @@ class SilhouettePipeline:
 
     def groups(self) -> list[tuple[int, ...]]:
         """Return the local ids of each group, for an overlay."""
-        objects = self._tracker.objects
-        numbers = np.unique(objects.group[objects.group > 0]).tolist()
-        return [tuple(objects.local_id[objects.group == one].tolist()) for one in numbers]
+        return self._groups.members()
 
     def _grey(self, image: Image) -> Image:
         """Return a picture as the background sees it."""
@@ -174,7 +173,7 @@ class SilhouettePipeline:
             self._background, self._config.stains,
         )  # fmt: skip
         component = self._tracker.step(silhouettes, stamp_ns, log)
-        self._groups.note(objects, component, log)
+        note_groups(self._groups, objects, component, stamp_ns, log)
         truncated = at_edge(objects.box, mask.shape, 1.0)
         extent = self._places.extent(objects.box)
         whole = objects.matched & (component < 0) & ~truncated
@@ -222,4 +221,5 @@ class SilhouettePipeline:
         """Forget all objects and what was inserted; ids go on."""
         self._tracker.restart()
         self._rest.restart()
+        self._groups.restart()
         self._passed = set()

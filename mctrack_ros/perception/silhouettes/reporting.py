@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import ClassCode, Detections, EventCode
+from mctrack_ros.perception.groups import Groups
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.silhouettes.features import AREA, Floats, Ints
 from mctrack_ros.perception.silhouettes.objects import ObjectList
@@ -20,6 +21,9 @@ class ReportConfig:
 
     coherent_s: float = parameter(
         3.0, 'time of coherent track before a pedestrian is passed on [s]', minimum=0.0
+    )
+    part_s: float = parameter(
+        0.4, 'time for which objects must be apart to have parted [s]', minimum=0.0
     )
 
 
@@ -53,46 +57,36 @@ class TrackedObjects:
     passed_on: NDArray[np.bool_]
 
 
-class GroupNotes:
-    """Notes when objects begin to share a silhouette (E5) and when they no longer do (E3)."""
+def note_groups(
+    groups: Groups, objects: ObjectList, component: Ints, stamp_ns: int, log: EventLog
+) -> None:
+    """
+    Note when objects begin to share a silhouette (E5) and when they no longer do (E3).
 
-    def __init__(self) -> None:
-        self._next_group = 1
+    Parameters
+    ----------
+    groups : Groups
+        Remembers who shared one.
+    objects : ObjectList
+        Whose ``group`` is changed.
+    component : (n,) int array
+        Component of the picture that each shares with others; -1: none.
+    stamp_ns : int
+        Time of the picture, ns.
+    log : EventLog
+        Takes the events.
 
-    def note(self, objects: ObjectList, component: Ints, log: EventLog) -> None:
-        """
-        Compare who shares a silhouette with who shared one before.
-
-        Parameters
-        ----------
-        objects : ObjectList
-            Whose ``group`` is changed.
-        component : (n,) int array
-            Component of the picture that each shares with others; -1: none.
-        log : EventLog
-            Takes the events.
-
-        """
-        for one in np.unique(component[component >= 0]).tolist():
-            self._merge(objects, np.flatnonzero(component == one), log)
-        alone = objects.matched & (component < 0) & (objects.group > 0)
-        for row in np.flatnonzero(alone).tolist():
-            others = (objects.group == objects.group[row]) & (np.arange(len(objects)) != row)
-            if others.any():
-                log.add(EventCode.SPLIT, objects, row, objects.local_id[others])
-            if others.sum() == 1:
-                objects.group[others] = 0
-            objects.group[row] = 0
-
-    def _merge(self, objects: ObjectList, rows: Ints, log: EventLog) -> None:
-        joined = rows[objects.group[rows] == 0]
-        if not len(joined):
-            return
-        number = int(objects.group[rows].max()) or self._next_group
-        self._next_group = max(self._next_group, number + 1)
-        first = int(joined[0])
-        log.add(EventCode.MERGE, objects, first, objects.local_id[rows[rows != first]])
-        objects.group[rows] = number
+    """
+    rows = np.flatnonzero(objects.established)
+    own = len(objects) + component.max(initial=0) + np.arange(len(objects))
+    part = np.where(component >= 0, component, np.where(objects.matched, own, -1))
+    for change in groups.step(objects.local_id[rows], part[rows], stamp_ns):
+        first = int(np.searchsorted(objects.local_id, change.part[0]))
+        others = np.array([*change.part[1:], *change.rest], np.int64)
+        log.add(EventCode.MERGE if change.merged else EventCode.SPLIT, objects, first, others)
+    objects.group[:] = 0
+    for number, members in enumerate(groups.members(), start=1):
+        objects.group[np.isin(objects.local_id, members)] = number
 
 
 def note_arrivals(objects: ObjectList, log: EventLog) -> None:
