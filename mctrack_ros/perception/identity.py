@@ -6,15 +6,19 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from mctrack_ros.compiled import FLOATS_2D, INTS_1D, compiled
 from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import Feedback
 from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+_FOUND = types.UniTuple(types.b1[::1], 2)
 TOO_FAR = 1e6
 
 
@@ -76,25 +80,36 @@ def learn_identities(
     _rename_corrected(tracks, feedback)
     seconds = (stamp_ns - feedback.stamp_ns) * 1e-9
     known_id = feedback.track_id.astype(np.int64)
-    difference = (
-        tracks.mean[:, None, :2] - (feedback.position[:, :2] + feedback.velocity * seconds)[None]
-    )
-    distance = np.hypot(difference[..., 0], difference[..., 1])
-    held = tracks.track_id[:, None] == known_id[None]
-    near = (held & (distance <= config.keep_distance_m)).any(axis=1)
+    place = (feedback.position[:, :2] + feedback.velocity * seconds).astype(np.float64)
+    near, held = _held(tracks.track_id, tracks.mean, known_id, place, config.keep_distance_m)
     tracks.track_id[~near] = 0
-    seeking = np.flatnonzero(tracks.confirmed & (tracks.track_id == 0))
-    offered = np.flatnonzero(~held[near].any(axis=0))
+    seeking = np.flatnonzero(tracks.confirmed & ~near)
+    offered = np.flatnonzero(~held)
     if not len(seeking) or not len(offered):
         return
-    pairs = np.ix_(seeking, offered)
-    cost = _costs(
-        tracks.covariance[seeking], feedback.covariance[offered], difference[pairs], seconds
-    )
-    usable = (cost <= config.learn_gate) & (distance[pairs] <= config.learn_distance_m)
+    difference = tracks.mean[seeking, None, :2] - place[None, offered]
+    distance = np.hypot(difference[..., 0], difference[..., 1])
+    cost = _costs(tracks.covariance[seeking], feedback.covariance[offered], difference, seconds)
+    usable = (cost <= config.learn_gate) & (distance <= config.learn_distance_m)
     row, column = linear_sum_assignment(np.where(usable, cost, TOO_FAR))
     fits = usable[row, column]
     tracks.track_id[seeking[row[fits]]] = known_id[offered[column[fits]]]
+
+
+@compiled(_FOUND(INTS_1D, FLOATS_2D, INTS_1D, FLOATS_2D, types.f8))
+def _held(
+    track_id: Ints, mean: Floats, known_id: Ints, place: Floats, farthest_m: float
+) -> tuple[Booleans, Booleans]:
+    """Tell which tracks are near the targets whose ids they have, and which ids these are."""
+    near, held = np.zeros(len(track_id), np.bool_), np.zeros(len(known_id), np.bool_)
+    for track in range(len(track_id)):
+        for target in range(len(known_id)):
+            if track_id[track] == known_id[target]:
+                across = mean[track, 0] - place[target, 0]
+                down = mean[track, 1] - place[target, 1]
+                if np.hypot(across, down) <= farthest_m:
+                    near[track] = held[target] = True
+    return near, held
 
 
 def _rename_corrected(tracks: Identified, feedback: Feedback) -> None:

@@ -154,7 +154,7 @@ def partition(
     """
     search = Search(
         usual_height_m,
-        max([config.body_width_m, *(config.body_share * members.extent[:, 0])]),
+        max(config.body_width_m, config.body_share * members.extent[:, 0].max(initial=0.0)),
         config.rows,
         config.background_weight,
         config.certainty,
@@ -162,9 +162,8 @@ def partition(
         config.most_new,
         config.sweeps,
     )
-    height_m = np.clip(
-        members.extent[:, 1], (2 - TALLEST) * usual_height_m, TALLEST * usual_height_m
-    )
+    least_m, most_m = (2 - TALLEST) * usual_height_m, TALLEST * usual_height_m
+    height_m = np.minimum(np.maximum(members.extent[:, 1], least_m), most_m)
     return Bodies(
         *place(
             picture.image,

@@ -16,7 +16,7 @@ from mctrack_ros.perception.contacts import contacts
 from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.identity import IdentityConfig, learn_identities
 from mctrack_ros.perception.local_events import EventLog
-from mctrack_ros.perception.local_tracks import FilterConfig, LocalTracks, Prediction
+from mctrack_ros.perception.local_tracks import ROUND, FilterConfig, LocalTracks, Prediction
 from mctrack_ros.perception.matching import MatchingConfig, match
 from mctrack_ros.perception.observations import NEW, Observations, Observer
 from mctrack_ros.perception.partition import PartitionConfig
@@ -272,8 +272,8 @@ class LocalTracker:
         """Write one row a person."""
         tracks, rows = self.tracks, seen.track
         age = (stamp_ns - tracks.first_ns[rows]) * 1e-9
-        score = np.clip(age / max(self._config.confirm_s, 1e-9), 0.1, 1.0)
-        noise = seen.noise + shift_px**2 * np.eye(2)
+        score = np.minimum(np.maximum(age / max(self._config.confirm_s, 1e-9), 0.1), 1.0)
+        noise = seen.noise + shift_px**2 * ROUND if shift_px else seen.noise
         shown = ~seen.fitted | (seen.visible >= self._partition.least_coloured)
         colours = np.where(shown[:, None], seen.template, tracks.template[rows])
         return Detections.build(
