@@ -167,7 +167,7 @@ class Roll:
         local_id = np.zeros(len(target), np.int64)
         local_id[theirs] = local.local_id[mine]
         inside = self._inside(foot)
-        came = inside & [each in self._outside for each in target.tolist()]
+        came = inside & np.array([each in self._outside for each in target.tolist()], bool)
         self._outside = set(target[~inside].tolist())
         others = self._others(local, mine)
         joined = Company(
