@@ -117,18 +117,25 @@ def _draw_group(canvas: Image, boxes: NDArray[np.floating]) -> None:
 
 
 def _sentence(events: Events, row: int) -> str:
-    """Return for example ``split (12) from (7)``."""
+    """Return for example ``split 12 from 7 (31)``."""
     code = EventCode(int(events.event[row]))
-    local, track = int(events.local_id[row]), int(events.track_id[row])
-    others = [f'({one})' for one in events.others[row] if one]
     link = {EventCode.MERGE: ' with ', EventCode.SPLIT: ' from '}.get(code, ' ')
-    name = ' '.join(filter(None, (f'{track}' if track else '', f'({local})' if local else '')))
-    return f'{code.name.lower()} {name}' + (link + ' '.join(others) if others else '')
+    pairs = zip(events.others[row], events.other_tracks[row])
+    others = ' '.join(_name(local, track) for local, track in pairs if local or track)
+    name = _name(events.local_id[row], events.track_id[row])
+    return f'{code.name.lower()} {name}' + (link + others if others else '')
+
+
+def _name(local_id: np.uint32, track_id: np.uint32) -> str:
+    """Return a global id, or in brackets the camera's own."""
+    return str(track_id) if track_id else f'({local_id})'
 
 
 def _write(canvas: Image, text: str, place: tuple[int, int], colour: Colour) -> None:
     """Write on a dark outline, readable on any ground."""
-    cv2.putText(canvas, text, place, _FONT, 0.42, (20, 20, 20), 3, cv2.LINE_AA)
+    for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):  # as thick letters they would be wider
+        shifted = place[0] + dx, place[1] + dy
+        cv2.putText(canvas, text, shifted, _FONT, 0.42, (20, 20, 20), 1, cv2.LINE_AA)
     cv2.putText(canvas, text, place, _FONT, 0.42, colour, 1, cv2.LINE_AA)
 
 
