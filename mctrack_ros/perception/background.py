@@ -25,6 +25,7 @@ from mctrack_ros.perception.backgrounds import (
 from mctrack_ros.perception.backgrounds.light import explains, gains, has_changed, samples
 from mctrack_ros.perception.backgrounds.ranks import SAMPLES
 from mctrack_ros.perception.difference import subtract
+from mctrack_ros.perception.segmentation import otsu_threshold
 
 Image = NDArray[np.uint8]
 MEDIAN_OF_LARGEST = 1.26  # median of the largest of three |N(0, 1)|
@@ -67,6 +68,11 @@ class BackgroundConfig:
     )
     memory_s: float = parameter(
         20.0, 'mixture: time constant with which it learns [s]', minimum=0.1
+    )
+    threshold: str = parameter(
+        'noise',
+        "how different foreground is: as the noise says, or Otsu's threshold, never lower",
+        choices=('noise', 'otsu'),
     )
     threshold_sigmas: float = parameter(
         5.0, 'difference that is foreground, in standard deviations of the noise', minimum=1.0
@@ -219,7 +225,10 @@ class Background:
     def _foreground(self, image: Image) -> Image:
         own = self._rule.foreground(image)
         if own is None:
-            cv2.threshold(self.difference, self.threshold, 255, cv2.THRESH_BINARY, self._mask)
+            level = self.threshold
+            if self._config.threshold == 'otsu':
+                level = otsu_threshold(self.difference, level)
+            cv2.threshold(self.difference, level, 255, cv2.THRESH_BINARY, self._mask)
         else:
             self._mask = own
         return self._mask

@@ -21,6 +21,11 @@ Floats = NDArray[np.float64]
 class BlobConfig:
     """Parameters of `find_blobs`; kernels are odd, so that nothing is shifted."""
 
+    edges: str = parameter(
+        'as_found',
+        'whether what lies outside the edges that a Laplacian of a Gaussian finds is cut',
+        choices=('as_found', 'laplacian'),
+    )
     opening_px: int = parameter(3, 'what is narrower is noise [px]', minimum=1, maximum=31)
     closing_px: int = parameter(
         1, 'gaps narrower than this are closed [px]', minimum=1, maximum=63

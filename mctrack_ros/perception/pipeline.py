@@ -24,6 +24,7 @@ from mctrack_ros.perception.partition import PartitionConfig
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.picture_state import is_blank
 from mctrack_ros.perception.presence import PresenceConfig
+from mctrack_ros.perception.segmentation import inside_edges
 from mctrack_ros.perception.shadows import ShadowConfig, Shadows
 from mctrack_ros.perception.silhouettes.parameters import SilhouetteConfig
 from mctrack_ros.perception.sizes import SizeTable
@@ -155,6 +156,8 @@ class CameraPipeline:
         self._shadows.take_out(small, background, raw, noise, stamp_ns)
         if self._mask is not None:
             raw = cv2.bitwise_and(raw, self._mask)  # type: ignore[assignment]
+        if self._config.blobs.edges == 'laplacian':
+            raw = inside_edges(raw, difference)
         mask = clean_mask(raw, self._config.blobs)
         scale = float(self._config.reduction)
         blobs = find_blobs(
