@@ -42,5 +42,5 @@ def inside_edges(mask: Image, difference: Image) -> Image:
 
     """
     smooth = cv2.GaussianBlur(difference, (0, 0), SIGMA_PX)
-    outside = cv2.compare(cv2.Laplacian(smooth, cv2.CV_16S), 0, cv2.CMP_GT)
-    return np.asarray(cv2.bitwise_and(mask, cv2.bitwise_not(outside)), np.uint8)
+    outside = np.asarray(cv2.Laplacian(smooth, cv2.CV_16S)) > 0
+    return np.where(outside, np.uint8(0), mask)

@@ -3,7 +3,7 @@
 from mctrack_ros.perception.backgrounds.approximate_median import ApproximateMedian
 from mctrack_ros.perception.backgrounds.buffered_median import BufferedMedian
 from mctrack_ros.perception.backgrounds.light import Light, relit
-from mctrack_ros.perception.backgrounds.low_pass import LowPass, LowPassRule
+from mctrack_ros.perception.backgrounds.low_pass import LowPassRule, low_pass
 from mctrack_ros.perception.backgrounds.mixture import Mixture
 from mctrack_ros.perception.backgrounds.ranks import median_of_nine, smoother
 from mctrack_ros.perception.backgrounds.rule import Lesson, Rule
@@ -13,10 +13,10 @@ __all__ = [
     'BufferedMedian',
     'Lesson',
     'Light',
-    'LowPass',
     'LowPassRule',
     'Mixture',
     'Rule',
+    'low_pass',
     'median_of_nine',
     'relit',
     'smoother',

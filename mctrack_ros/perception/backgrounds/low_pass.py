@@ -9,46 +9,45 @@ from numpy.typing import NDArray
 from mctrack_ros.perception.backgrounds.rule import Image, Lesson
 
 
-class LowPass:
+def low_pass(
+    level: NDArray[np.float32],
+    image: Image,
+    where: Image,
+    seconds: float,
+    beta: float,
+    period_s: float,
+) -> None:
     """
-    A low-pass filter for each pixel: ``B += beta (I - B)`` (silhouettes paper, eq. (2)).
+    Let a background learn: ``B += beta (I - B)`` (silhouettes paper, eq. (2)).
 
     The share is that of the time between two pictures, so the filter is the same at every rate.
 
     Parameters
     ----------
-    beta : float
-        Share of a difference that is learned in one period.
-    period_s : float
-        That period, s.
-    model : (h, w) or (h, w, 3) uint8 array
-        Picture to start from.
-
-    Attributes
-    ----------
-    level : float32 array
-        The background, of the picture's shape.
+    level : (h, w) or (h, w, 3) float32 array
+        The background; changed in place.
+    image : uint8 array of the same shape
+        A picture.
+    where : (h, w) uint8 array
+        0 where nothing is learned.
+    seconds : float
+        Time since the last picture, s.
+    beta, period_s : float
+        Share of a difference that is learned in one period, and that, s.
 
     """
-
-    def __init__(self, beta: float, period_s: float, model: Image) -> None:
-        self._beta, self._period_s = beta, period_s
-        self.level: NDArray[np.float32] = model.astype(np.float32)
-
-    def learn(self, image: Image, where: Image, seconds: float) -> None:
-        """Learn from a picture, some seconds after the last, where a (h, w) mask is not 0."""
-        share = 1 - (1 - self._beta) ** (seconds / self._period_s)
-        cv2.accumulateWeighted(image, self.level, share, where)
+    share = float(1 - (1 - beta) ** (seconds / period_s))
+    cv2.accumulateWeighted(image, level, share, where)
 
 
 class LowPassRule:
     """
-    The filter as a `Rule`: foreground is not learned at all.
+    The filter as a `Rule`; foreground is not learned at all.
 
     Parameters
     ----------
     beta, period_s : float
-        As `LowPass` has them.
+        As `low_pass` has them.
 
     """
 
@@ -57,7 +56,7 @@ class LowPassRule:
 
     def begin(self, model: Image) -> None:
         """Start from a picture; see `Rule`."""
-        self._filter = LowPass(self._beta, self._period_s, model)
+        self._level = model.astype(np.float32)
 
     def foreground(self, image: Image) -> Image | None:
         """Have no test of its own."""
@@ -66,8 +65,8 @@ class LowPassRule:
     def learn(self, model: Image, lesson: Lesson) -> None:
         """Learn the background of a picture; see `Rule`."""
         where = np.asarray(cv2.bitwise_not(lesson.mask), np.uint8)
-        self._filter.learn(lesson.image, where, lesson.seconds)
-        cv2.convertScaleAbs(self._filter.level, model)
+        low_pass(self._level, lesson.image, where, lesson.seconds, self._beta, self._period_s)
+        cv2.convertScaleAbs(self._level, model)
 
     def attend(self, model: Image, image: Image, stamp_ns: int) -> None:
         """Do nothing between lessons."""
@@ -78,5 +77,4 @@ class LowPassRule:
 
     def accept(self, model: Image) -> None:
         """Take over a model that was changed from outside, where it was."""
-        level = self._filter.level
-        np.copyto(level, model, where=np.rint(level) != model)
+        np.copyto(self._level, model, where=np.rint(self._level) != model)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
+from mctrack_ros.perception.backgrounds import low_pass
 
 Grey = NDArray[np.uint8]
 MEDIAN_OF_NORMAL = 0.6745  # median of a normal deviate's size, in standard deviations
@@ -188,11 +189,7 @@ class LowPassBackground:
     def learn(self, grey: Grey, where: Grey, seconds: float) -> None:
         """Let the background follow a smoothed picture where a mask is not zero."""
         assert self.model is not None
-        cv2.accumulateWeighted(grey, self.model, self._share(seconds), where)
-
-    def _share(self, seconds: float) -> float:
-        """Return the share of a difference that is learned in some time."""
-        return float(1 - (1 - self._config.beta) ** (seconds / self._config.period_s))
+        low_pass(self.model, grey, where, seconds, self._config.beta, self._config.period_s)
 
     def restore(self, patch: Grey, box: NDArray[np.integer], mask: Grey) -> None:
         """Put back what `insert` returned, where a mask of the rectangle's size is not zero."""
