@@ -15,7 +15,7 @@ from mctrack_ros.perception.output import CameraOutput, check_mask, check_pictur
 from mctrack_ros.perception.picture_state import is_blank
 from mctrack_ros.perception.silhouettes.background import LowPassBackground
 from mctrack_ros.perception.silhouettes.classes import ClassVotes
-from mctrack_ros.perception.silhouettes.components import find_silhouettes
+from mctrack_ros.perception.silhouettes.components import Silhouettes, find_silhouettes
 from mctrack_ros.perception.silhouettes.features import Floats
 from mctrack_ros.perception.silhouettes.holes import patched, without_still_holes
 from mctrack_ros.perception.silhouettes.objects import at_edge
@@ -158,20 +158,7 @@ class SilhouettePipeline:
     ) -> CameraOutput:
         """Match, put on the ground, report."""
         objects, log = self._tracker.objects, EventLog(stamp_ns)
-        if self._rest.looked:
-            mask = without_still_holes(
-                mask, grey, self._rest.still,
-                self._background, self._config.components, self._config.holes,
-            )  # fmt: skip
-        silhouettes = find_silhouettes(mask, grey, self._config.components)
-        if self._config.components.learn_specks:
-            specks = np.where(silhouettes.labels == 0, mask, np.uint8(0))
-            self._background.learn(grey, specks, seconds)
-        silhouettes = patched(silhouettes, self._background, self._config.holes)
-        silhouettes = without_stains(
-            silhouettes, self._rest.still, objects, self._places.sizes,
-            self._background, self._config.stains,
-        )  # fmt: skip
+        silhouettes = self._found(grey, mask)
         component = self._tracker.step(silhouettes, stamp_ns, log)
         note_groups(self._groups, objects, component, stamp_ns, log)
         truncated = at_edge(objects.box, mask.shape, 1.0)
@@ -191,6 +178,20 @@ class SilhouettePipeline:
         )
         objects.keep(~resting)
         return CameraOutput(detections, log.rows(), shift)
+
+    def _found(self, grey: Image, mask: Image) -> Silhouettes:
+        """Return the silhouettes of a picture; a few times a second, mend the background."""
+        config, background, still = self._config, self._background, self._rest.still
+        if not self._rest.looked:
+            return find_silhouettes(mask, grey, config.components)
+        mask = without_still_holes(mask, grey, still, background, config.components, config.holes)
+        found = find_silhouettes(mask, grey, config.components)
+        if config.components.learn_specks:
+            specks = np.where(found.labels == 0, mask, np.uint8(0))
+            background.learn(grey, specks, still.passed_s)
+        found = patched(found, background, config.holes)
+        objects, sizes = self._tracker.objects, self._places.sizes
+        return without_stains(found, still, objects, sizes, background, config.stains)
 
     def _place(self, shift: CameraShift) -> None:
         """Look up where on the ground the objects of this picture are."""

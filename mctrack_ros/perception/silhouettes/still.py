@@ -35,6 +35,8 @@ class StillPixels:
         Time that speaks for what is remembered, s.
     picture : (h, w) float32 array
         What is remembered.
+    passed_s : float
+        Time between the last two looks, s.
 
     """
 
@@ -46,6 +48,7 @@ class StillPixels:
         """Forget everything."""
         self.seconds: Seconds = np.zeros((0, 0), np.float32)
         self.picture: NDArray[np.float32] = np.zeros((0, 0), np.float32)
+        self.passed_s = 0.0
         self._last_ns, self._tolerance = 0, 0.0
 
     def watch(self, grey: Grey, mask: Grey, stamp_ns: int, tolerance: float) -> bool:
@@ -76,8 +79,8 @@ class StillPixels:
             return True
         if stamp_ns - self._last_ns < self._period_ns:
             return False
-        seconds, self._last_ns = (stamp_ns - self._last_ns) * 1e-9, stamp_ns
-        _look(grey, mask, self.picture, self.seconds, seconds, tolerance)
+        self.passed_s, self._last_ns = (stamp_ns - self._last_ns) * 1e-9, stamp_ns
+        _look(grey, mask, self.picture, self.seconds, self.passed_s, tolerance)
         return True
 
     def still_for(
