@@ -149,28 +149,79 @@ def values_of(canvas: Canvas, template: Floats, background_weight: float) -> Flo
 
 
 @inner
+def _score_at(
+    canvas: Canvas, value: Floats, cover: Ints, tops: Ints, certainty: float,
+    place: Floats, row: int, column: int, precision: Floats,
+) -> float:  # fmt: skip
+    """Return the score of one place, given where (2,) in px from it somebody is expected."""
+    total, bottom = 0.0, canvas.above + row + 1
+    for y in range(tops[row], bottom):
+        for x in range(column, column + canvas.width):
+            total += value[y, x] if cover[y, x] == 0 else 0.0
+    size = (bottom - tops[row]) * canvas.width
+    score: float = certainty * total / size - 0.5 * (place @ precision @ place)
+    return score
+
+
+@inner
+def _reach(
+    canvas: Canvas, value: Floats, cover: Ints, tops: Ints, certainty: float,
+    bottom: Floats, precision: Floats,
+) -> tuple[int, int, int, int]:  # fmt: skip
+    """
+    Return the first and last rows and columns of places that may be better than the nearest.
+
+    No cell is worth more than 1, so what lies far away cannot make up for its distance.
+    """
+    rows, columns = len(tops), value.shape[1] - canvas.width
+    scale = precision[0, 0] * precision[1, 1] - precision[0, 1] * precision[1, 0]
+    if not scale > 0.0:
+        return 0, rows - 1, 0, columns - 1
+    across = (bottom[0] - canvas.left) / canvas.step - 0.5
+    down = (bottom[1] - canvas.top) / canvas.step - 1.0
+    row, column = min(max(round(down), 0), rows - 1), min(max(round(across), 0), columns - 1)
+    if canvas.metre[row] == 0.0:
+        return 0, rows - 1, 0, columns - 1
+    place = np.array([column - across, row - down]) * canvas.step
+    least = _score_at(
+        canvas, value, cover, tops, certainty, place, row, column, precision
+    )  # fmt: skip
+    farthest = 2.0 * (certainty - least) / scale / canvas.step**2 + 1e-6
+    high, wide = np.sqrt(farthest * precision[0, 0]), np.sqrt(farthest * precision[1, 1])
+    return (
+        int(max(math.floor(down - high), 0)),
+        int(min(math.ceil(down + high), rows - 1)),
+        int(max(math.floor(across - wide), 0)),
+        int(min(math.ceil(across + wide), columns - 1)),
+    )
+
+
+@inner
 def best_place(
     canvas: Canvas, value: Floats, cover: Ints, tops: Ints, certainty: float,
     bottom: Floats, precision: Floats,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Return the best place, row and column, past all that is covered, and its score."""
     height, width = value.shape
+    first_row, last_row, first_column, last_column = _reach(
+        canvas, value, cover, tops, certainty, bottom, precision
+    )
     below = np.zeros((height + 1, width))
     for y in range(height):
-        for x in range(width):
+        for x in range(first_column, last_column + canvas.width + 1):
             free = value[y, x] if cover[y, x] == 0 else 0.0
             below[y + 1, x] = below[y, x] + free
     best, best_row, best_column = -np.inf, 0, 0
-    for row in range(len(tops)):
+    for row in range(first_row, last_row + 1):
         if canvas.metre[row] == 0.0:
             continue
         first, last = below[tops[row]], below[canvas.above + row + 1]
         size = (canvas.above + row + 1 - tops[row]) * canvas.width
         down = canvas.top + (row + 1) * canvas.step - bottom[1]
         total = 0.0
-        for x in range(canvas.width):
+        for x in range(first_column, first_column + canvas.width):
             total += last[x] - first[x]
-        for column in range(width - canvas.width):
+        for column in range(first_column, last_column + 1):
             across = canvas.left + (column + 0.5) * canvas.step - bottom[0]
             distance = (
                 precision[0, 0] * across * across

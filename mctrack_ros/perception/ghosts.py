@@ -232,7 +232,12 @@ def outline_edges(image: Image, model: Image, mask: Image, box: Ints) -> Floats:
         part[3] = min(top + down + MARGIN, height)
         same = -1
         for other in range(index):
-            if (box[other] == box[index]).all():
+            if (
+                box[other, 0] == left
+                and box[other, 1] == top
+                and box[other, 2] == across
+                and box[other, 3] == down
+            ):
                 same = other
         if same >= 0:
             edges[index] = edges[same]

@@ -28,10 +28,11 @@ def bodies(canvas, tops):
 def test_best_place_is_that_of_trying_all_places(seed, rows, columns):
     rng = np.random.default_rng(seed)
     canvas = canvas_like(rng, rows, columns)
-    value, cover = rng.normal(size=canvas.foreground.shape), np.zeros(canvas.foreground.shape, int)
+    value = np.minimum(rng.normal(size=canvas.foreground.shape), 1.0)
+    cover = np.zeros(canvas.foreground.shape, int)
     tops = np.array([rng.integers(row, ABOVE + row + 1) for row in range(rows)])
     add_cover(cover, canvas, tops, rng.integers(rows), rng.integers(columns), 1)
-    bottom, precision = rng.normal([14, 24], 5), np.diag(rng.random(2)) + 0.1
+    bottom, precision = rng.normal([14, 24], 15), np.diag(5 * rng.random(2)) + 0.1
     expected = -np.inf
     for row, column, part in bodies(canvas, tops):
         away = np.array([10 + (column + 0.5) * STEP, 20 + (row + 1) * STEP]) - bottom
