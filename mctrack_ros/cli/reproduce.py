@@ -33,6 +33,7 @@ class Experiment(StrEnum):
     FIG16 = 'fig16'
     FIG20 = 'fig20'
     ROBUSTNESS = 'robustness'
+    PAIRS = 'pairs'
 
 
 DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20)
@@ -105,6 +106,10 @@ def _experiment(experiment: Experiment, data: Path | None, picture: Path | None)
         from mctrack_ros.experiments.fig16 import reproduce_fig16
 
         return reproduce_fig16(progress=_tell)
+    if experiment is Experiment.PAIRS:
+        from mctrack_ros.experiments.pairs import reproduce_pairs
+
+        return reproduce_pairs(progress=_tell)
     if experiment is Experiment.ROBUSTNESS:
         from mctrack_ros.experiments.robustness import reproduce_robustness
 

@@ -178,6 +178,7 @@ class People:
         self._seen: dict[int, list[tuple[int, int]]] = {}
         true_rows = {rows.stamp_ns: rows for rows in truth}
         for rows in found:
+            rows = rows.select(rows.member_count == 1)
             there = true_rows.get(rows.stamp_ns)
             if there is None or not len(rows) or not len(there):
                 continue

@@ -139,6 +139,8 @@ TARGETS = (
     Target('terrace', 'terrace.agreement_median_m', 'terrace, the views apart, median, m',
            most=0.5),
     Target('terrace', 'terrace.isolated_breaks', 'terrace, ids lost while isolated', most=0),
+    Target('pairs', 'different.kept', 'ids through merge and split, different kits', least=0.95),
+    Target('pairs', 'same.kept', 'ids through merge and split, the same kit', least=0.85),
     Target('silhouettes', 'events.correct', 'car park, events tracked perfectly', 0.90, None,
            'the paper, its own car park: 264 of 311, .849'),
     Target('silhouettes', 'pedestrians.passed', 'car park, pedestrians passed on', 0.97, None,

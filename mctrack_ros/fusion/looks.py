@@ -49,7 +49,7 @@ class Looks:
     noise : (m, 2, 2) array
         Their covariances, m².
     is_overlapped : (m,) bool array
-        Whose box meets another one of its picture.
+        Whose box meets that of another single one of its picture.
     single, groups : (k,) int arrays
         Rows of ordinary detections, and of those that stand for several targets.
 
@@ -78,9 +78,12 @@ class Looks:
         variance = config.motion.sensor_sigma**2 + drift[self.picture]
         covariance = symmetric(self.detections.covariance.astype(np.float64))
         self.noise = covariance + variance[:, None, None] * np.eye(2)
-        self.is_overlapped = overlapped(self.detections.box, self.picture)
         is_single = self.detections.member_count == 1
         self.single, self.groups = np.flatnonzero(is_single), np.flatnonzero(~is_single)
+        self.is_overlapped = ~is_single
+        self.is_overlapped[self.single] = overlapped(
+            self.detections.box[self.single], self.picture[self.single]
+        )
 
 
 def overlapped(box: NDArray[np.float32], picture: Indices) -> NDArray[np.bool_]:

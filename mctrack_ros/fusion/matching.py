@@ -46,7 +46,7 @@ def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
     free[looks.picture[columns], rows] = False
     for group in looks.groups.tolist():
         open_rows = free[looks.picture[group]]
-        open_rows[keep_members(table, looks, group, open_rows, config.association.gate)] = False
+        open_rows[keep_members(table, looks, group, open_rows, config)] = False
     left = np.ones(len(looks.picture), bool)
     left[columns] = False
     return looks.single[left[looks.single]]
@@ -82,18 +82,31 @@ def learn_appearance(
 
 
 def keep_members(
-    table: TrackTable, looks: Looks, group: int, free: NDArray[np.bool_], gate: float
+    table: TrackTable,
+    looks: Looks,
+    group: int,
+    free: NDArray[np.bool_],
+    config: FusionConfig,
 ) -> Indices:
-    """Keep alive what a merged detection hides of the free tracks, (n,); return their rows."""
+    """
+    Keep alive what a merged detection hides of the free tracks, (n,); return their rows.
+
+    Where others of the group are seen, only for a while: it may be that nobody is behind them.
+    """
     detections, noise = looks.detections, looks.noise[[group]] * GROUP_INFLATION
     matrix = looks.matrix[looks.picture[group]]
     predicted = table.mean @ matrix.T
     spread = matrix @ table.covariance @ matrix.T
     squared = mahalanobis(predicted, spread, looks.position[[group]], noise)[0][:, 0]
     named = np.isin(table.track_id, detections.members[group])
-    candidates = np.flatnonzero(free & table.confirmed & (squared < gate))
+    taken = int((named & ~free).sum())
+    hidden_s = (looks.stamp_ns[group] - table.seen_ns) / 1e9
+    hoped = (hidden_s <= config.life.hidden_time) | (taken == 0)
+    near = squared < config.association.gate
+    candidates = np.flatnonzero(free & table.confirmed & hoped & near)
     order = np.lexsort((squared[candidates], ~named[candidates]))
     count = int(detections.member_count[group]) or len(candidates)
+    count = max(count - taken, 0)
     members = np.sort(candidates[order[:count]])
     if len(members) == 0:
         return members
@@ -106,6 +119,11 @@ def keep_members(
     )
     stamp_ns = looks.stamp_ns[group]
     table.kept_ns[members] = np.maximum(table.kept_ns[members], stamp_ns)
-    table.group_ns[members] = table.hidden_ns[members, looks.camera[group]] = stamp_ns
-    table.group[members] = table.track_id[members].min() if len(members) > 1 else 0
+    table.hidden_ns[members, looks.camera[group]] = stamp_ns
+    unseen = members[table.cameras[members] == 0]
+    if len(members) + taken > 1:
+        table.group_ns[unseen] = stamp_ns
+        whole = named & ~free
+        whole[members] = True
+        table.group[unseen] = table.track_id[whole].min()
     return members

@@ -152,6 +152,12 @@ class LifeConfig:
     coast_time: float = parameter(
         1.0, 'A track without support is kept for so long [s]', minimum=0.0, maximum=1000.0
     )
+    hidden_time: float = parameter(
+        1.0,
+        'A track is kept for so long by its group alone, if others of it are seen [s]',
+        minimum=0.0,
+        maximum=1000.0,
+    )
     merge_distance: float = parameter(
         1.0,
         'Two tracks that no camera tells apart become one when so near [m]',

@@ -161,7 +161,8 @@ class FusionPipeline:
         table = self._table
         lifecycle.leave_groups(table, stamp_ns)
         for row in np.flatnonzero((before == 0) & (table.group > 0)).tolist():
-            members = table.track_id[table.group == table.group[row]]
+            group = table.group[row]
+            members = table.track_id[(table.group == group) | (table.track_id == group)]
             events.add(EventCode.MERGE, table, row, others=members)
         events.add_all(EventCode.SPLIT, table, (before > 0) & (table.group == 0))
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, INTS_1D, compiled, inner
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Feedback
@@ -139,7 +140,7 @@ class Roll:
     def restart(self) -> None:
         """Forget who was in view."""
         self._feedback = NO_FEEDBACK
-        self._outside: set[int] = set()
+        self._outside: Ints = np.zeros(0, np.int64)
 
     def call(self, local: Sighting, feedback: Feedback | None, stamp_ns: int) -> Company:
         """
@@ -155,74 +156,108 @@ class Roll:
             Time of the picture, ns.
 
         """
-        self._feedback = feedback or self._feedback
+        if feedback is not None:
+            self._feedback = feedback
         seconds = (stamp_ns - self._feedback.stamp_ns) * 1e-9
         if seconds > self._config.memory_s:
             return self._alone(local)
-        place, target = self._expected(seconds)
-        mine, theirs = self._pairs(local, place)
+        place = self._feedback.position[:, :2] + self._feedback.velocity * seconds
+        place = np.ascontiguousarray(place, np.float64)
         foot = self._mapping.image_from_ground(place)
-        box = self._sizes.box_of(foot, np.repeat(self._extent[None], len(foot), axis=0))
-        box[theirs] = local.box[mine]
-        local_id = np.zeros(len(target), np.int64)
-        local_id[theirs] = local.local_id[mine]
-        inside = self._inside(foot)
-        came = inside & np.array([each in self._outside for each in target.tolist()], bool)
-        self._outside = set(target[~inside].tolist())
-        others = self._others(local, mine)
-        joined = Company(
-            np.concatenate([target[inside], -local.local_id[others]]),
-            np.concatenate([local_id[inside], local.local_id[others]]),
-            np.concatenate([target[inside], np.zeros(len(others), np.int64)]),
-            np.concatenate([place[inside], local.position[others]]),
-            np.concatenate([box[inside], local.box[others]]),
-            np.concatenate([came[inside], np.zeros(len(others), np.bool_)]),
+        extent = np.broadcast_to(self._extent, foot.shape)
+        sure = local.seen & (local.proven >= self._config.sure_share)
+        sure &= local.age_s >= self._config.sure_s
+        key, local_id, track_id, position, box, came, self._outside = _joined(
+            self._feedback.track_id.astype(np.int64),
+            place,
+            foot,
+            self._sizes.box_of(foot, extent),
+            self._outside,
+            local.local_id,
+            local.position,
+            local.box,
+            self._sizes.foot_of(local.box),
+            local.seen,
+            sure,
+            np.array(self._mapping.image_size, np.float64),
+            self._config.same_m,
         )
-        return _ordered(joined)
+        return Company(key, local_id, track_id, position, box, came)
 
     def _alone(self, local: Sighting) -> Company:
         """Return the company as the camera knows it without the fusion node."""
         box = np.where(local.seen[:, None], local.box, np.nan)
         nobody = np.zeros(len(box), np.int64)
         came = np.ones(len(box), np.bool_)
-        here = Company(-local.local_id, local.local_id, nobody, local.position, box, came)
-        return _ordered(here)
-
-    def _expected(self, seconds: float) -> tuple[Floats, Ints]:
-        """Return where the targets should be by now, (n, 2) m, and their ids."""
-        feedback = self._feedback
-        place = feedback.position[:, :2] + feedback.velocity * seconds
-        return place.astype(np.float64), feedback.track_id.astype(np.int64)
-
-    def _pairs(self, local: Sighting, place: Floats) -> tuple[Ints, Ints]:
-        """Return rows of local tracks and of targets that are one person."""
-        seen = np.flatnonzero(local.seen)
-        gap = local.position[seen, None] - place[None]
-        distance = np.hypot(gap[..., 0], gap[..., 1])
-        row, column = linear_sum_assignment(np.minimum(distance, self._config.same_m))
-        fits = distance[row, column] < self._config.same_m
-        return seen[row[fits]], np.asarray(column[fits], np.int64)
-
-    def _others(self, local: Sighting, taken: Ints) -> Ints:
-        """Return rows of local tracks that are surely somebody whom the fusion node misses."""
-        sure = local.seen & (local.proven >= self._config.sure_share)
-        sure &= local.age_s >= self._config.sure_s
-        sure[taken] = False
-        rows = np.flatnonzero(sure)
-        return rows[self._inside(self._sizes.foot_of(local.box[rows]))]
-
-    def _inside(self, foot: Floats) -> Booleans:
-        with np.errstate(invalid='ignore'):
-            return np.asarray(((foot >= 0) & (foot <= self._mapping.image_size)).all(axis=1))
+        return Company(
+            -local.local_id[::-1],
+            local.local_id[::-1],
+            nobody,
+            local.position[::-1],
+            box[::-1],
+            came,
+        )
 
 
-def _ordered(company: Company) -> Company:
-    order = np.argsort(company.key)
-    return Company(
-        company.key[order],
-        company.local_id[order],
-        company.track_id[order],
-        company.position[order],
-        company.box[order],
-        company.came[order],
+@inner
+def _pairs(place: Floats, position: Floats, seen: Booleans, same_m: float) -> Ints:
+    """Return the local track that each target is, or -1: the nearest pairs first, each once."""
+    gap = np.full((len(place), len(position)), np.inf)
+    for one in range(len(place)):
+        for other in range(len(position)):
+            if not seen[other]:
+                continue
+            across = place[one, 0] - position[other, 0]
+            gap[one, other] = np.hypot(across, place[one, 1] - position[other, 1])
+    found = np.full(len(place), -1)
+    while gap.size > 0:
+        nearest = int(gap.argmin())
+        one, other = nearest // gap.shape[1], nearest % gap.shape[1]
+        if not gap[one, other] < same_m:
+            break
+        found[one] = other
+        gap[one], gap[:, other] = np.inf, np.inf
+    return found
+
+
+@inner
+def _is_inside(foot: Floats, size: Floats) -> bool:
+    return bool(0 <= foot[0] <= size[0] and 0 <= foot[1] <= size[1])
+
+
+@compiled(
+    types.Tuple([types.i8[::1]] * 3 + [types.f8[:, ::1]] * 2 + [types.b1[::1], types.i8[::1]])(
+        INTS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, INTS_1D, INTS_1D, FLOATS_2D, FLOATS_2D,
+        FLOATS_2D, BOOLS_1D, BOOLS_1D, FLOATS_1D, types.f8,
     )
+)  # fmt: skip
+def _joined(
+    target: Ints, place: Floats, foot: Floats, box: Floats, outside: Ints, local_id: Ints,
+    position: Floats, local_box: Floats, local_foot: Floats, seen: Booleans, sure: Booleans,
+    size: Floats, same_m: float,
+) -> tuple[Ints, Ints, Ints, Floats, Floats, Booleans, Ints]:  # fmt: skip
+    """Return the columns of `Company`, and the targets that are out of the picture."""
+    local_of = _pairs(place, position, seen, same_m)
+    inside = np.array([_is_inside(one, size) for one in foot], np.bool_)
+    alone = sure.copy()
+    alone[local_of[local_of >= 0]] = False
+    for row in range(len(alone)):
+        alone[row] = alone[row] and _is_inside(local_foot[row], size)
+    targets, others = np.flatnonzero(inside), np.flatnonzero(alone)
+    key = np.concatenate((target[targets], -local_id[others]))
+    order, count = np.argsort(key), len(key)
+    local, track = np.zeros(count, np.int64), np.zeros(count, np.int64)
+    where, boxes = np.empty((count, 2)), np.empty((count, 4))
+    came = np.zeros(count, np.bool_)
+    for row in range(count):
+        if order[row] >= len(targets):
+            other = others[order[row] - len(targets)]
+            local[row] = local_id[other]
+            where[row], boxes[row] = position[other], local_box[other]
+            continue
+        one = targets[order[row]]
+        track[row], where[row], boxes[row] = target[one], place[one], box[one]
+        came[row] = (outside == target[one]).any()
+        if local_of[one] >= 0:
+            local[row], boxes[row] = local_id[local_of[one]], local_box[local_of[one]]
+    return key[order], local, track, where, boxes, came, target[~inside]

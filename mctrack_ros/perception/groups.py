@@ -38,6 +38,9 @@ class GroupConfig:
     part_s: float = parameter(
         0.4, 'time for which tracks must be apart to have parted [s]', minimum=0.0
     )
+    stable_s: float = parameter(
+        0.4, 'time for which one is tracked alone before he is stable [s]', minimum=0.0
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +96,10 @@ class Groups:
         counts = np.bincount(self._group)
         several = np.flatnonzero(counts > 1).tolist()
         return [tuple(self._id[self._group == number].tolist()) for number in several]
+
+    def sizes(self) -> Ints:
+        """Return how many are in the group of each of those last given, (n,), himself too."""
+        return np.bincount(self._group)[self._group]
 
     def step(
         self, local_id: Ints, part: Ints, stamp_ns: int, quiet: Booleans | None = None

@@ -31,6 +31,17 @@ class PresenceConfig:
     gone_s: float = parameter(
         0.4, 'time for which a target is out of view before it has left [s]', minimum=0.0
     )
+    start_s: float = parameter(
+        0.6, 'time at first in which whoever is told of is new [s]', minimum=0.0
+    )
+    again_s: float = parameter(
+        10.0, 'time in which one who was lost may turn up by another id [s]', minimum=0.0
+    )
+    again_m: float = parameter(2.0, 'distance at which he may at once [m]', minimum=0.0)
+    again_m_s: float = parameter(2.0, 'speed at which that distance grows [m/s]', minimum=0.0)
+    beside_m: float = parameter(
+        2.5, 'who is first told of so near to another was hidden by him [m]', minimum=0.0
+    )
     covered_share: float = parameter(
         0.5,
         'share of an expected person that must be foreground to be seen',
@@ -43,12 +54,12 @@ class Presence:
     """
     Tells once of each who comes and goes, through whatever local tracks stand for them.
 
-    A target that the fusion node saw come from outside has entered once foreground is where it is
-    expected (event-tracking paper, Algorithm 4, E2). Any other believed track is announced when it
-    learns its global id: as entered if the fusion node knew the target before the track began,
-    else as new (E1). Whoever is in view already only got another local track. A target has left
-    (E4) when the fusion node has seen it outside for some time; without its word, when its track
-    leaves.
+    A target of the fusion node is in view once foreground is where it is expected. It has entered
+    if the fusion node saw it come from outside, or knew it before this camera asked
+    (event-tracking paper, Algorithm 4, E2); else it is new (E1), unless it is another name for one
+    just lost, or was hidden by another (those R3 claims). A believed track that no target stands
+    for is new after a while. A target has left (E4) when the fusion node has seen it outside for
+    some time; without its word, when its track leaves.
 
     Parameters
     ----------
@@ -70,7 +81,7 @@ class Presence:
         self._sizes, self._mapping = sizes, mapping
         self._word_ns, self._gone_ns = round(config.word_s * 1e9), round(config.gone_s * 1e9)
         self._enter_ns = round(config.enter_s * 1e9)
-        self._known_ns: dict[int, int] = {}
+        self._again_ns = round(config.again_s * 1e9)
         self.restart()
 
     def restart(self) -> None:
@@ -79,6 +90,10 @@ class Presence:
         self._present_ns: dict[int, int] = {}
         self._outside: set[int] = set()
         self._entering_ns: dict[int, int] = {}
+        self._place: dict[int, Floats] = {}
+        self._lost: dict[int, tuple[int, Floats]] = {}
+        self._old: set[int] | None = None
+        self._new_until_ns = 0
 
     def announce(
         self,
@@ -106,10 +121,6 @@ class Presence:
 
         """
         if feedback is not None:
-            self._known_ns = {
-                target: self._known_ns.get(target, feedback.stamp_ns)
-                for target in feedback.track_id.tolist()
-            }
             self._follow(feedback, blob_box, stamp_ns, log)
         names, targets = tracks.local_id.tolist(), tracks.track_id.tolist()
         for row in np.flatnonzero(tracks.confirmed).tolist():
@@ -120,8 +131,9 @@ class Presence:
                     continue
                 self._announced.add(local)
                 if target not in self._present_ns and target not in self._outside:
-                    known = self._known_ns.get(target, stamp_ns) < tracks.first_ns[row]
-                    log.add(EventCode.ENTER if known else EventCode.NEW, tracks, row)
+                    code = self._arrival(target, stamp_ns)
+                    if code is not None:
+                        log.add(code, tracks, row)
             if target and target not in self._outside:
                 self._present_ns.setdefault(target, stamp_ns)
         self._announced.intersection_update(names)
@@ -138,23 +150,65 @@ class Presence:
         with np.errstate(invalid='ignore'):
             inside = np.asarray(((foot >= 0) & (foot < self._mapping.image_size)).all(axis=1))
         ids = feedback.track_id.tolist()
+        self._take_roll(feedback, ids, stamp_ns)
         for row, (target, is_inside) in enumerate(zip(ids, inside.tolist())):
             if not is_inside:
                 self._outside.add(target)
             if target in self._present_ns:
                 self._stay(target, is_inside, feedback.position[row], stamp_ns, log)
-            elif is_inside and target in self._outside and self._is_seen(foot[row], blob_box):
+            elif is_inside and self._is_seen(foot[row], blob_box):
                 since_ns = self._entering_ns.setdefault(target, stamp_ns)
                 if stamp_ns - since_ns >= self._enter_ns:
-                    log.add_target(EventCode.ENTER, target, feedback.position[row])
-                    self._present_ns[target] = stamp_ns
-                    self._outside.discard(target)
+                    self._arrive(target, feedback.position[row], stamp_ns, log)
             else:
                 self._entering_ns.pop(target, None)
-        for store in (self._present_ns, self._entering_ns):
-            for target in store.keys() - set(ids):
-                del store[target]
+
+    def _take_roll(self, feedback: Feedback, ids: list[int], stamp_ns: int) -> None:
+        """Note where everybody is, who is lost, and whom the fusion node has long known."""
+        if self._old is None:
+            self._old = set(ids)
+            self._new_until_ns = stamp_ns + round(self._config.start_s * 1e9)
+        for target in self._place.keys() - set(ids):
+            place = self._place.pop(target)
+            if self._present_ns.pop(target, None) is not None:
+                self._lost[target] = stamp_ns, place
+            self._entering_ns.pop(target, None)
+        for target in [one for one, lost in self._lost.items() if self._is_past(lost, stamp_ns)]:
+            del self._lost[target]
+        self._place.update(zip(ids, feedback.position[:, :2].astype(np.float64)))
         self._outside.intersection_update(ids)
+        self._old.intersection_update(ids)
+
+    def _is_past(self, lost: tuple[int, Floats], stamp_ns: int) -> bool:
+        return stamp_ns - lost[0] > self._again_ns
+
+    def _arrive(
+        self, target: int, position: NDArray[np.floating], stamp_ns: int, log: EventLog
+    ) -> None:
+        code = self._arrival(target, stamp_ns)
+        if code is not None:
+            log.add_target(code, target, position)
+        self._present_ns[target] = stamp_ns
+        self._outside.discard(target)
+
+    def _arrival(self, target: int, stamp_ns: int) -> EventCode | None:
+        """Return what it is that a target is in view; None: nothing that happened now."""
+        if target in self._outside or target in (self._old or ()):
+            return EventCode.ENTER
+        if target not in self._place or stamp_ns < self._new_until_ns:
+            return EventCode.NEW
+        place = self._place[target]
+        for other, (when_ns, there) in self._lost.items():
+            reach = self._config.again_m + self._config.again_m_s * (stamp_ns - when_ns) * 1e-9
+            if np.hypot(*(there - place)) < reach:
+                del self._lost[other]
+                return None
+        beside = (
+            np.hypot(*(self._place[other] - place)) < self._config.beside_m
+            for other in self._present_ns
+            if other in self._place and other != target
+        )
+        return None if any(beside) else EventCode.NEW
 
     def _stay(
         self,

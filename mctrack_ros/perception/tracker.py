@@ -11,19 +11,21 @@ from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
 from mctrack_ros.perception.blobs import BlobConfig, Blobs
-from mctrack_ros.perception.company import NOBODY, CompanyConfig, Roll, Sighting
+from mctrack_ros.perception.company import NOBODY, Company, CompanyConfig, Roll, Sighting
 from mctrack_ros.perception.contacts import contacts
 from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.identity import IdentityConfig, learn_identities
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.local_tracks import ROUND, FilterConfig, LocalTracks, Prediction
 from mctrack_ros.perception.matching import MatchingConfig, match
+from mctrack_ros.perception.merged import merged_detections
 from mctrack_ros.perception.observations import NEW, Observations, Observer
 from mctrack_ros.perception.partition import PartitionConfig
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.presence import Presence, PresenceConfig
 from mctrack_ros.perception.runs import Strength
 from mctrack_ros.perception.sizes import SizeTable
+from mctrack_ros.perception.steadiness import Steadiness
 from mctrack_ros.tracking.appearance import colour_templates
 
 Ints = NDArray[np.int64]
@@ -98,7 +100,7 @@ class LocalTracker:
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
         self._roll, self._company = Roll(company, usual, sizes, mapping), NOBODY
-        self._groups = Groups(groups)
+        self._groups, self._steadiness = Groups(groups), Steadiness(groups.stable_s)
         self._strength = Strength(
             groups.contact_share, groups.sure_share, groups.contact_brightness
         )
@@ -111,6 +113,7 @@ class LocalTracker:
         self._roll.restart()
         self._company = NOBODY
         self._groups.restart()
+        self._steadiness.restart()
         self._presence.restart()
         self._last_ns = None
 
@@ -149,7 +152,9 @@ class LocalTracker:
         template = colour_templates(picture.image, picture.mask, cells)
         blob_of = match(tracks, predicted, blobs, template, self._matching)
         seen = self._observer.observe(blob_of, tracks, predicted, blobs, template, picture)
-        self._note_groups(seen, blobs, picture, stamp_ns, feedback, log)
+        company = self._roll.call(self._sighting(seen, stamp_ns), feedback, stamp_ns)
+        part = contacts(company.box, blobs.box, picture, self._strength)
+        self._note_groups(company, part, stamp_ns, log)
         self._update(seen, predicted, blobs, seconds, stamp_ns)
         seen = self._start(seen, stamp_ns)
         seen = seen.select(
@@ -161,6 +166,9 @@ class LocalTracker:
             learn_identities(tracks, feedback, stamp_ns, self._identity)
         self._presence.announce(tracks, feedback, blobs.box, stamp_ns, log)
         detections = self._detections(seen, blobs, stamp_ns, shift_px)
+        merged = merged_detections(company, part, detections)
+        if len(merged):
+            detections = Detections.joined(stamp_ns, [detections, merged])
         return detections, log.rows()
 
     def groups(self) -> list[tuple[int, ...]]:
@@ -195,18 +203,8 @@ class LocalTracker:
         tracks.keep(kept)
         return predicted.select(kept)
 
-    def _note_groups(
-        self,
-        seen: Observations,
-        blobs: Blobs,
-        picture: Picture,
-        stamp_ns: int,
-        feedback: Feedback | None,
-        log: EventLog,
-    ) -> None:
-        """Note who joined a group (E5) and who left one (E3)."""
-        company = self._roll.call(self._sighting(seen, stamp_ns), feedback, stamp_ns)
-        part = contacts(company.box, blobs.box, picture, self._strength)
+    def _note_groups(self, company: Company, part: Ints, stamp_ns: int, log: EventLog) -> None:
+        """Note who joined a group (E5), who left one (E3), and who is stable (E6)."""
         self._company = company
         for change in self._groups.step(company.key, part, stamp_ns, ~company.came):
             code = EventCode.MERGE if change.merged else EventCode.SPLIT
@@ -215,6 +213,8 @@ class LocalTracker:
                 np.searchsorted(company.key, change.rest),
             )
             log.add_group(code, company, *rows)
+        for row in self._steadiness.step(company, self._groups.sizes(), part, stamp_ns):
+            log.add_group(EventCode.STABLE, company, np.array([row]), np.zeros(0, np.int64))
 
     def _sighting(self, seen: Observations, stamp_ns: int) -> Sighting:
         """Return the believed tracks as this picture shows them."""

@@ -125,6 +125,22 @@ def test_a_group_keeps_its_members_alive_and_moves_none_of_them_far():
     assert splits.sum() == 2
 
 
+def test_a_member_whom_nobody_sees_is_kept_a_while_beside_one_who_is_seen():
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    pair = [[0, 0], [0.8, 0]]
+    ids = sorted(published(run(lambda index: {'one': pair, 'two': pair}, 25, pipeline)[-1]))
+
+    def half_hidden(index):
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        rows = [detections(stamp_ns, pair[:1]), group_row(stamp_ns, [0.0, 0], ids)]
+        return {'one': rows[0].joined(stamp_ns, rows), 'two': []}
+
+    outputs = run(half_hidden, 100, pipeline, 25)
+    alive = [sorted(published(output)) for output in outputs]
+    assert alive[30] == ids
+    assert alive[-1] == ids[:1]
+
+
 def test_a_group_starts_no_track():
     def merged(index):
         stamp_ns = index * PERIOD_NS + PERIOD_NS // 2

@@ -71,7 +71,7 @@ def test_known_target_enters_and_unknown_is_new(stage):
     found = {
         int(output.events.event[row]): int(output.events.track_id[row])
         for output in outputs
-        for row in range(len(output.events))
+        for row in np.flatnonzero(output.events.event < EventCode.STABLE).tolist()
     }
     assert found == {EventCode.ENTER: 77, EventCode.NEW: 0}
     assert sorted(outputs[-1].detections.track_id.tolist()) == [0, 77]

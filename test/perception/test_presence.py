@@ -51,17 +51,51 @@ def camera(mapping):
 INSIDE, OUTSIDE = (7, 0.0, 0.0), (7, 900.0, 900.0)
 
 
-def test_a_target_known_before_its_track_enters(camera):
-    camera.hold(5, INSIDE)
+def test_a_target_known_before_this_camera_asked_enters(camera):
+    assert camera.hold(5, INSIDE) == [(EventCode.ENTER, 7)]
     camera.begin(track_id=7)
-    assert camera.hold(20, INSIDE) == [(EventCode.ENTER, 7)]
+    assert camera.hold(20, INSIDE) == []
 
 
-def test_a_target_known_since_its_track_is_new(camera):
-    camera.begin()
-    assert camera.hold(4) == []
-    camera.tracks.track_id[:] = 7
+def test_a_target_first_told_of_in_view_is_new(camera):
+    camera.show()
     assert camera.hold(20, INSIDE) == [(EventCode.NEW, 7)]
+    camera.begin(track_id=7)
+    assert camera.hold(20, INSIDE) == []
+
+
+def test_without_foreground_a_target_is_new_by_its_track(camera):
+    camera.show()
+    camera.begin()
+    assert camera.hold(4, INSIDE, foreground=False) == []
+    camera.tracks.track_id[:] = 7
+    assert camera.hold(20, INSIDE, foreground=False) == [(EventCode.NEW, 7)]
+
+
+def test_one_who_was_lost_is_not_new_by_another_id(camera):
+    camera.show()
+    camera.hold(50, INSIDE)
+    camera.hold(50)
+    assert camera.hold(20, (9, 2.0, 0.0)) == []
+
+
+def test_one_who_was_lost_far_away_is_not_he(camera):
+    camera.show()
+    camera.hold(50, INSIDE)
+    camera.show()
+    assert camera.hold(20, (9, 3.0, 0.0)) == [(EventCode.NEW, 9)]
+
+
+def test_one_who_turns_up_beside_another_was_hidden_by_him(camera):
+    camera.show()
+    camera.hold(50, INSIDE)
+    assert camera.hold(20, INSIDE, (9, 2.0, 0.0)) == []
+
+
+def test_at_first_all_are_new_however_near(camera):
+    camera.show()
+    told = camera.hold(10, INSIDE, (9, 0.8, 0.0))
+    assert told == [(EventCode.NEW, 7), (EventCode.NEW, 9)]
 
 
 def test_a_track_that_nobody_knows_is_new_after_a_while(camera):
@@ -99,10 +133,7 @@ def test_who_stays_outside_leaves_once_though_a_track_stands_for_him(camera):
 
 
 def test_a_lost_target_seen_outside_has_left_and_may_enter_again(camera):
-    camera.hold(3, INSIDE)
-    camera.begin(track_id=7)
-    camera.hold(20, INSIDE)
-    camera.tracks.clear()
+    camera.hold(23, INSIDE)
     assert camera.hold(9, OUTSIDE) == []
     assert camera.hold(5, OUTSIDE) == [(EventCode.EXIT, 7)]
     assert camera.hold(5, INSIDE) == [(EventCode.ENTER, 7)]
@@ -124,4 +155,4 @@ def test_a_target_that_the_server_forgot_leaves_no_trace(camera):
     camera.tracks.clear()
     assert camera.hold(30) == []
     assert not camera.presence._present_ns
-    assert not camera.presence._known_ns
+    assert not camera.presence._place
