@@ -98,7 +98,7 @@ def keep_members(
     predicted = table.mean @ matrix.T
     spread = matrix @ table.covariance @ matrix.T
     squared = mahalanobis(predicted, spread, looks.position[[group]], noise)[0][:, 0]
-    named = np.isin(table.track_id, detections.members[group])
+    named = (table.track_id[:, None] == detections.members[group]).any(axis=1)
     taken = int((named & ~free).sum())
     hidden_s = (looks.stamp_ns[group] - table.seen_ns) / 1e9
     hoped = (hidden_s <= config.life.hidden_time) | (taken == 0)
