@@ -65,3 +65,9 @@ class Feedback(Rows):
     group: NDArray[np.uint32]
     seen_by: NDArray[np.uint32]
     flags: NDArray[np.uint8]
+
+    def places(self, stamp_ns: int) -> NDArray[np.float64]:
+        """Return where the targets are expected at a time, (n, 2) m."""
+        seconds = (stamp_ns - self.stamp_ns) * 1e-9
+        expected = self.position[:, :2] + self.velocity * seconds
+        return np.ascontiguousarray(expected, np.float64)

@@ -158,11 +158,9 @@ class Roll:
         """
         if feedback is not None:
             self._feedback = feedback
-        seconds = (stamp_ns - self._feedback.stamp_ns) * 1e-9
-        if seconds > self._config.memory_s:
+        if (stamp_ns - self._feedback.stamp_ns) * 1e-9 > self._config.memory_s:
             return self._alone(local)
-        place = self._feedback.position[:, :2] + self._feedback.velocity * seconds
-        place = np.ascontiguousarray(place, np.float64)
+        place = self._feedback.places(stamp_ns)
         foot = self._mapping.image_from_ground(place)
         extent = np.broadcast_to(self._extent, foot.shape)
         sure = local.seen & (local.proven >= self._config.sure_share)

@@ -78,9 +78,8 @@ def learn_identities(
 
     """
     _rename_corrected(tracks, feedback)
-    seconds = (stamp_ns - feedback.stamp_ns) * 1e-9
     known_id = feedback.track_id.astype(np.int64)
-    place = (feedback.position[:, :2] + feedback.velocity * seconds).astype(np.float64)
+    place, seconds = feedback.places(stamp_ns), (stamp_ns - feedback.stamp_ns) * 1e-9
     near, held = _held(tracks.track_id, tracks.mean, known_id, place, config.keep_distance_m)
     tracks.track_id[~near] = 0
     seeking = np.flatnonzero(tracks.confirmed & ~near)

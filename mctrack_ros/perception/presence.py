@@ -146,7 +146,7 @@ class Presence:
 
     def _follow(self, feedback: Feedback, blob_box: Floats, stamp_ns: int, log: EventLog) -> None:
         """Note which of the fusion node's targets come into view and which leave it."""
-        foot = self._expected(feedback, stamp_ns)
+        foot = self._mapping.image_from_ground(feedback.places(stamp_ns))
         with np.errstate(invalid='ignore'):
             inside = np.asarray(((foot >= 0) & (foot < self._mapping.image_size)).all(axis=1))
         ids = feedback.track_id.tolist()
@@ -225,12 +225,6 @@ class Presence:
         elif stamp_ns - self._present_ns[target] >= self._gone_ns:
             del self._present_ns[target]
             log.add_target(EventCode.EXIT, target, position)
-
-    def _expected(self, feedback: Feedback, stamp_ns: int) -> Floats:
-        """Return the (n, 2) foot points, px, at which targets are expected."""
-        seconds = (stamp_ns - feedback.stamp_ns) * 1e-9
-        place = feedback.position[:, :2] + feedback.velocity * seconds
-        return self._mapping.image_from_ground(place.astype(np.float64))
 
     def _is_seen(self, foot: Floats, blob_box: Floats) -> bool:
         """Tell whether there is foreground where a person at a (2,) foot point would be."""
