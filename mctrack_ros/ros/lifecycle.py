@@ -45,7 +45,11 @@ class GraphNode(LifecycleNode):
         self.ended = False
         self._publishers_made: list[LifecyclePublisher] = []
         self._lasting: set[int] = set()
-        parameters.declare(self, self.CONFIG)
+        try:
+            parameters.declare(self, self.CONFIG)
+        except ValueError:
+            self.destroy_node()
+            raise
         parameters.refuse_changes(self, self.CONFIG, lambda: self.config is not None)
 
     def open(self) -> None:

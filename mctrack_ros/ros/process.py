@@ -52,6 +52,7 @@ def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -
         node = make()
     except (ValueError, RuntimeError) as error:
         print(f'{Path(sys.argv[0]).stem}: {one_line(error)}', file=sys.stderr)
+        rclpy.try_shutdown()
         return BAD_CONFIGURATION
     try:
         return _live(node, endings)

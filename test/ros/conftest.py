@@ -1,6 +1,7 @@
 """A bench for nodes: a private ROS domain, an observer, waiting on conditions."""
 
 import fcntl
+import signal
 import subprocess
 import sys
 import tempfile
@@ -90,7 +91,8 @@ class Bench:
     def spawn(self, node, *arguments, name=None, **parameters):
         """Start a node as a process; its output goes to a file."""
         name = name or node
-        command = [sys.executable, '-m', f'mctrack_ros.ros.{node}', '--ros-args', *arguments]
+        command = [sys.executable, '-X', 'faulthandler', '-m', f'mctrack_ros.ros.{node}']
+        command += ['--ros-args', *arguments]
         command += ['-r', f'__node:={name}']
         if parameters:
             command += ['--params-file', str(self.parameter_file(name, parameters))]
@@ -100,6 +102,15 @@ class Bench:
             )
         self.processes.append(process)
         return process
+
+    def exit_code(self, process, patience_s=PATIENCE_S):
+        """Wait until a process ends; one that does not says where it hangs and is a failure."""
+        try:
+            return process.wait(timeout=patience_s)
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGABRT)
+            process.wait()
+            pytest.fail('\n'.join(path.read_text() for path in self.folder.glob('*.log')))
 
     def log(self, name):
         """Return what a process has said."""

@@ -35,7 +35,7 @@ CASES = {
 def test_wrong_parameter_ends_the_node_with_one_line(bench, case):
     node, parameters, reason = CASES[case]
     process = bench.spawn(node, **parameters)
-    assert process.wait(timeout=20) == 2
+    assert bench.exit_code(process) == 2
     lines = bench.log(node).splitlines()
     assert len(lines) == 1
     assert reason in lines[0]
@@ -45,7 +45,7 @@ def test_broken_parameter_file_ends_the_node_with_one_line_of_ours(bench):
     path = bench.folder / 'broken.yaml'
     path.write_text('/**:\n  ros__parameters: [')
     process = bench.spawn('camera_node', '--params-file', str(path))
-    assert process.wait(timeout=20) == 2
+    assert bench.exit_code(process) == 2
     of_rcl, own = bench.log('camera_node').splitlines()
     assert '[rcl]' in of_rcl
     assert str(path) in own
