@@ -205,6 +205,8 @@ class ObjectList:
     def start(self, shapes: Shapes, stamp_ns: int) -> None:
         """Start a transient object for each silhouette."""
         count = len(shapes)
+        if count == 0:
+            return
         now = np.full(count, stamp_ns, np.int64)
         added = {
             'local_id': np.arange(self._next_id, self._next_id + count),

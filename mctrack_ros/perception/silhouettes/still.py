@@ -13,6 +13,7 @@ Grey = NDArray[np.uint8]
 Seconds = NDArray[np.float32]
 
 AVERAGED = 0.25  # share of a difference that is learned in one look
+BLOCK = 32  # pixels of a row that are skipped at once where nothing happens
 FORGET = 1.0  # times as fast as it was learned is forgotten what was seen at a pixel
 
 
@@ -49,6 +50,7 @@ class StillPixels:
         self.seconds: Seconds = np.zeros((0, 0), np.float32)
         self.picture: NDArray[np.float32] = np.zeros((0, 0), np.float32)
         self.passed_s = 0.0
+        self._most: Seconds = np.zeros((0, 0), np.float32)
         self._last_ns, self._tolerance = 0, 0.0
 
     def watch(self, grey: Grey, mask: Grey, stamp_ns: int, tolerance: float) -> bool:
@@ -75,12 +77,13 @@ class StillPixels:
         self._tolerance = tolerance
         if self.seconds.shape != grey.shape:
             self.seconds, self.picture = np.zeros(grey.shape, np.float32), grey.astype(np.float32)
+            self._most = np.zeros((grey.shape[0], -(-grey.shape[1] // BLOCK)), np.float32)
             self._last_ns = stamp_ns
             return True
         if stamp_ns - self._last_ns < self._period_ns:
             return False
         self.passed_s, self._last_ns = (stamp_ns - self._last_ns) * 1e-9, stamp_ns
-        _look(grey, mask, self.picture, self.seconds, self.passed_s, tolerance)
+        _look(grey, mask, self.picture, self.seconds, self._most, self.passed_s, tolerance)
         return True
 
     def still_for(
@@ -107,13 +110,22 @@ class StillPixels:
     def teach(self, background: LowPassBackground, grey: Grey, least_s: float) -> None:
         """Take all such pixels into a background: lines and specks, and whoever sleeps."""
         assert background.model is not None
-        _learn(background.model, grey, self.picture, self.seconds, least_s, self._tolerance)
+        _learn(
+            background.model,
+            grey,
+            self.picture,
+            self.seconds,
+            self._most,
+            least_s,
+            self._tolerance,
+        )
 
 
 @compiled(
     types.void(
         BYTES_2D,
         BYTES_2D,
+        types.Array(types.f4, 2, 'C'),
         types.Array(types.f4, 2, 'C'),
         types.Array(types.f4, 2, 'C'),
         types.f8,
@@ -121,28 +133,50 @@ class StillPixels:
     )
 )
 def _look(
-    grey: Grey, mask: Grey, picture: Seconds, seconds: Seconds, passed: float, tolerance: float
+    grey: Grey,
+    mask: Grey,
+    picture: Seconds,
+    seconds: Seconds,
+    most: Seconds,
+    passed: float,
+    tolerance: float,
 ) -> None:
-    """Let the time at each pixel grow or shrink."""
-    for y in range(grey.shape[0]):
-        for x in range(grey.shape[1]):
-            known = seconds[y, x]
-            if mask[y, x] == 0:
-                if known > 0.0:
-                    seconds[y, x] = max(known - FORGET * passed, 0.0)
-            elif known > 0.0 and abs(grey[y, x] - picture[y, x]) <= tolerance:
-                seconds[y, x] = known + passed
-                picture[y, x] += AVERAGED * (grey[y, x] - picture[y, x])
-            elif known > FORGET * passed:
-                seconds[y, x] = known - FORGET * passed
-            else:
-                seconds[y, x], picture[y, x] = 1e-6, grey[y, x]
+    """
+    Let the time at each pixel grow or shrink, and note the most in each block of a row.
+
+    Where nothing is foreground and nothing is remembered, the mask alone is read.
+    """
+    height, width = grey.shape
+    for y in range(height):
+        for block in range(most.shape[1]):
+            first, end = block * BLOCK, min((block + 1) * BLOCK, width)
+            shown = most[y, block] > 0.0
+            for x in range(first, end):
+                shown |= mask[y, x] > 0
+            if not shown:
+                continue
+            largest = np.float32(0.0)
+            for x in range(first, end):
+                known = seconds[y, x]
+                if mask[y, x] == 0:
+                    if known > 0.0:
+                        seconds[y, x] = max(known - FORGET * passed, 0.0)
+                elif known > 0.0 and abs(grey[y, x] - picture[y, x]) <= tolerance:
+                    seconds[y, x] = known + passed
+                    picture[y, x] += AVERAGED * (grey[y, x] - picture[y, x])
+                elif known > FORGET * passed:
+                    seconds[y, x] = known - FORGET * passed
+                else:
+                    seconds[y, x], picture[y, x] = 1e-6, grey[y, x]
+                largest = max(largest, seconds[y, x])
+            most[y, block] = largest
 
 
 @compiled(
     types.void(
         types.Array(types.f4, 2, 'C'),
         BYTES_2D,
+        types.Array(types.f4, 2, 'C'),
         types.Array(types.f4, 2, 'C'),
         types.Array(types.f4, 2, 'C'),
         types.f8,
@@ -154,11 +188,16 @@ def _learn(
     grey: Grey,
     picture: Seconds,
     seconds: Seconds,
+    most: Seconds,
     least_s: float,
     tolerance: float,
 ) -> None:
     """Copy to a background what has looked the same for long and still does."""
-    for y in range(model.shape[0]):
-        for x in range(model.shape[1]):
-            if seconds[y, x] >= least_s and abs(np.int64(grey[y, x]) - picture[y, x]) <= tolerance:
-                model[y, x], seconds[y, x] = picture[y, x], 0.0
+    for y in range(most.shape[0]):
+        for block in range(most.shape[1]):
+            if most[y, block] < least_s:
+                continue
+            for x in range(block * BLOCK, min((block + 1) * BLOCK, model.shape[1])):
+                apart = abs(np.int64(grey[y, x]) - picture[y, x])
+                if seconds[y, x] >= least_s and apart <= tolerance:
+                    model[y, x], seconds[y, x] = picture[y, x], 0.0

@@ -175,8 +175,10 @@ class SilhouetteTracker:
             match = self._of_one_class(match, shapes, silhouettes.labels.shape)
         match = settled(objects, shapes, match, weights)
         for joiners in (established, ~established):
-            valid = valid_matches(objects, shapes, self._config.match, reach)
             fragments = ~secure_silhouettes(match, established)
+            if not fragments.any():
+                break
+            valid = valid_matches(objects, shapes, self._config.match, reach)
             shapes, match, kept = join_fragments(
                 objects, shapes, match, valid, joiners, fragments, weights
             )

@@ -96,3 +96,17 @@ def test_what_is_hidden_follows_the_light_of_the_rest():
     assert np.allclose(background.model[:10], 119, atol=2.5)
     assert background.light == pytest.approx(1.19, abs=0.03)
     assert (masks[-1][10:] == 0).all()
+
+
+@pytest.mark.parametrize('shadow_share', [0.0, 0.13])
+def test_foreground_is_what_differs_by_more_than_noise_and_shadow(shadow_share):
+    rng = np.random.default_rng(4)
+    known, shown = rng.integers(0, 256, (2, *SHAPE)).astype(int)
+    shown = np.where(rng.random(SHAPE) < 0.8, np.clip(known + shown % 40 - 30, 0, 255), shown)
+    config = replace(PRINTED, shadow_share=shadow_share)
+
+    _, masks = learned([known.astype(np.uint8), shown.astype(np.uint8)], config)
+
+    darkest = np.minimum(known - 12, np.rint(known * (1 - shadow_share)))
+    expected = (shown > known + 12) | (shown < (darkest if shadow_share else known - 12))
+    assert np.array_equal(masks[1] > 0, expected)

@@ -74,3 +74,27 @@ def test_old_pixels_alone_are_taught():
     assert (background.model[1] == 60).all()
     assert (background.model[[0, 2, 3]] == 100).all()
     assert (still.seconds == 0.0).all()
+
+
+def test_skipping_what_is_quiet_changes_nothing():
+    rng, shape = np.random.default_rng(3), (9, 75)
+    still, seconds, picture = StillPixels(0.2), np.zeros(shape, np.float32), None
+    for index in range(40):
+        grey = rng.integers(60, 70, shape).astype(np.uint8)
+        mask = np.zeros(shape, np.uint8)
+        mask[2:4, 30:40] = mask[rng.integers(9)] = 255 * (index % 3 > 0)
+        still.watch(grey, mask, index * PERIOD_NS, 5.0)
+        if picture is None:
+            picture = grey.astype(np.float32)
+            continue
+        shown, same = mask > 0, (seconds > 0) & (np.abs(grey - picture) <= 5.0)
+        longer, shorter = seconds + 0.25, np.float32(seconds - 0.25)
+        fresh = shown & ~same & (seconds <= 0.25)
+        picture = np.where(shown & same, picture + 0.25 * (grey - picture), picture)
+        picture = np.where(fresh, grey, picture).astype(np.float32)
+        seconds = np.where(shown & same, longer, np.maximum(shorter, 0)).astype(np.float32)
+        seconds[fresh] = 1e-6
+
+    assert np.array_equal(still.seconds, seconds)
+    assert np.allclose(still.picture, picture)
+    assert seconds.max() > 1.0
