@@ -9,7 +9,7 @@ from mctrack_ros.fusion.joint import JointAssignment
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.tracking.association import mahalanobis
+from mctrack_ros.tracking.association import gaussian_distance
 from mctrack_ros.tracking.kalman import update
 
 Indices = NDArray[np.intp]
@@ -44,9 +44,7 @@ def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
     note(table, looks, rows, columns)
     free = np.ones((len(looks.matrix), len(table)), bool)
     free[looks.picture[columns], rows] = False
-    for group in looks.groups.tolist():
-        open_rows = free[looks.picture[group]]
-        open_rows[keep_members(table, looks, group, open_rows, config)] = False
+    keep_members(table, looks, free, config)
     left = np.ones(len(looks.picture), bool)
     left[columns] = False
     return looks.single[left[looks.single]]
@@ -82,48 +80,53 @@ def learn_appearance(
 
 
 def keep_members(
-    table: TrackTable,
-    looks: Looks,
-    group: int,
-    free: NDArray[np.bool_],
-    config: FusionConfig,
-) -> Indices:
+    table: TrackTable, looks: Looks, free: NDArray[np.bool_], config: FusionConfig
+) -> None:
     """
-    Keep alive what a merged detection hides of the free tracks, (n,); return their rows.
+    Keep alive what merged detections hide of the tracks that are free, (pictures, n).
 
     Where others of the group are seen, only for a while: it may be that nobody is behind them.
     """
-    detections, noise = looks.detections, looks.noise[[group]] * GROUP_INFLATION
-    matrix = looks.matrix[looks.picture[group]]
-    predicted = table.mean @ matrix.T
-    spread = matrix @ table.covariance @ matrix.T
-    squared = mahalanobis(predicted, spread, looks.position[[group]], noise)[0][:, 0]
-    named = (table.track_id[:, None] == detections.members[group]).any(axis=1)
-    taken = int((named & ~free).sum())
-    hidden_s = (looks.stamp_ns[group] - table.seen_ns) / 1e9
-    hoped = (hidden_s <= config.life.hidden_time) | (taken == 0)
-    near = squared < config.association.gate
-    candidates = np.flatnonzero(free & table.confirmed & hoped & near)
-    order = np.lexsort((squared[candidates], ~named[candidates]))
-    count = int(detections.member_count[group]) or len(candidates)
-    count = max(count - taken, 0)
-    members = np.sort(candidates[order[:count]])
-    if len(members) == 0:
-        return members
+    groups, detections = looks.groups, looks.detections
+    if len(groups) == 0:
+        return
+    picture, noise = looks.picture[groups], looks.noise[groups] * GROUP_INFLATION
+    named = (table.track_id[:, None] == detections.members[groups, None]).any(axis=2)
+    taken = (named & ~free[picture]).sum(axis=1)
+    hidden_s = (looks.stamp_ns[groups, None] - table.seen_ns) / 1e9
+    hoped = (hidden_s <= config.life.hidden_time) | (taken == 0)[:, None]
+    matrix = looks.matrix[picture]
+    spread = matrix[:, None] @ table.covariance @ matrix.swapaxes(1, 2)[:, None]
+    gap = looks.position[groups, None] - table.mean @ matrix.swapaxes(1, 2)
+    squared, _ = gaussian_distance(gap, spread + noise[:, None])
+    hidden = free[picture] & table.confirmed & hoped & (squared < config.association.gate)
+    for row in np.flatnonzero(hidden.any(axis=1)).tolist():
+        candidates = np.flatnonzero(hidden[row] & free[picture[row]])
+        order = np.lexsort((squared[row, candidates], ~named[row, candidates]))
+        whole = named[row] & ~free[picture[row]]
+        count = int(detections.member_count[groups[row]]) or len(candidates)
+        members = np.sort(candidates[order[: max(count - int(whole.sum()), 0)]])
+        if len(members):
+            free[picture[row], members] = False
+            whole[members] = True
+            _keep(table, looks, int(groups[row]), members, whole)
+
+
+def _keep(
+    table: TrackTable, looks: Looks, group: int, members: Indices, whole: NDArray[np.bool_]
+) -> None:
+    """Update the hidden members (k,) of a merged detection; `whole` (n,) is all of the group."""
+    matrix, stamp_ns = looks.matrix[looks.picture[group]], looks.stamp_ns[group]
     table.mean[members], table.covariance[members] = update(
         table.mean[members],
         table.covariance[members],
-        looks.position[[group]] - predicted[members],
-        np.repeat(noise, len(members), axis=0),
+        looks.position[[group]] - table.mean[members] @ matrix.T,
+        np.repeat(looks.noise[[group]] * GROUP_INFLATION, len(members), axis=0),
         matrix,
     )
-    stamp_ns = looks.stamp_ns[group]
     table.kept_ns[members] = np.maximum(table.kept_ns[members], stamp_ns)
     table.hidden_ns[members, looks.camera[group]] = stamp_ns
     unseen = members[table.cameras[members] == 0]
-    if len(members) + taken > 1:
+    if whole.sum() > 1:
         table.group_ns[unseen] = stamp_ns
-        whole = named & ~free
-        whole[members] = True
         table.group[unseen] = table.track_id[whole].min()
-    return members

@@ -208,3 +208,12 @@ def likeness(first: Floats, second: Floats) -> Floats:
     shared = overlap(first, second)
     area = np.prod(first[:, 2:], axis=1)[:, None] + np.prod(second[:, 2:], axis=1)[None]
     return np.asarray(shared / np.maximum(area - shared, 1e-9))
+
+
+def likeness_of_pairs(first: Floats, second: Floats) -> Floats:
+    """Return the (n,) intersections over unions of boxes with those in the same rows, (n, 4)."""
+    low = np.maximum(first[:, :2], second[:, :2])
+    high = np.minimum(first[:, :2] + first[:, 2:], second[:, :2] + second[:, 2:])
+    shared = np.prod(np.maximum(high - low, 0.0), axis=1)
+    area = np.prod(first[:, 2:], axis=1) + np.prod(second[:, 2:], axis=1)
+    return np.asarray(shared / np.maximum(area - shared, 1e-9))

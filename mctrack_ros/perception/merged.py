@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, INTS_1D, compiled
 from mctrack_ros.interfaces import MEMBERS, Detections
 from mctrack_ros.perception.company import Company
 
 Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
 NONE = Detections.build(0)
 SPREAD_M = 1.0
 """Standard deviation of a hidden member about the middle of those who are seen, m."""
@@ -29,34 +33,55 @@ def merged_detections(company: Company, part: Ints, shown: Detections) -> Detect
 
     """
     is_shown = (company.local_id[:, None] == shown.local_id).any(axis=1)
-    groups = []
-    for number in set(part[~is_shown & (company.track_id > 0) & (part >= 0)].tolist()):
-        rows = np.flatnonzero(part == number)
-        if is_shown[rows].any():
-            groups.append(rows)
-    if not groups:
+    if not (~is_shown & (company.track_id > 0) & (part >= 0)).any():
         return NONE
-    groups.sort(key=lambda rows: int(rows[0]))
-    members = np.zeros((len(groups), MEMBERS), np.uint32)
-    for row, rows in enumerate(groups):
-        named = company.track_id[rows][company.track_id[rows] > 0][:MEMBERS]
-        members[row, : len(named)] = named
-    seen = [rows[is_shown[rows]] for rows in groups]
+    position, covariance, box, members, count = _gathered(
+        part, is_shown, company.track_id, company.position, company.box
+    )
+    if len(count) == 0:
+        return NONE
     return Detections.build(
         shown.stamp_ns,
-        position=[[*company.position[rows].mean(axis=0), 0.0] for rows in seen],
-        covariance=[_spread(company.position[rows]) for rows in seen],
-        box=[_around(company.box[rows]) for rows in seen],
+        position=position,
+        covariance=covariance,
+        box=box,
         members=members,
-        member_count=[len(rows) for rows in groups],
+        member_count=count,
     )
 
 
-def _spread(position: NDArray[np.float64]) -> NDArray[np.float64]:
-    off = position - position.mean(axis=0)
-    return np.asarray(off.T @ off / len(off) + SPREAD_M**2 * np.eye(2))
-
-
-def _around(box: NDArray[np.float64]) -> NDArray[np.float64]:
-    low = box[:, :2].min(axis=0)
-    return np.concatenate([low, (box[:, :2] + box[:, 2:]).max(axis=0) - low])
+@compiled(
+    types.Tuple(
+        [types.f8[:, ::1], types.f8[:, :, ::1], types.f8[:, ::1], types.u4[:, ::1], types.i8[::1]]
+    )(INTS_1D, BOOLS_1D, INTS_1D, FLOATS_2D, FLOATS_2D)
+)
+def _gathered(
+    part: Ints, is_shown: Booleans, track_id: Ints, position: Floats, box: Floats
+) -> tuple[Floats, Floats, Floats, NDArray[np.uint32], Ints]:
+    """Return place, covariance, box, members and their number of each group that hides some."""
+    most = len(part)
+    place, spread = np.zeros((most, 3)), np.zeros((most, 2, 2))
+    around, members = np.empty((most, 4)), np.zeros((most, MEMBERS), np.uint32)
+    count = np.zeros(most, np.int64)
+    done = 0
+    for first in range(most):
+        if part[first] < 0 or (part[:first] == part[first]).any():
+            continue
+        rows = np.flatnonzero(part == part[first])
+        seen = rows[is_shown[rows]]
+        named = track_id[rows][track_id[rows] > 0]
+        if len(seen) == 0 or not (~is_shown[rows] & (track_id[rows] > 0)).any():
+            continue
+        for axis in range(2):
+            place[done, axis] = position[seen, axis].mean()
+            around[done, axis] = box[rows, axis].min()
+            around[done, 2 + axis] = (box[rows, axis] + box[rows, 2 + axis]).max()
+            around[done, 2 + axis] -= around[done, axis]
+        off_x, off_y = position[seen, 0] - place[done, 0], position[seen, 1] - place[done, 1]
+        spread[done, 0, 0] = (off_x * off_x).mean() + SPREAD_M**2
+        spread[done, 1, 1] = (off_y * off_y).mean() + SPREAD_M**2
+        spread[done, 0, 1] = spread[done, 1, 0] = (off_x * off_y).mean()
+        members[done, : min(len(named), MEMBERS)] = named[:MEMBERS]
+        count[done] = len(rows)
+        done += 1
+    return place[:done], spread[:done], around[:done], members[:done], count[:done]

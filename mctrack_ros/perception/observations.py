@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.perception.blobs import BlobConfig, Blobs, likeness
+from mctrack_ros.perception.blobs import BlobConfig, Blobs, likeness_of_pairs
 from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
-from mctrack_ros.perception.partition import Bodies, Members, PartitionConfig, partition
+from mctrack_ros.perception.partition import Members, PartitionConfig, partition
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.sizes import SizeTable
 
@@ -139,30 +139,27 @@ class Observer:
             With its foreground.
 
         """
-        count = np.bincount(blob_of[blob_of >= 0], minlength=len(blobs))
-        whole = (count < 2) & self._looks_like_one(blob_of, predicted, blobs)
-        parts = [_whole(blob_of, blobs, template, np.flatnonzero(whole))]
-        fits_one = self._fits_one(blobs)
-        for blob in np.flatnonzero(~whole).tolist():
-            rows = np.flatnonzero(blob_of == blob)
-            if fits_one[blob]:
-                alike = likeness(predicted.box[rows], blobs.box[[blob]])[:, 0]
-                if alike.max(initial=0.0) < self._config.least_alike:
-                    parts.append(_whole(np.full(0, NEW), blobs, template, np.array([blob])))
-                    continue
-            bodies = self._partition(blob, rows, tracks, predicted, blobs, picture)
-            parts.append(_placed(bodies, blob, rows))
-            if len(rows) and fits_one[blob]:
-                parts[-1].proven[np.arange(len(bodies.proven)) != alike.argmax()] = 0.0
+        rows = np.flatnonzero(blob_of >= 0)
+        inside = blob_of[rows]
+        box = predicted.box[rows]
+        looks_like_one = self._looks_like_one(inside, box, blobs)
+        whole = looks_like_one & (np.bincount(inside, minlength=len(blobs)) < 2)
+        single = ~whole & self._fits_one(blobs)
+        most_alike, best = _best(inside, rows, box, blobs)
+        strange = single & (most_alike < self._config.least_alike)
+        track_in = np.where(strange, NEW, best)
+        parts = [_whole(track_in, blobs, template, np.flatnonzero(whole | strange))]
+        shared = np.flatnonzero(~(whole | strange))
+        if len(shared):
+            part = self._placed(shared, blob_of, tracks, predicted, blobs, picture)
+            part.proven[single[part.blob] & (part.track != best[part.blob])] = 0.0
+            parts.append(part)
         return self._on_ground(parts, tracks, blobs)
 
-    def _looks_like_one(
-        self, blob_of: Ints, predicted: Prediction, blobs: Blobs
-    ) -> NDArray[np.bool_]:
+    def _looks_like_one(self, inside: Ints, box: Floats, blobs: Blobs) -> NDArray[np.bool_]:
         """Tell which blobs, if they hold at most one track, look like one whole person."""
-        matched = np.flatnonzero(blob_of >= 0)
         least = np.zeros(len(blobs))
-        least[blob_of[matched]] = predicted.box[matched, 3]
+        least[inside] = box[:, 3]
         width, height = blobs.box[:, 2], blobs.box[:, 3]
         usual_width, usual_height = blobs.expected.T
         small = (width <= self._config.odd_width * usual_width) & (
@@ -176,25 +173,39 @@ class Observer:
         width, height = (blobs.box[:, 2:] / blobs.expected).T
         return np.asarray((width < self._config.single_width) & (height < self._config.odd_height))
 
-    def _partition(
+    def _placed(
         self,
-        blob: int,
-        rows: Ints,
+        shared: Ints,
+        blob_of: Ints,
         tracks: LocalTracks,
         predicted: Prediction,
         blobs: Blobs,
         picture: Picture,
-    ) -> Bodies:
-        """Place the tracks of some rows, and new persons, in a blob."""
+    ) -> _Part:
+        """Place the tracks that are in some blobs, and new persons, in these."""
+        number = np.full(len(blobs) + 1, NEW)
+        number[shared] = np.arange(len(shared))
+        rows = np.argsort(number[blob_of], kind='stable')
+        rows = rows[np.count_nonzero(number[blob_of] == NEW) :]
         members = Members(
+            number[blob_of[rows]],
             predicted.bottom[rows],
             predicted.spread[rows],
             tracks.extent[rows],
             tracks.template[rows],
         )
-        usual_height_m = self._blobs.person_height_m
-        return partition(
-            picture, blobs.box[blob], self._sizes, members, usual_height_m, self._config
+        box, usual_height_m = blobs.box[shared], self._blobs.person_height_m
+        bodies = partition(picture, box, self._sizes, members, usual_height_m, self._config)
+        track = np.full(len(bodies.box), NEW)
+        track[bodies.is_known] = rows
+        return _Part(
+            track,
+            shared[bodies.blob],
+            bodies.box,
+            bodies.visible,
+            bodies.proven,
+            bodies.template,
+            np.ones(len(track), bool),
         )
 
     def _on_ground(self, parts: list[_Part], tracks: LocalTracks, blobs: Blobs) -> Observations:
@@ -218,26 +229,21 @@ class Observer:
         return seen.select(np.isfinite(position).all(axis=1) & self._sizes.known_at(foot))
 
 
-def _whole(blob_of: Ints, blobs: Blobs, template: Floats, alone: Ints) -> _Part:
+def _best(inside: Ints, rows: Ints, box: Floats, blobs: Blobs) -> tuple[Floats, Ints]:
+    """
+    Return how alike each blob and the track in it are that is most so, and that track's row.
+
+    Of tracks (k,), ``inside`` tells the blobs, ``rows`` the rows, ``box`` where they are expected.
+    """
+    alike = likeness_of_pairs(box, blobs.box[inside])
+    most, best = np.zeros(len(blobs)), np.full(len(blobs), NEW)
+    np.maximum.at(most, inside, alike)
+    is_best = (alike == most[inside])[::-1]
+    best[inside[::-1][is_best]] = rows[::-1][is_best]
+    return most, best
+
+
+def _whole(track_in: Ints, blobs: Blobs, template: Floats, alone: Ints) -> _Part:
     """Return blobs that are one person each."""
-    track_in = np.full(len(blobs), NEW)
-    matched = np.flatnonzero(blob_of >= 0)
-    track_in[blob_of[matched]] = matched
     one = np.ones(len(alone))
     return _Part(track_in[alone], alone, blobs.box[alone], one, one, template[alone], one == 0)
-
-
-def _placed(bodies: Bodies, blob: int, rows: Ints) -> _Part:
-    """Return bodies in a blob, first those of known tracks."""
-    count = len(bodies.box)
-    track = np.full(count, NEW)
-    track[: len(rows)] = rows
-    return _Part(
-        track,
-        np.full(count, blob),
-        bodies.box,
-        bodies.visible,
-        bodies.proven,
-        bodies.template,
-        np.ones(count, bool),
-    )

@@ -1,4 +1,4 @@
-"""Several persons in one blob: where each stands, from predictions and the foreground."""
+"""Several persons in a blob: where each stands, from predictions and the foreground."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from mctrack_ros.perception.sizes import TALLEST, SizeTable
 from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -71,10 +72,12 @@ class PartitionConfig:
 @dataclass(frozen=True, eq=False, slots=True)
 class Members:
     """
-    Known persons in one blob, one row each, the oldest first.
+    Known persons in some blobs, one row each: blob by blob, in each the oldest first.
 
     Attributes
     ----------
+    blob : (n,) int64 array
+        Row of the blob that each is in, ascending.
     bottom : (n, 2) float64 array
         Bottom centres of the predicted boxes, px.
     spread : (n, 2, 2) float64 array
@@ -86,6 +89,7 @@ class Members:
 
     """
 
+    blob: Ints
     bottom: Floats
     spread: Floats
     extent: Floats
@@ -95,10 +99,14 @@ class Members:
 @dataclass(frozen=True, eq=False, slots=True)
 class Bodies:
     """
-    Persons placed in one blob.
+    Persons placed in some blobs: blob by blob the known in their order, then new ones.
 
     Attributes
     ----------
+    blob : (n,) int64 array
+        Row of the blob that each is in.
+    is_known : (n,) bool array
+        Whether it is one of the members.
     box : (n, 4) float64 array
         Left, top, width, height, px.
     visible : (n,) float64 array
@@ -110,6 +118,8 @@ class Bodies:
 
     """
 
+    blob: Ints
+    is_known: NDArray[np.bool_]
     box: Floats
     visible: Floats
     proven: Floats
@@ -118,14 +128,14 @@ class Bodies:
 
 def partition(
     picture: Picture,
-    box: Floats,
+    blob: Floats,
     sizes: SizeTable,
     members: Members,
     usual_height_m: float,
     config: PartitionConfig,
 ) -> Bodies:
     """
-    Place persons in a blob: the known ones near their predictions, then new ones.
+    Place persons in blobs: the known ones near their predictions, then new ones.
 
     Each is a body of expected size that should explain foreground of its colours, contain little
     background and stand near its prediction; places are improved in turn, given the others
@@ -135,12 +145,12 @@ def partition(
     ----------
     picture : Picture
         With its foreground.
-    box : (4,) array
-        The blob, px.
+    blob : (b, 4) array
+        Boxes of the blobs, px.
     sizes : SizeTable
         Of the camera.
     members : Members
-        Who is known to be in it.
+        Who is known to be in them.
     usual_height_m : float
         Height of a person who is not known, m.
     config : PartitionConfig
@@ -149,12 +159,11 @@ def partition(
     Returns
     -------
     Bodies
-        The members in their order, then new persons.
+        The members and new persons.
 
     """
     search = Search(
         usual_height_m,
-        max(config.body_width_m, config.body_share * members.extent[:, 0].max(initial=0.0)),
         config.rows,
         config.background_weight,
         config.certainty,
@@ -162,19 +171,26 @@ def partition(
         config.most_new,
         config.sweeps,
     )
+    width_m = np.full(len(blob), config.body_width_m)
+    np.maximum.at(width_m, members.blob, config.body_share * members.extent[:, 0])
+    count = np.bincount(members.blob, minlength=len(blob))
     least_m, most_m = (2 - TALLEST) * usual_height_m, TALLEST * usual_height_m
     height_m = np.minimum(np.maximum(members.extent[:, 1], least_m), most_m)
-    return Bodies(
-        *place(
-            picture.image,
-            picture.mask,
-            box,
-            picture.scale,
-            sizes.table,
-            members.bottom,
-            inverse(members.spread),
-            height_m,
-            members.template,
-            search,
-        )
+    *placed, found = place(
+        picture.image,
+        picture.mask,
+        blob,
+        picture.scale,
+        sizes.table,
+        width_m,
+        count,
+        members.bottom,
+        inverse(members.spread),
+        height_m,
+        members.template,
+        search,
     )
+    index = np.repeat(np.arange(len(blob)), found)
+    first = np.cumsum(found) - found
+    is_known = np.arange(len(index)) - first[index] < count[index]
+    return Bodies(index, is_known, *placed)

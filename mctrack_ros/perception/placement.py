@@ -1,4 +1,4 @@
-"""The search behind `partition`, compiled: bodies are tried at every place in a blob."""
+"""The search behind `partition`, compiled: bodies are tried at every place in their blobs."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from mctrack_ros.compiled import (
     FLOATS_1D,
     FLOATS_2D,
     FLOATS_3D,
+    INTS_1D,
     compiled,
     inner,
 )
@@ -41,8 +42,8 @@ class Search(NamedTuple):
 
     Attributes
     ----------
-    height_m, width_m : float
-        Usual height, and width of all bodies, m.
+    height_m : float
+        Usual height, m.
     cells : int
         Cells to the usual height.
     background_weight : float
@@ -59,7 +60,6 @@ class Search(NamedTuple):
     """
 
     height_m: float
-    width_m: float
     cells: int
     background_weight: float
     certainty: float
@@ -68,8 +68,10 @@ class Search(NamedTuple):
     sweeps: int
 
 
-SEARCH = types.NamedTuple([types.f8, types.f8, types.i8, *[types.f8] * 3, *[types.i8] * 2], Search)
-PLACED = types.Tuple([types.f8[:, ::1], types.f8[::1], types.f8[::1], types.f8[:, ::1]])
+SEARCH = types.NamedTuple([types.f8, types.i8, *[types.f8] * 3, *[types.i8] * 2], Search)
+PLACED = types.Tuple(
+    [types.f8[:, ::1], types.f8[::1], types.f8[::1], types.f8[:, ::1], types.i8[::1]]
+)
 
 
 @inner
@@ -108,63 +110,13 @@ def _place_new(
     return count
 
 
-@compiled(
-    PLACED(
-        BYTES_3D, BYTES_2D, FLOATS_1D, types.f8, FLOATS_3D,
-        FLOATS_2D, FLOATS_3D, FLOATS_1D, FLOATS_2D, SEARCH,
-    )
-)  # fmt: skip
-def place(
-    image: Bytes,
-    mask: Bytes,
-    box: Floats,
-    scale: float,
-    sizes: Floats,
-    bottom: Floats,
-    precision: Floats,
-    height_m: Floats,
-    template: Floats,
-    search: Search,
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """
-    Place the known persons of one blob near their predictions, then new ones.
-
-    Parameters
-    ----------
-    image, mask : (h, w, 3) and (h, w) uint8 arrays
-        The picture and its cleaned foreground, reduced by `scale`.
-    box : (4,) array
-        The blob, px.
-    scale : float
-        Pixels of the picture to one of the mask.
-    sizes : (r, c, 3) array
-        The camera's `SizeTable.table`.
-    bottom : (n, 2) array
-        Predicted bottom centres, px.
-    precision : (n, 2, 2) array
-        Inverse of their covariance, 1/px².
-    height_m : (n,) array
-        Heights, m.
-    template : (n, 48) array
-        Colours, zero where not known.
-    search : Search
-        Parameters.
-
-    Returns
-    -------
-    box : (m, 4) array
-        The n known, then new ones; left, top, width, height, px.
-    visible : (m,) array
-        Share of each that is foreground past those nearer to the camera.
-    proven : (m,) array
-        Share of each that is foreground past those before it.
-    template : (m, 48) array
-        Colours of what is seen of each; zero where nothing is.
-
-    """
-    canvas = canvas_of(
-        image, mask, box, scale, sizes, search.height_m, search.width_m, search.cells
-    )
+@inner
+def _place_in(
+    image: Bytes, mask: Bytes, box: Floats, scale: float, sizes: Floats, width_m: float,
+    bottom: Floats, precision: Floats, height_m: Floats, template: Floats, search: Search,
+) -> tuple[Floats, Floats, Floats, Floats]:  # fmt: skip
+    """Place the persons of one blob: boxes, visible and proven shares, colours."""
+    canvas = canvas_of(image, mask, box, scale, sizes, search.height_m, width_m, search.cells)
     known, most = len(bottom), len(bottom) + search.most_new
     height = np.full(most, search.height_m)
     height[:known] = height_m
@@ -182,3 +134,85 @@ def place(
     visible = explained(canvas, tops, row, column, front_first)
     colours = templates_of(image, mask, canvas, tops, row, column, front_first)
     return boxes_of(canvas, row[:count], column[:count], height), visible, proven, colours
+
+
+@compiled(
+    PLACED(
+        BYTES_3D, BYTES_2D, FLOATS_2D, types.f8, FLOATS_3D, FLOATS_1D, INTS_1D,
+        FLOATS_2D, FLOATS_3D, FLOATS_1D, FLOATS_2D, SEARCH,
+    )
+)  # fmt: skip
+def place(
+    image: Bytes,
+    mask: Bytes,
+    blob: Floats,
+    scale: float,
+    sizes: Floats,
+    width_m: Floats,
+    count: Ints,
+    bottom: Floats,
+    precision: Floats,
+    height_m: Floats,
+    template: Floats,
+    search: Search,
+) -> tuple[Floats, Floats, Floats, Floats, Ints]:
+    """
+    Place the known persons of some blobs near their predictions, then new ones.
+
+    Parameters
+    ----------
+    image, mask : (h, w, 3) and (h, w) uint8 arrays
+        The picture and its cleaned foreground, reduced by `scale`.
+    blob : (b, 4) array
+        The blobs, px.
+    scale : float
+        Pixels of the picture to one of the mask.
+    sizes : (r, c, 3) array
+        The camera's `SizeTable.table`.
+    width_m : (b,) array
+        Width of all bodies in each blob, m.
+    count : (b,) int64 array
+        Known persons of each; they follow one another, n in all.
+    bottom : (n, 2) array
+        Predicted bottom centres, px.
+    precision : (n, 2, 2) array
+        Inverse of their covariance, 1/px².
+    height_m : (n,) array
+        Heights, m.
+    template : (n, 48) array
+        Colours, zero where not known.
+    search : Search
+        Parameters.
+
+    Returns
+    -------
+    box : (m, 4) array
+        Blob by blob the known, then new ones; left, top, width, height, px.
+    visible : (m,) array
+        Share of each that is foreground past those nearer to the camera.
+    proven : (m,) array
+        Share of each that is foreground past those before it.
+    template : (m, 48) array
+        Colours of what is seen of each; zero where nothing is.
+    found : (b,) int64 array
+        Persons placed in each blob.
+
+    """
+    most = len(bottom) + len(blob) * search.most_new
+    box, colours = np.empty((most, 4)), np.empty((most, template.shape[1]))
+    visible, proven = np.empty(most), np.empty(most)
+    found = np.empty(len(blob), np.int64)
+    first = done = 0
+    for index in range(len(blob)):
+        own = slice(first, first + count[index])
+        first += count[index]
+        boxes, seen, explains, told = _place_in(
+            image, mask, blob[index], scale, sizes, width_m[index],
+            bottom[own], precision[own], height_m[own], template[own], search,
+        )  # fmt: skip
+        found[index] = len(boxes)
+        end = done + len(boxes)
+        box[done:end], visible[done:end], proven[done:end] = boxes, seen, explains
+        colours[done:end] = told
+        done = end
+    return box[:done].copy(), visible[:done], proven[:done], colours[:done].copy(), found

@@ -9,7 +9,8 @@ STAMP_NS = 10**18
 
 def company(*people):
     """People are (local id, global id, x on the ground); boxes lie side by side."""
-    local_id, track_id = np.array([one[:2] for one in people], np.int64).reshape(-1, 2).T
+    local_id = np.array([one[0] for one in people], np.int64)
+    track_id = np.array([one[1] for one in people], np.int64)
     place = np.array([(one[2], 0.0) for one in people])
     box = np.array([(10.0 * row, 0, 10, 30) for row in range(len(people))])
     key = np.where(track_id > 0, track_id, -local_id)

@@ -37,13 +37,14 @@ class Crowd:
     def split(self, predicted, templates=None, spread=25.0):
         count = len(predicted)
         members = Members(
+            np.zeros(count, np.int64),
             np.asarray(predicted, float).reshape(-1, 2),
             np.tile(np.eye(2) * spread, (count, 1, 1)),
             np.tile([0.6, 1.75], (count, 1)),
             np.zeros((count, 48)) if templates is None else templates,
         )
         picture = Picture(self.image, self.mask, np.zeros_like(self.image), self.mask, 1.0)
-        return partition(picture, self.blob, self.sizes, members, 1.75, PartitionConfig())
+        return partition(picture, self.blob[None], self.sizes, members, 1.75, PartitionConfig())
 
 
 def bottoms(bodies):
