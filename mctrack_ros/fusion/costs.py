@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.tracking.appearance import squared_hellinger
 
 Floats = NDArray[np.float64]
 
@@ -39,10 +40,9 @@ def _disbelief(table: TrackTable, looks: Looks) -> Floats:
 
 def _differences(table: TrackTable, looks: Looks, config: AssociationConfig) -> Floats:
     """Return how much more than usual templates differ, 0 where one is not known."""
-    theirs = np.sqrt(np.maximum(looks.detections.template[looks.single], 0))
-    ours = np.sqrt(np.maximum(table.template, 0))
+    theirs, ours = looks.detections.template[looks.single], table.template
     both: NDArray[np.bool_] = np.outer(theirs.any(axis=1), ours.any(axis=1))
     if not both.any():
         return np.zeros(both.shape)
-    squared_hellinger = 1.0 - np.minimum(theirs @ ours.T, 1.0)
-    return np.where(both, squared_hellinger - config.usual_difference, 0.0).astype(np.float64)
+    difference = squared_hellinger(theirs, ours)
+    return np.where(both, difference - config.usual_difference, 0.0)

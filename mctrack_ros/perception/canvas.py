@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import inner
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.perception.sizes import TALLEST, metre_at
-from mctrack_ros.tracking.appearance import colour_bins
+from mctrack_ros.tracking.appearance import Palette, colour_bins
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -113,7 +113,19 @@ def tops_of(canvas: Canvas, height_m: float) -> Ints:
 
 
 @inner
-def values_of(canvas: Canvas, template: Floats, background_weight: float) -> Floats:
+def _whole_body(template: Floats, palette: Palette) -> Floats:
+    """Return what (n, 48) templates count in all their slices together."""
+    size = palette.hues + palette.greys
+    colours = np.zeros((len(template), size))
+    for part in range(palette.slices):
+        colours += template[:, part * size : (part + 1) * size]
+    return colours
+
+
+@inner
+def values_of(
+    canvas: Canvas, template: Floats, palette: Palette, background_weight: float
+) -> Floats:
     """
     Return what each cell is worth to each of n templates, and to someone unknown.
 
@@ -131,15 +143,16 @@ def values_of(canvas: Canvas, template: Floats, background_weight: float) -> Flo
     if len(known) < 2:
         return values
     side, likelihood = canvas.width // 2, np.empty(len(known))
+    colours = _whole_body(template, palette)
     rows, columns, _ = canvas.colour.shape
     for row in range(rows):
         for column in range(columns):
             y, x = canvas.above + row, side + column
             blue, green, red = canvas.colour[row, column]
-            hue, grey, weight = colour_bins(blue, green, red)
+            hue, grey, weight = colour_bins(palette, 0, blue, green, red)
             for index, member in enumerate(known):
                 likelihood[index] = (
-                    RARE + weight * template[member, hue] + (1.0 - weight) * template[member, grey]
+                    RARE + weight * colours[member, hue] + (1.0 - weight) * colours[member, grey]
                 )
             usual = likelihood.mean()
             for index, member in enumerate(known):
@@ -262,8 +275,9 @@ def explained(canvas: Canvas, tops: Ints, row: Ints, column: Ints, order: Ints) 
 
 @inner
 def templates_of(
-    image: Bytes, mask: Bytes, canvas: Canvas, tops: Ints, row: Ints, column: Ints, order: Ints
-) -> Floats:
+    image: Bytes, mask: Bytes, canvas: Canvas, palette: Palette,
+    tops: Ints, row: Ints, column: Ints, order: Ints,
+) -> Floats:  # fmt: skip
     """Count the colours of what is seen of each body past those before it in an order."""
     owner = np.full(canvas.foreground.shape, -1)
     for index in order[::-1]:
@@ -279,7 +293,15 @@ def templates_of(
             index = owner[line, canvas.width // 2 + (x - left) * columns // (right - left)]
             if index >= 0 and mask[y, x]:
                 pixel = image[y, x]
-                hue, grey, weight = colour_bins(float(pixel[0]), float(pixel[1]), float(pixel[2]))
+                above = tops[index, row[index]]
+                size = canvas.above + row[index] + 1 - above
+                hue, grey, weight = colour_bins(
+                    palette,
+                    (line - above) * palette.slices // size,
+                    float(pixel[0]),
+                    float(pixel[1]),
+                    float(pixel[2]),
+                )
                 templates[index, hue] += weight
                 templates[index, grey] += 1.0 - weight
                 count[index] += 1.0

@@ -13,6 +13,7 @@ from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
 from mctrack_ros.perception.partition import Members, PartitionConfig, partition
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.sizes import SizeTable
+from mctrack_ros.tracking.appearance import Palette
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -98,6 +99,8 @@ class Observer:
         A person's usual size.
     config : PartitionConfig
         Parameters.
+    palette : Palette
+        What templates count.
 
     """
 
@@ -107,9 +110,10 @@ class Observer:
         sizes: SizeTable,
         blobs: BlobConfig,
         config: PartitionConfig,
+        palette: Palette,
     ) -> None:
         self._mapping, self._sizes = mapping, sizes
-        self._blobs, self._config = blobs, config
+        self._blobs, self._config, self._palette = blobs, config, palette
 
     def observe(
         self,
@@ -195,7 +199,9 @@ class Observer:
             tracks.template[rows],
         )
         box, usual_height_m = blobs.box[shared], self._blobs.person_height_m
-        bodies = partition(picture, box, self._sizes, members, usual_height_m, self._config)
+        bodies = partition(
+            picture, box, self._sizes, members, usual_height_m, self._palette, self._config
+        )
         track = np.full(len(bodies.box), NEW)
         track[bodies.is_known] = rows
         return _Part(

@@ -11,6 +11,7 @@ from mctrack_ros.config import parameter
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.placement import Search, place
 from mctrack_ros.perception.sizes import TALLEST, SizeTable
+from mctrack_ros.tracking.appearance import Palette
 from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
@@ -132,6 +133,7 @@ def partition(
     sizes: SizeTable,
     members: Members,
     usual_height_m: float,
+    palette: Palette,
     config: PartitionConfig,
 ) -> Bodies:
     """
@@ -153,6 +155,8 @@ def partition(
         Who is known to be in them.
     usual_height_m : float
         Height of a person who is not known, m.
+    palette : Palette
+        What templates count.
     config : PartitionConfig
         Parameters.
 
@@ -188,6 +192,7 @@ def partition(
         inverse(members.spread),
         height_m,
         members.template,
+        palette,
         search,
     )
     index = np.repeat(np.arange(len(blob)), found)

@@ -30,6 +30,7 @@ from mctrack_ros.perception.canvas import (
     tops_of,
     values_of,
 )
+from mctrack_ros.tracking.appearance import PALETTE, Palette
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -113,7 +114,8 @@ def _place_new(
 @inner
 def _place_in(
     image: Bytes, mask: Bytes, box: Floats, scale: float, sizes: Floats, width_m: float,
-    bottom: Floats, precision: Floats, height_m: Floats, template: Floats, search: Search,
+    bottom: Floats, precision: Floats, height_m: Floats, template: Floats, palette: Palette,
+    search: Search,
 ) -> tuple[Floats, Floats, Floats, Floats]:  # fmt: skip
     """Place the persons of one blob: boxes, visible and proven shares, colours."""
     canvas = canvas_of(image, mask, box, scale, sizes, search.height_m, width_m, search.cells)
@@ -123,7 +125,7 @@ def _place_in(
     tops = np.empty((most, len(canvas.metre)), np.int64)
     for index in range(most):
         tops[index] = tops_of(canvas, height[index])
-    values = values_of(canvas, template, search.background_weight)
+    values = values_of(canvas, template, palette, search.background_weight)
     cover = np.zeros(canvas.foreground.shape, np.int64)
     row, column = np.zeros(most, np.int64), np.zeros(most, np.int64)
     _place_known(canvas, values, cover, tops, bottom, precision, search, row, column)
@@ -132,14 +134,14 @@ def _place_in(
     front_first = lowest_first(row[:count])
     proven = explained(canvas, tops, row, column, oldest_first)
     visible = explained(canvas, tops, row, column, front_first)
-    colours = templates_of(image, mask, canvas, tops, row, column, front_first)
+    colours = templates_of(image, mask, canvas, palette, tops, row, column, front_first)
     return boxes_of(canvas, row[:count], column[:count], height), visible, proven, colours
 
 
 @compiled(
     PLACED(
         BYTES_3D, BYTES_2D, FLOATS_2D, types.f8, FLOATS_3D, FLOATS_1D, INTS_1D,
-        FLOATS_2D, FLOATS_3D, FLOATS_1D, FLOATS_2D, SEARCH,
+        FLOATS_2D, FLOATS_3D, FLOATS_1D, FLOATS_2D, PALETTE, SEARCH,
     )
 )  # fmt: skip
 def place(
@@ -154,6 +156,7 @@ def place(
     precision: Floats,
     height_m: Floats,
     template: Floats,
+    palette: Palette,
     search: Search,
 ) -> tuple[Floats, Floats, Floats, Floats, Ints]:
     """
@@ -181,6 +184,8 @@ def place(
         Heights, m.
     template : (n, 48) array
         Colours, zero where not known.
+    palette : Palette
+        What templates count.
     search : Search
         Parameters.
 
@@ -208,7 +213,7 @@ def place(
         first += count[index]
         boxes, seen, explains, told = _place_in(
             image, mask, blob[index], scale, sizes, width_m[index],
-            bottom[own], precision[own], height_m[own], template[own], search,
+            bottom[own], precision[own], height_m[own], template[own], palette, search,
         )  # fmt: skip
         found[index] = len(boxes)
         end = done + len(boxes)

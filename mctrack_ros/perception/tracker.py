@@ -26,7 +26,7 @@ from mctrack_ros.perception.presence import Presence, PresenceConfig
 from mctrack_ros.perception.runs import Strength
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.perception.steadiness import Steadiness
-from mctrack_ros.tracking.appearance import colour_templates
+from mctrack_ros.tracking.appearance import PALETTES, colour_templates
 
 Ints = NDArray[np.int64]
 
@@ -43,6 +43,11 @@ class TrackerConfig:
     )
     hidden_s: float = parameter(
         3.0, 'time that a track stays in a group no larger than one person [s]', minimum=0.0
+    )
+    template: str = parameter(
+        'mixed',
+        'what is kept of looks: hue and brightness, hue alone, both in slices, brightness alone',
+        choices=tuple(PALETTES),
     )
     template_time_s: float = parameter(
         1.0, 'time constant with which the template follows the colours [s]', minimum=0.0
@@ -96,7 +101,8 @@ class LocalTracker:
     ) -> None:
         self._config, self._matching, self._identity = config, matching, identity
         self._partition, self._mapping, self._sizes = partition, mapping, sizes
-        self._observer = Observer(mapping, sizes, blobs, partition)
+        self._palette = PALETTES[config.template]
+        self._observer = Observer(mapping, sizes, blobs, partition, self._palette)
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
         self._roll, self._company = Roll(company, usual, sizes, mapping), NOBODY
@@ -149,7 +155,7 @@ class LocalTracker:
         tracks.predict(seconds)
         predicted = self._without_lost(tracks.prediction(), stamp_ns, seconds, log)
         cells = np.rint(blobs.box / picture.scale).astype(int)
-        template = colour_templates(picture.image, picture.mask, cells)
+        template = colour_templates(picture.image, picture.mask, cells, self._palette)
         blob_of = match(tracks, predicted, blobs, template, self._matching)
         seen = self._observer.observe(blob_of, tracks, predicted, blobs, template, picture)
         company = self._roll.call(self._sighting(seen, stamp_ns), feedback, stamp_ns)

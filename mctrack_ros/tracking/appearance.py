@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
@@ -9,12 +11,48 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import BYTES_2D, BYTES_3D, INTS_2D, compiled, inner
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
-HUE_BINS = 36
-GREY_BINS = TEMPLATE_SIZE - HUE_BINS
+
+class Palette(NamedTuple):
+    """
+    What a template counts: in each slice first the hues, then the levels of brightness.
+
+    A pixel counts for its hue as far as it has colour, and for its brightness by the rest.
+
+    Attributes
+    ----------
+    slices : int
+        Horizontal slices of equal height, from the top.
+    hues, greys : int
+        Bins of hue, and of brightness, in each slice.
+    hue_share : float
+        Of a wholly saturated pixel, what counts for its hue; 0 to 1.
+
+    """
+
+    slices: int
+    hues: int
+    greys: int
+    hue_share: float
+
+
+MIXED = Palette(1, 12, 36, 0.5)
+PALETTES = {
+    'mixed': MIXED,
+    'hue': Palette(1, 16, 1, 1.0),
+    'slices': Palette(3, 4, 12, 0.5),
+    'grey': Palette(1, 1, 16, 0.0),
+}
+"""By name. `slices` keeps where colours are, as Figure 2 of the event-tracking paper does by the
+average colour of each slice; here it is a small histogram, so that one distance serves all."""
+
+PALETTE = types.NamedTuple([types.i8, types.i8, types.i8, types.f8], Palette)
 
 
 def colour_templates(
-    image: NDArray[np.uint8], mask: NDArray[np.uint8], box: NDArray[np.integer]
+    image: NDArray[np.uint8],
+    mask: NDArray[np.uint8],
+    box: NDArray[np.integer],
+    palette: Palette = MIXED,
 ) -> NDArray[np.float64]:
     """
     Count the colours of the foreground in boxes.
@@ -27,16 +65,19 @@ def colour_templates(
         Not zero where a pixel counts.
     box : (n, 4) int array
         Left, top, width, height, px.
+    palette : Palette
+        What is counted.
 
     Returns
     -------
     (n, 48) float64 array
-        Each sums to 1: 36 bins of hue, each pixel weighted by its saturation, and 12 of
-        brightness, weighted by the rest. Zero where nothing counts.
+        Each sums to 1; what the palette does not use is 0. Zero where nothing counts.
 
     """
     image, mask = np.ascontiguousarray(image), np.ascontiguousarray(mask)
-    counted: NDArray[np.float64] = _count(image, mask, np.ascontiguousarray(box, np.int64))
+    counted: NDArray[np.float64] = _count(
+        image, mask, np.ascontiguousarray(box, np.int64), palette
+    )
     return counted
 
 
@@ -48,42 +89,58 @@ def bhattacharyya_distance(
 
     An empty template tells nothing: its distance to all is one half.
     """
-    coefficient = np.sqrt(first).astype(np.float64) @ np.sqrt(second).astype(np.float64).T
-    distance = np.sqrt(np.clip(1 - coefficient, 0.0, 1.0))
+    distance = np.sqrt(squared_hellinger(first, second))
     distance[~first.any(axis=1)] = 0.5
     distance[:, ~second.any(axis=1)] = 0.5
     return np.asarray(distance)
 
 
+def squared_hellinger(
+    first: NDArray[np.floating], second: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """Return the (n, m) squares of the Bhattacharyya distances, 1 where a template is empty."""
+    root = np.sqrt(np.maximum(first, 0)).astype(np.float64)
+    other = np.sqrt(np.maximum(second, 0)).astype(np.float64)
+    return np.asarray(np.clip(1 - root @ other.T, 0.0, 1.0))
+
+
 @inner
-def colour_bins(blue: float, green: float, red: float) -> tuple[int, int, float]:
+def colour_bins(
+    palette: Palette, part: int, blue: float, green: float, red: float
+) -> tuple[int, int, float]:
     """
     Return a colour's bins of hue and of brightness, and the weight of the former.
 
     Parameters
     ----------
+    palette : Palette
+        What is counted.
+    part : int
+        Which slice the pixel is in.
     blue, green, red : float
         0 to 255.
 
     """
+    first = part * (palette.hues + palette.greys)
     value = max(blue, green, red)
     spread = value - min(blue, green, red)
-    grey = HUE_BINS + min(int(value * GREY_BINS) // 256, GREY_BINS - 1)
+    luma = 0.114 * blue + 0.587 * green + 0.299 * red
+    grey = first + palette.hues + min(int(luma * palette.greys / 256.0), palette.greys - 1)
     if spread == 0.0:
-        return 0, grey, 0.0
+        return first, grey, 0.0
     if value == red:
         sixth = (green - blue) / spread
     elif value == green:
         sixth = 2.0 + (blue - red) / spread
     else:
         sixth = 4.0 + (red - green) / spread
-    hue = int(np.floor(sixth * (HUE_BINS / 6.0))) % HUE_BINS
-    return hue, grey, spread / value
+    hue = int(np.floor(sixth * (palette.hues / 6.0))) % palette.hues
+    return first + hue, grey, palette.hue_share * spread / value
 
 
-@compiled(types.f8[:, ::1](BYTES_3D, BYTES_2D, INTS_2D))
+@compiled(types.f8[:, ::1](BYTES_3D, BYTES_2D, INTS_2D, PALETTE))
 def _count(
-    image: NDArray[np.uint8], mask: NDArray[np.uint8], box: NDArray[np.int64]
+    image: NDArray[np.uint8], mask: NDArray[np.uint8], box: NDArray[np.int64], palette: Palette
 ) -> NDArray[np.float64]:
     """Add up every box pixel by pixel."""
     templates = np.zeros((len(box), TEMPLATE_SIZE))
@@ -91,11 +148,12 @@ def _count(
         left, top, width, height = box[index]
         count = 0
         for row in range(max(top, 0), min(top + height, mask.shape[0])):
+            part = (row - top) * palette.slices // height
             for column in range(max(left, 0), min(left + width, mask.shape[1])):
                 if mask[row, column]:
                     pixel = image[row, column]
                     hue, grey, weight = colour_bins(
-                        float(pixel[0]), float(pixel[1]), float(pixel[2])
+                        palette, part, float(pixel[0]), float(pixel[1]), float(pixel[2])
                     )
                     templates[index, hue] += weight
                     templates[index, grey] += 1.0 - weight

@@ -4,7 +4,7 @@ import pytest
 from mctrack_ros.perception.partition import Members, PartitionConfig, partition
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.sizes import SizeTable
-from mctrack_ros.tracking.appearance import colour_templates
+from mctrack_ros.tracking.appearance import MIXED, colour_templates
 
 GREEN, RED, BLUE = (60, 120, 60), (30, 30, 220), (220, 60, 30)
 
@@ -44,7 +44,9 @@ class Crowd:
             np.zeros((count, 48)) if templates is None else templates,
         )
         picture = Picture(self.image, self.mask, np.zeros_like(self.image), self.mask, 1.0)
-        return partition(picture, self.blob[None], self.sizes, members, 1.75, PartitionConfig())
+        return partition(
+            picture, self.blob[None], self.sizes, members, 1.75, MIXED, PartitionConfig()
+        )
 
 
 def bottoms(bodies):

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.tracking.appearance import (
-    GREY_BINS,
-    HUE_BINS,
+    MIXED,
+    PALETTES,
     bhattacharyya_distance,
     colour_bins,
     colour_templates,
@@ -24,8 +25,43 @@ def patch(*colours):
     return image, np.full(image.shape[:2], 255, np.uint8), boxes
 
 
-def test_templates_sum_to_one():
-    assert np.allclose(colour_templates(*patch(RED, BLUE, WHITE, BLACK)).sum(axis=1), 1)
+def shirt_and_shorts(above, below):
+    """Return a picture of one who is dressed in two colours, half each, and his box."""
+    image, mask, _ = patch(above)
+    image[5:] = below
+    return image, mask, np.array([[0, 0, 10, 10]])
+
+
+@pytest.fixture(params=PALETTES)
+def palette(request):
+    return PALETTES[request.param]
+
+
+def test_templates_sum_to_one(palette):
+    templates = colour_templates(*patch(RED, BLUE, WHITE, BLACK), palette)
+    assert np.allclose(templates.sum(axis=1), 1)
+
+
+def test_a_palette_fits_into_a_template(palette):
+    assert palette.slices * (palette.hues + palette.greys) <= TEMPLATE_SIZE
+
+
+def test_only_slices_know_where_a_colour_is():
+    for name, palette in PALETTES.items():
+        one, other = (
+            colour_templates(*shirt_and_shorts(*colours), palette)
+            for colours in ((RED, BLUE), (BLUE, RED))
+        )
+        far = bhattacharyya_distance(one, other)[0, 0]
+        assert far > 0.5 if name == 'slices' else far < 1e-6
+
+
+def test_only_what_counts_brightness_tells_light_from_dark_of_one_hue():
+    for name, palette in PALETTES.items():
+        light = colour_templates(*patch(RED), palette)
+        dark = colour_templates(*patch(tuple(each // 2 for each in RED)), palette)
+        far = bhattacharyya_distance(light, dark)[0, 0]
+        assert far < 0.1 if name == 'hue' else far > 0.5
 
 
 def test_only_foreground_counts():
@@ -62,10 +98,21 @@ def test_nothing_is_known_of_an_empty_template():
 
 @given(st.lists(st.integers(0, 255), min_size=3, max_size=3))
 @settings(deadline=None)
-def test_bins_are_those_of_the_hsv_colour(colour):
-    hue, grey, weight = colour_bins(*map(float, colour))
-    expected_hue, saturation, value = colorsys.rgb_to_hsv(*(each / 255 for each in colour[::-1]))
-    assert grey == HUE_BINS + int(value * 255 * GREY_BINS / 256 + 1e-9)
-    assert weight == pytest.approx(saturation)
-    turn = (expected_hue * HUE_BINS - hue) % HUE_BINS
-    assert turn < 1 + 1e-9 or turn > HUE_BINS - 1e-9
+def test_bins_are_those_of_hue_and_brightness(colour):
+    hue, grey, weight = colour_bins(MIXED, 0, *map(float, colour))
+    expected_hue, saturation, _ = colorsys.rgb_to_hsv(*(each / 255 for each in colour[::-1]))
+    brightness = np.dot(colour, [0.114, 0.587, 0.299]) * MIXED.greys / 256
+    assert -1e-6 < brightness - (grey - MIXED.hues) < 1 + 1e-6
+    assert weight == pytest.approx(MIXED.hue_share * saturation)
+    turn = (expected_hue * MIXED.hues - hue) % MIXED.hues
+    assert turn < 1 + 1e-9 or turn > MIXED.hues - 1e-9
+
+
+@given(st.integers(0, 2), st.lists(st.integers(0, 255), min_size=3, max_size=3))
+@settings(deadline=None)
+def test_every_slice_has_its_own_bins(part, colour):
+    palette = PALETTES['slices']
+    size = palette.hues + palette.greys
+    first = colour_bins(palette, 0, *map(float, colour))
+    hue, grey, weight = colour_bins(palette, part, *map(float, colour))
+    assert (hue - part * size, grey - part * size, weight) == first
