@@ -47,7 +47,7 @@ def reproduce_table4(
 
     """
     scores = [{code: EventScore() for code in CODES} for _ in range(2)]
-    kept, correlations = [], []
+    kept, correlations, kits = [], [], []
     for seed in seeds:
         with tempfile.TemporaryDirectory() as scratch:
             progress(f'seed {seed}: rendering and tracking {duration_s:g} s')
@@ -56,6 +56,7 @@ def reproduce_table4(
             for camera in match.cameras:
                 _add_scores(scores, *match.happenings(camera))
             truth, tracks = match.trajectories()
+            kits.append(match.kits(GATE_M))
         switched = np.unique(ground_timeline(truth, tracks, GATE_M).switch_truth_id)
         kept.append(1 - len(switched) / len(np.unique(truth.id)))
         correlations.append(_correlation(truth, tracks))
@@ -65,6 +66,8 @@ def reproduce_table4(
     figures |= {
         'correlation': float(np.mean(correlations)),
         'one_id_share': float(np.mean(kept)),
+        'kits.purity': float(np.mean([kit.purity for kit in kits])),
+        'kits.found': float(np.mean([kit.found for kit in kits])),
     }
     return Figures(
         name='table4',
@@ -117,4 +120,6 @@ def _protocol(seeds: Sequence[int], duration_s: float) -> dict[str, Any]:
         f'{MEMORY_S:g} s, at most {PEOPLE_GATE_M:g} m away',
         'correlation': f'of true and estimated x and y at {GATE_M:g} m, mean over players',
         'one_id_share': 'players who are never switched to another id',
+        'kits': f'of global tracks within {GATE_M:g} m of somebody; purity: share of those whose '
+        'kit is known that wear what most of that kit do',
     }

@@ -129,6 +129,8 @@ TARGETS = (
     Target('table4', 'correlation', 'true and estimated trajectories', None, None,
            'the paper, its own pitch: .81'),
     Target('table4', 'one_id_share', 'players who keep one id', least=0.85),
+    Target('table4', 'kits.purity', 'tracks of a kit that wear what most of it do'),
+    Target('table4', 'kits.found', 'kits found of three, a match'),
     Target('fig14', 'whole_share', 'three who are one object at first: paths that are whole'),
     Target('fig14', 'whole_share.without_past', 'the same without the past of the group'),
     *(

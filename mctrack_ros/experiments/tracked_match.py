@@ -16,6 +16,7 @@ from mctrack_ros.evaluation.happenings import (
     told_happenings,
     true_happenings,
 )
+from mctrack_ros.evaluation.kits import KitScore, score_kits
 from mctrack_ros.experiments.comparison import TRACKS_TOPIC, TRUTH_TOPIC, read_instants
 from mctrack_ros.experiments.simulate import simulate
 from mctrack_ros.interfaces import Detections, Events, Tracks
@@ -77,6 +78,10 @@ class TrackedMatch:
         period_ns = true[1].stamp_ns - true[0].stamp_ns
         truth, tracks = (Trajectories.from_tracks(each, period_ns, 0) for each in (true, found))
         return truth, tracks
+
+    def kits(self, gate_m: float) -> KitScore:
+        """Return how well the kits of the global tracks are told."""
+        return score_kits(*self._instants, gate_m)
 
     @cached_property
     def everybody(self) -> People:

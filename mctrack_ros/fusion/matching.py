@@ -58,9 +58,8 @@ def note(table: TrackTable, looks: Looks, rows: Indices, columns: Indices) -> No
     table.seen_by_ns[rows, camera] = stamp_ns
     table.local_id[rows, camera] = looks.detections.local_id[columns]
     np.bitwise_or.at(table.cameras, rows, np.left_shift(1, camera).astype(np.uint32))
-    for name in ('class_id', 'kit'):
-        told = getattr(looks.detections, name)[columns]
-        getattr(table, name)[rows[told > 0]] = told[told > 0]
+    told = looks.detections.class_id[columns]
+    table.class_id[rows[told > 0]] = told[told > 0]
 
 
 def learn_appearance(

@@ -173,6 +173,22 @@ class LifeConfig:
 
 
 @dataclass(frozen=True)
+class KitConfig:
+    """Who is dressed alike."""
+
+    difference: float = parameter(
+        0.2,
+        'Squared Hellinger distance of templates from which they are of different kits',
+        minimum=0.001,
+        maximum=1.0,
+    )
+    least_age: float = parameter(
+        1.0, 'Age from which a track has a kit [s]', minimum=0.0, maximum=1000.0
+    )
+    time: float = parameter(10.0, 'Time constant of a kit [s]', minimum=0.01, maximum=10000.0)
+
+
+@dataclass(frozen=True)
 class FusionConfig:
     """Parameters of fusion."""
 
@@ -180,3 +196,4 @@ class FusionConfig:
     motion: MotionConfig = MotionConfig()
     association: AssociationConfig = AssociationConfig()
     life: LifeConfig = LifeConfig()
+    kits: KitConfig = KitConfig()

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion import lifecycle
 from mctrack_ros.fusion.initiation import new_tracks
+from mctrack_ros.fusion.kits import Kits
 from mctrack_ros.fusion.lineage import Lineage
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import match
@@ -83,6 +84,7 @@ class FusionPipeline:
         self._evidence = lifecycle.Evidence(len(cameras), config)
         self._lineage = Lineage(config)
         self._watch = lifecycle.DuplicateWatch(config)
+        self._kits = Kits(config)
         self._stamp_ns: int | None = None
         self._next_id = 1
 
@@ -113,6 +115,7 @@ class FusionPipeline:
         self._announce(confirmed, events)
         deleted = deleted.extended(self._merge_duplicates(tick.stamp_ns, events))
         deleted = deleted.extended(self._delete(tick.stamp_ns, events))
+        self._kits.step(self._table, tick.stamp_ns)
         told = self._table.select(lifecycle.is_published(self._table, tick.stamp_ns, self._config))
         return FusionOutput(
             tracks_of(told, deleted, tick.stamp_ns),

@@ -33,13 +33,14 @@ class _Points(Rows):
 
 
 def marker_array(tracks: Tracks, frame_id: str) -> MarkerArray:
-    """Return a cylinder and a name for every track, faded while it is not seen."""
+    """Return a cylinder for every track, faded while unseen, and its name in its kit's colour."""
     shown = MarkerArray()
     for row in np.nonzero(_alive(tracks))[0].tolist():
         body = _marker(tracks, frame_id, row, 'body', Marker.CYLINDER)
         name = _marker(tracks, frame_id, row, 'name', Marker.TEXT_VIEW_FACING)
         name.text = str(name.id)
         name.pose.position.z = body.scale.z + 0.3
+        name.color = _colour(int(tracks.kit[row]) or name.id, 1.0)
         shown.markers += [body, name]
     return shown
 
@@ -77,7 +78,6 @@ def _marker(tracks: Tracks, frame_id: str, row: int, name: str, kind: int) -> Ma
     height = height if math.isfinite(height) else _HEIGHT_M
     seen = int(tracks.status[row]) in (TrackStatus.CONFIRMED, TrackStatus.GROUPED)
     track_id = int(tracks.track_id[row])
-    red, green, blue = (part / 255 for part in track_colour(track_id))
     is_name = kind == Marker.TEXT_VIEW_FACING
     return Marker(
         header=header(RCLPY_CLASSES, tracks.stamp_ns, frame_id),
@@ -87,9 +87,14 @@ def _marker(tracks: Tracks, frame_id: str, row: int, name: str, kind: int) -> Ma
         action=Marker.ADD,
         pose=Pose(position=Point(x=x, y=y, z=height / 2)),
         scale=Vector3(x=width, y=width, z=0.5 if is_name else height),
-        color=ColorRGBA(r=red, g=green, b=blue, a=1.0 if seen or is_name else 0.3),
+        color=_colour(track_id, 1.0 if seen else 0.3),
         lifetime=_LIFETIME.to_msg(),
     )
+
+
+def _colour(number: int, opacity: float) -> ColorRGBA:
+    red, green, blue = (part / 255 for part in track_colour(number))
+    return ColorRGBA(r=red, g=green, b=blue, a=opacity)
 
 
 def _facing(vx: float, vy: float) -> Quaternion:

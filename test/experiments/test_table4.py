@@ -9,3 +9,5 @@ def test_a_short_match_is_scored_event_by_event():
         assert figures[f'{code}.majority.f1'] >= figures[f'{code}.f1']
     assert figures['correlation'] > 0.9
     assert figures['one_id_share'] > 0.5
+    assert figures['kits.purity'] > 0.95
+    assert figures['kits.found'] >= 2
