@@ -25,10 +25,10 @@ from mctrack_ros.perception.backgrounds import (
 from mctrack_ros.perception.backgrounds.light import explains, gains, has_changed, samples
 from mctrack_ros.perception.backgrounds.ranks import SAMPLES
 from mctrack_ros.perception.difference import subtract
+from mctrack_ros.perception.noise import MEDIAN_OF_LARGEST, NoiseMap
 from mctrack_ros.perception.segmentation import otsu_threshold
 
 Image = NDArray[np.uint8]
-MEDIAN_OF_LARGEST = 1.26  # median of the largest of three |N(0, 1)|
 NOISE_TIME_S = 0.8
 MOST_NOISE = 30.0  # grey levels; nothing can be told from such pictures
 LEAP = 2.0  # grey levels by which the median difference grows when the light leaps
@@ -147,10 +147,15 @@ class Background:
 
     @property
     def threshold(self) -> float:
-        """Difference from which a pixel is foreground, grey levels."""
-        noise = self._config.threshold_sigmas * (self.noise or 0.0)
+        """Difference from which a pixel is foreground where noise is usual, grey levels."""
+        return max(self._thresholds)
+
+    @property
+    def _thresholds(self) -> tuple[float, float]:
+        """Difference that is no foreground anywhere, and that of usual noise."""
         light = 1.0 if self.model is None else float(self._light.level.mean())
-        return max(self._config.minimum_threshold * light, noise)
+        noise = self._config.threshold_sigmas * (self.noise or 0.0)
+        return self._config.minimum_threshold * light, noise
 
     def apply(self, image: Image, stamp_ns: int) -> Image | None:
         """
@@ -209,7 +214,7 @@ class Background:
     def _take(self, model: Image, is_given: bool) -> None:
         self.model, self._mask = model, np.zeros(model.shape[:2], np.uint8)
         self.difference = np.zeros(model.shape[:2], np.uint8)
-        self._light = Light(model)
+        self._light, self._noise_map = Light(model), NoiseMap()
         self._rule = RULES[self._config.model](self._config, is_given)
         self._rule.begin(model)
 
@@ -225,10 +230,10 @@ class Background:
     def _foreground(self, image: Image) -> Image:
         own = self._rule.foreground(image)
         if own is None:
-            level = self.threshold
+            least, usual = self._thresholds
             if self._config.threshold == 'otsu':
-                level = otsu_threshold(self.difference, level)
-            cv2.threshold(self.difference, level, 255, cv2.THRESH_BINARY, self._mask)
+                least = otsu_threshold(self.difference, max(least, usual))
+            self._noise_map.foreground(self.difference, least, usual, self._mask)
         else:
             self._mask = own
         return self._mask
@@ -260,5 +265,6 @@ class Background:
         seconds = (stamp_ns - self._lesson_ns) * 1e-9 if self._lesson_ns else 0.0
         self._lesson_ns = stamp_ns
         self._next_ns = stamp_ns + round(self._config.update_period_s * 1e9)
+        self._noise_map.learn(self.difference, mask, self.noise or 0.0, seconds)
         self._rule.learn(self.model, Lesson(image, mask, self._tracked, seconds, stamp_ns))
         self._follow_light(image)
