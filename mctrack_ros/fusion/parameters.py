@@ -168,7 +168,7 @@ class LifeConfig:
         0.5, 'How long they must have been so near [s]', minimum=0.0, maximum=100.0
     )
     template_time: float = parameter(
-        2.0, 'Time constant of the appearance template [s]', minimum=0.01, maximum=1000.0
+        8.0, 'Time constant of the appearance template [s]', minimum=0.01, maximum=1000.0
     )
 
 
