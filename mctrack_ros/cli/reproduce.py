@@ -34,6 +34,7 @@ class Experiment(StrEnum):
     FIG20 = 'fig20'
     ROBUSTNESS = 'robustness'
     PAIRS = 'pairs'
+    INTEL = 'intel'
 
 
 DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20)
@@ -130,6 +131,7 @@ def _tell(line: str) -> None:
 def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
     from mctrack_ros.experiments import real_data
     from mctrack_ros.experiments.cameras import reproduce_cameras
+    from mctrack_ros.experiments.intel import reproduce_intel
     from mctrack_ros.experiments.pets import reproduce_pets
 
     if experiment is Experiment.TERRACE:
@@ -141,6 +143,7 @@ def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
 
         return reproduce_watchdog
     return {
+        Experiment.INTEL: reproduce_intel,
         Experiment.PETS: reproduce_pets,
         Experiment.CAMERAS: reproduce_cameras,
         Experiment.LAB6P: real_data.reproduce_lab6p,

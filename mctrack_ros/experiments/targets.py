@@ -147,6 +147,7 @@ TARGETS = (
            'the paper, its own car park: 264 of 311, .849'),
     Target('silhouettes', 'pedestrians.passed', 'car park, pedestrians passed on', 0.97, None,
            'the paper, its own car park: 125 of 132, .947'),
+    Target('intel', 'intel.wrong', 'Intel clips, objects too many or too few', most=0),
     Target('robustness', 'plain.mota', 'pitch undisturbed, MOTA'),
     Target('robustness', 'brighter.loss', 'light 30 % brighter at once, MOTA lost', most=0.05),
     Target('robustness', 'darker.loss', 'light 30 % darker at once, MOTA lost', most=0.05),

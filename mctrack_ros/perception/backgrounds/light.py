@@ -74,17 +74,18 @@ def gains(image: Image, model: Image) -> Gains:
 
     Parameters
     ----------
-    image, model : (n, 3) uint8 array
+    image, model : (n, c) uint8 array
         The same pixels of both.
 
     Returns
     -------
-    (3,) float64 array
+    (c,) float64 array
         To 1 / `STEPS`; 1 where too few pixels tell.
 
     """
-    found = np.ones(3)
-    for channel in range(3):
+    channels = image.shape[1]
+    found = np.ones(channels)
+    for channel in range(channels):
         histogram = np.zeros(STEPS * 256 // DARKEST, np.int64)
         count = 0
         for index in range(len(image)):

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import BYTES_2D, compiled
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.backgrounds import low_pass
+from mctrack_ros.perception.backgrounds.light import BRIGHTEST, gains
 
 Grey = NDArray[np.uint8]
 MEDIAN_OF_NORMAL = 0.6745  # median of a normal deviate's size, in standard deviations
-SPARSE = 5  # noise is measured at every fifth pixel of every fifth row
+SPARSE = np.s_[::5, ::5]  # where noise and light are measured
 NOISE_TIME_S = 2.0
+LEAP = 2.0  # grey levels by which the difference grows when the light leaps
 NOISIEST = 20  # grey levels; a larger median difference is another picture, not noise
 
 
@@ -115,9 +117,12 @@ class LowPassBackground:
             return None
         assert self.model is not None
         measures = stamp_ns >= self._next_ns
+        noise = self._apart(grey) / MEDIAN_OF_NORMAL
+        if self._config.follow_light and noise > self.noise + LEAP and self._leaps(grey):
+            noise = self._apart(grey) / MEDIAN_OF_NORMAL
         if measures:
             self._next_ns = stamp_ns + round(self._config.period_s * 1e9)
-            self._measure_noise(grey, max(seconds, self._config.period_s))
+            self._learn_noise(noise, max(seconds, self._config.period_s))
         same, mask = np.empty_like(grey), np.empty_like(grey)
         lit = 1 - self._config.shadow_share
         alike = _compare(grey, self.model, int(self.threshold), lit, same, mask)
@@ -132,18 +137,39 @@ class LowPassBackground:
     def restart_from(self, grey: Grey) -> None:
         """Take a smoothed picture for the background."""
         self.model = grey.astype(np.float32)
+        self._saturated = np.zeros(grey.shape, np.bool_)
         self.light = 1.0
+
+    def _leaps(self, grey: Grey) -> bool:
+        """
+        Follow a sudden change of light or gain, if that explains how a picture differs.
+
+        How bright what was saturated truly is shows only when it gets darker.
+        """
+        assert self.model is not None
+        new, old = grey[SPARSE].reshape(-1, 1), self.model[SPARSE].reshape(-1, 1)
+        gain = float(gains(new, np.rint(old).astype(np.uint8))[0])
+        before, after = (np.median(np.abs(new - old * factor)) for factor in (1.0, gain))
+        is_lit = bool(2 * after <= before)
+        if is_lit:
+            self._saturated |= self.model >= BRIGHTEST
+            self._relight(gain)
+            brighter = self._saturated & (grey > self.model)
+            np.copyto(self.model, grey, where=brighter)
+        return is_lit
 
     def _follow_light(self, grey: Grey, same: Grey) -> None:
         """Scale the background by how much brighter the picture is where it is alike."""
         assert self.model is not None
-        sample = np.s_[::SPARSE, ::SPARSE]
-        shown = same[sample] > 0
-        known = float(self.model[sample][shown].sum())
+        shown = same[SPARSE] > 0
+        known = float(self.model[SPARSE][shown].sum())
         if known > 0.0:
-            gain = float(grey[sample][shown].sum()) / known
-            self.model *= np.float32(gain)
-            self.light *= gain
+            self._relight(float(grey[SPARSE][shown].sum()) / known)
+
+    def _relight(self, gain: float) -> None:
+        assert self.model is not None
+        np.minimum(self.model * np.float32(gain), 255.0, out=self.model)
+        self.light *= gain
 
     def insert(
         self,
@@ -189,21 +215,22 @@ class LowPassBackground:
         window = self.model[top : top + height, left : left + width]
         window[mask > 0] = patch[mask > 0]
 
-    def _measure_noise(self, grey: Grey, seconds: float) -> None:
-        """Follow the median difference, in which foreground hardly counts."""
+    def _apart(self, grey: Grey) -> float:
+        """Return the median difference from the background, in which foreground hardly counts."""
         assert self.model is not None
-        sparse = np.s_[::SPARSE, ::SPARSE]
-        known = cv2.convertScaleAbs(np.ascontiguousarray(self.model[sparse]))
-        sample = np.asarray(cv2.absdiff(grey[sparse], known), np.uint8).ravel()
+        known = cv2.convertScaleAbs(np.ascontiguousarray(self.model[SPARSE]))
+        sample = np.asarray(cv2.absdiff(np.ascontiguousarray(grey[SPARSE]), known)).ravel()
         counts = np.bincount(sample, minlength=2).cumsum()
         middle = int(np.searchsorted(counts, sample.size / 2))
-        if middle > NOISIEST:
-            return
         below = counts[middle - 1] if middle else 0
         within = (sample.size / 2 - below) / max(counts[middle] - below, 1)
-        measured = max(middle - 0.5 + within, 0.0) / MEDIAN_OF_NORMAL
+        return float(max(middle - 0.5 + within, 0.0))
+
+    def _learn_noise(self, noise: float, seconds: float) -> None:
+        if noise * MEDIAN_OF_NORMAL > NOISIEST:
+            return
         share = 1.0 if self.noise == 0.0 else 1 - np.exp(-seconds / NOISE_TIME_S)
-        self.noise += share * (measured - self.noise)
+        self.noise += share * (noise - self.noise)
 
 
 @compiled(

@@ -50,6 +50,12 @@ class GatheringConfig:
     group_gap_m: float = parameter(
         0.6, 'greatest gap between people who came together [m]', minimum=0.0
     )
+    least_part_m: float = parameter(
+        0.25,
+        'side of the smallest square that somebody shows of himself, a head; what is smaller is '
+        'nobody; 0: whatever there is, as printed [m]',
+        minimum=0.0,
+    )
     known_s: float = parameter(
         1.0, 'time after which an object that was seen whole and alone is known [s]', minimum=0.0
     )
@@ -108,6 +114,33 @@ def gathered(
     united = stacked(*(shapes.select(np.flatnonzero(group == name)).united() for name in names))
     row_of = np.r_[-1, row].astype(np.int64)[silhouettes.row_of + 1]
     return Silhouettes(united, silhouettes.labels, row_of, silhouettes.grey)
+
+
+def without_crumbs(
+    silhouettes: Silhouettes, sizes: SizeTable, config: GatheringConfig
+) -> Silhouettes:
+    """
+    Leave out what is too small to be seen of anybody there; beyond the paper.
+
+    What somebody leaves behind in the background, or shows of himself beside a car, would take
+    his place and size while he walks on.
+
+    Parameters
+    ----------
+    silhouettes : Silhouettes
+        Of a picture, gathered.
+    sizes : SizeTable
+        Of the camera.
+    config : GatheringConfig
+        Parameters.
+
+    """
+    shapes = silhouettes.shapes
+    if config.least_part_m == 0.0 or not len(shapes):
+        return silhouettes
+    head = (config.least_part_m * sizes.per_metre(sizes.foot_of(shapes.box))).prod(axis=1)
+    crumbs = np.flatnonzero(shapes.area < head).tolist()
+    return silhouettes.without(crumbs) if crumbs else silhouettes
 
 
 def _expected(known: Shapes) -> Floats:

@@ -23,6 +23,7 @@ def resolve_merges(
     valid: Mask,
     established: Mask,
     weights: Floats,
+    divisible: Mask | None = None,
 ) -> Mask:
     """
     Keep several established objects on one silhouette only if together they look like it.
@@ -40,6 +41,8 @@ def resolve_merges(
         Objects that are not transient.
     weights : (21,) array
         Of the comparison.
+    divisible : (m,) bool array, optional
+        Silhouettes that may be several bodies; no others are shared. Unless given, all.
 
     Returns
     -------
@@ -51,7 +54,8 @@ def resolve_merges(
     losers: list[int] = []
     for column in np.flatnonzero(match[established].sum(axis=0) > 1).tolist():
         rows = np.flatnonzero(match[:, column] & established)
-        if macro_cost(objects.select(rows), silhouettes.vector[column], weights) < 0.0:
+        shareable = divisible is None or divisible[column]
+        if shareable and macro_cost(objects.select(rows), silhouettes.vector[column], weights) < 0:
             continue
         match[rows, column] = False
         keeper = best_of(objects, silhouettes, rows, column, weights)

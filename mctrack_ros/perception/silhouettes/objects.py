@@ -54,6 +54,11 @@ class ObjectConfig:
         'that has; 0: as printed [s]',
         minimum=0.0,
     )
+    hidden_s: float = parameter(
+        15.0,
+        'the same while it is expected within what several others or a vehicle make up [s]',
+        minimum=0.0,
+    )
     memory_s: float = parameter(
         0.7,
         'time constant with which features follow the silhouette; 0: at once, as printed [s]',
@@ -81,6 +86,8 @@ class ObjectList:
         Of the centroid, px/s; zero if motion is not learned.
     first_ns, seen_ns : (n,) int64 array
         Time of the first and the last match.
+    missed_s : (n,) float64 array
+        For how long it was not seen though nothing hid it, s.
     coherent_ns : (n,) int64 array
         Since when it was matched in every picture.
     matched, established : (n,) bool array
@@ -105,8 +112,8 @@ class ObjectList:
     """
 
     ARRAYS = (
-        'local_id', 'vector', 'box', 'velocity', 'first_ns', 'seen_ns', 'coherent_ns', 'matched',
-        'established', 'alone_s', 'group', 'track_id', 'mean', 'covariance', 'class_id',
+        'local_id', 'vector', 'box', 'velocity', 'first_ns', 'seen_ns', 'missed_s', 'coherent_ns',
+        'matched', 'established', 'alone_s', 'group', 'track_id', 'mean', 'covariance', 'class_id',
         'announced', 'origin', 'travelled_px',
     )  # fmt: skip
 
@@ -127,6 +134,7 @@ class ObjectList:
         self.velocity: Floats = np.zeros((0, 2))
         self.first_ns: Ints = np.zeros(0, np.int64)
         self.seen_ns: Ints = np.zeros(0, np.int64)
+        self.missed_s: Floats = np.zeros(0)
         self.coherent_ns: Ints = np.zeros(0, np.int64)
         self.matched: NDArray[np.bool_] = np.zeros(0, np.bool_)
         self.established: NDArray[np.bool_] = np.zeros(0, np.bool_)
@@ -156,7 +164,9 @@ class ObjectList:
         self.vector[:, PLACE] += shift
         self.box[:, :2] += shift
 
-    def update(self, shapes: Shapes, match: Mask, stamp_ns: int, seconds: float) -> Mask:
+    def update(
+        self, shapes: Shapes, match: Mask, covers: Mask, stamp_ns: int, seconds: float
+    ) -> Mask:
         """
         Give objects the features of their silhouettes.
 
@@ -166,6 +176,8 @@ class ObjectList:
             Of m silhouettes.
         match : (n, m) bool array
             At most one a row and a column.
+        covers : (m,) bool array
+            Which silhouettes are larger than one body, so that others may be hidden in them.
         stamp_ns : int
             Time of the picture, ns.
         seconds : float
@@ -194,13 +206,9 @@ class ObjectList:
         self.travelled_px = np.maximum(self.travelled_px, np.hypot(apart[:, 0], apart[:, 1]))
         came = self.travelled_px >= self._config.move_px
         self.established[self.matched & old & came] = True
-        unseen_ns = stamp_ns - self.seen_ns
-        patient = (
-            self.established
-            & (self.alone_s >= self._config.body_s)
-            & (unseen_ns <= round(self._config.hold_s * 1e9))
-        )
-        return np.asarray(~self.matched & ~patient)
+        hidden = self._hidden_in(shapes.box[columns[covers[columns]]])
+        self.missed_s = np.where(self.matched, 0.0, self.missed_s + seconds * ~hidden)
+        return np.asarray(~self.matched & ~self._awaited(stamp_ns))
 
     def start(self, shapes: Shapes, stamp_ns: int) -> None:
         """Start a transient object for each silhouette."""
@@ -215,6 +223,7 @@ class ObjectList:
             'velocity': np.zeros((count, 2)),
             'first_ns': now,
             'seen_ns': now,
+            'missed_s': np.zeros(count),
             'coherent_ns': now,
             'matched': np.ones(count, np.bool_),
             'established': np.zeros(count, np.bool_),
@@ -237,6 +246,22 @@ class ObjectList:
         if not mask.all():
             for name in self.ARRAYS:
                 setattr(self, name, getattr(self, name)[mask])
+
+    def _awaited(self, stamp_ns: int) -> Mask:
+        """Tell who may still come back; who is hardly known, for as long as he has been."""
+        unseen_s, known_s = (stamp_ns - self.seen_ns) * 1e-9, (self.seen_ns - self.first_ns) * 1e-9
+        known_s[self.alone_s >= self._config.body_s] = np.inf
+        hold_s, hidden_s = self._config.hold_s, self._config.hidden_s
+        awaited = (self.missed_s <= np.fmin(known_s, hold_s)) & (
+            unseen_s <= np.fmin(known_s, max(hold_s, hidden_s))
+        )
+        return np.asarray(self.established & awaited)
+
+    def _hidden_in(self, box: Floats) -> Mask:
+        """Tell whose expected middle, (n,), is in one of some boxes."""
+        middle = (self.box[:, :2] + self.box[:, 2:] / 2)[:, None]
+        inside = (middle >= box[:, :2]) & (middle <= box[:, :2] + box[:, 2:])
+        return np.asarray(np.any(np.all(inside, axis=2), axis=1))
 
     def _hides_others(self, rows: Ints, box: Floats) -> Mask:
         """Tell in which silhouettes' boxes other objects are expected, whose features mix in."""

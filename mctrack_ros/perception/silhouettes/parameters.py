@@ -51,12 +51,18 @@ def as_printed() -> SilhouetteConfig:
         holes=HoleConfig(edge_ratio=0.0),
         stains=StainConfig(still_s=0.0),
         tracker=SilhouetteTrackerConfig(
-            gathering=GatheringConfig(person_height_m=0.0),
+            gathering=GatheringConfig(person_height_m=0.0, least_part_m=0.0),
             comparison=ComparisonConfig(place_weight=0.0),
             match=MatchConfig(distance='centroids', only_valid=False, pedestrian_m=0.0),
             division=DivisionConfig(line='regression', body_height_m=0.0),
             objects=ObjectConfig(
-                establish_s=0.2, move_px=0.0, hold_s=0.0, body_s=0.0, memory_s=0.0, motion_s=0.0
+                establish_s=0.2,
+                move_px=0.0,
+                hold_s=0.0,
+                hidden_s=0.0,
+                body_s=0.0,
+                memory_s=0.0,
+                motion_s=0.0,
             ),
         ),
         rest=RestConfig(
@@ -69,4 +75,5 @@ def as_printed() -> SilhouetteConfig:
             spare_others=False,
             uncovered_share=0.0,
         ),
+        report=ReportConfig(travel_px=0.0),
     )

@@ -22,6 +22,12 @@ class ReportConfig:
     coherent_s: float = parameter(
         3.0, 'time of coherent track before a pedestrian is passed on [s]', minimum=0.0
     )
+    travel_px: float = parameter(
+        20.0,
+        'distance that it must have come by then; what has not is no pedestrian; 0: as printed '
+        '[px]',
+        minimum=0.0,
+    )
     part_s: float = parameter(
         0.4, 'time for which objects must be apart to have parted [s]', minimum=0.0
     )
@@ -100,8 +106,9 @@ def note_arrivals(objects: ObjectList, log: EventLog) -> None:
 def passes(objects: ObjectList, stamp_ns: int, config: ReportConfig) -> NDArray[np.bool_]:
     """Tell which pedestrians, (n,), have been tracked coherently for long enough by now."""
     coherent = (stamp_ns - objects.coherent_ns) * 1e-9 >= config.coherent_s - 1e-6
+    came = coherent & (objects.travelled_px >= config.travel_px)
     return np.asarray(
-        objects.established & objects.matched & coherent & (objects.class_id == ClassCode.PERSON)
+        objects.established & objects.matched & came & (objects.class_id == ClassCode.PERSON)
     )
 
 

@@ -27,7 +27,7 @@ from mctrack_ros.perception.silhouettes.features import (
     Mask,
     Shapes,
 )
-from mctrack_ros.perception.silhouettes.gathering import GatheringConfig, gathered
+from mctrack_ros.perception.silhouettes.gathering import GatheringConfig, gathered, without_crumbs
 from mctrack_ros.perception.silhouettes.joining import join_fragments
 from mctrack_ros.perception.silhouettes.macro import resolve_merges
 from mctrack_ros.perception.silhouettes.match import MatchConfig, naive_matches, valid_matches
@@ -130,8 +130,10 @@ class SilhouetteTracker:
             objects.established & (objects.alone_s >= self._config.gathering.known_s)
         )
         silhouettes = gathered(silhouettes, known, self._sizes, self._config.gathering)
+        silhouettes = without_crumbs(silhouettes, self._sizes, self._config.gathering)
         found = self._assign(silhouettes, stamp_ns)
-        lost = objects.update(found.shapes, found.match, stamp_ns, seconds)
+        covers = may_be_several(found.shapes, self._sizes, self._config.division)
+        lost = objects.update(found.shapes, found.match, covers, stamp_ns, seconds)
         lost |= ~objects.matched & at_edge(objects.box, size, self._config.objects.edge_px)
         component = _shared(found, objects.established)
         whole = objects.matched & (component < 0) & ~at_edge(objects.box, size, 1.0)
@@ -159,15 +161,15 @@ class SilhouetteTracker:
         valid &= ~self._stripes(shapes)
         match = naive_matches(objects, shapes, valid, self._config.match, weights)
         match = without_transient_duplicates(match, established)
-        match = resolve_merges(objects, shapes, match, valid, established, weights)
+        division = self._config.division
+        divisible = may_be_several(shapes, self._sizes, division)
+        match = resolve_merges(objects, shapes, match, valid, established, weights, divisible)
         match = without_transient_duplicates(match, established)
         match = without_parts(
             match, established, objects.area, self.objects.alone_s, self._config.objects.body_s
         )
         if self._config.objects.body_s > 0.0:
             match = self._uncovered(match, shapes)
-        division = self._config.division
-        divisible = may_be_several(shapes, self._sizes, division)
         shapes, match, origin = partition_merged(
             objects, silhouettes, shapes, divisible, match, established, division, weights
         )

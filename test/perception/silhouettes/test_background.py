@@ -98,6 +98,17 @@ def test_what_is_hidden_follows_the_light_of_the_rest():
     assert (masks[-1][10:] == 0).all()
 
 
+def test_a_leap_of_the_light_is_followed_at_once_and_hides_nobody():
+    rng = np.random.default_rng(6)
+    known = rng.integers(60, 160, SHAPE).astype(np.uint8)
+    shown = np.rint(known * 0.6).astype(np.uint8)
+    shown[10:30, 20:30] = 200
+    _, masks = learned([known, known, known, shown], replace(PRINTED, follow_light=True))
+    expected = np.zeros(SHAPE, np.uint8)
+    expected[10:30, 20:30] = 255
+    assert np.array_equal(masks[-1], expected)
+
+
 @pytest.mark.parametrize('shadow_share', [0.0, 0.13])
 def test_foreground_is_what_differs_by_more_than_noise_and_shadow(shadow_share):
     rng = np.random.default_rng(4)

@@ -34,6 +34,17 @@ def test_two_who_together_look_like_the_silhouette_keep_it():
     assert resolved(objects, merged, match).all()
 
 
+def test_what_can_be_one_body_alone_is_not_shared():
+    objects = stacked(block(0, 20, 50), block(22, 20, 200))
+    silhouettes = stacked(two_parts(1, 40, (50, 200)), block(80, 20, 200))
+    match = np.array([[True, False], [True, False]])
+    left = resolve_merges(
+        objects, silhouettes, match, np.ones_like(match), BOTH, WEIGHTS, np.zeros(2, np.bool_)
+    )
+    assert (left.sum(axis=0) == 1).all()
+    assert (left.sum(axis=1) == 1).all()
+
+
 def test_one_who_looks_like_it_alone_keeps_it_and_the_other_takes_what_is_left():
     objects = stacked(block(0, 20, 50), block(60, 20, 200))
     silhouettes = stacked(block(1, 20, 50), block(62, 12, 190))

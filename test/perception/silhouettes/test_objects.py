@@ -5,6 +5,7 @@ from mctrack_ros.perception.silhouettes.features import PLACE, SIZE, Shapes
 from mctrack_ros.perception.silhouettes.objects import ObjectConfig, ObjectList, at_edge
 
 PERIOD_S = 0.25
+ONE = np.ones((1, 1), np.bool_)
 
 
 def body(x, y=100.0, width=20.0, height=60.0):
@@ -31,7 +32,8 @@ class Film:
         stamp_ns = round(self.index * PERIOD_S * 1e9)
         shapes = nothing() if x is None else body(x)
         self.objects.predict(PERIOD_S)
-        lost = self.objects.update(shapes, np.ones((1, len(shapes)), np.bool_), stamp_ns, PERIOD_S)
+        match, covers = np.ones((1, len(shapes)), np.bool_), np.zeros(len(shapes), np.bool_)
+        lost = self.objects.update(shapes, match, covers, stamp_ns, PERIOD_S)
         self.objects.alone_s[self.objects.matched] += PERIOD_S
         return bool(lost[0])
 
@@ -78,13 +80,33 @@ def test_a_known_object_stays_without_a_match_for_a_while(walker):
     assert lost.index(True) * PERIOD_S == ObjectConfig().hold_s
 
 
+def test_who_is_hardly_known_stays_for_as_long_as_he_was_seen():
+    film = Film()
+    for step in range(6):
+        film.show(104.0 + 4 * step)
+    lost = [film.show() for _ in range(10)]
+    assert lost.index(True) * PERIOD_S == 6 * PERIOD_S
+
+
+@pytest.mark.parametrize('covers', [True, False])
+def test_who_is_expected_within_a_large_silhouette_is_awaited_for_longer(walker, covers):
+    objects = walker.objects
+    objects.start(body(130.0, width=200.0), 3_000_000_000)
+    match = np.array([[False], [True]])
+    for step in range(20):
+        stamp_ns = round((3.0 + PERIOD_S * (step + 1)) * 1e9)
+        shapes = body(130.0, width=200.0)
+        lost = objects.update(shapes, match, np.array([covers]), stamp_ns, PERIOD_S)
+    assert lost.tolist() == [not covers, False]
+
+
 def test_a_transient_object_does_not():
     assert Film().show()
 
 
 def test_features_follow_slowly_and_the_box_at_once(walker):
     walker.objects.update(
-        body(152.0, width=40.0), np.ones((1, 1), np.bool_), 3_250_000_000, PERIOD_S
+        body(152.0, width=40.0), ONE, np.zeros(1, np.bool_), 3_250_000_000, PERIOD_S
     )
     assert 20.0 < walker.objects.vector[0, 1] < 30.0
     assert walker.objects.box[0, 2] == 40.0

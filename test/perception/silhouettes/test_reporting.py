@@ -24,7 +24,7 @@ def objects():
     known = ObjectList(ObjectConfig())
     box = np.array([[10.0, 10, 20, 60], [30, 20, 90, 50], [200, 10, 20, 60]])
     known.start(Shapes(np.ones((3, SIZE)), box), 0)
-    known.established[:] = True
+    known.established[:], known.travelled_px[:] = True, 40.0
     known.mean[:, :2], known.covariance[:] = [[1, 2], [3, 4], [5, 6]], np.eye(4)
     known.class_id[:] = ClassCode.PERSON, ClassCode.VEHICLE, ClassCode.PERSON
     return known
@@ -83,6 +83,8 @@ def test_a_pedestrian_is_passed_on_after_three_seconds(objects):
     assert passes(objects, 11 * PERIOD_NS, ReportConfig()).tolist() == [False, False, False]
     assert passes(objects, 12 * PERIOD_NS, ReportConfig()).tolist() == [True, False, False]
     assert passes(objects, 14 * PERIOD_NS, ReportConfig()).tolist() == [True, False, True]
+    objects.travelled_px[2] = 18.0
+    assert passes(objects, 14 * PERIOD_NS, ReportConfig()).tolist() == [True, False, False]
 
 
 def test_detections_are_of_those_who_are_seen_and_stand_on_the_ground(objects):

@@ -72,6 +72,16 @@ def test_a_pedestrian_before_a_vehicle_is_found_again_behind_it(film):
     assert film.tracker.objects.class_id.tolist() == [ClassCode.PERSON]
 
 
+def test_a_crumb_does_not_take_the_place_of_whoever_leaves_it_behind(film):
+    for step in range(16):
+        film.show(walker(step))
+    for _ in range(16, 22):
+        film.show((226, 380, (4, 4), 60))
+    for step in range(22, 26):
+        film.show(walker(step), (226, 380, (4, 4), 60))
+    assert film.ids() == [1]
+
+
 def test_whoever_comes_where_a_vehicle_has_left_does_not_become_it(film):
     for step in range(26):
         film.show((480 - 24 * step, 390, CAR, 140))
