@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from mctrack_ros.fusion.joint import JointAssignment
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.recognition import look_at
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.association import gaussian_distance
 from mctrack_ros.tracking.kalman import update
@@ -41,6 +42,7 @@ def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
     table.mean, table.covariance = joint.solve()
     rows, columns = joint.pairs()
     learn_appearance(table, looks, rows, columns, config.life.template_time)
+    look_at(table, looks, rows, columns, config.life.look_time)
     note(table, looks, rows, columns)
     free = np.ones((len(looks.matrix), len(table)), bool)
     free[looks.picture[columns], rows] = False

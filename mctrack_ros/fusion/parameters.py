@@ -189,6 +189,73 @@ class KitConfig:
 
 
 @dataclass(frozen=True)
+class RecognitionConfig:
+    """Who is who after an encounter."""
+
+    contact_distance: float = parameter(
+        1.5, 'Who is nearer to another may leave as that one [m]', minimum=0.0, maximum=100.0
+    )
+    look_time: float = parameter(
+        0.5,
+        'Time for which one must be seen alone, by all cameras together, to be recognised [s]',
+        minimum=0.01,
+        maximum=1000.0,
+    )
+    longest_look_time: float = parameter(
+        5.0,
+        'Time after which one who looks like several keeps his id [s]',
+        minimum=0.01,
+        maximum=10000.0,
+    )
+    trust_time: float = parameter(
+        1.0,
+        'Time for which one must be seen for his colours to count half [s]',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    strange: float = parameter(
+        4.0,
+        'What the colours of two people usually differ by, in variances of one',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    new: float = parameter(
+        1.0,
+        'What they differ by at most if a new track is one who was lost [same]',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    keep: float = parameter(
+        0.15,
+        'How much more probable it must be before an id changes [log]',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    margin: float = parameter(
+        0.1,
+        'How much less probable all others must be before it is settled [log]',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    soon_time: float = parameter(
+        3.0,
+        'For how long a new track that looks like one lost near by is at once him [s]',
+        minimum=0.0,
+        maximum=10000.0,
+    )
+    lost_time: float = parameter(
+        20.0, 'For how long one who was lost may be found again [s]', minimum=0.0, maximum=10000.0
+    )
+    speed: float = parameter(3.0, 'How fast he may have gone on [m/s]', minimum=0.0, maximum=100.0)
+    memory_time: float = parameter(
+        20.0,
+        'Time in view, of all cameras together, that is remembered of his colours [s]',
+        minimum=0.01,
+        maximum=100000.0,
+    )
+
+
+@dataclass(frozen=True)
 class FusionConfig:
     """Parameters of fusion."""
 
@@ -197,3 +264,4 @@ class FusionConfig:
     association: AssociationConfig = AssociationConfig()
     life: LifeConfig = LifeConfig()
     kits: KitConfig = KitConfig()
+    recognition: RecognitionConfig = RecognitionConfig()

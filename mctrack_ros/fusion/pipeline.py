@@ -15,6 +15,7 @@ from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import match
 from mctrack_ros.fusion.output import EventLog, feedback_of, tracks_of
 from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.recognition import Recognition
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import (
     MAX_CAMERAS,
@@ -83,6 +84,7 @@ class FusionPipeline:
         self._none = TrackTable.blank(0, len(cameras))
         self._evidence = lifecycle.Evidence(len(cameras), config)
         self._lineage = Lineage(config)
+        self._recognition = Recognition(config)
         self._watch = lifecycle.DuplicateWatch(config)
         self._kits = Kits(config)
         self._stamp_ns: int | None = None
@@ -112,6 +114,7 @@ class FusionPipeline:
         present = np.zeros(len(self._index), bool)
         present[[self._index[frame.camera] for frame in tick.frames]] = True
         confirmed = self._evidence.count(self._table, tick.stamp_ns, self._seconds, present)
+        confirmed = self._recognise(confirmed, tick.stamp_ns, events)
         self._announce(confirmed, events)
         deleted = deleted.extended(self._merge_duplicates(tick.stamp_ns, events))
         deleted = deleted.extended(self._delete(tick.stamp_ns, events))
@@ -131,6 +134,7 @@ class FusionPipeline:
         self._stamp_ns = stamp_ns
         if self._seconds < -RESET_S:
             self._seconds = period
+            self._recognition = Recognition(self._config)
             return self._remove(np.ones(len(self._table), bool), events)
         if self._seconds < 0:
             raise ValueError(f'the tick is stamped {stamp_ns}, expected at least {last_ns}')
@@ -180,6 +184,20 @@ class FusionPipeline:
         lifecycle.doubt_parts(fresh, self._table, self._config)
         self._table = self._table.extended(fresh)
 
+    def _recognise(
+        self, confirmed: NDArray[np.bool_], stamp_ns: int, events: EventLog
+    ) -> NDArray[np.bool_]:
+        """Correct ids; return the newly confirmed who are nobody known, in the table's order."""
+        changes = self._recognition.step(self._table, stamp_ns, confirmed)
+        if not changes:
+            return confirmed
+        order = self._table.rename(changes)
+        self._table = table = self._table.select(order)
+        changed = np.isin(table.previous_id, list(changes))
+        for row in np.flatnonzero(changed).tolist():
+            events.add(EventCode.CORRECTION, table, row, old_id=int(table.previous_id[row]))
+        return np.asarray(confirmed[order] & ~changed)
+
     def _announce(self, confirmed: NDArray[np.bool_], events: EventLog) -> None:
         """Note tracks that are new, or split from one whose past they share."""
         table = self._table
@@ -192,6 +210,7 @@ class FusionPipeline:
         dropped = np.zeros(len(table), bool)
         for keep, drop in self._watch.find(table, stamp_ns):
             lifecycle.absorb(table, keep, drop)
+            self._recognition.forget(int(table.track_id[drop]))
             dropped[drop] = True
             if table.confirmed[drop]:
                 old_id = int(table.track_id[drop])
@@ -201,6 +220,7 @@ class FusionPipeline:
     def _delete(self, stamp_ns: int, events: EventLog) -> TrackTable:
         lost = self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)
         self._lineage.note_lost(lost, stamp_ns)
+        self._recognition.note_lost(lost, self._table, stamp_ns)
         return lost
 
     def _remove(self, mask: NDArray[np.bool_], events: EventLog) -> TrackTable:

@@ -53,6 +53,12 @@ class TrackTable:
         Of which track it was part before it began; 0: of none.
     previous_id : (n,) uint32 array
         What it was called before this tick, where that changed; else 0.
+    look : (n, 48) array
+        Sum of the roots of its templates since it was last near another, weighted by time.
+    look_s, judge_s : (n,) array
+        For how long, in all cameras, that is; how long it must be to be judged, s.
+    in_contact : (n,) bool array
+        Whether it is near another.
 
     """
 
@@ -75,6 +81,10 @@ class TrackTable:
     cameras: NDArray[np.uint32]
     origin: NDArray[np.uint32]
     previous_id: NDArray[np.uint32]
+    look: NDArray[np.float64]
+    look_s: NDArray[np.float64]
+    judge_s: NDArray[np.float64]
+    in_contact: NDArray[np.bool_]
 
     def __len__(self) -> int:
         """Return the number of tracks."""
@@ -103,6 +113,10 @@ class TrackTable:
             cameras=np.zeros(count, np.uint32),
             origin=np.zeros(count, np.uint32),
             previous_id=np.zeros(count, np.uint32),
+            look=np.zeros((count, TEMPLATE_SIZE)),
+            look_s=np.zeros(count),
+            judge_s=np.zeros(count),
+            in_contact=np.zeros(count, bool),
         )
 
     def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Self:
@@ -120,6 +134,14 @@ class TrackTable:
                 for name, array in self._arrays().items()
             }
         )
+
+    def rename(self, changes: dict[int, int]) -> NDArray[np.intp]:
+        """Change ids, old to new, all at once; return the order by which they ascend."""
+        changed = np.isin(self.track_id, list(changes))
+        self.previous_id[changed] = self.track_id[changed]
+        for ids in (self.track_id, self.group, self.origin):
+            ids[:] = [changes.get(one, one) for one in ids.tolist()]
+        return np.argsort(self.track_id)
 
     def _arrays(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}

@@ -71,3 +71,8 @@ class Feedback(Rows):
         seconds = (stamp_ns - self.stamp_ns) * 1e-9
         expected = self.position[:, :2] + self.velocity * seconds
         return np.ascontiguousarray(expected, np.float64)
+
+    def corrections(self) -> dict[int, int]:
+        """Return the ids that changed in this tick, old to new."""
+        changed = self.previous_id > 0
+        return dict(zip(self.previous_id[changed].tolist(), self.track_id[changed].tolist()))

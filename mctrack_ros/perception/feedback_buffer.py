@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from mctrack_ros.interfaces import Feedback
 
 KEPT_TICKS = 64
@@ -53,7 +57,8 @@ class FeedbackBuffer:
         Returns
         -------
         feedback : Feedback or None
-            That of the tick in which the stamp less the delay falls.
+            That of the tick in which the stamp less the delay falls. Corrections of ids are told
+            once, though several pictures of a fast camera fall in a tick.
         missed : bool
             True where there is none although the first pictures' ticks could have made it.
 
@@ -62,5 +67,8 @@ class FeedbackBuffer:
             self._first_stamp_ns = stamp_ns
         wanted = (stamp_ns - self._delay_ns) // self._period_ns
         feedback = self._by_tick.get(wanted)
+        if feedback is not None and feedback.previous_id.any():
+            told = np.zeros_like(feedback.previous_id)
+            self._by_tick[wanted] = replace(feedback, previous_id=told)
         possible = wanted >= self._first_stamp_ns // self._period_ns
         return feedback, feedback is None and possible

@@ -91,6 +91,18 @@ class Groups:
         self._joined: Booleans = np.zeros((0, 0), np.bool_)
         self._last_ns = 0
 
+    def rename(self, changes: dict[int, int]) -> None:
+        """Let tracks go on under other ids, old to new, all at once."""
+        if changes.keys().isdisjoint(self._id.tolist()):
+            return
+        ids = np.array([changes.get(one, one) for one in self._id.tolist()], np.int64)
+        if len(np.unique(ids)) < len(ids):
+            return  # two would be one: the new name is in view already
+        order = np.argsort(ids)
+        self._id, self._group = ids[order], self._group[order]
+        self._touched_ns = np.ascontiguousarray(self._touched_ns[np.ix_(order, order)])
+        self._joined = np.ascontiguousarray(self._joined[np.ix_(order, order)])
+
     def members(self) -> list[tuple[int, ...]]:
         """Return the local ids, ascending, of each group of several."""
         counts = np.bincount(self._group)

@@ -113,12 +113,7 @@ def _held(
 
 def _rename_corrected(tracks: Identified, feedback: Feedback) -> None:
     """Exchange ids that the fusion node has corrected, all at once."""
-    corrected = feedback.previous_id > 0
-    if not corrected.any():
-        return
-    renamed = dict(
-        zip(feedback.previous_id[corrected].tolist(), feedback.track_id[corrected].tolist())
-    )
+    renamed = feedback.corrections()
     for row in np.flatnonzero(np.isin(tracks.track_id, list(renamed))):
         tracks.track_id[row] = renamed[int(tracks.track_id[row])]
 

@@ -158,6 +158,8 @@ class LocalTracker:
         template = colour_templates(picture.image, picture.mask, cells, self._palette)
         blob_of = match(tracks, predicted, blobs, template, self._matching)
         seen = self._observer.observe(blob_of, tracks, predicted, blobs, template, picture)
+        if feedback is not None:
+            self._groups.rename(feedback.corrections())
         company = self._roll.call(self._sighting(seen, stamp_ns), feedback, stamp_ns)
         part = contacts(company.box, blobs.box, picture, self._strength)
         self._note_groups(company, part, stamp_ns, log)

@@ -52,3 +52,12 @@ def test_last_feedback_of_a_tick_counts():
 def test_bad_times_are_refused(period, delay):
     with pytest.raises(ValueError, match='period_ns'):
         FeedbackBuffer(period, delay)
+
+
+def test_corrections_are_told_once_to_a_fast_camera():
+    buffer = FeedbackBuffer(PERIOD, DELAY)
+    buffer.push(Feedback.build(60, position=[[0, 0, 0]], track_id=[2], previous_id=[7]))
+    first, again = (buffer.select(stamp)[0] for stamp in (125, 145))
+    assert first.corrections() == {7: 2}
+    assert again.corrections() == {}
+    assert again.track_id.tolist() == [2]

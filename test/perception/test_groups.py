@@ -106,3 +106,22 @@ def test_members_of_groups_are_named():
     assert groups.members() == [(1, 2, 8)]
     groups.restart()
     assert groups.members() == []
+
+
+def test_those_who_exchange_names_are_grouped_as_they_were(film):
+    film.hold(20, {1, 2}, {3})
+    film.groups.rename({1: 3, 3: 1})
+    assert film.groups.members() == [(2, 3)]
+    assert film.hold(20, {2, 3}, {1}) == []
+
+
+def test_one_who_gets_back_his_old_name_stays_in_his_group(film):
+    film.hold(20, {1, 7}, {3})
+    film.groups.rename({7: 2})
+    assert film.hold(20, {1, 2}, {3}) == []
+
+
+def test_a_name_that_another_has_is_not_given_away(film):
+    film.hold(20, {1, 2}, {3})
+    film.groups.rename({3: 2})
+    assert film.groups.members() == [(1, 2)]

@@ -1,0 +1,236 @@
+"""Who is who after an encounter: ids follow what people look like, not who came out where."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from mctrack_ros.fusion.looks import Looks
+from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.portraits import Look, Portraits
+from mctrack_ros.fusion.suspects import Suspects
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.interfaces import TEMPLATE_SIZE
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+IMPOSSIBLE = 1e6
+
+
+def look_at(
+    table: TrackTable, looks: Looks, rows: Indices, columns: Indices, longest_s: float
+) -> None:
+    """Add the colours of detections (k,) that stand apart to the latest look at tracks (k,)."""
+    template = looks.detections.template[columns]
+    apart = ~looks.is_overlapped[columns] & ~table.in_contact[rows] & template.any(axis=1)
+    rows, columns, template = rows[apart], columns[apart], template[apart]
+    since_ns = looks.stamp_ns[columns] - table.seen_by_ns[rows, looks.camera[columns]]
+    seconds = np.minimum(since_ns / 1e9, longest_s)
+    np.add.at(table.look, rows, seconds[:, None] * np.sqrt(np.maximum(template, 0.0)))
+    np.add.at(table.look_s, rows, seconds)
+
+
+class Recognition:
+    """
+    Gives ids to those who look like those who had them.
+
+    Whoever comes near another may leave with the other's track: from then on either may be
+    either. Once somebody has been seen alone for a while, by all cameras together, the mean of
+    his colours is held against those of all whom he may be, and the ids of all concerned are
+    assigned together. One who was lost is among those that whoever turns up near by may be.
+
+    Parameters
+    ----------
+    config : FusionConfig
+        Parameters.
+
+    """
+
+    def __init__(self, config: FusionConfig) -> None:
+        self._config = config.recognition
+        self._portraits = Portraits(config.recognition)
+        self._suspects = Suspects()
+        self._lost: dict[int, tuple[int, Floats]] = {}
+
+    def note_lost(self, removed: TrackTable, table: TrackTable, stamp_ns: int) -> None:
+        """Remember confirmed tracks that end; whoever is where they may have gone may be them."""
+        for row in np.flatnonzero(removed.confirmed).tolist():
+            seen_ns, place = int(removed.seen_ns[row]), removed.mean[row, :2].copy()
+            name = int(removed.track_id[row])
+            near = table.confirmed & self._is_in_reach(
+                table.mean[:, :2], place, stamp_ns - seen_ns
+            )
+            for other in table.track_id[near].tolist():
+                self._suspects.meet(other, name)
+            self._lose(name, place, seen_ns)
+
+    def forget(self, name: int) -> None:
+        """Forget one who turned out to be another."""
+        self._portraits.forget(name)
+        self._suspects.erase(name)
+
+    def step(self, table: TrackTable, stamp_ns: int, confirmed: Mask) -> dict[int, int]:
+        """
+        Learn what those who are alone look like, and tell which ids change.
+
+        Parameters
+        ----------
+        table : TrackTable
+            Its looks are changed, its ids are not.
+        stamp_ns : int
+            The tick's stamp, ns.
+        confirmed : (n,) bool array
+            The newly confirmed.
+
+        Returns
+        -------
+        dict of int to int
+            Old ids to new ones, all to be changed at once.
+
+        """
+        self._forget_the_lost(stamp_ns)
+        self._note_contacts(table)
+        changes = self._found_again(table, np.flatnonzero(confirmed), stamp_ns)
+        table.judge_s[table.look_s == 0.0] = self._config.look_time
+        due = table.confirmed & (table.look_s >= table.judge_s)
+        if not due.any():
+            return changes
+        table.judge_s[due] *= 2.0
+        return changes or self._judged(table, np.flatnonzero(due), stamp_ns)
+
+    def _forget_the_lost(self, stamp_ns: int) -> None:
+        """Forget those who were lost too long ago."""
+        limit_ns = self._config.lost_time * 1e9
+        for name, (when_ns, _) in list(self._lost.items()):
+            if not 0 <= stamp_ns - when_ns <= limit_ns:
+                del self._lost[name]
+                self.forget(name)
+
+    def _note_contacts(self, table: TrackTable) -> None:
+        """Whoever is near another may be him from now on; a new look at him begins."""
+        gap = table.mean[:, None, :2] - table.mean[None, :, :2]
+        near = (gap**2).sum(axis=2) < self._config.contact_distance**2
+        near &= table.confirmed & table.confirmed[:, None]
+        np.fill_diagonal(near, False)
+        table.in_contact[:] = touching = near.any(axis=1)
+        table.look[touching], table.look_s[touching] = 0.0, 0.0
+        one, other = np.nonzero(np.triu(near))
+        for pair in zip(table.track_id[one].tolist(), table.track_id[other].tolist()):
+            self._suspects.meet(*pair)
+
+    def _found_again(self, table: TrackTable, fresh: Indices, stamp_ns: int) -> dict[int, int]:
+        """Note who of the lost the new tracks may be; return who they are taken for at once."""
+        found: dict[int, int] = {}
+        for row in fresh.tolist():
+            name, place = int(table.track_id[row]), table.mean[row, :2]
+            since = {other: stamp_ns - when_ns for other, (when_ns, _) in self._lost.items()}
+            near = [
+                other
+                for other, (_, there) in self._lost.items()
+                if self._is_in_reach(place, there, since[other])
+            ]
+            self._suspects.settle(name, self._suspects.of(name).union(near))
+            look = _first_look(table, row)
+            soon = [one for one in near if since[one] < self._config.soon_time * 1e9]
+            alike = {one: self._portraits.distance(look, one) for one in soon if look.any()}
+            best = min(alike, key=alike.__getitem__, default=0)
+            if best and alike[best] < self._config.new:
+                found[name] = best
+                self._replace({name: best})
+        return found
+
+    def _judged(self, table: TrackTable, due: Indices, stamp_ns: int) -> dict[int, int]:
+        """Learn what those due look like who are surely themselves, and judge the others."""
+        row_of = dict(zip(table.track_id.tolist(), range(len(table))))
+        present = table.track_id[table.confirmed].tolist()
+        changes: dict[int, int] = {}
+        judged: set[int] = set()
+        for name in table.track_id[due].tolist():
+            row = row_of[name]
+            if len(self._suspects.of(name)) == 1:
+                self._portraits.learn(name, _look(table, row))
+                table.look[row], table.look_s[row] = 0.0, 0.0
+            elif name not in judged:
+                circle = self._suspects.circle(name, present)
+                judged.update(circle)
+                looks = [_look(table, row_of[one]) for one in circle]
+                changes |= self._assigned(circle, looks)
+        for name in changes.keys() - changes.values():
+            place = table.mean[row_of[name], :2].copy()
+            self._lose(name, place, stamp_ns)
+        return changes
+
+    def _assigned(self, circle: list[int], looks: list[Look]) -> dict[int, int]:
+        """
+        Assign the ids of those who may be one another; return those that change.
+
+        An id costs the negative logarithm of a Cauchy-like density of the colours' difference:
+        light and other people's pixels are outliers, so what differs much tells little more.
+        """
+        config, portraits = self._config, self._portraits
+        may_be = [self._suspects.of(one) for one in circle]
+        names = sorted(frozenset().union(*may_be))
+        cost = np.full((len(circle), len(names)), IMPOSSIBLE)
+        for row, (own, look) in enumerate(zip(circle, looks)):
+            weight = portraits.weight(look) if look.seconds >= config.look_time else 0.0
+            differences = {name: portraits.difference(look, name) for name in may_be[row]}
+            if min(differences.values()) > config.strange:
+                weight = 0.0  # he looks like nobody: others' pixels are among his
+            if own not in portraits:
+                differences[own] = config.new
+            for name, difference in differences.items():
+                cost[row, names.index(name)] = weight * np.log1p(difference)
+            cost[row, names.index(own)] -= config.keep
+        taken = linear_sum_assignment(cost)[1]
+        chosen = [names[column] for column in taken.tolist()]
+        best = cost[np.arange(len(circle)), taken]
+        cost[np.arange(len(circle)), taken] = IMPOSSIBLE
+        margin = cost.min(axis=1) - best
+        settled = {
+            name
+            for name, look, lead in zip(chosen, looks, margin.tolist())
+            if look.seconds >= config.look_time
+            and (lead > config.margin or look.seconds >= config.longest_look_time)
+        }
+        self._replace(dict(zip(circle, chosen)))
+        for name, may in zip(chosen, may_be):
+            self._suspects.settle(name, () if name in settled else may - settled)
+        return {old: new for old, new in zip(circle, chosen) if old != new}
+
+    def _replace(self, names: dict[int, int]) -> None:
+        """Let those who were called one thing be called another, all at once."""
+        may_be = [self._suspects.of(old) for old in names]
+        for old in names.keys() - names.values():
+            self._suspects.end(old)
+        for new, may in zip(names.values(), may_be):
+            self._lost.pop(new, None)
+            self._suspects.settle(new, may)
+
+    def _lose(self, name: int, place: Floats, stamp_ns: int) -> None:
+        """Remember one who is not tracked any more, if it is known what he looks like."""
+        if name in self._portraits:
+            self._lost[name] = stamp_ns, place
+            self._suspects.end(name)
+        else:
+            self._suspects.erase(name)
+
+    def _is_in_reach(self, place: Floats, there: Floats, since_ns: int) -> Mask:
+        reach = self._config.contact_distance + self._config.speed * since_ns * 1e-9
+        return np.asarray(np.linalg.norm(place - there, axis=-1) < reach)
+
+
+NOTHING = Look(np.zeros(TEMPLATE_SIZE), 0.0)
+
+
+def _look(table: TrackTable, row: int) -> Look:
+    seconds = float(table.look_s[row])
+    return Look(table.look[row] / seconds, seconds) if seconds else NOTHING
+
+
+def _first_look(table: TrackTable, row: int) -> Floats:
+    """Return the mean root of a track's templates, or of the only one there is."""
+    look = _look(table, row)
+    return look.mean if look.seconds else np.sqrt(np.maximum(table.template[row], 0.0))

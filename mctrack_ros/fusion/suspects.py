@@ -1,0 +1,46 @@
+"""Whom each track may be, after it met others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class Suspects:
+    """For every track, by its present id, the ids of all whom it may be."""
+
+    def __init__(self) -> None:
+        self._of: dict[int, frozenset[int]] = {}
+
+    def of(self, track_id: int) -> frozenset[int]:
+        """Return whom a track may be: himself, unless he met others."""
+        return self._of.get(track_id, frozenset([track_id]))
+
+    def meet(self, first: int, second: int) -> None:
+        """Either may be the other from now on, and whoever that one may be."""
+        one, other = self.of(first), self.of(second)
+        if one != other:
+            self._of[first] = self._of[second] = one | other
+
+    def settle(self, track_id: int, may_be: Iterable[int]) -> None:
+        """Say whom a track may be."""
+        self._of[track_id] = frozenset(may_be) | {track_id}
+
+    def end(self, track_id: int) -> None:
+        """Forget whom a track may be; others may still be him."""
+        self._of.pop(track_id, None)
+
+    def erase(self, track_id: int) -> None:
+        """Nobody may be this one any more."""
+        self.end(track_id)
+        for other, may_be in self._of.items():
+            if track_id in may_be:
+                self._of[other] = may_be - {track_id}
+
+    def circle(self, seed: int, present: Iterable[int]) -> list[int]:
+        """Return those present, ascending, who may be one another by way of others, with one."""
+        circle, names, rest = {seed}, set(self.of(seed)), set(present) - {seed}
+        while joined := {one for one in rest if not names.isdisjoint(self.of(one))}:
+            circle |= joined
+            rest -= joined
+            names.update(*(self.of(one) for one in joined))
+        return sorted(circle)
