@@ -38,6 +38,7 @@ class NoiseMap:
     def __init__(self) -> None:
         self.ratio: Floats = np.ones((ROWS, COLUMNS))
         self._known_s: Floats = np.zeros((ROWS, COLUMNS))
+        self._levels: Image | None = None
 
     def learn(self, difference: Image, mask: Image, noise: float, seconds: float) -> None:
         """
@@ -57,6 +58,7 @@ class NoiseMap:
         """
         if noise <= 0.0:
             return
+        self._levels = None
         median, count = _medians(difference, mask)
         enough = count >= LEAST_SAMPLES
         measured = median / MEDIAN_OF_LARGEST / noise
@@ -69,6 +71,8 @@ class NoiseMap:
         """
         Write 255 where a difference is larger than the noise there explains, 0 elsewhere.
 
+        What is larger is worked out when something was learned.
+
         Parameters
         ----------
         difference : (h, w) uint8 array
@@ -79,13 +83,10 @@ class NoiseMap:
             Is overwritten.
 
         """
-        level = np.minimum(np.maximum(usual * self.ratio, least), 255.0)
-        if level.max() == level.min():
-            cv2.threshold(difference, float(level[0, 0]), 255, cv2.THRESH_BINARY, mask)
-            return
-        size = difference.shape[::-1]
-        levels = cv2.resize(level.astype(np.uint8), size, interpolation=cv2.INTER_LINEAR)
-        cv2.compare(difference, levels, cv2.CMP_GT, mask)
+        if self._levels is None:
+            level = np.minimum(np.maximum(usual * self.ratio, least), 255.0).astype(np.uint8)
+            self._levels = np.asarray(cv2.resize(level, difference.shape[::-1]), np.uint8)
+        cv2.compare(difference, self._levels, cv2.CMP_GT, mask)
 
 
 @compiled(types.Tuple([types.f8[:, ::1], types.i8[:, ::1]])(BYTES_2D, BYTES_2D))
