@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.perception.blobs import BlobConfig, Blobs, likeness_of_pairs
+from mctrack_ros.perception.blobs import BlobConfig, Blobs, expected_size, likeness_of_pairs
 from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
 from mctrack_ros.perception.partition import Members, PartitionConfig, partition
 from mctrack_ros.perception.picture import Picture
@@ -125,7 +125,7 @@ class Observer:
         picture: Picture,
     ) -> Observations:
         """
-        Return the persons in the blobs of a picture, by blob; none above the horizon.
+        Return the persons in the blobs of a picture, by blob; none at the horizon or above it.
 
         Parameters
         ----------
@@ -232,7 +232,9 @@ class Observer:
         seen = Observations(
             track, blob, box, foot, position, noise, visible, proven, template, fitted
         )
-        return seen.select(np.isfinite(position).all(axis=1) & self._sizes.known_at(foot))
+        tall = expected_size(foot, self._sizes, self._blobs)[:, 1]
+        near_enough = tall >= self._blobs.farthest_height_px  # so below the horizon, too
+        return seen.select(np.isfinite(position).all(axis=1) & near_enough)
 
 
 def _best(inside: Ints, rows: Ints, box: Floats, blobs: Blobs) -> tuple[Floats, Ints]:
