@@ -38,7 +38,8 @@ class NoiseMap:
     def __init__(self) -> None:
         self.ratio: Floats = np.ones((ROWS, COLUMNS))
         self._known_s: Floats = np.zeros((ROWS, COLUMNS))
-        self._levels: Image | None = None
+        self._levels: Image = np.zeros((0, 0), np.uint8)
+        self._levels_of: tuple[int, int] | None = None
 
     def learn(self, difference: Image, mask: Image, noise: float, seconds: float) -> None:
         """
@@ -58,7 +59,7 @@ class NoiseMap:
         """
         if noise <= 0.0:
             return
-        self._levels = None
+        self._levels_of = None
         median, count = _medians(difference, mask)
         enough = count >= LEAST_SAMPLES
         measured = median / MEDIAN_OF_LARGEST / noise
@@ -71,7 +72,7 @@ class NoiseMap:
         """
         Write 255 where a difference is larger than the noise there explains, 0 elsewhere.
 
-        What is larger is worked out when something was learned.
+        What is larger is worked out again when something was learned or a bound has changed.
 
         Parameters
         ----------
@@ -83,7 +84,9 @@ class NoiseMap:
             Is overwritten.
 
         """
-        if self._levels is None:
+        bounds = int(least), round(usual)
+        if bounds != self._levels_of:
+            self._levels_of = bounds
             level = np.minimum(np.maximum(usual * self.ratio, least), 255.0).astype(np.uint8)
             self._levels = np.asarray(cv2.resize(level, difference.shape[::-1]), np.uint8)
         cv2.compare(difference, self._levels, cv2.CMP_GT, mask)

@@ -56,3 +56,14 @@ def test_foreground_tells_nothing_of_the_noise():
     learned = NoiseMap()
     learned.learn(difference, mask, 2.0 / MEDIAN_OF_LARGEST, 0.2)
     np.testing.assert_allclose(learned.ratio, 1.0)
+
+
+def test_a_bound_that_rises_counts_at_once():
+    difference, mask = np.full(SHAPE[:2], 20, np.uint8), np.zeros(SHAPE[:2], np.uint8)
+    learned = NoiseMap()
+    learned.foreground(difference, 12.0, 10.0, mask)
+    assert mask.all()
+    learned.foreground(difference, 25.0, 10.0, mask)
+    assert not mask.any()
+    learned.foreground(difference, 12.0, 30.0, mask)
+    assert not mask.any()
