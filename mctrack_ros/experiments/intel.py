@@ -7,22 +7,18 @@ heights, tilts and focal lengths are guesses that make cars 1.8 m wide and peopl
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from mctrack_ros.config import config_from
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.silhouettes import SilhouetteConfig, SilhouettePipeline
-
-Image = NDArray[np.uint8]
+from mctrack_ros.recording.videos import open_video
 
 FOLDER = 'intel_sample_videos'
 SIZE = (768, 432)
@@ -101,7 +97,7 @@ def counted(folder: Path, clip: Clip) -> Counts:
     pictures: dict[int, int] = {}
     as_vehicle: dict[int, int] = {}
     passed: set[int] = set()
-    for index, image in pictures_of(folder / clip.file):
+    for index, image in enumerate(open_video(folder / clip.file).pictures(), start=1):
         if index < SETTLING_S * clip.rate_hz:
             continue
         pipeline.step(image, round(index / clip.rate_hz * 1e9), None)
@@ -115,20 +111,6 @@ def counted(folder: Path, clip: Clip) -> Counts:
     vehicles = {key for key, count in pictures.items() if 2 * as_vehicle[key] > count}
     people = passed - vehicles
     return Counts(len(vehicles), len(people), len(pictures.keys() - vehicles - people))
-
-
-def pictures_of(file: Path) -> Iterator[tuple[int, Image]]:
-    """Yield number, from 1, and picture; refuse a file that cannot be read."""
-    video = cv2.VideoCapture(str(file))
-    if not video.isOpened():
-        raise ValueError(f'{file} cannot be read as a video')
-    index = 0
-    while True:
-        there, image = video.read()
-        if not there:
-            return
-        index += 1
-        yield index, np.asarray(image, np.uint8)
 
 
 def reproduce_intel(data: Path) -> Figures:

@@ -21,6 +21,7 @@ from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
 from mctrack_ros.ground import ProjectiveMapping, read_tsai
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.perception import CameraConfig, CameraPipeline, FeedbackBuffer
+from mctrack_ros.recording.videos import open_video
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -86,15 +87,8 @@ class TsaiCamera:
 def pictures(folder: Path, camera: TsaiCamera) -> Iterator[tuple[int, Image]]:
     """Yield the frame number, as the truth counts (from 1), and the undistorted picture."""
     maps = camera.undistortion()
-    video = cv2.VideoCapture(str(folder / 'video' / 'vtest_480x360.avi'))
-    if not video.isOpened():
-        raise ValueError(f'{folder}: video/vtest_480x360.avi cannot be read')
-    frame = 0
-    while True:
-        there, image = video.read()
-        if not there:
-            break
-        frame += 1
+    video = open_video(folder / 'video' / 'vtest_480x360.avi')
+    for frame, image in enumerate(video.pictures(), start=1):
         yield frame, np.asarray(cv2.remap(image, *maps, cv2.INTER_LINEAR), np.uint8)
 
 

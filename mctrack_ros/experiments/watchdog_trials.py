@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +18,7 @@ from mctrack_ros.experiments.terrace import CAMERAS, video, watermark_mask
 from mctrack_ros.experiments.watched_scene import KINDS, SIZE, WIND_PX, WatchedScene
 from mctrack_ros.perception import ShiftState
 from mctrack_ros.perception.watchdog import Watchdog, WatchdogConfig
+from mctrack_ros.recording.videos import open_video
 from mctrack_ros.simulation import CameraRenderer, Scenario, World
 
 Floats = NDArray[np.float64]
@@ -177,14 +177,6 @@ def _movement(name: str, rng: np.random.Generator) -> Floats:
 
 def _video_pictures(path: Path) -> Iterator[tuple[int, Image]]:
     """Yield stamps and pictures of a clip."""
-    clip = cv2.VideoCapture(str(path))
-    if not clip.isOpened():
-        raise ValueError(f'{path} cannot be read')
-    rate = clip.get(cv2.CAP_PROP_FPS)
-    index = 0
-    while True:
-        there, image = clip.read()
-        if not there:
-            return
-        yield round(index / rate * 1e9), np.asarray(image, np.uint8)
-        index += 1
+    clip = open_video(path)
+    for index, image in enumerate(clip.pictures()):
+        yield round(index / clip.rate_hz * 1e9), image

@@ -55,6 +55,18 @@ class Video:
         """Return the stamp of a picture: the middle of its period."""
         return START_NS + round((self.later_s + (index + 0.5) / self.rate_hz) * 1e9)
 
+    def pictures(self) -> Iterator[NDArray[np.uint8]]:
+        """Yield the (height, width, 3) pictures, blue, green, red."""
+        capture = cv2.VideoCapture(str(self.path))
+        try:
+            while True:
+                found, picture = capture.read()
+                if not found:
+                    return
+                yield np.asarray(picture, np.uint8)
+        finally:
+            capture.release()
+
 
 def open_video(path: str | Path, rate_hz: float = 0.0, later_s: float = 0.0) -> Video:
     """
@@ -146,13 +158,5 @@ def write_videos(
 
 def _stamped(name: str, video: Video) -> Iterator[tuple[int, str, NDArray[np.uint8]]]:
     """Yield stamp, camera and JPEG of each picture."""
-    capture, index = cv2.VideoCapture(str(video.path)), 0
-    try:
-        while True:
-            found, picture = capture.read()
-            if not found:
-                return
-            yield video.stamp_ns(index), name, jpeg_from_image(np.asarray(picture, np.uint8))
-            index += 1
-    finally:
-        capture.release()
+    for index, picture in enumerate(video.pictures()):
+        yield video.stamp_ns(index), name, jpeg_from_image(picture)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.experiments.intel import CARS, FOLDER, PEOPLE, SIZE, counted, pictures_of
+from mctrack_ros.experiments.intel import CARS, FOLDER, PEOPLE, SIZE, counted
 
 
 @pytest.mark.parametrize('clip', [CARS, PEOPLE])
@@ -16,10 +16,9 @@ def test_the_guessed_cameras_look_down_on_the_ground(clip):
 
 
 def test_a_file_that_is_no_video_is_refused(tmp_path):
-    file = tmp_path / 'clip.mp4'
-    file.write_text('none')
-    with pytest.raises(ValueError, match=r'clip\.mp4'):
-        next(pictures_of(file))
+    (tmp_path / CARS.file).write_text('none')
+    with pytest.raises(ValueError, match=CARS.file):
+        counted(tmp_path, CARS)
 
 
 @pytest.mark.real_data
