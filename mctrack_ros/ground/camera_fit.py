@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from mctrack_ros.ground.camera import PARAMETERS, Camera, CameraMapping
 from mctrack_ros.ground.errors import CalibrationError
@@ -284,7 +284,8 @@ def _noise(residual: Floats, weight: Floats, stated_px: float) -> float:
     """Return the noise of a click along one axis, px: as stated, unless the misses belie it."""
     freedom = 2 * len(residual) - len(PARAMETERS)
     missed = float((weight[:, None] * residual**2).sum())
-    if missed <= stated_px**2 * chi2.ppf(BELIEVED, freedom):
+    usual = 2 * gammaincinv(freedom / 2, BELIEVED)  # so much at most, chi-squared
+    if missed <= stated_px**2 * usual:
         return stated_px
     return float(np.sqrt(missed / freedom))
 

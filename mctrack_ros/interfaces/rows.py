@@ -71,17 +71,20 @@ class Rows:
 
     def __post_init__(self) -> None:
         """Check every column against its declaration and freeze it."""
-        count: int | None = None
-        for name, dtype, shape, _ in self.LAYOUT:
-            array = getattr(self, name)
-            count = len(array) if count is None else count
-            expected = (count, *shape)
-            if array.shape != expected or array.dtype != dtype:
+        columns = [getattr(self, name) for name in self.COLUMNS]
+        self._check(columns)
+        for name, array in zip(self.COLUMNS, columns):
+            object.__setattr__(self, name, _frozen(array))
+
+    @classmethod
+    def _check(cls, columns: Sequence[NDArray[Any]]) -> None:
+        count = len(columns[0])
+        for (name, dtype, shape, _), array in zip(cls.LAYOUT, columns):
+            if array.shape != (count, *shape) or array.dtype != dtype:
                 raise ValueError(
                     f'{name} has shape {array.shape} and type {array.dtype}, '
-                    f'expected {expected} and {dtype}'
+                    f'expected {(count, *shape)} and {dtype}'
                 )
-            object.__setattr__(self, name, _frozen(array))
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -111,16 +114,17 @@ class Rows:
         if not columns:
             return _unchecked(cls, int(stamp_ns), cls.NONE)
         count = len(np.asarray(next(iter(columns.values()))))
-        arrays: dict[str, Any] = {}
+        arrays: list[NDArray[Any]] = []
         for name, dtype, shape, fill in cls.LAYOUT:
             if name in columns:
                 given = np.asarray(columns[name], dtype)
-                arrays[name] = given.reshape((-1, *shape)) if given.size == 0 else given
+                arrays.append(given.reshape((-1, *shape)) if given.size == 0 else given)
             elif fill == 0.0:
-                arrays[name] = np.zeros((count, *shape), dtype)
+                arrays.append(np.zeros((count, *shape), dtype))
             else:
-                arrays[name] = np.full((count, *shape), fill, dtype)
-        return cls(stamp_ns=int(stamp_ns), **arrays)
+                arrays.append(np.full((count, *shape), fill, dtype))
+        cls._check(arrays)
+        return _unchecked(cls, int(stamp_ns), arrays)
 
     @classmethod
     def joined(cls, stamp_ns: int, parts: Sequence[Self]) -> Self:

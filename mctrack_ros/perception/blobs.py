@@ -8,9 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import inner
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.perception.fragments import Joining, joined, trimmed
+from mctrack_ros.perception.fragments import Joining, from_left_to_right, joined, trimmed
 from mctrack_ros.perception.runs import component_boxes, opened
 from mctrack_ros.perception.sizes import SizeTable
 
@@ -150,9 +151,7 @@ def find_blobs(
         From left to right; fragments joined, specks and what is impossibly large left out.
 
     """
-    box = component_boxes(mask)
-    keep = box[:, 2] * box[:, 3] >= config.opening_px**2
-    box = box[keep][np.lexsort(box[keep].T[::-1])]
+    box = from_left_to_right(component_boxes(mask), config.opening_px**2)
     joining = Joining(
         config.person_width_m, config.person_height_m, config.widest_stride, config.join_gap
     )
@@ -192,6 +191,14 @@ def expected_size(foot: Floats, sizes: SizeTable, config: BlobConfig) -> Floats:
     return sizes.per_metre(foot) * [config.person_width_m, config.person_height_m]
 
 
+@inner
+def shared_area(first: Floats, second: Floats) -> float:
+    """Return the intersection, px², of two boxes, (4,), in compiled functions."""
+    across = min(first[0] + first[2], second[0] + second[2]) - max(first[0], second[0])
+    down = min(first[1] + first[3], second[1] + second[3]) - max(first[1], second[1])
+    return float(max(across, 0.0) * max(down, 0.0))
+
+
 def overlap(first: Floats, second: Floats) -> Floats:
     """Return the (n, m) intersections, px², of (n, 4) and (m, 4) boxes."""
     low = np.maximum(first[:, None, :2], second[None, :, :2])
@@ -210,10 +217,9 @@ def likeness(first: Floats, second: Floats) -> Floats:
     return np.asarray(shared / np.maximum(area - shared, 1e-9))
 
 
-def likeness_of_pairs(first: Floats, second: Floats) -> Floats:
-    """Return the (n,) intersections over unions of boxes with those in the same rows, (n, 4)."""
-    low = np.maximum(first[:, :2], second[:, :2])
-    high = np.minimum(first[:, :2] + first[:, 2:], second[:, :2] + second[:, 2:])
-    shared = np.prod(np.maximum(high - low, 0.0), axis=1)
-    area = np.prod(first[:, 2:], axis=1) + np.prod(second[:, 2:], axis=1)
-    return np.asarray(shared / np.maximum(area - shared, 1e-9))
+@inner
+def likeness_of_two(first: Floats, second: Floats) -> float:
+    """Return the intersection over union of two boxes, (4,), in compiled functions."""
+    shared = shared_area(first, second)
+    area = first[2] * first[3] + second[2] * second[3]
+    return float(shared / max(area - shared, 1e-9))

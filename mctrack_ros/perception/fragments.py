@@ -64,6 +64,30 @@ def _excess(first: Floats, second: Floats, sizes: Floats, joining: Joining) -> f
     return gap if fits else np.inf
 
 
+@inner
+def _is_before(first: Floats, second: Floats) -> bool:
+    for one, other in zip(first, second):
+        if one != other:
+            return bool(one < other)
+    return False
+
+
+@compiled(types.f8[:, ::1](FLOATS_2D, types.f8))
+def from_left_to_right(box: Floats, least_area: float) -> Floats:
+    """Return the (n, 4) boxes that are not too small, by left, top, width and height."""
+    ordered, count = np.empty(box.shape), 0
+    for index in range(len(box)):
+        if box[index, 2] * box[index, 3] < least_area:
+            continue
+        place = count
+        while place and _is_before(box[index], ordered[place - 1]):
+            ordered[place] = ordered[place - 1]
+            place -= 1
+        ordered[place] = box[index]
+        count += 1
+    return ordered[:count]
+
+
 @compiled(types.f8[:, ::1](FLOATS_2D, FLOATS_3D, JOINING))
 def joined(box: Floats, sizes: Floats, joining: Joining) -> Floats:
     """

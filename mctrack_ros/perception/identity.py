@@ -114,8 +114,8 @@ def _held(
 def _rename_corrected(tracks: Identified, feedback: Feedback) -> None:
     """Exchange ids that the fusion node has corrected, all at once."""
     renamed = feedback.corrections()
-    for row in np.flatnonzero(np.isin(tracks.track_id, list(renamed))):
-        tracks.track_id[row] = renamed[int(tracks.track_id[row])]
+    if renamed:
+        tracks.track_id[:] = [renamed.get(one, one) for one in tracks.track_id.tolist()]
 
 
 def _costs(

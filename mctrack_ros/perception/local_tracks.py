@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import FLOATS_2D, compiled
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import TEMPLATE_SIZE
@@ -206,5 +208,13 @@ class LocalTracks:
 
     def foot_noise(self, box: Floats) -> Floats:
         """Return the (n, 2, 2) covariance, px², of the foot points of (n, 4) boxes."""
-        deviation = self._config.foot_noise_px + self._config.foot_noise_share * box[:, 3]
-        return np.asarray(deviation[:, None, None] ** 2 * ROUND)
+        config = self._config
+        return _foot_noise(box, config.foot_noise_px, config.foot_noise_share)
+
+
+@compiled(types.f8[:, :, ::1](FLOATS_2D, types.f8, types.f8))
+def _foot_noise(box: Floats, same_px: float, share: float) -> Floats:
+    noise = np.zeros((len(box), 2, 2))
+    for row in range(len(box)):
+        noise[row, 0, 0] = noise[row, 1, 1] = (same_px + share * box[row, 3]) ** 2
+    return noise

@@ -9,16 +9,18 @@ from numba import types
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, compiled
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, compiled
 from mctrack_ros.config import parameter
-from mctrack_ros.perception.blobs import Blobs, overlap
+from mctrack_ros.perception.blobs import Blobs, shared_area
 from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
 from mctrack_ros.tracking.appearance import bhattacharyya_distance
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
 TOO_FAR = 1e6
-_PAIRS = types.UniTuple(types.f8[:, ::1], 2)
+NOWHERE = -1
+ROWS = types.Array(types.i8, 1, 'C')
 
 
 @dataclass(frozen=True)
@@ -72,25 +74,8 @@ def match(
         Row of the blob that each track is in; -1: none.
 
     """
-    cost = _costs(tracks, predicted, blobs, template, config)
-    row, column = linear_sum_assignment(np.minimum(cost, TOO_FAR))
-    fits = cost[row, column] < TOO_FAR
-    blob_of = np.full(len(tracks), -1, np.int64)
-    blob_of[row[fits]] = column[fits]
-    _hide(blob_of, tracks, predicted, blobs, config)
-    return blob_of
-
-
-def _costs(
-    tracks: LocalTracks,
-    predicted: Prediction,
-    blobs: Blobs,
-    template: Floats,
-    config: MatchingConfig,
-) -> Floats:
-    """Return (tracks, blobs) costs, `TOO_FAR` beyond the gate."""
     colour = bhattacharyya_distance(tracks.template, template)
-    cost, distance = _scored(
+    cost = _costs(
         predicted.foot,
         predicted.spread,
         predicted.box,
@@ -98,12 +83,22 @@ def _costs(
         blobs.box,
         config.appearance_weight * colour,
         config.size_weight,
+        config.gate,
     )
-    return np.where(distance <= config.gate, cost - cost.min(initial=0.0), TOO_FAR)
+    row, column = linear_sum_assignment(cost)
+    fits = cost[row, column] < TOO_FAR
+    blob_of = np.full(len(tracks), NOWHERE, np.int64)
+    blob_of[row[fits]] = column[fits]
+    _hide(blob_of, tracks.confirmed, predicted.box, blobs.box, config.inside_share)
+    return blob_of
 
 
-@compiled(_PAIRS(FLOATS_2D, FLOATS_3D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FLOATS_2D, types.f8))
-def _scored(
+@compiled(
+    types.f8[:, ::1](
+        FLOATS_2D, FLOATS_3D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FLOATS_2D, types.f8, types.f8
+    )
+)
+def _costs(
     foot: Floats,
     spread: Floats,
     box: Floats,
@@ -111,9 +106,11 @@ def _scored(
     seen_box: Floats,
     colour: Floats,
     size_weight: float,
-) -> tuple[Floats, Floats]:
-    """Return (tracks, blobs) costs, and squared Mahalanobis distances."""
+    gate: float,
+) -> Floats:
+    """Return (tracks, blobs) costs, from 0, `TOO_FAR` beyond the gate."""
     cost, distance = np.empty(colour.shape), np.empty(colour.shape)
+    least = 0.0
     for track in range(len(foot)):
         xx, xy, yy = spread[track, 0, 0], spread[track, 0, 1], spread[track, 1, 1]
         scale = xx * yy - xy * xy
@@ -126,23 +123,26 @@ def _scored(
             distance[track, blob] = far
             cost[track, blob] = far + colour[track, blob] + size_weight * ratio * ratio
             cost[track, blob] += np.log(scale)
-    return cost, distance
+            least = min(least, cost[track, blob])
+    for track in range(len(foot)):
+        for blob in range(len(seen_foot)):
+            near = distance[track, blob] <= gate
+            cost[track, blob] = min(cost[track, blob] - least, TOO_FAR) if near else TOO_FAR
+    return cost
 
 
+@compiled(types.void(ROWS, BOOLS_1D, FLOATS_2D, FLOATS_2D, types.f8))
 def _hide(
-    blob_of: Ints,
-    tracks: LocalTracks,
-    predicted: Prediction,
-    blobs: Blobs,
-    config: MatchingConfig,
+    blob_of: Ints, confirmed: Booleans, box: Floats, blob_box: Floats, inside_share: float
 ) -> None:
     """Put confirmed tracks without a blob into the blob that covers their predicted box."""
-    hidden = np.flatnonzero((blob_of < 0) & tracks.confirmed)
-    if not len(hidden) or not len(blobs):
-        return
-    box = predicted.box[hidden]
-    area = np.maximum(box[:, 2] * box[:, 3], 1e-9)
-    inside = overlap(box, blobs.box) / area[:, None]
-    best = inside.argmax(axis=1)
-    covered = inside[np.arange(len(hidden)), best] >= config.inside_share
-    blob_of[hidden[covered]] = best[covered]
+    for track in range(len(blob_of)):
+        if blob_of[track] != NOWHERE or not confirmed[track]:
+            continue
+        most = -1.0
+        for blob in range(len(blob_box)):
+            shared = shared_area(box[track], blob_box[blob])
+            inside = shared / max(box[track, 2] * box[track, 3], 1e-9)
+            if inside > most:
+                most = inside
+                blob_of[track] = blob if inside >= inside_share else NOWHERE

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, INTS_1D, compiled
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.perception.blobs import BlobConfig, Blobs, expected_size, likeness_of_pairs
+from mctrack_ros.perception.blobs import BlobConfig, Blobs, likeness_of_two
 from mctrack_ros.perception.local_tracks import LocalTracks, Prediction
-from mctrack_ros.perception.partition import Members, PartitionConfig, partition
+from mctrack_ros.perception.partition import Bodies, Members, PartitionConfig, partition
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.tracking.appearance import Palette
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
 NEW = -1
+_BOXES = types.f8[:, ::1]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,19 +75,6 @@ class Observations:
         if index.dtype == np.bool_ and index.all():
             return self
         return Observations(*(getattr(self, name)[index] for name in self.__slots__))
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Part:
-    """Some rows of what becomes `Observations`; the same attributes."""
-
-    track: Ints
-    blob: Ints
-    box: Floats
-    visible: Floats
-    proven: Floats
-    template: Floats
-    fitted: NDArray[np.bool_]
 
 
 class Observer:
@@ -143,39 +135,34 @@ class Observer:
             With its foreground.
 
         """
-        rows = np.flatnonzero(blob_of >= 0)
-        inside = blob_of[rows]
-        box = predicted.box[rows]
-        looks_like_one = self._looks_like_one(inside, box, blobs)
-        whole = looks_like_one & (np.bincount(inside, minlength=len(blobs)) < 2)
-        single = ~whole & self._fits_one(blobs)
-        most_alike, best = _best(inside, rows, box, blobs)
-        strange = single & (most_alike < self._config.least_alike)
-        track_in = np.where(strange, NEW, best)
-        parts = [_whole(track_in, blobs, template, np.flatnonzero(whole | strange))]
-        shared = np.flatnonzero(~(whole | strange))
-        if len(shared):
-            part = self._placed(shared, blob_of, tracks, predicted, blobs, picture)
-            part.proven[single[part.blob] & (part.track != best[part.blob])] = 0.0
-            parts.append(part)
-        return self._on_ground(parts, tracks, blobs)
-
-    def _looks_like_one(self, inside: Ints, box: Floats, blobs: Blobs) -> NDArray[np.bool_]:
-        """Tell which blobs, if they hold at most one track, look like one whole person."""
-        least = np.zeros(len(blobs))
-        least[inside] = box[:, 3]
-        width, height = blobs.box[:, 2], blobs.box[:, 3]
-        usual_width, usual_height = blobs.expected.T
-        small = (width <= self._config.odd_width * usual_width) & (
-            height <= self._config.odd_height * usual_height
+        config = self._config
+        alone, single, track_in, best = _told(
+            blob_of,
+            predicted.box,
+            blobs.box,
+            blobs.expected,
+            blobs.truncated,
+            config.odd_width,
+            config.odd_height,
+            config.single_width,
+            config.least_alike,
         )
-        not_halved = height * self._config.odd_height > np.minimum(least, usual_height)
-        return np.asarray(blobs.truncated | (small & not_halved))
-
-    def _fits_one(self, blobs: Blobs) -> NDArray[np.bool_]:
-        """Tell which blobs are no larger than one person: who else is in it must be hidden."""
-        width, height = (blobs.box[:, 2:] / blobs.expected).T
-        return np.asarray((width < self._config.single_width) & (height < self._config.odd_height))
+        shared = np.flatnonzero(~alone)
+        row, blob, bodies = self._placed(shared, blob_of, tracks, predicted, blobs, picture)
+        proven = np.where(single[blob] & (row != best[blob]), 0.0, bodies.proven)
+        columns = _joined(
+            alone,
+            track_in,
+            blobs.box,
+            template,
+            blob,
+            row,
+            bodies.box,
+            bodies.visible,
+            proven,
+            bodies.template,
+        )
+        return self._on_ground(columns, tracks, blobs)
 
     def _placed(
         self,
@@ -185,14 +172,11 @@ class Observer:
         predicted: Prediction,
         blobs: Blobs,
         picture: Picture,
-    ) -> _Part:
-        """Place the tracks that are in some blobs, and new persons, in these."""
-        number = np.full(len(blobs) + 1, NEW)
-        number[shared] = np.arange(len(shared))
-        rows = np.argsort(number[blob_of], kind='stable')
-        rows = rows[np.count_nonzero(number[blob_of] == NEW) :]
+    ) -> tuple[Ints, Ints, Bodies]:
+        """Place the tracks that are in some blobs, and new persons: row, blob and body of each."""
+        rows, number = _members(shared, blob_of)
         members = Members(
-            number[blob_of[rows]],
+            number,
             predicted.bottom[rows],
             predicted.spread[rows],
             tracks.extent[rows],
@@ -204,54 +188,145 @@ class Observer:
         )
         track = np.full(len(bodies.box), NEW)
         track[bodies.is_known] = rows
-        return _Part(
-            track,
-            shared[bodies.blob],
-            bodies.box,
-            bodies.visible,
-            bodies.proven,
-            bodies.template,
-            np.ones(len(track), bool),
-        )
+        return track, shared[bodies.blob], bodies
 
-    def _on_ground(self, parts: list[_Part], tracks: LocalTracks, blobs: Blobs) -> Observations:
-        """Join the parts, by blob, and look up where the feet stand."""
-        order = np.argsort(np.concatenate([part.blob for part in parts]), kind='stable')
-        track, blob, box, visible, proven, template, fitted = (
-            np.concatenate([getattr(part, name) for part in parts])[order]
-            for name in _Part.__slots__
-        )
+    def _on_ground(
+        self, columns: tuple[NDArray[Any], ...], tracks: LocalTracks, blobs: Blobs
+    ) -> Observations:
+        """Look up where the feet of persons stand; `columns` are those of `_joined`."""
+        track, blob, box, visible, proven, template, fitted = columns
         foot = self._sizes.foot_of(box)
         position = self._mapping.ground_from_image(foot)
         noise = tracks.foot_noise(box)
-        hidden = 1 / np.minimum(np.maximum(visible, self._config.least_visible), 1.0)
-        noise *= np.where(fitted, hidden**2, 1.0)[:, None, None]
-        missing = np.maximum(blobs.expected[blob] - blobs.box[blob, 2:], 0.0)
-        missing[~blobs.truncated[blob]] = 0.0
-        noise[:, [0, 1], [0, 1]] += missing**2
+        _add_doubt(
+            noise,
+            fitted,
+            visible,
+            self._config.least_visible,
+            blob,
+            blobs.truncated,
+            blobs.expected,
+            blobs.box,
+        )
         seen = Observations(
             track, blob, box, foot, position, noise, visible, proven, template, fitted
         )
-        tall = expected_size(foot, self._sizes, self._blobs)[:, 1]
+        tall = self._sizes.per_metre(foot)[:, 1] * self._blobs.person_height_m
         near_enough = tall >= self._blobs.farthest_height_px  # so below the horizon, too
         return seen.select(np.isfinite(position).all(axis=1) & near_enough)
 
 
-def _best(inside: Ints, rows: Ints, box: Floats, blobs: Blobs) -> tuple[Floats, Ints]:
+@compiled(
+    types.Tuple([types.b1[::1]] * 2 + [types.i8[::1]] * 2)(
+        INTS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, BOOLS_1D, *[types.f8] * 4
+    )
+)
+def _told(
+    blob_of: Ints, predicted: Floats, box: Floats, expected: Floats, truncated: Booleans,
+    odd_width: float, odd_height: float, single_width: float, least_alike: float,
+) -> tuple[Booleans, Booleans, Ints, Ints]:  # fmt: skip
     """
-    Return how alike each blob and the track in it are that is most so, and that track's row.
+    Tell which blobs are one person each.
 
-    Of tracks (k,), ``inside`` tells the blobs, ``rows`` the rows, ``box`` where they are expected.
+    Returns
+    -------
+    alone : (n,) bool array
+        Which look like one whole person and hold at most one track, or look like one person, but
+        like none of their tracks.
+    single : (n,) bool array
+        Which others are no larger than one person: who else is in it must be hidden.
+    track : (n,) int64 array
+        Row of the track that each is which is alone, -1: none.
+    best : (n,) int64 array
+        Row of the track in each that is most like it, -1: none.
+
     """
-    alike = likeness_of_pairs(box, blobs.box[inside])
-    most, best = np.zeros(len(blobs)), np.full(len(blobs), NEW)
-    np.maximum.at(most, inside, alike)
-    is_best = (alike == most[inside])[::-1]
-    best[inside[::-1][is_best]] = rows[::-1][is_best]
-    return most, best
+    count = len(box)
+    alone, single = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    track, best = np.full(count, NEW), np.full(count, NEW)
+    for blob in range(count):
+        members, most, least = 0, 0.0, 0.0
+        for row in range(len(blob_of)):
+            if blob_of[row] == blob:
+                members, least = members + 1, predicted[row, 3]
+                alike = likeness_of_two(predicted[row], box[blob])
+                if alike > most or members == 1:
+                    most, best[blob] = alike, row
+        width, height = box[blob, 2], box[blob, 3]
+        usual_width, usual_height = expected[blob]
+        small = width <= odd_width * usual_width and height <= odd_height * usual_height
+        not_halved = height * odd_height > min(least, usual_height)
+        whole = members < 2 and (truncated[blob] or (small and not_halved))
+        fits_one = width / usual_width < single_width and height / usual_height < odd_height
+        single[blob] = not whole and fits_one
+        strange = single[blob] and most < least_alike
+        alone[blob] = whole or strange
+        track[blob] = NEW if strange else best[blob]
+    return alone, single, track, best
 
 
-def _whole(track_in: Ints, blobs: Blobs, template: Floats, alone: Ints) -> _Part:
-    """Return blobs that are one person each."""
-    one = np.ones(len(alone))
-    return _Part(track_in[alone], alone, blobs.box[alone], one, one, template[alone], one == 0)
+@compiled(types.UniTuple(types.i8[::1], 2)(INTS_1D, INTS_1D))
+def _members(shared: Ints, blob_of: Ints) -> tuple[Ints, Ints]:
+    """Return the rows of the tracks in some blobs, and which of these each is in; by blob."""
+    rows, number = np.empty(len(blob_of), np.int64), np.empty(len(blob_of), np.int64)
+    count = 0
+    for index in range(len(shared)):
+        for row in range(len(blob_of)):
+            if blob_of[row] == shared[index]:
+                rows[count], number[count] = row, index
+                count += 1
+    return rows[:count], number[:count]
+
+
+@compiled(
+    types.Tuple(
+        [*[types.i8[::1]] * 2, _BOXES, *[types.f8[::1]] * 2, _BOXES, types.b1[::1]]
+    )(
+        BOOLS_1D, INTS_1D, FLOATS_2D, FLOATS_2D,
+        INTS_1D, INTS_1D, FLOATS_2D, FLOATS_1D, FLOATS_1D, FLOATS_2D,
+    )
+)  # fmt: skip
+def _joined(
+    alone: Booleans, track_in: Ints, blob_box: Floats, template: Floats,
+    body_blob: Ints, body_track: Ints, body_box: Floats, body_visible: Floats,
+    body_proven: Floats, body_template: Floats,
+) -> tuple[Ints, Ints, Floats, Floats, Floats, Floats, Booleans]:  # fmt: skip
+    """Return columns of `Observations`: blobs that are one person, bodies in others, by blob."""
+    count = np.count_nonzero(alone) + len(body_blob)
+    track, blob = np.empty(count, np.int64), np.empty(count, np.int64)
+    box, colours = np.empty((count, 4)), np.empty((count, template.shape[1]))
+    visible, proven = np.ones(count), np.ones(count)
+    fitted = np.zeros(count, np.bool_)
+    row = body = 0
+    for index in range(len(alone)):
+        if alone[index]:
+            track[row], blob[row] = track_in[index], index
+            box[row], colours[row] = blob_box[index], template[index]
+            row += 1
+        while body < len(body_blob) and body_blob[body] == index:
+            track[row], blob[row], fitted[row] = body_track[body], index, True
+            box[row], colours[row] = body_box[body], body_template[body]
+            visible[row], proven[row] = body_visible[body], body_proven[body]
+            row, body = row + 1, body + 1
+    return track, blob, box, visible, proven, colours, fitted
+
+
+@compiled(
+    types.void(
+        types.Array(types.f8, 3, 'C'), BOOLS_1D, FLOATS_1D, types.f8,
+        INTS_1D, BOOLS_1D, FLOATS_2D, FLOATS_2D,
+    )
+)  # fmt: skip
+def _add_doubt(
+    noise: Floats, fitted: Booleans, visible: Floats, least_visible: float,
+    blob: Ints, truncated: Booleans, expected: Floats, box: Floats,
+) -> None:  # fmt: skip
+    """Add to the noise of feet what is hidden of bodies, and cut off by the picture's edge."""
+    for row in range(len(noise)):
+        if fitted[row]:
+            hidden = 1 / min(max(visible[row], least_visible), 1.0)
+            noise[row] *= hidden**2
+        if truncated[blob[row]]:
+            for axis in range(2):
+                missing = max(expected[blob[row], axis] - box[blob[row], 2 + axis], 0.0)
+                noise[row, axis, axis] += missing**2

@@ -65,11 +65,9 @@ class SizeTable:
         return _feet(self.table, np.ascontiguousarray(box, np.float64))
 
     def box_of(self, foot: Floats, extent: Floats) -> Floats:
-        """Return the (n, 4) boxes, px, of (n, 2) widths and heights, m, at foot points."""
-        metre = self._at(foot)
-        size = extent * metre[:, :2]
-        left = foot[:, 0] - size[:, 0] / 2 + metre[:, 2] * size[:, 1] / 2
-        return np.column_stack([left, foot[:, 1] - size[:, 1], size])
+        """Return the (n, 4) boxes, px, of (n, 2) or (1, 2) sizes, m, at (n, 2) foot points."""
+        extent = np.ascontiguousarray(extent, np.float64)
+        return _boxes(self.table, np.ascontiguousarray(foot, np.float64), extent)
 
     def _at(self, foot: Floats) -> Floats:
         """Return the (n, 3) rows of the table at (n, 2) foot points, px."""
@@ -102,3 +100,17 @@ def _feet(table: Floats, box: Floats) -> Floats:
         foot[index, 0] = x - metre_at(table, x, y)[2] * height / 2
         foot[index, 1] = y
     return foot
+
+
+@compiled(types.f8[:, ::1](FLOATS_3D, FLOATS_2D, FLOATS_2D))
+def _boxes(table: Floats, foot: Floats, extent: Floats) -> Floats:
+    """Return boxes of sizes at feet, one size for all or one each."""
+    box = np.empty((len(foot), 4))
+    for index in range(len(foot)):
+        across, upright, lean = metre_at(table, foot[index, 0], foot[index, 1])
+        size = extent[index if len(extent) > 1 else 0]
+        width, height = size[0] * across, size[1] * upright
+        box[index, 0] = foot[index, 0] - width / 2 + lean * height / 2
+        box[index, 1] = foot[index, 1] - height
+        box[index, 2], box[index, 3] = width, height
+    return box

@@ -99,9 +99,9 @@ def squared_hellinger(
     first: NDArray[np.floating], second: NDArray[np.floating]
 ) -> NDArray[np.float64]:
     """Return the (n, m) squares of the Bhattacharyya distances, 1 where a template is empty."""
-    root = np.sqrt(np.maximum(first, 0)).astype(np.float64)
-    other = np.sqrt(np.maximum(second, 0)).astype(np.float64)
-    return np.asarray(np.clip(1 - root @ other.T, 0.0, 1.0))
+    root = np.sqrt(np.maximum(first, 0)).astype(np.float64, copy=False)
+    other = np.sqrt(np.maximum(second, 0)).astype(np.float64, copy=False)
+    return np.asarray(np.minimum(np.maximum(1 - root @ other.T, 0.0), 1.0))
 
 
 @inner
