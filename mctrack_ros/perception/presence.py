@@ -23,7 +23,7 @@ class PresenceConfig:
     """Parameters of `Presence`."""
 
     word_s: float = parameter(
-        2.0, 'time that a new track waits for its global id before it is new [s]', minimum=0.0
+        2.0, 'silence of the fusion node after which the camera tells who is new [s]', minimum=0.0
     )
     enter_s: float = parameter(
         0.08, 'time for which an expected target is seen before it has entered [s]', minimum=0.0
@@ -57,9 +57,10 @@ class Presence:
     A target of the fusion node is in view once foreground is where it is expected. It has entered
     if the fusion node saw it come from outside, or knew it before this camera asked
     (event-tracking paper, Algorithm 4, E2); else it is new (E1), unless it is another name for one
-    just lost, or was hidden by another (those R3 claims). A believed track that no target stands
-    for is new after a while. A target has left (E4) when the fusion node has seen it outside for
-    some time; without its word, when its track leaves.
+    just lost, or was hidden by another (those R3 claims). A target has left (E4) when the fusion
+    node has seen it outside for some time. Of what it makes no target while it speaks nothing is
+    told: those are parts of people, and ghosts. While it is silent, believed tracks that no target
+    stands for are new, and leave with their tracks.
 
     Parameters
     ----------
@@ -87,6 +88,8 @@ class Presence:
     def restart(self) -> None:
         """Forget who is in view."""
         self._announced: set[int] = set()
+        self._unheard: set[int] = set()
+        self._heard_ns: int | None = None
         self._present_ns: dict[int, int] = {}
         self._outside: set[int] = set()
         self._entering_ns: dict[int, int] = {}
@@ -111,7 +114,7 @@ class Presence:
         tracks : LocalTracks
             With the ids that feedback taught them.
         feedback : Feedback or None
-            The fusion node's; without, believed tracks are new at once.
+            The fusion node's; if there was none for long, believed tracks are new at once.
         blob_box : (m, 4) array
             Foreground, px.
         stamp_ns : int
@@ -121,27 +124,29 @@ class Presence:
 
         """
         if feedback is not None:
+            self._heard_ns = stamp_ns
             self._follow(feedback, blob_box, stamp_ns, log)
+        silent = self._heard_ns is None or stamp_ns - self._heard_ns >= self._word_ns
         names, targets = tracks.local_id.tolist(), tracks.track_id.tolist()
         for row in np.flatnonzero(tracks.confirmed).tolist():
             local, target = names[row], targets[row]
-            if local not in self._announced:
-                waiting = stamp_ns - tracks.first_ns[row] < self._word_ns
-                if not target and waiting and feedback is not None:
-                    continue
+            if local not in self._announced and (target or silent):
                 self._announced.add(local)
                 if target not in self._present_ns and target not in self._outside:
                     code = self._arrival(target, stamp_ns)
                     if code is not None:
                         log.add(code, tracks, row)
+                if not target:
+                    self._unheard.add(local)
             if target and target not in self._outside:
                 self._present_ns.setdefault(target, stamp_ns)
         self._announced.intersection_update(names)
+        self._unheard.intersection_update(names)
 
     def left(self, tracks: LocalTracks, row: int, log: EventLog) -> None:
         """Note that a local track has left the picture (E4), if the fusion node will not tell."""
         known = int(tracks.track_id[row]) in self._present_ns
-        if int(tracks.local_id[row]) in self._announced and not known:
+        if int(tracks.local_id[row]) in self._unheard and not known:
             log.add(EventCode.EXIT, tracks, row)
 
     def _follow(self, feedback: Feedback, blob_box: Floats, stamp_ns: int, log: EventLog) -> None:

@@ -58,23 +58,27 @@ def test_covariance_is_honest_and_positive_definite(stage):
     assert np.mean(errors) < 3.0
 
 
-def test_known_target_enters_and_unknown_is_new(stage):
-    def known(stamp_ns):
+def test_known_target_enters_and_one_told_of_later_is_new(stage):
+    def told(stamp_ns):
+        count = 2 if len(outputs) > 20 else 1
         return Feedback.build(
             stamp_ns - 80_000_000,
-            position=[[-2.0, 1.0, 0.0]],
-            covariance=[np.eye(4) * 0.1],
-            track_id=[77],
+            position=[[-2.0, 1.0, 0.0], [2.0, 1.0, 0.0]][:count],
+            covariance=[np.eye(4) * 0.1] * count,
+            track_id=[77, 78][:count],
         )
 
-    outputs = [stage.show([((-2.0, 1.0), RED), ((2.0, 1.0), BLUE)], known) for _ in range(60)]
+    outputs = []
+    for _ in range(60):
+        people = [((-2.0, 1.0), RED), ((2.0, 1.0), BLUE), ((5.0, 1.0), RED)]
+        outputs.append(stage.show(people, told))
     found = {
         int(output.events.event[row]): int(output.events.track_id[row])
         for output in outputs
         for row in np.flatnonzero(output.events.event < EventCode.STABLE).tolist()
     }
-    assert found == {EventCode.ENTER: 77, EventCode.NEW: 0}
-    assert sorted(outputs[-1].detections.track_id.tolist()) == [0, 77]
+    assert found == {EventCode.ENTER: 77, EventCode.NEW: 78}
+    assert sorted(outputs[-1].detections.track_id.tolist()) == [0, 77, 78]
 
 
 def walk_past(stage, steps=80):

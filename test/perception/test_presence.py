@@ -98,10 +98,19 @@ def test_at_first_all_are_new_however_near(camera):
     assert told == [(EventCode.NEW, 7), (EventCode.NEW, 9)]
 
 
-def test_a_track_that_nobody_knows_is_new_after_a_while(camera):
+def test_of_what_the_server_makes_no_target_nothing_is_told(camera):
     camera.begin()
-    assert camera.hold(49) == []
-    assert camera.hold(20) == [(EventCode.NEW, 0)]
+    assert camera.hold(100) == []
+    log = EventLog(camera.now_ns)
+    camera.presence.left(camera.tracks, 0, log)
+    assert len(log.rows()) == 0
+
+
+def test_a_track_that_nobody_knows_is_new_once_the_server_has_been_silent_for_long(camera):
+    camera.hold(1)
+    camera.begin()
+    assert camera.hold(49, feedback=False) == []
+    assert camera.hold(20, feedback=False) == [(EventCode.NEW, 0)]
 
 
 def test_without_feedback_a_track_is_new_at_once(camera):
@@ -141,12 +150,21 @@ def test_a_lost_target_seen_outside_has_left_and_may_enter_again(camera):
 
 def test_who_leaves_unknown_to_the_server_leaves_by_the_own_track(camera):
     camera.begin()
-    camera.hold(60)
+    camera.hold(60, feedback=False)
     log = EventLog(camera.now_ns)
     camera.presence.left(camera.tracks, 0, log)
     assert log.rows().event.tolist() == [EventCode.EXIT]
     camera.tracks.clear()
     assert camera.hold(30) == []
+
+
+def test_who_was_told_as_left_does_not_leave_again_with_his_track(camera):
+    camera.begin(track_id=7)
+    camera.hold(5, INSIDE)
+    assert camera.hold(30, OUTSIDE) == [(EventCode.EXIT, 7)]
+    log = EventLog(camera.now_ns)
+    camera.presence.left(camera.tracks, 0, log)
+    assert len(log.rows()) == 0
 
 
 def test_a_target_that_the_server_forgot_leaves_no_trace(camera):
