@@ -12,6 +12,7 @@ ALLOWED = {
     'config': set(),
     'compiled': set(),
     'resources': set(),
+    'processes': set(),
     'ground': {'interfaces', 'config', 'compiled'},
     'tracking': {'interfaces', 'config', 'compiled', 'ground'},
     'perception': {'interfaces', 'config', 'compiled', 'ground', 'tracking'},
@@ -23,7 +24,7 @@ ALLOWED = {
 ALLOWED['site_config'] = {'interfaces', 'config', 'ground', 'tracking', 'perception', 'fusion'}
 ALLOWED['site_coverage'] = ALLOWED['site_config'] | {'site_config'}
 ALLOWED['recording'] = {'interfaces', 'config', 'codec'}
-ALLOWED['replay'] = ALLOWED['site_config'] | {'site_config', 'codec', 'recording'}
+ALLOWED['replay'] = ALLOWED['site_config'] | {'site_config', 'codec', 'recording', 'processes'}
 ALLOWED['experiments'] = ALLOWED['replay'] | {
     'replay',
     'site_coverage',

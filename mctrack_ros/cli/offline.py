@@ -12,6 +12,8 @@ from typing import Any
 
 import typer
 
+from mctrack_ros.processes import prepare_workers
+
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 _OVERWRITE = typer.Option(False, '--overwrite', help='Replace earlier results.')
 _PROCESSES = typer.Option(2, min=1, max=64, help='Processes to share the cameras among.')
@@ -108,6 +110,7 @@ def track(
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
 ) -> None:
     """Track a bag offline, in lock step; the same bag gives the same bytes."""
+    prepare_workers()
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.cli.sites import named_site
     from mctrack_ros.experiments.figures import Figures

@@ -85,15 +85,13 @@ def run_lockstep(bag: str | Path, site: SiteConfig, processes: int) -> Iterator[
         If the input cannot be used.
 
     """
-    tasks = camera_tasks(bag, site)
-    workers = CameraWorkers(tasks, processes)
-    try:
-        yield from _run(workers, site, tasks[0].period_ns)
-    finally:
-        workers.stop()
+    with CameraWorkers(camera_tasks(bag, site), processes) as workers:
+        yield from in_lockstep(workers, site)
 
 
-def _run(workers: CameraWorkers, site: SiteConfig, period_ns: int) -> Iterator[TickOutput]:
+def in_lockstep(workers: CameraWorkers, site: SiteConfig) -> Iterator[TickOutput]:
+    """Run the cameras of some processes and the fusion of their site; see `run_lockstep`."""
+    period_ns = round(site.fusion.batching.period * 1e9)
     batcher = Batcher(site.fusion, site.camera_names)
     fusion = FusionPipeline(site.fusion, site.camera_names)
     pending: dict[int, list[CameraResult]] = defaultdict(list)
@@ -109,6 +107,8 @@ def _run(workers: CameraWorkers, site: SiteConfig, period_ns: int) -> Iterator[T
             next_tick[connection] = progress.next_tick
             if progress.next_tick == NEVER:
                 open_connections.remove(connection)
+                memory_mb = max(workers.peak_memory_mb, progress.peak_memory_mb)
+                workers.peak_memory_mb = memory_mb
         passed = min(next_tick.values()) - 1
         feedback = []
         for index in sorted(index for index in pending if index <= passed):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import resource
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from mctrack_ros.recording import BagReader, BagWriter, MotTextWriter
 from mctrack_ros.replay.camera_source import topic_of
-from mctrack_ros.replay.lockstep import TickOutput, camera_tasks, run_lockstep
+from mctrack_ros.replay.lockstep import TickOutput, camera_tasks, in_lockstep
+from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
 from mctrack_ros.site_config import SiteConfig
 
 
@@ -84,8 +84,9 @@ def track_bag(
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
         MotTextWriter(out / 'tracks.txt', tasks[0].period_ns) as text,
+        CameraWorkers(tasks, processes) as workers,
     ):
-        for ticked in run_lockstep(bag, site, processes):
+        for ticked in in_lockstep(workers, site):
             if summary.ticks == 0:
                 writer.write_text('/site', site.description(), ticked.tick.stamp_ns)
             _write(writer, ticked, site.ground_frame)
@@ -94,9 +95,7 @@ def track_bag(
             summary.pictures += len(ticked.results)
             summary.track_ids.update(ticked.output.tracks.track_id.tolist())
             progress(summary.pictures, total)
-    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    workers = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-    summary.peak_memory_mb = max(own, workers) / 1024
+    summary.peak_memory_mb = max(peak_memory_mb(), workers.peak_memory_mb)
     return summary
 
 

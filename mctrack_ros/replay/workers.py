@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import pickle
+import resource
 from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import Any
+from types import TracebackType
+from typing import Any, Self
 
 import cv2
 
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import CalibrationError
+from mctrack_ros.processes import worker_context
 from mctrack_ros.recording import BagError
 from mctrack_ros.replay.camera_source import CameraResult, CameraSource, CameraTask
 
@@ -35,11 +37,14 @@ class Progress:
         Index of the tick of its next picture; `NEVER`: there is none.
     results : list of CameraResult
         What was made since the last report.
+    peak_memory_mb : float
+        Largest resident set so far, MB; 0 while it goes on.
 
     """
 
     next_tick: int
     results: list[CameraResult]
+    peak_memory_mb: float = 0.0
 
 
 class CameraWorkers:
@@ -53,11 +58,19 @@ class CameraWorkers:
     processes : int
         How many processes.
 
+    Attributes
+    ----------
+    connections : list of Connection
+        To each.
+    peak_memory_mb : float
+        Largest resident set of those that are done, MB.
+
     """
 
     def __init__(self, tasks: Sequence[CameraTask], processes: int) -> None:
-        context = multiprocessing.get_context('spawn')
+        context = worker_context()
         self.connections: list[Connection] = []
+        self.peak_memory_mb = 0.0
         self._processes = []
         for index in range(min(processes, len(tasks))):
             here, there = context.Pipe()
@@ -77,7 +90,16 @@ class CameraWorkers:
             except (BrokenPipeError, ConnectionResetError):
                 continue
 
-    def stop(self) -> None:
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         """End the processes."""
         for connection in self.connections:
             connection.close()
@@ -107,8 +129,13 @@ def _work(connection: Connection, tasks: list[CameraTask]) -> None:
                     for each in sources.values():
                         each.push(item)
             results.append(source.step())
-        connection.send(Progress(NEVER, results))
+        connection.send(Progress(NEVER, results, peak_memory_mb()))
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return
     except EXPECTED_ERRORS as error:
         connection.send(error)
+
+
+def peak_memory_mb() -> float:
+    """Return the largest resident set of this process so far, MB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -26,6 +26,7 @@ def tracked(hall, tmp_path_factory):
     summary = track_bag(*hall_arguments(hall, out), processes=2)
     assert summary.ticks == 188
     assert summary.pictures == 376
+    assert summary.peak_memory_mb > 50.0
     return out
 
 
