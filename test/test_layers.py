@@ -16,7 +16,7 @@ ALLOWED = {
     'ground': {'interfaces', 'config', 'compiled'},
     'tracking': {'interfaces', 'config', 'compiled', 'ground'},
     'perception': {'interfaces', 'config', 'compiled', 'ground', 'tracking'},
-    'fusion': {'interfaces', 'config', 'ground', 'tracking'},
+    'fusion': {'interfaces', 'config', 'compiled', 'ground', 'tracking'},
     'simulation': {'interfaces'},
     'evaluation': {'interfaces'},
     'codec': {'interfaces'},

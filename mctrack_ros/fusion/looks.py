@@ -72,7 +72,7 @@ class Looks:
         stamp_ns = np.array([each.stamp_ns for each in pictures], np.int64)
         self.stamp_ns = stamp_ns[self.picture]
         seconds = (stamp_ns - tick_ns) / 1e9
-        self.matrix = position_matrix(seconds)
+        self.matrix = np.ascontiguousarray(position_matrix(seconds))
         self.position = self.detections.position[:, :2].astype(np.float64)
         drift = config.motion.acceleration_density * np.abs(seconds) ** 3 / 3
         variance = config.motion.sensor_sigma**2 + drift[self.picture]

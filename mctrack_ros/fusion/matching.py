@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.joint import JointAssignment
+from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
+from mctrack_ros.fusion.joint import JointAssignment, distances
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.recognition import look_at
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.tracking.association import gaussian_distance
 from mctrack_ros.tracking.kalman import update
 
+Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
+Templates = NDArray[np.float32]
+TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
 
 GROUP_INFLATION = 9.0
 """How much less a merged detection says about one of its members: factor of its covariance."""
@@ -71,13 +75,19 @@ def learn_appearance(
     apart = ~looks.is_overlapped[columns]
     rows, columns = rows[apart], columns[apart]
     since = (looks.stamp_ns[columns] - table.seen_by_ns[rows, looks.camera[columns]]) / 1e9
-    weight = np.minimum(since / template_time, 0.5)[:, None]
-    told = looks.detections.template[columns]
-    for picture in np.unique(looks.picture[columns]).tolist():
-        one = (looks.picture[columns] == picture) & told.any(axis=1)
-        known = table.template[rows[one]]
-        share = np.where(known.any(axis=1, keepdims=True), weight[one], 1.0)
-        table.template[rows[one]] = known + share * (told[one] - known)
+    weight = np.minimum(since / template_time, 0.5)
+    _mix_in(table.template, rows, looks.detections.template[columns], weight)
+
+
+@compiled(types.void(types.Array(types.f4, 2, 'C'), INTS_1D, TEMPLATES, FLOATS_1D))
+def _mix_in(template: Templates, rows: Indices, told: Templates, weight: Floats) -> None:
+    """Mix what is told, one after the other, into rows of the templates; the first as it is."""
+    for index in range(len(rows)):
+        known = template[rows[index]]
+        if told[index].any():
+            share = weight[index] if known.any() else 1.0
+            for bin in range(len(known)):
+                known[bin] += share * (told[index, bin] - known[bin])
 
 
 def keep_members(
@@ -96,10 +106,9 @@ def keep_members(
     taken = (named & ~free[picture]).sum(axis=1)
     hidden_s = (looks.stamp_ns[groups, None] - table.seen_ns) / 1e9
     hoped = (hidden_s <= config.life.hidden_time) | (taken == 0)[:, None]
-    matrix = looks.matrix[picture]
-    spread = matrix[:, None] @ table.covariance @ matrix.swapaxes(1, 2)[:, None]
-    gap = looks.position[groups, None] - table.mean @ matrix.swapaxes(1, 2)
-    squared, _ = gaussian_distance(gap, spread + noise[:, None])
+    squared = distances(
+        looks.matrix[picture], table.mean, table.covariance, looks.position[groups], noise
+    )
     hidden = free[picture] & table.confirmed & hoped & (squared < config.association.gate)
     for row in np.flatnonzero(hidden.any(axis=1)).tolist():
         candidates = np.flatnonzero(hidden[row] & free[picture[row]])

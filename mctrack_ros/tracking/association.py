@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from mctrack_ros.compiled import FLOATS_2D, INTS_1D, compiled
+
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
+_INDICES = types.i8[::1]
+_SETTLED = types.Tuple([_INDICES, _INDICES, types.f8[:, ::1], _INDICES, _INDICES])
 
 
 def mahalanobis(
@@ -87,9 +90,7 @@ def pair_probabilities(likelihood: Floats, part: Indices) -> Floats:
     (n, m) array
 
     """
-    per_row, per_column = likelihood.sum(axis=1, keepdims=True), _column_sums(likelihood, part)
-    probability: Floats = likelihood / (1.0 + per_row + per_column - likelihood)
-    return probability
+    return _probabilities(np.ascontiguousarray(likelihood, np.float64), _indices(part))
 
 
 def assign(cost: Floats, part: Indices, limit: float = 0.0) -> tuple[Indices, Indices]:
@@ -115,37 +116,89 @@ def assign(cost: Floats, part: Indices, limit: float = 0.0) -> tuple[Indices, In
         The pairs, sorted by row.
 
     """
-    allowed = cost < limit
-    alone = allowed & (allowed.sum(axis=1, keepdims=True) == 1)
-    alone &= _column_sums(allowed, part) == 1
-    rows, columns = np.nonzero(alone)
-    contested = allowed & ~alone.any(axis=1, keepdims=True)
-    if not contested.any():
+    rows, columns, block, block_rows, block_columns = _settled(
+        np.ascontiguousarray(cost, np.float64), _indices(part), float(limit)
+    )
+    if block.size == 0:
         return rows, columns
-    more_rows, more_columns = _contested(cost - limit, contested, part)
-    rows, columns = np.append(rows, more_rows), np.append(columns, more_columns)
+    row, column = linear_sum_assignment(block)
+    useful = block[row, column] < 0
+    rows = np.append(rows, block_rows[row[useful]])
+    columns = np.append(columns, block_columns[column[useful]])
     order = np.argsort(rows)
     return rows[order], columns[order]
 
 
-def _contested(cost: Floats, contested: NDArray[np.bool_], part: Indices) -> tuple[Indices, ...]:
-    """Assign contested pairs: one problem whose columns are those of every part apart."""
-    pair_row, pair_column = np.nonzero(contested)
-    rows, row = np.unique(pair_row, return_inverse=True)
-    slot = part[pair_row] * contested.shape[1] + pair_column
-    slots, column = np.unique(slot, return_inverse=True)
+def _indices(part: Indices) -> Indices:
+    """Return indices as compiled functions take them."""
+    return np.ascontiguousarray(part, np.int64)
+
+
+@compiled(types.f8[:, ::1](FLOATS_2D, INTS_1D))
+def _probabilities(likelihood: Floats, part: Indices) -> Floats:
+    rows, columns = likelihood.shape
+    probability = np.empty((rows, columns))
+    first = 0
+    while first < rows:
+        last = first + 1
+        while last < rows and part[last] == part[first]:
+            last += 1
+        per_column = np.zeros(columns)
+        for row in range(first, last):
+            per_column += likelihood[row]
+        for row in range(first, last):
+            per_row = likelihood[row].sum()
+            for column in range(columns):
+                own = likelihood[row, column]
+                probability[row, column] = own / (1.0 + per_row + per_column[column] - own)
+        first = last
+    return probability
+
+
+@compiled(_SETTLED(FLOATS_2D, INTS_1D, types.f8))
+def _settled(
+    cost: Floats, part: Indices, limit: float
+) -> tuple[Indices, Indices, Floats, Indices, Indices]:
+    """
+    Settle the pairs that compete with no other.
+
+    Returns
+    -------
+    rows, columns : (k,) arrays
+        These pairs, by row.
+    block : (r, s) array
+        Costs, less the limit, of the other rows and the columns of every part apart; 0 where a
+        pair is not allowed.
+    block_rows, block_columns : (r,) and (s,) arrays
+        Which these are.
+
+    """
+    count, width = cost.shape
+    parts = part[-1] + 1 if count else 0
+    per_row, per_slot = np.zeros(count, np.int64), np.zeros(parts * width, np.int64)
+    for row in range(count):
+        for column in range(width):
+            if cost[row, column] < limit:
+                per_row[row] += 1
+                per_slot[part[row] * width + column] += 1
+    partner = np.full(count, -1)
+    row_used, slot_used = np.zeros(count, np.bool_), np.zeros(parts * width, np.bool_)
+    for row in range(count):
+        for column in range(width):
+            if cost[row, column] < limit:
+                slot = part[row] * width + column
+                if per_row[row] == 1 and per_slot[slot] == 1:
+                    partner[row] = column
+                else:
+                    row_used[row] = slot_used[slot] = True
+    settled, rows, slots = (
+        np.flatnonzero(partner >= 0),
+        np.flatnonzero(row_used),
+        np.flatnonzero(slot_used),
+    )
     block = np.zeros((len(rows), len(slots)))
-    block[row, column] = cost[pair_row, pair_column]
-    picked_rows, picked_slots = linear_sum_assignment(block)
-    useful = block[picked_rows, picked_slots] < 0
-    return rows[picked_rows[useful]], slots[picked_slots[useful]] % contested.shape[1]
-
-
-def _column_sums(values: NDArray[Any], part: Indices) -> Floats:
-    """Return for each row of (n, m) values the sums of the columns over its part."""
-    if len(part) == 0:
-        return values.astype(float)
-    begins = np.concatenate([[True], part[1:] != part[:-1]])
-    sums = np.add.reduceat(values, np.flatnonzero(begins), axis=0, dtype=float)
-    each: Floats = sums[np.cumsum(begins) - 1]
-    return each
+    for i, row in enumerate(rows):
+        for j, slot in enumerate(slots):
+            if slot // width == part[row] and cost[row, slot % width] < limit:
+                block[i, j] = cost[row, slot % width] - limit
+    return settled, partner[settled], block, rows, slots % width if width else slots

@@ -108,8 +108,8 @@ def _array(values: Floats) -> Floats:
 
 
 @inner
-def _inverted(matrix: Floats, inverse: Floats) -> None:
-    """Write the inverse of a (2, 2) matrix; infinite where there is none."""
+def inverted(matrix: Floats, inverse: Floats) -> None:
+    """Write the inverse of a (2, 2) matrix, infinite where there is none; when compiled."""
     scale = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
     scale = 1.0 / scale if scale != 0.0 else np.inf
     inverse[0, 0], inverse[1, 1] = matrix[1, 1] * scale, matrix[0, 0] * scale
@@ -120,7 +120,7 @@ def _inverted(matrix: Floats, inverse: Floats) -> None:
 def _inverses(matrix: Floats) -> Floats:
     inverses = np.empty(matrix.shape)
     for index in range(len(matrix)):
-        _inverted(matrix[index], inverses[index])
+        inverted(matrix[index], inverses[index])
     return inverses
 
 
@@ -180,7 +180,7 @@ def _update(
                 expected[i, j] = noise[n, i, j]
                 for k in range(4):
                     expected[i, j] += matrix[n, i, k] * cross[k, j]
-        _inverted(expected, certainty)
+        inverted(expected, certainty)
         for i in range(4):
             for j in range(2):
                 gain[i, j] = cross[i, 0] * certainty[0, j] + cross[i, 1] * certainty[1, j]
