@@ -98,7 +98,8 @@ class JointAssignment:
         information, pull = _told(
             self._matrix, self._mean, self._taken, self._weight, self._position
         )
-        covariance = symmetric(np.linalg.inv(self._prior_information + information))
+        spread = np.linalg.inv(self._prior_information + information)
+        covariance = symmetric(np.asarray(spread, np.float64))
         return self._mean + (covariance @ pull[..., None])[..., 0], covariance
 
 

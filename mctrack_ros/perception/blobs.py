@@ -6,15 +6,17 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import inner
+from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, compiled, inner
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.fragments import Joining, from_left_to_right, joined, trimmed
 from mctrack_ros.perception.runs import component_boxes, opened
 from mctrack_ros.perception.sizes import SizeTable
 
+Booleans = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 
 
@@ -158,37 +160,53 @@ def find_blobs(
     box = joined(box * scale, sizes.table, joining)
     found = trimmed(mask, difference, box / scale, config.halo_share)
     box, area = found[:, :4] * scale, found[:, 4] * scale**2
-    blobs = describe(box, area, mapping, sizes, config)
-    width, height = blobs.expected.T
-    plausible = (
-        (height >= config.farthest_height_px)
-        & (box[:, 3] >= config.smallest_height * height * np.where(blobs.truncated, 0.5, 1.0))
-        & (blobs.area >= config.smallest_area * width * height)
-        & (box[:, 3] <= config.largest_height * height)
-    )
+    blobs, plausible = describe(box, area, mapping, sizes, config)
     return blobs.select(plausible)
 
 
 def describe(
     box: Floats, area: Floats, mapping: GroundMapping, sizes: SizeTable, config: BlobConfig
-) -> Blobs:
-    """Look up where boxes stand and how large a person would be there."""
+) -> tuple[Blobs, Booleans]:
+    """Look up where boxes stand and how large a person would be there; tell which may be some."""
     foot = sizes.foot_of(box)
-    position = mapping.ground_from_image(foot)
-    expected = expected_size(foot, sizes, config)
+    expected = sizes.per_metre(foot) * [config.person_width_m, config.person_height_m]
     width, height = mapping.image_size
-    truncated = (
-        (box[:, 0] <= 1)
-        | (box[:, 1] <= 1)
-        | (box[:, 0] + box[:, 2] >= width - 1)
-        | (box[:, 1] + box[:, 3] >= height - 1)
+    truncated, plausible = _judged(
+        box,
+        area,
+        expected,
+        float(width),
+        float(height),
+        config.farthest_height_px,
+        config.smallest_height,
+        config.smallest_area,
+        config.largest_height,
     )
-    return Blobs(box, area, foot, position, expected, truncated)
+    position = mapping.ground_from_image(foot)
+    return Blobs(box, area, foot, position, expected, truncated), plausible
 
 
-def expected_size(foot: Floats, sizes: SizeTable, config: BlobConfig) -> Floats:
-    """Return (n, 2) width and height, px, of one person at (n, 2) foot points, px."""
-    return sizes.per_metre(foot) * [config.person_width_m, config.person_height_m]
+@compiled(
+    types.UniTuple(types.b1[::1], 2)(FLOATS_2D, FLOATS_1D, FLOATS_2D, *[types.f8] * 6)
+)  # fmt: skip
+def _judged(
+    box: Floats, area: Floats, expected: Floats, width: float, height: float,
+    farthest: float, smallest_height: float, smallest_area: float, largest_height: float,
+) -> tuple[Booleans, Booleans]:  # fmt: skip
+    """Tell which boxes touch the edge of a picture, and which may be persons by their size."""
+    truncated, plausible = np.empty(len(box), np.bool_), np.empty(len(box), np.bool_)
+    for row in range(len(box)):
+        left, top, across, down = box[row]
+        usual_width, usual_height = expected[row]
+        far_edge = left + across >= width - 1 or top + down >= height - 1
+        truncated[row] = left <= 1 or top <= 1 or far_edge
+        least = smallest_height * usual_height * (0.5 if truncated[row] else 1.0)
+        plausible[row] = (
+            usual_height >= farthest
+            and least <= down <= largest_height * usual_height
+            and area[row] >= smallest_area * usual_width * usual_height
+        )
+    return truncated, plausible
 
 
 @inner

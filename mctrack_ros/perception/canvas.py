@@ -86,10 +86,11 @@ def canvas_of(
     side = body // 2
     foreground = np.zeros((above + rows, columns + body))
     colour, count = np.zeros((rows, columns, 3)), np.zeros((rows, columns))
+    column_of = np.arange(last_x - first_x) * columns // (last_x - first_x)
     for y in range(first_y, last_y):
         row = (y - first_y) * rows // (last_y - first_y)
         for x in range(first_x, last_x):
-            column = (x - first_x) * columns // (last_x - first_x)
+            column = column_of[x - first_x]
             count[row, column] += 1.0
             foreground[above + row, side + column] += mask[y, x] > 0
             for channel in range(3):

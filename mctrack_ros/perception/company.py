@@ -162,14 +162,13 @@ class Roll:
             return self._alone(local)
         place = self._feedback.places(stamp_ns)
         foot = self._mapping.image_from_ground(place)
-        extent = np.broadcast_to(self._extent, foot.shape)
         sure = local.seen & (local.proven >= self._config.sure_share)
         sure &= local.age_s >= self._config.sure_s
         key, local_id, track_id, position, box, came, self._outside = _joined(
             self._feedback.track_id.astype(np.int64),
             place,
             foot,
-            self._sizes.box_of(foot, extent),
+            self._sizes.box_of(foot, self._extent[None]),
             self._outside,
             local.local_id,
             local.position,

@@ -88,8 +88,11 @@ def learn_identities(
         return
     difference = tracks.mean[seeking, None, :2] - place[None, offered]
     distance = np.hypot(difference[..., 0], difference[..., 1])
+    usable = distance <= config.learn_distance_m
+    if not usable.any():
+        return
     cost = _costs(tracks.covariance[seeking], feedback.covariance[offered], difference, seconds)
-    usable = (cost <= config.learn_gate) & (distance <= config.learn_distance_m)
+    usable &= cost <= config.learn_gate
     row, column = linear_sum_assignment(np.where(usable, cost, TOO_FAR))
     fits = usable[row, column]
     tracks.track_id[seeking[row[fits]]] = known_id[offered[column[fits]]]

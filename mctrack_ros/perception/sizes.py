@@ -51,10 +51,6 @@ class SizeTable:
         """
         return self._at(foot)[:, :2]
 
-    def known_at(self, foot: Floats) -> NDArray[np.bool_]:
-        """Tell at which of (n, 2) foot points, px, sizes are known: below the horizon."""
-        return np.isfinite(self._at(foot)[:, 2])
-
     def foot_of(self, box: Floats) -> Floats:
         """
         Return the (n, 2) foot points, px, of (n, 4) boxes.

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
@@ -24,10 +26,12 @@ from mctrack_ros.perception.partition import PartitionConfig
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.presence import Presence, PresenceConfig
 from mctrack_ros.perception.runs import Strength
-from mctrack_ros.perception.sizes import SizeTable
+from mctrack_ros.perception.sizes import SizeTable, metre_at
 from mctrack_ros.perception.steadiness import Steadiness
 from mctrack_ros.tracking.appearance import PALETTES, colour_templates
 
+Booleans = NDArray[np.bool_]
+Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
@@ -193,19 +197,22 @@ class LocalTracker:
         """Drop tracks that left the picture or were not seen for too long (E4)."""
         tracks = self.tracks
         width, height = self._mapping.image_size
-        foot = predicted.foot
-        with np.errstate(invalid='ignore'):
-            inside = (foot >= 0).all(axis=1) & (foot[:, 0] < width) & (foot[:, 1] < height * 1.1)
-        inside &= self._sizes.known_at(foot)
-        unseen = (stamp_ns - tracks.seen_ns) * 1e-9
-        patience = np.where(tracks.confirmed, self._config.coast_s, self._config.confirm_s)
-        obscure = (stamp_ns - tracks.clear_ns) * 1e-9
-        left = ~inside & (unseen > 0.0)
+        left, lost = _lost(
+            predicted.foot,
+            self._sizes.table,
+            float(width),
+            float(height),
+            stamp_ns - tracks.seen_ns,
+            stamp_ns - tracks.clear_ns,
+            tracks.confirmed,
+            seconds,
+            self._config.coast_s,
+            self._config.confirm_s,
+            self._config.hidden_s,
+        )
         for row in np.flatnonzero(left).tolist():
             self._presence.left(tracks, row, log)
-        hope = np.where(tracks.confirmed, self._config.hidden_s, 0.0)
-        obscure -= seconds  # the last picture's
-        kept = ~left & (unseen <= patience) & (obscure <= hope)
+        kept = ~(left | lost)
         if kept.all():
             return predicted
         tracks.keep(kept)
@@ -226,16 +233,12 @@ class LocalTracker:
 
     def _sighting(self, seen: Observations, stamp_ns: int) -> Sighting:
         """Return the believed tracks as this picture shows them."""
-        tracks, known = self.tracks, seen.track != NEW
-        box, proven = np.zeros((len(tracks), 4)), np.zeros(len(tracks))
-        rows, is_seen = seen.track[known], np.zeros(len(tracks), np.bool_)
-        box[rows], proven[rows], is_seen[rows] = seen.box[known], seen.proven[known], True
-        age_s = np.asarray((stamp_ns - tracks.first_ns) * 1e-9)
-        old = tracks.confirmed
+        tracks = self.tracks
+        old = np.flatnonzero(tracks.confirmed)
+        box, is_seen, proven = _seen(old, seen.track, seen.box, seen.proven)
+        age_s = np.asarray((stamp_ns - tracks.first_ns[old]) * 1e-9)
         place = tracks.mean[old, :2]
-        return Sighting(
-            tracks.local_id[old], place, box[old], is_seen[old], proven[old], age_s[old]
-        )
+        return Sighting(tracks.local_id[old], place, box, is_seen, proven, age_s)
 
     def _update(
         self,
@@ -298,3 +301,43 @@ class LocalTracker:
             track_id=tracks.track_id[rows],
             truncated=blobs.truncated[seen.blob],
         )
+
+
+@compiled(
+    types.UniTuple(types.b1[::1], 2)(
+        FLOATS_2D, FLOATS_3D, types.f8, types.f8, INTS_1D, INTS_1D, BOOLS_1D, *[types.f8] * 4
+    )
+)
+def _lost(
+    foot: Floats, sizes: Floats, width: float, height: float, unseen_ns: Ints, unclear_ns: Ints,
+    confirmed: Booleans, seconds: float, coast_s: float, confirm_s: float, hidden_s: float,
+) -> tuple[Booleans, Booleans]:  # fmt: skip
+    """Tell which tracks have left the picture, and which were not seen for too long."""
+    left, lost = np.empty(len(foot), np.bool_), np.empty(len(foot), np.bool_)
+    for row in range(len(foot)):
+        x, y = foot[row]
+        inside = 0 <= x < width and 0 <= y < height * 1.1
+        inside = inside and np.isfinite(metre_at(sizes, x, y)[2])
+        unseen, obscure = unseen_ns[row] * 1e-9, unclear_ns[row] * 1e-9 - seconds
+        left[row] = not inside and unseen > 0.0
+        if confirmed[row]:
+            lost[row] = unseen > coast_s or obscure > hidden_s
+        else:
+            lost[row] = unseen > confirm_s or obscure > 0.0
+    return left, lost
+
+
+@compiled(
+    types.Tuple([types.f8[:, ::1], types.b1[::1], types.f8[::1]])(
+        INTS_1D, INTS_1D, FLOATS_2D, FLOATS_1D
+    )
+)
+def _seen(rows: Ints, track: Ints, box: Floats, proven: Floats) -> tuple[Floats, Booleans, Floats]:
+    """Return of some rows of tracks where each is seen, whether it is, and what it explains."""
+    boxes, is_seen = np.zeros((len(rows), 4)), np.zeros(len(rows), np.bool_)
+    share = np.zeros(len(rows))
+    for index in range(len(rows)):
+        for other in range(len(track)):
+            if track[other] == rows[index]:
+                boxes[index], is_seen[index], share[index] = box[other], True, proven[other]
+    return boxes, is_seen, share

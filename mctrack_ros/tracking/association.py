@@ -197,8 +197,9 @@ def _settled(
         np.flatnonzero(slot_used),
     )
     block = np.zeros((len(rows), len(slots)))
-    for i, row in enumerate(rows):
-        for j, slot in enumerate(slots):
-            if slot // width == part[row] and cost[row, slot % width] < limit:
-                block[i, j] = cost[row, slot % width] - limit
+    for i in range(len(rows)):
+        for j in range(len(slots)):
+            own, price = slots[j] // width == part[rows[i]], cost[rows[i], slots[j] % width]
+            if own and price < limit:
+                block[i, j] = price - limit
     return settled, partner[settled], block, rows, slots % width if width else slots

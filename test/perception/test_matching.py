@@ -25,7 +25,7 @@ def scene(mapping):
         places = np.array(tracks_at, float).reshape(-1, 2)
         tracks.start(places, box, tracks.foot_noise(box), known, 0)
         tracks.confirmed[:] = True
-        found = describe(blobs, np.prod(blobs[:, 2:], axis=1), mapping, sizes, BlobConfig())
+        found, _ = describe(blobs, np.prod(blobs[:, 2:], axis=1), mapping, sizes, BlobConfig())
         seen = np.zeros((len(blobs), 48)) if colours is None else np.array(colours)
         return match(tracks, tracks.prediction(), found, seen, MatchingConfig())
 
