@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import compiled
 from mctrack_ros.interfaces import Detections
 
 LARGEST_VARIANCE = 1e6
@@ -18,10 +20,22 @@ def usable_rows(detections: Detections) -> NDArray[np.bool_]:
     A covariance is sound if it is finite, symmetric enough to be positive definite, and not
     larger than a square kilometre.
     """
-    covariance = detections.covariance.astype(np.float64)
-    xx, yy = covariance[:, 0, 0], covariance[:, 1, 1]
-    xy = (covariance[:, 0, 1] + covariance[:, 1, 0]) / 2
-    with np.errstate(invalid='ignore', over='ignore'):
-        sound = (xx > 0) & (yy > 0) & (xx * yy > xy * xy)
-        sound &= (xx < LARGEST_VARIANCE) & (yy < LARGEST_VARIANCE)
-    return sound & np.isfinite(detections.position[:, :2]).all(axis=1)
+    covariance = np.ascontiguousarray(detections.covariance)
+    return _usable(covariance, np.ascontiguousarray(detections.position))
+
+
+@compiled(
+    types.b1[::1](
+        types.Array(types.f4, 3, 'C', readonly=True), types.Array(types.f4, 2, 'C', readonly=True)
+    )
+)
+def _usable(covariance: NDArray[np.float32], position: NDArray[np.float32]) -> NDArray[np.bool_]:
+    usable = np.empty(len(position), np.bool_)
+    for row in range(len(position)):
+        xx, yy = np.float64(covariance[row, 0, 0]), np.float64(covariance[row, 1, 1])
+        xy = (np.float64(covariance[row, 0, 1]) + np.float64(covariance[row, 1, 0])) / 2
+        sound = xx > 0 and yy > 0 and xx * yy > xy * xy
+        sound = sound and xx < LARGEST_VARIANCE and yy < LARGEST_VARIANCE
+        known = np.isfinite(position[row, 0]) and np.isfinite(position[row, 1])
+        usable[row] = sound and known
+    return usable

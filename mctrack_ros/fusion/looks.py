@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import INTS_1D, compiled
 from mctrack_ros.fusion.admission import usable_rows
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.interfaces import Detections
@@ -88,7 +90,19 @@ class Looks:
 
 def overlapped(box: NDArray[np.float32], picture: Indices) -> NDArray[np.bool_]:
     """Return which (n, 4) boxes (left, top, width, height, px) meet one of the same picture."""
-    low, high = box[:, :2], box[:, :2] + box[:, 2:]
-    meets = (low[:, None] < high[None]) & (low[None] < high[:, None])
-    same = picture[:, None] == picture
-    return np.asarray((meets[..., 0] & meets[..., 1] & same).sum(axis=1) > 1)
+    return _overlapped(np.ascontiguousarray(box), np.ascontiguousarray(picture))
+
+
+@compiled(types.b1[::1](types.Array(types.f4, 2, 'C', readonly=True), INTS_1D))
+def _overlapped(box: NDArray[np.float32], picture: Indices) -> NDArray[np.bool_]:
+    overlaps = np.zeros(len(box), np.bool_)
+    for one in range(len(box)):
+        for other in range(one):
+            if picture[one] == picture[other]:
+                meets = True
+                for axis in range(2):
+                    meets &= box[one, axis] < box[other, axis] + box[other, 2 + axis]
+                    meets &= box[other, axis] < box[one, axis] + box[one, 2 + axis]
+                overlaps[one] |= meets
+                overlaps[other] |= meets
+    return overlaps

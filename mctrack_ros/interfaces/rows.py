@@ -154,7 +154,7 @@ class Rows:
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:
     view = array.view()
-    view.flags.writeable = False
+    view.setflags(write=False)
     return view
 
 
