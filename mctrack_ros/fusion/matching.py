@@ -19,8 +19,15 @@ Indices = NDArray[np.intp]
 Templates = NDArray[np.float32]
 TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
 
-GROUP_INFLATION = 9.0
-"""How much less a merged detection says about one of its members: factor of its covariance."""
+VELOCITY = np.eye(4)[2:]
+
+GROUP_INFLATION = 100.0
+"""How much less a merged detection says about one of its members, picture after picture: factor
+of its covariance. He keeps his place in the group, and is not drawn to its middle."""
+
+COMPANY_DENSITY = 0.5
+"""How loosely a hidden member moves with those who are seen: power spectral density of what his
+velocity differs from theirs by, m²/s."""
 
 
 def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
@@ -119,14 +126,20 @@ def keep_members(
         if len(members):
             free[picture[row], members] = False
             whole[members] = True
-            _keep(table, looks, int(groups[row]), members, whole)
+            _keep(table, looks, int(groups[row]), members, whole, config.life.look_time)
 
 
 def _keep(
-    table: TrackTable, looks: Looks, group: int, members: Indices, whole: NDArray[np.bool_]
+    table: TrackTable,
+    looks: Looks,
+    group: int,
+    members: Indices,
+    whole: NDArray[np.bool_],
+    longest_s: float,
 ) -> None:
     """Update the hidden members (k,) of a merged detection; `whole` (n,) is all of the group."""
     matrix, stamp_ns = looks.matrix[looks.picture[group]], looks.stamp_ns[group]
+    since_ns = stamp_ns - table.hidden_ns[members, looks.camera[group]]
     table.mean[members], table.covariance[members] = update(
         table.mean[members],
         table.covariance[members],
@@ -136,7 +149,26 @@ def _keep(
     )
     table.kept_ns[members] = np.maximum(table.kept_ns[members], stamp_ns)
     table.hidden_ns[members, looks.camera[group]] = stamp_ns
-    unseen = members[table.cameras[members] == 0]
+    is_unseen = table.cameras[members] == 0
+    unseen = members[is_unseen]
+    _move_along(table, unseen, whole, np.minimum(since_ns[is_unseen] / 1e9, longest_s))
     if whole.sum() > 1:
         table.group_ns[unseen] = stamp_ns
         table.group[unseen] = table.track_id[whole].min()
+
+
+def _move_along(
+    table: TrackTable, hidden: Indices, whole: NDArray[np.bool_], seconds: NDArray[np.float64]
+) -> None:
+    """Let those (k,) whom no camera sees go on for a while (k,) as others of their group do."""
+    shown = whole & (table.cameras > 0)
+    if not shown.any():
+        return
+    velocity = table.mean[shown, 2:].mean(axis=0)
+    table.mean[hidden], table.covariance[hidden] = update(
+        table.mean[hidden],
+        table.covariance[hidden],
+        velocity - table.mean[hidden, 2:],
+        COMPANY_DENSITY / seconds[:, None, None] * np.eye(2),
+        VELOCITY,
+    )

@@ -220,7 +220,7 @@ class RecognitionConfig:
         maximum=1000.0,
     )
     new: float = parameter(
-        1.0,
+        2.5,
         'What they differ by at most if a new track is one who was lost [same]',
         minimum=0.0,
         maximum=1000.0,

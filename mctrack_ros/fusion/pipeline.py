@@ -209,6 +209,8 @@ class FusionPipeline:
         table = self._table
         dropped = np.zeros(len(table), bool)
         for keep, drop in self._watch.find(table, stamp_ns):
+            if self._recognition.tells_apart(*table.track_id[[keep, drop]].tolist()):
+                continue
             lifecycle.absorb(table, keep, drop)
             self._recognition.forget(int(table.track_id[drop]))
             dropped[drop] = True

@@ -125,6 +125,23 @@ def test_a_group_keeps_its_members_alive_and_moves_none_of_them_far():
     assert splits.sum() == 2
 
 
+def test_a_member_whom_nobody_sees_turns_with_the_one_beside_him():
+    def pair(index):
+        gone = 0.06 * np.array([min(index, 25), max(index - 25, 0)])
+        return np.array([[0, 0], [0.8, -0.8]]) + gone
+
+    def half_hidden(index):
+        stamp_ns, place = index * PERIOD_NS + PERIOD_NS // 2, pair(index)
+        rows = [detections(stamp_ns, place[:1]), group_row(stamp_ns, place[0], ids)]
+        return {'one': rows[0].joined(stamp_ns, rows), 'two': []}
+
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    ids = sorted(published(run(lambda i: dict.fromkeys(CAMERAS, pair(i)), 25, pipeline)[-1]))
+    shown = published(run(half_hidden, 35, pipeline, 25)[-1])
+    assert sorted(shown) == ids
+    np.testing.assert_allclose(shown[ids[1]] - shown[ids[0]], [0.8, -0.8], atol=0.7)
+
+
 def test_a_member_whom_nobody_sees_is_kept_a_while_beside_one_who_is_seen():
     pipeline = FusionPipeline(FusionConfig(), CAMERAS)
     pair = [[0, 0], [0.8, 0]]

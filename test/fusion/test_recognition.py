@@ -124,3 +124,14 @@ def test_without_colours_nothing_is_corrected():
         places = [[-gap, 0], [gap, 0]]
         output = pipeline.step(tick(index, {name: places for name in CAMERAS}))
         assert not (output.events.event == EventCode.CORRECTION).any()
+
+
+def test_two_who_look_different_are_not_taken_for_one_when_one_hides_the_other(scene):
+    before = scene.hold(150, ([-3, 0], RED), ([3, 0], BLUE))
+    for gap in np.linspace(3, 0.3, 30):
+        scene.show(([-gap, 0], RED), ([gap, 0], BLUE))
+    scene.hold(25, ([-0.3, 0], RED), ([0.3, 0], BLUE))
+    scene.hold(50, ([-0.3, 0], RED))
+    after = scene.hold(50, ([-0.3, 0], RED), ([3, 0], BLUE))
+    assert after.keys() == before.keys()
+    assert id_at(after, [3, 0]) == id_at(before, [3, 0])
