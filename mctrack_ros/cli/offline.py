@@ -17,6 +17,9 @@ from mctrack_ros.processes import prepare_workers
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 _OVERWRITE = typer.Option(False, '--overwrite', help='Replace earlier results.')
 _PROCESSES = typer.Option(2, min=1, max=64, help='Processes to share the cameras among.')
+_WORKERS = typer.Option(
+    None, min=1, max=64, help='Processes to share the cameras among; unless given, one a camera.'
+)
 
 
 class SceneName(StrEnum):
@@ -105,7 +108,7 @@ def track(
     bag: Path = typer.Argument(..., help='Bag with the pictures, or detections, of every camera.'),
     out: Path = typer.Option(..., help='Folder for the bag of results and tracks.txt.'),
     site: str = typer.Option('pitch5', help='Site YAML, or the name of a shipped site.'),
-    processes: int = _PROCESSES,
+    processes: int | None = _WORKERS,
     overwrite: bool = _OVERWRITE,
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
 ) -> None:
@@ -117,6 +120,7 @@ def track(
     from mctrack_ros.replay import track_bag
 
     config = named_site(site)
+    processes = processes or len(config.cameras)
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
         summary = track_bag(

@@ -45,7 +45,7 @@ def track_bag(
     out: str | Path,
     site: SiteConfig,
     *,
-    processes: int = 2,
+    processes: int | None = None,
     overwrite: bool = False,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> TrackSummary:
@@ -62,8 +62,8 @@ def track_bag(
         Folder for the results.
     site : SiteConfig
         Cameras and settings.
-    processes : int
-        Processes for the cameras.
+    processes : int, optional
+        Processes for the cameras; unless given, one each: none waits for another's turn.
     overwrite : bool
         Whether earlier results there are replaced.
     progress : callable
@@ -84,7 +84,7 @@ def track_bag(
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
         MotTextWriter(out / 'tracks.txt', tasks[0].period_ns) as text,
-        CameraWorkers(tasks, processes) as workers,
+        CameraWorkers(tasks, processes or len(tasks)) as workers,
     ):
         for ticked in in_lockstep(workers, site):
             if summary.ticks == 0:
