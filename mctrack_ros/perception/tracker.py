@@ -16,6 +16,7 @@ from mctrack_ros.perception.blobs import BlobConfig, Blobs
 from mctrack_ros.perception.company import NOBODY, Company, CompanyConfig, Roll, Sighting
 from mctrack_ros.perception.contacts import contacts
 from mctrack_ros.perception.groups import GroupConfig, Groups
+from mctrack_ros.perception.hidden import begin_hidden, hidden_members
 from mctrack_ros.perception.identity import IdentityConfig, learn_identities
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.local_tracks import ROUND, FilterConfig, LocalTracks, Prediction
@@ -176,6 +177,8 @@ class LocalTracker:
         self._confirm(stamp_ns)
         if feedback is not None:
             learn_identities(tracks, feedback, stamp_ns, self._identity)
+            rows = hidden_members(company, part, tracks.track_id, blobs, self._partition)
+            begin_hidden(tracks, company, rows, feedback, stamp_ns)
         self._presence.announce(tracks, feedback, blobs.box, stamp_ns, log)
         detections = self._detections(seen, blobs, stamp_ns, shift_px)
         merged = merged_detections(company, part, detections)
