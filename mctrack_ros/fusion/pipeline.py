@@ -209,7 +209,7 @@ class FusionPipeline:
         table = self._table
         dropped = np.zeros(len(table), bool)
         for keep, drop in self._watch.find(table, stamp_ns):
-            if self._recognition.tells_apart(*table.track_id[[keep, drop]].tolist()):
+            if all(map(self._recognition.knows, table.track_id[[keep, drop]].tolist())):
                 continue
             lifecycle.absorb(table, keep, drop)
             self._recognition.forget(int(table.track_id[drop]))

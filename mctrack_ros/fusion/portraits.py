@@ -114,10 +114,6 @@ class Portraits:
         change = look - self._known[track_id].mean
         return float(change @ self._metric @ change)
 
-    def gap(self, one: int, other: int) -> float:
-        """Return the squared distance of two who are known."""
-        return self.distance(self._known[one].mean, other)
-
     def _learned_metric(self) -> Floats:
         total_s = SCATTER_PRIOR_S + self._scatter_s
         usual = USUAL_VARIANCE * (SCATTER_PRIOR_S / total_s + RIDGE)

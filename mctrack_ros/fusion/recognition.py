@@ -72,10 +72,9 @@ class Recognition:
         self._portraits.forget(name)
         self._suspects.erase(name)
 
-    def tells_apart(self, one: int, other: int) -> bool:
-        """Tell whether two look like different people, as far as both are known."""
-        known = one in self._portraits and other in self._portraits
-        return known and self._portraits.gap(one, other) > self._config.strange
+    def knows(self, name: int) -> bool:
+        """Tell whether one has been seen alone, so that he is nobody else's duplicate."""
+        return name in self._portraits
 
     def step(self, table: TrackTable, stamp_ns: int, confirmed: Mask) -> dict[int, int]:
         """
