@@ -61,18 +61,16 @@ def camera_tasks(bag: str | Path, site: SiteConfig) -> list[CameraTask]:
     ]
 
 
-def run_lockstep(bag: str | Path, site: SiteConfig, processes: int) -> Iterator[TickOutput]:
+def run_lockstep(workers: CameraWorkers, site: SiteConfig) -> Iterator[TickOutput]:
     """
-    Run a bag through the cameras and the fusion of a site.
+    Run the cameras and the fusion of a site over a bag; fusion runs in the caller's process.
 
     Parameters
     ----------
-    bag : str or Path
-        With the pictures, or the detections, of every camera of the site.
+    workers : CameraWorkers
+        Processes with the `camera_tasks` of the bag.
     site : SiteConfig
         Cameras and settings.
-    processes : int
-        Processes for the cameras; fusion runs in the caller's.
 
     Yields
     ------
@@ -85,12 +83,6 @@ def run_lockstep(bag: str | Path, site: SiteConfig, processes: int) -> Iterator[
         If the input cannot be used.
 
     """
-    with CameraWorkers(camera_tasks(bag, site), processes) as workers:
-        yield from in_lockstep(workers, site)
-
-
-def in_lockstep(workers: CameraWorkers, site: SiteConfig) -> Iterator[TickOutput]:
-    """Run the cameras of some processes and the fusion of their site; see `run_lockstep`."""
     period_ns = round(site.fusion.batching.period * 1e9)
     batcher = Batcher(site.fusion, site.camera_names)
     fusion = FusionPipeline(site.fusion, site.camera_names)

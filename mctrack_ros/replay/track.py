@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from mctrack_ros.recording import BagReader, BagWriter, MotTextWriter
 from mctrack_ros.replay.camera_source import topic_of
-from mctrack_ros.replay.lockstep import TickOutput, camera_tasks, in_lockstep
+from mctrack_ros.replay.lockstep import TickOutput, camera_tasks, run_lockstep
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
 from mctrack_ros.site_config import SiteConfig
 
@@ -84,9 +85,9 @@ def track_bag(
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
         MotTextWriter(out / 'tracks.txt', tasks[0].period_ns) as text,
-        CameraWorkers(tasks, processes or len(tasks)) as workers,
+        closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
     ):
-        for ticked in in_lockstep(workers, site):
+        for ticked in run_lockstep(workers, site):
             if summary.ticks == 0:
                 writer.write_text('/site', site.description(), ticked.tick.stamp_ns)
             _write(writer, ticked, site.ground_frame)

@@ -7,8 +7,7 @@ import resource
 from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import cv2
 
@@ -90,16 +89,7 @@ class CameraWorkers:
             except (BrokenPipeError, ConnectionResetError):
                 continue
 
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
         """End the processes."""
         for connection in self.connections:
             connection.close()
