@@ -2,38 +2,94 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from enum import StrEnum
+import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
-from mctrack_ros.experiments.figures import Figures
+if TYPE_CHECKING:
+    from mctrack_ros.experiments.figures import Figures
+
+app = typer.Typer(no_args_is_help=True)
+_JSON = typer.Option(None, '--json', help='Also write the figures here.')
 
 
-class Part(StrEnum):
-    """What can be timed."""
-
-    GROUND = 'ground'
-    WATCHDOG = 'watchdog'
-    CAMERA = 'camera'
-
-
-def bench(
-    part: Part = typer.Argument(..., help='Which part.'),
-    json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
-) -> None:
-    """Time a part of the system on one core, beside a peer in the same run."""
-    from mctrack_ros.experiments.bench_camera import bench_camera
+@app.command()
+def ground(json_file: Path | None = _JSON) -> None:
+    """Time the ground mappings: points a second."""
     from mctrack_ros.experiments.bench_ground import bench_ground
+
+    _tell(bench_ground(), json_file)
+
+
+@app.command()
+def watchdog(json_file: Path | None = _JSON) -> None:
+    """Time the watch for cameras that have moved."""
     from mctrack_ros.experiments.bench_watchdog import bench_watchdog
 
-    benches: dict[Part, Callable[[], Figures]] = {
-        Part.GROUND: bench_ground,
-        Part.WATCHDOG: bench_watchdog,
-        Part.CAMERA: bench_camera,
-    }
-    figures = benches[part]()
+    _tell(bench_watchdog(), json_file)
+
+
+@app.command()
+def camera(json_file: Path | None = _JSON) -> None:
+    """Time a camera's trackers: pictures a second."""
+    from mctrack_ros.experiments.bench_camera import bench_camera
+
+    _tell(bench_camera(), json_file)
+
+
+@app.command()
+def fusion(
+    part: list[str] = typer.Option([], help='Measure this alone: speed or accuracy.'),
+    seeds: str = typer.Option(
+        '11-34', help='Scenes whose accuracy is measured: 11-34 are held out, 1-3 for tuning.'
+    ),
+    quick: bool = typer.Option(False, '--quick', help='Time fewer ticks, no slow trackers.'),
+    alone: bool = typer.Option(False, '--alone', help='Run no other trackers beside.'),
+    folder: Path | None = typer.Option(
+        None, help='The benchmark; unless given, MCTRACK_BENCH or ../shared/bench.'
+    ),
+    json_file: Path | None = _JSON,
+) -> None:
+    """Measure fusion on synthetic scenes: time, accuracy, beside norfair and Stone Soup."""
+    from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.experiments import fusion_bench
+
+    parts = tuple(map(fusion_bench.Part, part)) or tuple(fusion_bench.Part)
+    peers = () if alone else fusion_bench.installed_peers()
+    missing = [name for name in fusion_bench.PEERS if name not in peers and not alone]
+    if missing:
+        names = ', '.join(missing)
+        typer.echo(f'measuring without {names}; to have them: {fusion_bench.INSTALL}', err=True)
+    figures = fusion_bench.bench_fusion(
+        fusion_bench.toolkit_folder(folder), peers, parts, numbers(seeds), quick, progress_bar
+    )
+    _tell(figures, json_file)
+
+
+def numbers(text: str) -> tuple[int, ...]:
+    """
+    Return the numbers that a text lists, as ``1-3`` or ``1,2,5-7``.
+
+    Raises
+    ------
+    ValueError
+        If it lists none or anything else.
+
+    """
+    listed: list[int] = []
+    for item in text.split(','):
+        found = re.fullmatch(r'(\d+)(?:-(\d+))?', item)
+        if found is None:
+            raise ValueError(f'{text!r} lists no numbers, expected for example 11-34 or 1,2,3')
+        first, last = found.groups()
+        listed += range(int(first), int(last or first) + 1)
+    return tuple(listed)
+
+
+def _tell(figures: Figures, json_file: Path | None) -> None:
+    """Print figures and, if asked, write them."""
     typer.echo(figures.table())
     if json_file is not None:
         figures.write(json_file)

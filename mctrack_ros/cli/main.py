@@ -59,7 +59,7 @@ app.command('reproduce')(reproduce.reproduce)
 app.command('coverage')(coverage.coverage)
 app.command('check-calibration')(calibration.check_calibration)
 app.command('convert-calibration')(calibration.convert_calibration)
-app.command('bench')(bench.bench)
+app.add_typer(bench.app, name='bench', help='Time the parts of the system on one core.')
 app.command('results')(compare.results)
 
 

@@ -171,6 +171,40 @@ TARGETS = (
            least=150),
     Target('bench_camera', 'silhouettes.fps', 'silhouettes tracker, pictures a second', 400,
            None, 'OpenCV MOG2 and components in the same run: `peer.mog2_components.fps`'),
+    *(
+        Target('bench_fusion', f'{scene}.p50_ms', f'core tick, {words}, median, ms', most=most)
+        for scene, words, most in (
+            ('t25c5', '25 targets, 5 cameras', 0.4),
+            ('t100c5', '100 targets, 5 cameras', 0.6),
+            ('t1000c20_cov3', '1000 targets, 3 of 20 cameras on each', 4.0),
+            ('t1000c20', '1000 targets, 12 of 20 cameras on each', 8.0),
+        )
+    ),
+    *(
+        Target('bench_fusion', f'{scene}.norfair_ratio', f'norfair over ours, {words}', least)
+        for scene, words, least in (
+            ('t25c5', '25 targets', 3.5),
+            ('t100c5', '100 targets', 10.0),
+            ('t1000c5', '1000 targets, 5 cameras', 60.0),
+            ('t1000c20_cov3', '1000 targets, 3 of 20 cameras on each', 60.0),
+        )
+    ),
+    Target('bench_fusion', 't25c5.stonesoup_gnn_ratio', 'Stone Soup, gated GNN, over ours', 150),
+    Target('bench_fusion', 't1000c5.growth', 'time from 100 to 1000 targets', most=6),
+    Target('bench_fusion', 'base.mota', 'base scenes, held out, MOTA at 1 m', 0.998, None,
+           'norfair: `base.norfair.mota`'),
+    Target('bench_fusion', 'base.idf1', 'base scenes, IDF1', 0.985, None,
+           'norfair: `base.norfair.idf1`'),
+    Target('bench_fusion', 'base.switches', 'base scenes, switches in 1000 ticks', None, None,
+           'norfair: `base.norfair.switches`'),
+    Target('bench_fusion', 'base.position_error_ratio',
+           "base scenes, position error over the true association's", most=1.05),
+    Target('bench_fusion', 'crowd.mota', 'crowds, held out, MOTA at 1 m', 0.995, None,
+           'norfair: `crowd.norfair.mota`'),
+    Target('bench_fusion', 'crowd.idf1', 'crowds, IDF1', 0.95, None,
+           'norfair: `crowd.norfair.idf1`; textbook GNN .823, JPDA .839'),
+    Target('bench_fusion', 'crowd.switches', 'crowds, switches in 1000 ticks', None, None,
+           'norfair: `crowd.norfair.switches`; textbook GNN 22.8, JPDA 23.0'),
     Target('cameras', 'pets.view1.median_m', 'PETS view 1, Tsai, median error, m', most=0.05),
     Target(
         'cameras', 'pets.clicked12.median_m', 'camera fitted to 12 clicks, median, m', most=0.15

@@ -1,0 +1,20 @@
+"""Fusion on the shared benchmark: time and accuracy beside other trackers."""
+
+from mctrack_ros.experiments.fusion_bench.accuracy import HELD_OUT
+from mctrack_ros.experiments.fusion_bench.bench import Part, bench_fusion
+from mctrack_ros.experiments.fusion_bench.toolkit import (
+    INSTALL,
+    PEERS,
+    installed_peers,
+    toolkit_folder,
+)
+
+__all__ = [
+    'HELD_OUT',
+    'INSTALL',
+    'PEERS',
+    'Part',
+    'bench_fusion',
+    'installed_peers',
+    'toolkit_folder',
+]

@@ -1,0 +1,81 @@
+"""The project's own fusion as the benchmark drives trackers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.fusion import FusionConfig, FusionPipeline
+from mctrack_ros.interfaces import REPORTED, CameraDetections, Detections, Tick, Ticks, Tracks
+
+Reported = tuple[list[int], NDArray[np.float64]]
+
+SENSOR_SIGMA_M = 0.001
+"""The covariances of the scenes are true: cameras there have no errors beside them, m."""
+
+
+class CoreTracker:
+    """
+    The core tick: positions and covariances in, tracks out, nothing else known.
+
+    Parameters
+    ----------
+    scenario : Scenario of the benchmark
+        Its detections and what is told about its cameras.
+
+    """
+
+    def __init__(self, scenario: Any) -> None:
+        self._scenario = scenario
+        self._cameras = camera_names(scenario)
+        self._pipeline = FusionPipeline(told_config(scenario), self._cameras)
+
+    def prepare(self, frame: int) -> None:
+        """Bring a tick's detections into the project's types; not timed."""
+        detections, stamp_ns = self._scenario.detections(frame), stamp_of(self._scenario, frame)
+        frames = []
+        for index, camera in enumerate(self._cameras):
+            position, covariance = detections.of_camera(index)
+            rows = Detections.build(stamp_ns, position=on_ground(position), covariance=covariance)
+            frames.append(CameraDetections(camera, rows))
+        self._tick = Tick(stamp_ns, tuple(frames), Ticks.build(stamp_ns))
+
+    def step(self, frame: int) -> Reported:
+        """Process the tick."""
+        return reported(self._pipeline.step(self._tick).tracks)
+
+
+def camera_names(scenario: Any) -> tuple[str, ...]:
+    """Return names whose order is that of the scene's cameras."""
+    return tuple(f'cam{index:02}' for index in range(scenario.cameras))
+
+
+def told_config(scenario: Any) -> FusionConfig:
+    """Return the default parameters but for what the benchmark tells every tracker."""
+    default = FusionConfig()
+    density = scenario.sensors.clutter_density
+    return replace(
+        default,
+        batching=replace(default.batching, period=scenario.tick_s),
+        motion=replace(default.motion, sensor_sigma=SENSOR_SIGMA_M),
+        association=replace(default.association, false_density=density),
+    )
+
+
+def stamp_of(scenario: Any, frame: int) -> int:
+    """Return the stamp of a tick, ns."""
+    return round((frame + 1) * float(scenario.tick_s) * 1e9)
+
+
+def on_ground(position: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (n, 2) ground positions with their height, (n, 3), m."""
+    return np.column_stack([position, np.zeros(len(position))])
+
+
+def reported(tracks: Tracks) -> Reported:
+    """Return ids and (n, 2) positions, m, of the tracks that fusion stands for."""
+    shown = np.isin(tracks.status, REPORTED)
+    return tracks.track_id[shown].tolist(), tracks.position[shown, :2].astype(np.float64)

@@ -1,0 +1,91 @@
+"""The whole benchmark of fusion as figures with their protocol."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from enum import StrEnum
+from pathlib import Path
+
+from mctrack_ros.experiments.figures import Figures
+from mctrack_ros.experiments.fusion_bench.accuracy import FRAMES, HELD_OUT, measure_accuracy
+from mctrack_ros.experiments.fusion_bench.speed import WARM_UP, measure_speed
+from mctrack_ros.experiments.fusion_bench.toolkit import Toolkit
+from mctrack_ros.experiments.fusion_bench.workers import Progress
+
+
+class Part(StrEnum):
+    """What can be measured alone."""
+
+    SPEED = 'speed'
+    ACCURACY = 'accuracy'
+
+
+ShowProgress = Callable[[str], AbstractContextManager[Progress]]
+
+
+def bench_fusion(
+    folder: Path,
+    peers: Sequence[str],
+    parts: Sequence[Part],
+    seeds: Sequence[int],
+    quick: bool,
+    show: ShowProgress,
+) -> Figures:
+    """
+    Measure fusion on the shared benchmark.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the benchmark.
+    peers : sequence of str
+        Other trackers to be run beside.
+    parts : sequence of Part
+        What to measure.
+    seeds : sequence of int
+        Of the scenes on which accuracy is measured.
+    quick : bool
+        Time fewer ticks.
+    show : callable
+        Makes a progress bar of a title.
+
+    Raises
+    ------
+    OSError
+        If the benchmark is not in the folder.
+
+    """
+    Toolkit(folder)
+    figures: dict[str, float] = {}
+    if Part.SPEED in parts:
+        with show('speed, scenes') as progress:
+            figures |= measure_speed(folder, peers, quick=quick, progress=progress)
+    if Part.ACCURACY in parts:
+        with show('accuracy, scenes') as progress:
+            figures |= measure_accuracy(folder, peers, seeds, progress=progress)
+    return Figures('bench_fusion', _command(parts, seeds, quick), _protocol(seeds), figures)
+
+
+def _command(parts: Sequence[Part], seeds: Sequence[int], quick: bool) -> str:
+    """Return the command line that measures this again."""
+    words = ['mctrack bench fusion']
+    if set(parts) != set(Part):
+        words += [f'--part {part}' for part in parts]
+    if tuple(seeds) != HELD_OUT:
+        words.append(f'--seeds {",".join(map(str, seeds))}')
+    return ' '.join(words + ['--quick'] * quick)
+
+
+def _protocol(seeds: Sequence[int]) -> dict[str, str]:
+    return {
+        't..c..': 'targets, cameras; three cameras see each point, twelve at t1000c20; time of '
+        f'a core tick on one core, ours and the others in turns of 20 ticks in one process, the '
+        f'first {WARM_UP} ticks left out; ratio: their median over ours; growth: median over '
+        'that of 100 targets in the same run',
+        'base, crowd': f'25 targets, 5 cameras, density 1 and 4, {FRAMES} ticks of 40 ms, '
+        f'{len(seeds)} scenes of each, seeds {min(seeds)} to {max(seeds)}; the first {WARM_UP} '
+        'ticks left out; gate 1 m; mean, least and most of the scenes; over_norfair: ours less '
+        "norfair's on the same scene; position_error_ratio: over that of a Kalman filter told "
+        'whose every detection is',
+    }
