@@ -41,7 +41,9 @@ def camera(json_file: Path | None = _JSON) -> None:
 
 @app.command()
 def fusion(
-    part: list[str] = typer.Option([], help='Measure this alone: speed or accuracy.'),
+    part: list[str] = typer.Option(
+        [], help='Measure this alone: speed, whole, accuracy or hostile.'
+    ),
     seeds: str = typer.Option(
         '11-34', help='Scenes whose accuracy is measured: 11-34 are held out, 1-3 for tuning.'
     ),
@@ -52,7 +54,7 @@ def fusion(
     ),
     json_file: Path | None = _JSON,
 ) -> None:
-    """Measure fusion on synthetic scenes: time, accuracy, beside norfair and Stone Soup."""
+    """Measure fusion on synthetic scenes: time, accuracy beside other trackers, bad input."""
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.experiments import fusion_bench
 

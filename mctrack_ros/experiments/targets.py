@@ -191,6 +191,8 @@ TARGETS = (
     ),
     Target('bench_fusion', 't25c5.stonesoup_gnn_ratio', 'Stone Soup, gated GNN, over ours', 150),
     Target('bench_fusion', 't1000c5.growth', 'time from 100 to 1000 targets', most=6),
+    Target('bench_fusion', 'whole.p50_ms', 'whole tick, 25 targets, median, ms', most=2),
+    Target('bench_fusion', 'hostile.worst_ms', 'worst tick of any bad input, ms', most=40),
     Target('bench_fusion', 'base.mota', 'base scenes, held out, MOTA at 1 m', 0.998, None,
            'norfair: `base.norfair.mota`'),
     Target('bench_fusion', 'base.idf1', 'base scenes, IDF1', 0.985, None,

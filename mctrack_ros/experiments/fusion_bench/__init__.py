@@ -1,4 +1,4 @@
-"""Fusion on the shared benchmark: time and accuracy beside other trackers."""
+"""Fusion on the shared benchmark: time, accuracy beside other trackers, bad input."""
 
 from mctrack_ros.experiments.fusion_bench.accuracy import HELD_OUT
 from mctrack_ros.experiments.fusion_bench.bench import Part, bench_fusion

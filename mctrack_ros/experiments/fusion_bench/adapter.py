@@ -30,18 +30,12 @@ class CoreTracker:
 
     def __init__(self, scenario: Any) -> None:
         self._scenario = scenario
-        self._cameras = camera_names(scenario)
-        self._pipeline = FusionPipeline(told_config(scenario), self._cameras)
+        self._pipeline = FusionPipeline(told_config(scenario), camera_names(scenario))
 
     def prepare(self, frame: int) -> None:
         """Bring a tick's detections into the project's types; not timed."""
-        detections, stamp_ns = self._scenario.detections(frame), stamp_of(self._scenario, frame)
-        frames = []
-        for index, camera in enumerate(self._cameras):
-            position, covariance = detections.of_camera(index)
-            rows = Detections.build(stamp_ns, position=on_ground(position), covariance=covariance)
-            frames.append(CameraDetections(camera, rows))
-        self._tick = Tick(stamp_ns, tuple(frames), Ticks.build(stamp_ns))
+        messages, stamp_ns = messages_of(self._scenario, frame), stamp_of(self._scenario, frame)
+        self._tick = Tick(stamp_ns, tuple(messages), Ticks.build(stamp_ns))
 
     def step(self, frame: int) -> Reported:
         """Process the tick."""
@@ -51,6 +45,17 @@ class CoreTracker:
 def camera_names(scenario: Any) -> tuple[str, ...]:
     """Return names whose order is that of the scene's cameras."""
     return tuple(f'cam{index:02}' for index in range(scenario.cameras))
+
+
+def messages_of(scenario: Any, frame: int) -> list[CameraDetections]:
+    """Return what the cameras detect at a tick: places and how sure they are."""
+    detections, stamp_ns = scenario.detections(frame), stamp_of(scenario, frame)
+    messages = []
+    for index, camera in enumerate(camera_names(scenario)):
+        position, covariance = detections.of_camera(index)
+        rows = Detections.build(stamp_ns, position=on_ground(position), covariance=covariance)
+        messages.append(CameraDetections(camera, rows))
+    return messages
 
 
 def told_config(scenario: Any) -> FusionConfig:

@@ -9,8 +9,16 @@ from pathlib import Path
 
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.fusion_bench.accuracy import FRAMES, HELD_OUT, measure_accuracy
-from mctrack_ros.experiments.fusion_bench.speed import WARM_UP, measure_speed
-from mctrack_ros.experiments.fusion_bench.toolkit import Toolkit
+from mctrack_ros.experiments.fusion_bench.hostile import (
+    AFTER,
+    BEFORE,
+    SETTLED,
+    SPOILED,
+    measure_hostile,
+)
+from mctrack_ros.experiments.fusion_bench.speed import measure_speed
+from mctrack_ros.experiments.fusion_bench.toolkit import WARM_UP, Toolkit
+from mctrack_ros.experiments.fusion_bench.whole import measure_whole
 from mctrack_ros.experiments.fusion_bench.workers import Progress
 
 
@@ -18,7 +26,9 @@ class Part(StrEnum):
     """What can be measured alone."""
 
     SPEED = 'speed'
+    WHOLE = 'whole'
     ACCURACY = 'accuracy'
+    HOSTILE = 'hostile'
 
 
 ShowProgress = Callable[[str], AbstractContextManager[Progress]]
@@ -61,10 +71,19 @@ def bench_fusion(
     if Part.SPEED in parts:
         with show('speed, scenes') as progress:
             figures |= measure_speed(folder, peers, quick=quick, progress=progress)
+    if Part.WHOLE in parts:
+        with show('whole tick, scenes') as progress:
+            figures |= measure_whole(folder, quick=quick, progress=progress)
     if Part.ACCURACY in parts:
         with show('accuracy, scenes') as progress:
             figures |= measure_accuracy(folder, peers, seeds, progress=progress)
-    return Figures('bench_fusion', _command(parts, seeds, quick), _protocol(seeds), figures)
+    protocol = _protocol(seeds)
+    if Part.HOSTILE in parts:
+        with show('bad input, kinds') as progress:
+            endured, failures = measure_hostile(folder, progress)
+        figures |= endured
+        protocol |= {'failed': failures} if failures else {}
+    return Figures('bench_fusion', _command(parts, seeds, quick), protocol, figures)
 
 
 def _command(parts: Sequence[Part], seeds: Sequence[int], quick: bool) -> str:
@@ -88,4 +107,11 @@ def _protocol(seeds: Sequence[int]) -> dict[str, str]:
         'ticks left out; gate 1 m; mean, least and most of the scenes; over_norfair: ours less '
         "norfair's on the same scene; position_error_ratio: over that of a Kalman filter told "
         'whose every detection is',
+        'whole': '25 targets, 5 cameras that send looks, ids of their own, ids they were told and '
+        'groups, as codec messages; fusion and encoding of all that is published; decoding and '
+        'batching apart, medians',
+        'hostile': f'25 targets, 5 cameras, {BEFORE} ticks good, {SPOILED} spoiled, {AFTER} good '
+        'again; longest processor time of batching and fusing a tick from the first spoiled one '
+        'on; refused: messages and detections counted as not used; mota_after: of the last '
+        f'{SETTLED} ticks',
     }

@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 
 from mctrack_ros.experiments.fusion_bench.adapter import CoreTracker
-from mctrack_ros.experiments.fusion_bench.toolkit import SLOW_PEERS, Toolkit
+from mctrack_ros.experiments.fusion_bench.toolkit import SLOW_PEERS, WARM_UP, Toolkit
 from mctrack_ros.experiments.fusion_bench.workers import Progress, run_pinned, silent
 
 OURS = 'fusion'
 SMALLER = 'smaller'
-WARM_UP = 25
 QUICK_SHARE = 0.4
 SEED = 1
 

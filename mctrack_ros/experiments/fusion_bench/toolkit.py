@@ -16,6 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 FOLDER = '../shared/bench'
+WARM_UP = 25
+"""First ticks that do not count."""
+
 PARTS = ('generate', 'scenario', 'score', 'peers')
 
 PEERS = {'norfair': 'norfair', 'stonesoup-gnn': 'stonesoup'}
@@ -91,9 +94,9 @@ class Toolkit:
         measured: dict[str, Any] = self._peers.measure(trackers, frames)
         return measured
 
-    def score(self, scene: Scene, reported: Any) -> Any:
-        """Hold what was reported, tick by tick, against the truth."""
-        return self._score.score(scene.scenario.truth, reported)
+    def score(self, scene: Scene, reported: Any, skip: int = WARM_UP) -> Any:
+        """Hold what was reported, tick by tick but for the first, against the truth."""
+        return self._score.score(scene.scenario.truth, reported, skip=skip)
 
 
 def toolkit_folder(given: Path | None = None) -> Path:
