@@ -27,6 +27,10 @@ FLOATS_1D = types.Array(types.f8, 1, 'C', readonly=True)
 FLOATS_2D = types.Array(types.f8, 2, 'C', readonly=True)
 FLOATS_3D = types.Array(types.f8, 3, 'C', readonly=True)
 """Types of arguments; read-only, as the arrays of messages are."""
+COLUMN_1D = types.Array(types.f8, 1, 'A', readonly=True)
+COLUMN_2D = types.Array(types.f8, 2, 'A', readonly=True)
+COLUMN_3D = types.Array(types.f8, 3, 'A', readonly=True)
+"""Types of columns of a table of records."""
 
 
 def compiled(signature: Any) -> Callable[[F], F]:

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BOOLS_2D, COLUMN_2D, FLOATS_3D, compiled, inner
 
 Floats = NDArray[np.float64]
 
 SLOTS = 1 << 14
 """Cells that can be told apart; places far from each other may share one."""
+LEVELS = 2
+"""Fine cells, and the coarse ones that they lie in."""
 COARSENESS = 4
 """Edge of a coarse cell, fine cells."""
 LARGEST_PROBABILITY = 0.95
@@ -33,20 +38,17 @@ class CoverageMap:
     """
 
     def __init__(self, cameras: int, cell: float, prior: float) -> None:
-        self._prior = prior
-        self._edges = (cell, cell * COARSENESS)
-        self._seen = [np.zeros((SLOTS, cameras)) for _ in self._edges]
-        self._watched = [np.zeros((SLOTS, cameras)) for _ in self._edges]
+        self._prior, self._cell = prior, cell
+        self._seen = np.zeros((LEVELS, SLOTS, cameras))
+        self._watched = np.zeros((LEVELS, SLOTS, cameras))
 
     def probability(self, position: Floats) -> Floats:
         """
-        Return the detection probabilities, (n, cameras), at (n, 2) ground positions, m.
+        Return the detection probabilities, (n, cameras), at (n, 2 or more) ground positions, m.
 
         They are the means of beta distributions whose prior is the coarse cell's mean.
         """
-        fine, coarse = (_slots(position, edge) for edge in self._edges)
-        prior = self._posterior(1, coarse, self._prior)
-        return np.minimum(self._posterior(0, fine, prior), LARGEST_PROBABILITY)
+        return _probability(position, self._seen, self._watched, self._cell, self._prior)
 
     def learn(
         self, position: Floats, seen: NDArray[np.bool_], watched: NDArray[np.bool_], seconds: float
@@ -56,7 +58,7 @@ class CoverageMap:
 
         Parameters
         ----------
-        position : (n, 2) array
+        position : (n, 2 or more) array
             Where targets surely stand, m.
         seen : (n, cameras) bool array
             Which cameras detected them.
@@ -66,18 +68,49 @@ class CoverageMap:
             For how long that speaks, s.
 
         """
-        for level, edge in enumerate(self._edges):
-            slots = _slots(position, edge)
-            np.add.at(self._seen[level], slots, seconds * (seen & watched))
-            np.add.at(self._watched[level], slots, seconds * watched)
-
-    def _posterior(self, level: int, slots: NDArray[np.int64], prior: Floats | float) -> Floats:
-        seen, watched = self._seen[level][slots], self._watched[level][slots]
-        mean: Floats = (seen + PRIOR_SECONDS * prior) / (watched + PRIOR_SECONDS)
-        return mean
+        _learn(position, seen, watched, seconds, self._seen, self._watched, self._cell)
 
 
-def _slots(position: Floats, edge: float) -> NDArray[np.int64]:
-    """Return where the cells of positions are kept."""
-    cell = np.floor(position / edge).astype(np.int64)
-    return (cell[:, 0] * 73_856_093 ^ cell[:, 1] * 19_349_663) % SLOTS
+@inner
+def _slot(position: Floats, edge: float) -> int:
+    """Return where the cell of a position is kept."""
+    x, y = int(np.floor(position[0] / edge)), int(np.floor(position[1] / edge))
+    return (x * 73_856_093 ^ y * 19_349_663) % SLOTS
+
+
+@compiled(types.f8[:, ::1](COLUMN_2D, FLOATS_3D, FLOATS_3D, types.f8, types.f8))
+def _probability(
+    position: Floats, seen: Floats, watched: Floats, cell: float, prior: float
+) -> Floats:
+    probability = np.full((len(position), seen.shape[2]), prior)
+    for row in range(len(position)):
+        for level in range(LEVELS - 1, -1, -1):
+            slot = _slot(position[row], cell * COARSENESS**level)
+            for camera in range(seen.shape[2]):
+                known = seen[level, slot, camera] + PRIOR_SECONDS * probability[row, camera]
+                probability[row, camera] = known / (watched[level, slot, camera] + PRIOR_SECONDS)
+    return np.asarray(np.minimum(probability, LARGEST_PROBABILITY))
+
+
+@compiled(
+    types.void(
+        COLUMN_2D, BOOLS_2D, BOOLS_2D, types.f8, types.f8[:, :, ::1], types.f8[:, :, ::1], types.f8
+    )
+)
+def _learn(
+    position: Floats,
+    is_seen: NDArray[np.bool_],
+    is_watched: NDArray[np.bool_],
+    seconds: float,
+    seen: Floats,
+    watched: Floats,
+    cell: float,
+) -> None:
+    for row in range(len(position)):
+        for level in range(LEVELS):
+            slot = _slot(position[row], cell * COARSENESS**level)
+            for camera in range(seen.shape[2]):
+                if is_watched[row, camera]:
+                    watched[level, slot, camera] += seconds
+                    if is_seen[row, camera]:
+                        seen[level, slot, camera] += seconds

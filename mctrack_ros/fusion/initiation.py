@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, INTS_1D, compiled
+from mctrack_ros.fusion.gating import distance
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import note
+from mctrack_ros.fusion.neighbours import nearest
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.tracking.association import mahalanobis
-from mctrack_ros.tracking.kalman import inverse
+from mctrack_ros.tracking.kalman import inverted
 
 Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
+Indices = NDArray[np.int64]
+
+MOST_STARTS = 512
+"""So many detections start tracks in one tick; whoever is still there has the next one."""
 
 
 def new_tracks(
@@ -36,36 +42,39 @@ def new_tracks(
         Parameters.
 
     """
+    rows = rows[:MOST_STARTS]
     position, noise = looks.position[rows], looks.noise[rows]
-    label = clusters(position, noise, looks.camera[rows], config)
+    label = _clusters(
+        position,
+        noise,
+        looks.camera[rows],
+        config.association.gate,
+        config.life.cluster_distance,
+    )
     table = TrackTable.blank(int(label.max()) + 1, cameras)
-    mean, covariance = fused(position, noise, label)
+    mean, covariance = _fused(position, noise, label)
     table.mean[:, :2], table.covariance[:, :2, :2] = mean, covariance
     table.covariance[:, [2, 3], [2, 3]] = config.motion.initial_speed_sigma**2
     note(table, looks, label, rows)
     template = looks.detections.template[rows]
     told = np.flatnonzero(template.any(axis=1))[::-1]
     table.template[label[told]] = template[told]  # the first one's stays
-    table.first_ns[:] = table.seen_ns[:] = table.kept_ns[:] = tick_ns
+    table.first_ns = table.seen_ns = table.kept_ns = tick_ns
     return table
 
 
-def clusters(
-    position: Floats, noise: Floats, camera: NDArray[np.intp], config: FusionConfig
-) -> NDArray[np.intp]:
+def doubt_parts(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> None:
+    """Ask more evidence of new tracks that begin beside a confirmed one: blobs fall apart."""
+    _, gap = nearest(fresh.mean, table.mean[table.confirmed])
+    fresh.evidence[gap < config.life.crowd_distance] -= config.life.crowd_evidence
+
+
+@compiled(types.i8[::1](FLOATS_2D, FLOATS_3D, INTS_1D, types.f8, types.f8))
+def _clusters(
+    position: Floats, noise: Floats, camera: Indices, gate: float, reach: float
+) -> Indices:
     """
     Join detections of different cameras that may be one target, the nearest pairs first.
-
-    Parameters
-    ----------
-    position : (m, 2) array
-        Ground positions, m.
-    noise : (m, 2, 2) array
-        Their covariances, m².
-    camera : (m,) array
-        Which camera saw each.
-    config : FusionConfig
-        Parameters.
 
     Returns
     -------
@@ -73,30 +82,50 @@ def clusters(
         Cluster of each detection, numbered by their first member; one a camera at most.
 
     """
-    squared, _ = mahalanobis(position, noise, position, noise)
-    gap = np.linalg.norm(position[:, None] - position[None], axis=2)
-    near = (squared < config.association.gate) & (gap < config.life.cluster_distance)
-    near &= camera[:, None] != camera[None]
-    first, second = np.nonzero(np.triu(near, 1))
-    order = np.argsort(squared[first, second], kind='stable')
-    cluster = list(range(len(position)))
-    members = [[row] for row in cluster]
-    for one, other in zip(first[order].tolist(), second[order].tolist()):
-        keep, drop = sorted((cluster[one], cluster[other]))
-        if keep == drop or set(camera[members[keep]]) & set(camera[members[drop]]):
-            continue
-        for row in members[drop]:
-            cluster[row] = keep
-        members[keep] += members[drop]
-    return np.unique(np.array(cluster, np.intp), return_inverse=True)[1].astype(np.intp)
+    count = len(position)
+    near = np.empty((count * (count - 1) // 2, 2), np.int64)
+    squared, found = np.empty(len(near)), 0
+    for one in range(count):
+        for other in range(one + 1, count):
+            x = position[other, 0] - position[one, 0]
+            y = position[other, 1] - position[one, 1]
+            if camera[one] != camera[other] and x * x + y * y < reach * reach:
+                apart = distance(position[one], noise[one], position[other], noise[other])[0]
+                if apart < gate:
+                    near[found, 0], near[found, 1] = one, other
+                    squared[found], found = apart, found + 1
+    cluster, cameras = np.arange(count), np.left_shift(1, camera)
+    for pair in np.argsort(squared[:found], kind='mergesort'):
+        one, other = cluster[near[pair, 0]], cluster[near[pair, 1]]
+        if one != other and not cameras[one] & cameras[other]:
+            keep, drop = min(one, other), max(one, other)
+            cameras[keep] |= cameras[drop]
+            cluster[cluster == drop] = keep
+    number, clusters = np.empty(count, np.int64), 0
+    for row in range(count):
+        if cluster[row] == row:
+            number[row], clusters = clusters, clusters + 1
+        else:
+            number[row] = number[cluster[row]]
+    return number
 
 
-def fused(position: Floats, noise: Floats, label: NDArray[np.intp]) -> tuple[Floats, Floats]:
+@compiled(types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(FLOATS_2D, FLOATS_3D, INTS_1D))
+def _fused(position: Floats, noise: Floats, label: Indices) -> tuple[Floats, Floats]:
     """Return the information-weighted means (k, 2) and covariances (k, 2, 2) of clusters."""
-    count = int(label.max(initial=-1)) + 1
-    weight = inverse(noise)
+    count = label.max() + 1
     information, weighted = np.zeros((count, 2, 2)), np.zeros((count, 2))
-    np.add.at(information, label, weight)
-    np.add.at(weighted, label, (weight @ position[..., None])[..., 0])
-    covariance = inverse(information)
-    return (covariance @ weighted[..., None])[..., 0], covariance
+    weight = np.empty((2, 2))
+    for row in range(len(label)):
+        inverted(noise[row], weight)
+        for i in range(2):
+            for j in range(2):
+                information[label[row], i, j] += weight[i, j]
+                weighted[label[row], i] += weight[i, j] * position[row, j]
+    mean, covariance = np.zeros((count, 2)), np.empty((count, 2, 2))
+    for one in range(count):
+        inverted(information[one], covariance[one])
+        for i in range(2):
+            for j in range(2):
+                mean[one, i] += covariance[one, i, j] * weighted[one, j]
+    return mean, covariance

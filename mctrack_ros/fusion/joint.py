@@ -1,4 +1,4 @@
-"""The joint assignment of all pictures of a tick to the tracks."""
+"""The joint association of all pictures of a tick with the tracks."""
 
 from __future__ import annotations
 
@@ -6,31 +6,48 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, INTS_1D, INTS_2D, compiled, inner
+from mctrack_ros.compiled import (
+    COLUMN_2D,
+    COLUMN_3D,
+    FLOATS_1D,
+    FLOATS_2D,
+    FLOATS_3D,
+    INTS_1D,
+    compiled,
+    inner,
+)
+from mctrack_ros.fusion.associators import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.costs import prior_costs
+from mctrack_ros.fusion.gating import distance, gated_pairs, see
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.tracking.association import assign, pair_probabilities
-from mctrack_ros.tracking.kalman import inverse, inverted, symmetric
+from mctrack_ros.tracking.kalman import inverse, inverted
 
 Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
+Indices = NDArray[np.int64]
 
-NOTHING = -1
 SWEEPS = 3
-"""Of the assignment: by prediction alone, then corrected at most this often less one."""
+"""Of the association: by prediction alone, then corrected at most this often less one."""
+SETTLED = 0.01
+"""It is settled when no probability changes by more."""
+LEAST = 0.1
+"""The best pair of a slot and of a detection is told of as theirs if it is as probable as that."""
+NEAR = 2.0
+"""Pairs are tried that pass so many times the gate by prediction alone: the others may bring them
+nearer."""
 
 
-class JointAssignment:
+class JointAssociation:
     """
-    Assigns every picture of a tick one to one, each in the light of the others.
+    Associates every picture of a tick in the light of all others.
 
-    A picture is assigned (global nearest neighbour) first to the predicted tracks, then again to
-    what prediction and all *other* pictures say of them, until nothing changes: the joint
-    assignment's iterated conditional modes (Besag 1986). One picture's mistake is so corrected by
-    the others instead of dragging them along, and the order of the cameras does not matter. A
-    pair counts for as much as it is probable, so a doubtful one moves its track little.
+    Pictures are associated first with the predicted tracks, then again with what prediction and
+    all *other* pictures say of them, until nothing changes: iterated conditional modes of the
+    joint assignment (Besag 1986), where the associator is a hard one. One picture's mistake is so
+    corrected by the others instead of dragging them along, and the order of the cameras does not
+    matter. A pair counts for as much as it is probable: what a slot's pairs measure is joined,
+    each with its information times its probability.
 
     Parameters
     ----------
@@ -45,173 +62,257 @@ class JointAssignment:
 
     def __init__(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> None:
         single = looks.single
-        self._gate, self._single = config.gate, single
-        self._matrix = looks.matrix
+        self._single, self._gate, self._seconds = single, config.gate, looks.seconds
+        self._associator = ASSOCIATORS[config.method]()
         self._position, self._noise = looks.position[single], looks.noise[single]
-        self._picture = looks.picture[single]
         self._information = inverse(self._noise)
-        self._cost = prior_costs(table, looks, config)
         self._mean, self._covariance = table.mean, table.covariance
-        self._prior_information = np.linalg.inv(table.covariance)
-        self._taken = np.full((len(looks.matrix), len(table)), NOTHING, np.intp)
-        self._weight = np.zeros_like(self._information)
+        picture = looks.picture[single]
+        self._track, self._detection = gated_pairs(
+            self._mean,
+            self._covariance,
+            self._seconds,
+            self._position,
+            self._noise,
+            picture,
+            NEAR * config.gate,
+        )
+        self._picture = picture[self._detection]
+        self._slot = _slots(self._picture, self._track)
+        self._prior = prior_costs(table, looks, self._track, self._detection, config)
+        self._probability = np.zeros(len(self._track))
 
     def solve(self) -> tuple[Floats, Floats]:
-        """Return the updated means (n, 4) and covariances (n, 4, 4) of the best assignment."""
+        """Return the updated means (n, 4) and covariances (n, 4, 4)."""
         state = self._mean, self._covariance
         for _ in range(SWEEPS):
-            taken, probability = self._assigned(*state)
-            if np.array_equal(taken, self._taken):
+            probability = self._associated(*state)
+            change = np.abs(probability - self._probability).max(initial=0.0)
+            self._probability = probability
+            if change < SETTLED:
                 break
-            self._taken, self._weight = taken, probability[:, None, None] * self._information
             state = self._updated()
         return state
 
     def pairs(self) -> tuple[Indices, Indices]:
-        """Return the tracks (k,) and the detections (k,) of all pairs, by picture, then track."""
-        picture, rows = np.nonzero(self._taken != NOTHING)
-        return rows, self._single[self._taken[picture, rows]]
+        """
+        Return the tracks (k,) and the detections (k,) that are each other's best in a picture.
 
-    def _assigned(self, mean: Floats, covariance: Floats) -> tuple[Indices, Floats]:
-        """Return what each picture has of each track (pictures, n), how probably (m,) it does."""
+        Sorted by picture, then track.
+        """
+        best = _mutual(self._slot, self._detection, self._probability, LEAST)
+        return self._track[best], self._single[self._detection[best]]
+
+    def _associated(self, mean: Floats, covariance: Floats) -> Floats:
+        """Return how probable the pairs are, given states that what they told is part of."""
         cost = _costs(
-            self._matrix,
             mean,
             covariance,
-            self._taken,
-            self._weight,
+            self._seconds,
+            self._picture,
+            self._track,
+            self._detection,
+            self._probability,
             self._position,
             self._noise,
-            self._picture,
-            self._cost,
+            self._information,
+            self._prior,
             self._gate,
         )
-        columns, rows = assign(cost, self._picture)
-        taken, probability = np.full_like(self._taken, NOTHING), np.zeros(len(cost))
-        taken[self._picture[columns], rows] = columns
-        every = pair_probabilities(np.exp(-cost / 2), self._picture)
-        probability[columns] = every[columns, rows]
-        return taken, probability
+        near = np.flatnonzero(cost < np.inf)
+        pairs = Pairs(
+            self._track[near],
+            self._detection[near],
+            _slots(self._picture[near], self._track[near]),
+            np.exp(-cost[near] / 2),
+        )
+        probability = np.zeros(len(cost))
+        probability[near] = self._associator.probabilities(pairs)
+        return probability
 
     def _updated(self) -> tuple[Floats, Floats]:
         """Return the states that all pairs make of the prediction: the information filter."""
-        information, pull = _told(
-            self._matrix, self._mean, self._taken, self._weight, self._position
+        return _updated(
+            self._mean,
+            self._covariance,
+            self._seconds,
+            self._picture,
+            self._track,
+            self._detection,
+            self._probability,
+            self._position,
+            self._information,
         )
-        spread = np.linalg.inv(self._prior_information + information)
-        covariance = symmetric(np.asarray(spread, np.float64))
-        return self._mean + (covariance @ pull[..., None])[..., 0], covariance
+
+
+@compiled(types.i8[::1](INTS_1D, INTS_1D))
+def _slots(picture: Indices, track: Indices) -> Indices:
+    """Give each track in each picture a number; pairs (k,) are sorted by picture, then track."""
+    slot, count = np.empty(len(track), np.int64), -1
+    for pair in range(len(track)):
+        same = pair > 0 and picture[pair] == picture[pair - 1] and track[pair] == track[pair - 1]
+        count += 0 if same else 1
+        slot[pair] = count
+    return slot
 
 
 @inner
-def _see(matrix: Floats, mean: Floats, covariance: Floats, place: Floats, spread: Floats) -> None:
-    """Write where (2,) and how sharply (2, 2) a picture's (2, 4) matrix shows a state."""
-    for i in range(2):
-        place[i] = 0.0
-        for k in range(4):
-            place[i] += matrix[i, k] * mean[k]
-        for j in range(2):
-            spread[i, j] = 0.0
-            for k in range(4):
-                for m in range(4):
-                    spread[i, j] += matrix[i, k] * covariance[k, m] * matrix[j, m]
+def _joined(
+    first: int, last: int, detection: Indices, probability: Floats,
+    position: Floats, information: Floats, weight: Floats, pull: Floats,
+) -> bool:  # fmt: skip
+    """Join what the pairs of a slot measure: information (2, 2), and it times the place (2,)."""
+    weight[:], pull[:] = 0.0, 0.0
+    told = False
+    for pair in range(first, last):
+        share, row = probability[pair], detection[pair]
+        if share > 0.0:
+            told = True
+            for i in range(2):
+                for j in range(2):
+                    weight[i, j] += share * information[row, i, j]
+                    pull[i] += share * information[row, i, j] * position[row, j]
+    return told
 
 
 @inner
-def _distance(
-    place: Floats, spread: Floats, position: Floats, noise: Floats
-) -> tuple[float, float]:
-    """Return the squared distance of a measurement, and the determinant of its covariance."""
-    x, y = position[0] - place[0], position[1] - place[1]
-    xx, yy = spread[0, 0] + noise[0, 0], spread[1, 1] + noise[1, 1]
-    xy = spread[0, 1] + noise[0, 1]
-    determinant = xx * yy - xy * xy
-    return (yy * x * x - 2 * xy * x * y + xx * y * y) / determinant, determinant
-
-
-@inner
-def _take_out(place: Floats, spread: Floats, position: Floats, weight: Floats) -> None:
-    """Take what a measurement, so sure, has told out of a place (2,) and its spread (2, 2)."""
-    rest, pull = np.empty((2, 2)), np.empty(2)
+def _take_out(place: Floats, spread: Floats, weight: Floats, pull: Floats) -> None:
+    """Take what measurements have told out of a place (2,) and its spread (2, 2)."""
+    rest = np.empty((2, 2))
     inverted(spread, rest)
     inverted(rest - weight, spread)
     spread[0, 1] = spread[1, 0] = (spread[0, 1] + spread[1, 0]) / 2
+    x = weight[0, 0] * place[0] + weight[0, 1] * place[1] - pull[0]
+    y = weight[1, 0] * place[0] + weight[1, 1] * place[1] - pull[1]
     for i in range(2):
-        pull[i] = weight[i, 0] * (place[0] - position[0]) + weight[i, 1] * (place[1] - position[1])
-    for i in range(2):
-        place[i] += spread[i, 0] * pull[0] + spread[i, 1] * pull[1]
+        place[i] += spread[i, 0] * x + spread[i, 1] * y
 
 
 @compiled(
-    types.f8[:, ::1](
-        FLOATS_3D, FLOATS_2D, FLOATS_3D, INTS_2D, FLOATS_3D, FLOATS_2D, FLOATS_3D, INTS_1D,
-        FLOATS_2D, types.f8,
+    types.f8[::1](
+        COLUMN_2D, COLUMN_3D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D,
+        FLOATS_3D, FLOATS_3D, FLOATS_1D, types.f8,
     )
 )  # fmt: skip
 def _costs(
-    matrix: Floats, mean: Floats, covariance: Floats, taken: Indices, weight: Floats,
-    position: Floats, noise: Floats, picture: Indices, prior: Floats, gate: float,
+    mean: Floats, covariance: Floats, seconds: Floats, picture: Indices, track: Indices,
+    detection: Indices, probability: Floats, position: Floats, noise: Floats,
+    information: Floats, prior: Floats, gate: float,
 ) -> Floats:  # fmt: skip
-    """Return the (m, n) costs of all pairs, given what the other pictures say of the tracks."""
-    cost = np.full(prior.shape, np.inf)
+    """Return the costs (k,) of the pairs, given what the other pictures say of the tracks."""
+    count = len(track)
+    cost = np.full(count, np.inf)
     place, spread = np.empty(2), np.empty((2, 2))
-    for track in range(len(mean)):
-        last = -1
-        for row in range(len(position)):
-            one = picture[row]
-            if one != last:
-                last, column = one, taken[one, track]
-                _see(matrix[one], mean[track], covariance[track], place, spread)
-                if column != NOTHING:
-                    _take_out(place, spread, position[column], weight[column])
-            squared, determinant = _distance(place, spread, position[row], noise[row])
+    weight, pull = np.empty((2, 2)), np.empty(2)
+    first = 0
+    while first < count:
+        last = first + 1
+        while last < count and track[last] == track[first] and picture[last] == picture[first]:
+            last += 1
+        own = track[first]
+        see(mean[own], covariance[own], seconds[picture[first]], place, spread)
+        if _joined(first, last, detection, probability, position, information, weight, pull):
+            _take_out(place, spread, weight, pull)
+        for pair in range(first, last):
+            row = detection[pair]
+            squared, determinant = distance(place, spread, position[row], noise[row])
             if squared < gate:
-                cost[row, track] = squared + np.log(determinant) + prior[row, track]
+                cost[pair] = squared + np.log(determinant) + prior[pair]
+        first = last
     return cost
 
 
-@compiled(types.f8[:, ::1](FLOATS_3D, FLOATS_2D, FLOATS_3D, FLOATS_2D, FLOATS_3D))
-def distances(
-    matrix: Floats, mean: Floats, covariance: Floats, position: Floats, noise: Floats
-) -> Floats:
-    """Return the (m, n) squared Mahalanobis distances of measurements, each of its own picture."""
-    squared = np.empty((len(position), len(mean)))
-    place, spread = np.empty(2), np.empty((2, 2))
-    for row in range(len(position)):
-        for track in range(len(mean)):
-            _see(matrix[row], mean[track], covariance[track], place, spread)
-            squared[row, track] = _distance(place, spread, position[row], noise[row])[0]
-    return squared
+@compiled(types.b1[::1](INTS_1D, INTS_1D, FLOATS_1D, types.f8))
+def _mutual(
+    slot: Indices, detection: Indices, probability: Floats, least: float
+) -> NDArray[np.bool_]:
+    """Return which pairs (k,) are both their slot's and their detection's best."""
+    count = len(slot)
+    of_slot = np.zeros(slot[-1] + 1 if count else 0)
+    of_detection = np.zeros(detection.max() + 1 if count else 0)
+    for pair in range(count):
+        own = probability[pair]
+        of_slot[slot[pair]] = max(of_slot[slot[pair]], own)
+        of_detection[detection[pair]] = max(of_detection[detection[pair]], own)
+    best = np.zeros(count, np.bool_)
+    for pair in range(count):
+        own = probability[pair]
+        wins = own >= of_slot[slot[pair]] and own >= of_detection[detection[pair]]
+        if wins and own >= least:
+            best[pair] = True
+            of_slot[slot[pair]] = of_detection[detection[pair]] = np.inf
+    return best
+
+
+@inner
+def _inverse(matrix: Floats, result: Floats) -> None:
+    """Write the inverse of a symmetric positive definite (4, 4) matrix, by blocks."""
+    left, rest, mixed, own = (
+        np.empty((2, 2)), np.empty((2, 2)), np.empty((2, 2)), np.empty((2, 2)),
+    )  # fmt: skip
+    inverted(matrix[:2, :2], left)
+    for i in range(2):
+        for j in range(2):
+            mixed[i, j] = left[i, 0] * matrix[0, 2 + j] + left[i, 1] * matrix[1, 2 + j]
+    for i in range(2):
+        for j in range(2):
+            own[i, j] = matrix[2 + i, 2 + j]
+            own[i, j] -= matrix[0, 2 + i] * mixed[0, j] + matrix[1, 2 + i] * mixed[1, j]
+    own[0, 1] = own[1, 0] = (own[0, 1] + own[1, 0]) / 2
+    inverted(own, rest)
+    for i in range(2):
+        for j in range(2):
+            result[2 + i, 2 + j] = rest[i, j]
+            cross = -mixed[i, 0] * rest[0, j] - mixed[i, 1] * rest[1, j]
+            result[i, 2 + j] = result[2 + j, i] = cross
+    for i in range(2):
+        for j in range(i, 2):
+            value = left[i, j] - result[i, 2] * mixed[j, 0] - result[i, 3] * mixed[j, 1]
+            result[i, j] = result[j, i] = value
 
 
 @compiled(
-    types.Tuple([types.f8[:, :, ::1], types.f8[:, ::1]])(
-        FLOATS_3D, FLOATS_2D, INTS_2D, FLOATS_3D, FLOATS_2D
+    types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(
+        COLUMN_2D, COLUMN_3D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D,
+        FLOATS_3D,
     )
-)
-def _told(
-    matrix: Floats, mean: Floats, taken: Indices, weight: Floats, position: Floats
-) -> tuple[Floats, Floats]:
-    """Return the information (n, 4, 4) that all pairs add to the tracks, and its pull (n, 4)."""
-    information, pull = np.zeros((len(mean), 4, 4)), np.zeros((len(mean), 4))
-    weighed, gap = np.empty((4, 2)), np.empty(2)
-    for picture in range(len(matrix)):
-        seen_from = matrix[picture]
-        for track in range(len(mean)):
-            row = taken[picture, track]
-            if row == NOTHING:
-                continue
-            for j in range(2):
-                gap[j] = position[row, j]
-                for k in range(4):
-                    gap[j] -= seen_from[j, k] * mean[track, k]
-                    weighed[k, j] = (
-                        seen_from[0, k] * weight[row, 0, j] + seen_from[1, k] * weight[row, 1, j]
-                    )
+)  # fmt: skip
+def _updated(
+    mean: Floats, covariance: Floats, seconds: Floats, picture: Indices, track: Indices,
+    detection: Indices, probability: Floats, position: Floats, information: Floats,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """Add what all pairs tell to the predicted states, in the information filter's form."""
+    tracks, count = len(mean), len(track)
+    told, pulls = np.zeros((tracks, 4, 4)), np.zeros((tracks, 4))
+    is_told = np.zeros(tracks, np.bool_)
+    weight, pull = np.empty((2, 2)), np.empty(2)
+    first = 0
+    while first < count:
+        last = first + 1
+        while last < count and track[last] == track[first] and picture[last] == picture[first]:
+            last += 1
+        own, later = track[first], seconds[picture[first]]
+        if _joined(first, last, detection, probability, position, information, weight, pull):
+            is_told[own] = True
+            for i in range(2):
+                gap = pull[i]
+                for j in range(2):
+                    gap -= weight[i, j] * (mean[own, j] + later * mean[own, 2 + j])
+                    told[own, i, j] += weight[i, j]
+                    told[own, i, 2 + j] += later * weight[i, j]
+                    told[own, 2 + i, j] += later * weight[i, j]
+                    told[own, 2 + i, 2 + j] += later**2 * weight[i, j]
+                pulls[own, i] += gap
+                pulls[own, 2 + i] += later * gap
+        first = last
+    moved, spread = np.empty((tracks, 4)), np.empty((tracks, 4, 4))
+    before = np.empty((4, 4))
+    for own in range(tracks):
+        moved[own], spread[own] = mean[own], covariance[own]
+        if is_told[own]:
+            _inverse(covariance[own], before)
+            _inverse(before + told[own], spread[own])
             for i in range(4):
-                pull[track, i] += weighed[i, 0] * gap[0] + weighed[i, 1] * gap[1]
-                for k in range(4):
-                    information[track, i, k] += (
-                        weighed[i, 0] * seen_from[0, k] + weighed[i, 1] * seen_from[1, k]
-                    )
-    return information, pull
+                for j in range(4):
+                    moved[own, i] += spread[own, i, j] * pulls[own, j]
+    return moved, spread

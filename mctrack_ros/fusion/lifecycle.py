@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.coverage import CoverageMap
+from mctrack_ros.fusion.neighbours import near_pairs
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
 
@@ -13,83 +13,6 @@ GROUP_MEMORY_S = 0.2
 """A track has left its group when no camera has seen it in one for so long, s."""
 
 Mask = NDArray[np.bool_]
-
-
-class Evidence:
-    """
-    Weighs what the cameras see of each track against what they should see.
-
-    Parameters
-    ----------
-    cameras : int
-        How many there are.
-    config : FusionConfig
-        Parameters.
-
-    """
-
-    def __init__(self, cameras: int, config: FusionConfig) -> None:
-        self._life = config.life
-        life = config.life
-        self._coverage = CoverageMap(cameras, life.coverage_cell, life.coverage_prior)
-
-    def count(self, table: TrackTable, tick_ns: int, seconds: float, present: Mask) -> Mask:
-        """
-        Add one tick's evidence to the log-odds, and confirm.
-
-        Misses speak only against what one camera alone sees: what two see is real, and what none
-        sees is left to the time it may coast. What a camera sees in a group it does not miss.
-
-        Parameters
-        ----------
-        table : TrackTable
-            Changed in place.
-        tick_ns : int
-            The tick's stamp, ns.
-        seconds : float
-            Time since the last tick, s.
-        present : (cameras,) bool array
-            Whose pictures are in the tick.
-
-        Returns
-        -------
-        (n,) bool array
-            The newly confirmed.
-
-        """
-        life = self._life
-        seen = (table.cameras[:, None] >> np.arange(len(present), dtype=np.uint32) & 1).astype(
-            bool
-        )
-        begin_ns = tick_ns - round(seconds * 1e9)
-        watched = present & ~((table.hidden_ns > begin_ns) & ~seen)
-        position = table.mean[:, :2]
-        miss = np.log1p(-self._coverage.probability(position))
-        look = min(seconds / life.look_time, 1.0)
-        alone = seen.sum(axis=1, keepdims=True) == 1
-        weight = np.where(table.confirmed, life.miss_weight, 1.0)[:, None]
-        gain = np.where(seen, life.hit_evidence, weight * miss * (watched & alone))
-        table.evidence += look * np.where(seen.any(axis=1), gain.sum(axis=1), 0.0)
-        table.evidence = np.clip(table.evidence, -life.most_evidence, life.most_evidence)
-        confirmed = ~table.confirmed & (table.evidence >= life.confirm_evidence)
-        table.confirmed |= confirmed
-        by_others = seen.sum(axis=1, keepdims=True) - seen > 0
-        sure = table.confirmed
-        self._coverage.learn(
-            position[sure],
-            seen[sure],
-            (watched & by_others)[sure],
-            min(seconds, life.look_time),
-        )
-        return confirmed
-
-
-def doubt_parts(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> None:
-    """Ask more evidence of new tracks that begin beside a confirmed one: blobs fall apart."""
-    old = table.mean[table.confirmed, :2]
-    gap = np.linalg.norm(fresh.mean[:, None, :2] - old[None], axis=2)
-    beside = (gap < config.life.crowd_distance).any(axis=1)
-    fresh.evidence[beside] -= config.life.crowd_evidence
 
 
 def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
@@ -145,9 +68,7 @@ class DuplicateWatch:
         return chosen
 
     def _near_pairs(self, table: TrackTable, stamp_ns: int) -> list[tuple[int, int]]:
-        gap = table.mean[:, None, :2] - table.mean[None, :, :2]
-        near = np.triu((gap**2).sum(axis=2) < self._distance**2, 1)
-        one, other = np.nonzero(near)
+        one, other = near_pairs(table.mean, self._distance)
         recent_ns = stamp_ns - self._time_ns
         both = np.minimum(table.seen_by_ns[one], table.seen_by_ns[other]) > recent_ns
         unresolved = ~both.any(axis=1) & (table.group[one] == 0) & (table.group[other] == 0)

@@ -7,6 +7,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.fusion.neighbours import nearest
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
 
@@ -49,10 +50,10 @@ class Lineage:
         ids, place = table.track_id[present], table.mean[present, :2]
         if not len(ids) or not len(fresh):
             return np.zeros(len(fresh), np.uint32)
-        gap = np.linalg.norm(fresh.mean[:, None, :2] - place, axis=2)
-        beside = gap.min(axis=1) < self._beside_m
+        row, gap = nearest(fresh.mean, place)
+        beside = gap < self._beside_m
         beside &= [not self._may_be_found_again(mean[:2], stamp_ns) for mean in fresh.mean]
-        return np.where(beside, ids[gap.argmin(axis=1)], 0).astype(np.uint32)
+        return np.where(beside, ids[row], 0).astype(np.uint32)
 
     def _may_be_found_again(self, place: NDArray[np.float64], stamp_ns: int) -> bool:
         while self._lost and not 0 <= stamp_ns - self._lost[0][0] <= MEMORY_S * 1e9:

@@ -44,6 +44,8 @@ class Looks:
         Which picture, and which camera, each is of.
     stamp_ns : (m,) int64 array
         When it was taken, ns.
+    seconds : (pictures,) array
+        From the tick to each picture, s; not above 0.
     matrix : (pictures, 2, 4) array
         From a track's state at the tick to its position in the picture.
     position : (m, 2) array
@@ -73,10 +75,10 @@ class Looks:
         self.camera = np.array(cameras, np.intp)[self.picture]
         stamp_ns = np.array([each.stamp_ns for each in pictures], np.int64)
         self.stamp_ns = stamp_ns[self.picture]
-        seconds = (stamp_ns - tick_ns) / 1e9
-        self.matrix = np.ascontiguousarray(position_matrix(seconds))
+        self.seconds = (stamp_ns - tick_ns) / 1e9
+        self.matrix = np.ascontiguousarray(position_matrix(self.seconds))
         self.position = self.detections.position[:, :2].astype(np.float64)
-        drift = config.motion.acceleration_density * np.abs(seconds) ** 3 / 3
+        drift = config.motion.acceleration_density * np.abs(self.seconds) ** 3 / 3
         variance = config.motion.sensor_sigma**2 + drift[self.picture]
         covariance = symmetric(self.detections.covariance.astype(np.float64))
         self.noise = covariance + variance[:, None, None] * np.eye(2)

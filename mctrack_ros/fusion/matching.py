@@ -7,7 +7,8 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
-from mctrack_ros.fusion.joint import JointAssignment, distances
+from mctrack_ros.fusion.gating import distances
+from mctrack_ros.fusion.joint import JointAssociation
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.recognition import look_at
@@ -49,7 +50,7 @@ def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
         The single detections that no track took.
 
     """
-    joint = JointAssignment(table, looks, config.association)
+    joint = JointAssociation(table, looks, config.association)
     table.mean, table.covariance = joint.solve()
     rows, columns = joint.pairs()
     learn_appearance(table, looks, rows, columns, config.life.template_time)
@@ -86,7 +87,7 @@ def learn_appearance(
     _mix_in(table.template, rows, looks.detections.template[columns], weight)
 
 
-@compiled(types.void(types.Array(types.f4, 2, 'C'), INTS_1D, TEMPLATES, FLOATS_1D))
+@compiled(types.void(types.Array(types.f4, 2, 'A'), INTS_1D, TEMPLATES, FLOATS_1D))
 def _mix_in(template: Templates, rows: Indices, told: Templates, weight: Floats) -> None:
     """Mix what is told, one after the other, into rows of the templates; the first as it is."""
     for index in range(len(rows)):
@@ -114,7 +115,7 @@ def keep_members(
     hidden_s = (looks.stamp_ns[groups, None] - table.seen_ns) / 1e9
     hoped = (hidden_s <= config.life.hidden_time) | (taken == 0)[:, None]
     squared = distances(
-        looks.matrix[picture], table.mean, table.covariance, looks.position[groups], noise
+        table.mean, table.covariance, looks.seconds[picture], looks.position[groups], noise
     )
     hidden = free[picture] & table.confirmed & hoped & (squared < config.association.gate)
     for row in np.flatnonzero(hidden.any(axis=1)).tolist():

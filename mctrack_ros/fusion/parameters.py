@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mctrack_ros.config import parameter
+from mctrack_ros.fusion.associators import ASSOCIATORS
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,7 @@ class MotionConfig:
 class AssociationConfig:
     """Which detection belongs to which track."""
 
+    method: str = parameter('weighed_gnn', 'How pairs compete', choices=tuple(ASSOCIATORS))
     gate: float = parameter(
         13.8, 'Largest squared Mahalanobis distance of a pair', minimum=0.1, maximum=1000.0
     )

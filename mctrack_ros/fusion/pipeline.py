@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion import lifecycle
-from mctrack_ros.fusion.initiation import new_tracks
+from mctrack_ros.fusion.evidence import Evidence
+from mctrack_ros.fusion.initiation import doubt_parts, new_tracks
 from mctrack_ros.fusion.kits import Kits
 from mctrack_ros.fusion.lineage import Lineage
 from mctrack_ros.fusion.looks import Looks
@@ -82,7 +83,7 @@ class FusionPipeline:
         self._index = {name: index for index, name in enumerate(cameras)}
         self._table = TrackTable.blank(0, len(cameras))
         self._none = TrackTable.blank(0, len(cameras))
-        self._evidence = lifecycle.Evidence(len(cameras), config)
+        self._evidence = Evidence(len(cameras), config)
         self._lineage = Lineage(config)
         self._recognition = Recognition(config)
         self._watch = lifecycle.DuplicateWatch(config)
@@ -181,7 +182,7 @@ class FusionPipeline:
         fresh.track_id[:] = np.arange(self._next_id, self._next_id + count)
         self._next_id += count
         fresh.origin[:] = self._lineage.origins(fresh, self._table, stamp_ns)
-        lifecycle.doubt_parts(fresh, self._table, self._config)
+        doubt_parts(fresh, self._table, self._config)
         self._table = self._table.extended(fresh)
 
     def _recognise(

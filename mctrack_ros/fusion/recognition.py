@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from mctrack_ros.fusion.looks import Looks
+from mctrack_ros.fusion.neighbours import near_pairs
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.portraits import Look, Portraits
 from mctrack_ros.fusion.suspects import Suspects
@@ -115,13 +116,13 @@ class Recognition:
 
     def _note_contacts(self, table: TrackTable) -> None:
         """Whoever is near another may be him from now on; a new look at him begins."""
-        gap = table.mean[:, None, :2] - table.mean[None, :, :2]
-        near = (gap**2).sum(axis=2) < self._config.contact_distance**2
-        near &= table.confirmed & table.confirmed[:, None]
-        np.fill_diagonal(near, False)
-        table.in_contact[:] = touching = near.any(axis=1)
+        one, other = near_pairs(table.mean, self._config.contact_distance)
+        both = table.confirmed[one] & table.confirmed[other]
+        one, other = one[both], other[both]
+        table.in_contact = False
+        table.in_contact[one] = table.in_contact[other] = True
+        touching = table.in_contact
         table.look[touching], table.look_s[touching] = 0.0, 0.0
-        one, other = np.nonzero(np.triu(near))
         for pair in zip(table.track_id[one].tolist(), table.track_id[other].tolist()):
             self._suspects.meet(*pair)
 

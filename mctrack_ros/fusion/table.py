@@ -1,23 +1,54 @@
-"""The fused tracks in parallel arrays that grow and shrink together."""
+"""The fused tracks: one record each, seen as parallel arrays."""
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
-from typing import Any, Self
+from functools import cache
+from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 NEVER_NS = -(2**62)
+PER_CAMERA = -1
+"""A length in a column's shape: as many as there are cameras."""
+
+Scalar = TypeVar('Scalar', bound=np.generic)
 
 
-@dataclass
+class Column(Generic[Scalar]):
+    """One value of every track: read as a view of the records, assigned by copying into them."""
+
+    def __init__(self, kind: type[Scalar], *shape: int, fill: int = 0) -> None:
+        self._kind, self._shape, self.fill = kind, shape, fill
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        """Learn what the column is called."""
+        self._name = name
+
+    def __get__(self, table: TrackTable, owner: type) -> NDArray[Scalar]:
+        """Return the (n, ...) array."""
+        return table.records[self._name]  # type: ignore[no-any-return]
+
+    def __set__(self, table: TrackTable, values: ArrayLike) -> None:
+        """Change the values of all tracks."""
+        table.records[self._name] = values
+
+    def field(self, cameras: int) -> tuple[str, type[Scalar], tuple[int, ...]]:
+        """Return the column's part of a record."""
+        shape = tuple(cameras if size == PER_CAMERA else size for size in self._shape)
+        return self._name, self._kind, shape
+
+
 class TrackTable:
     """
     All tracks at one instant, sorted by id.
+
+    Parameters
+    ----------
+    records : (n,) structured array
+        One record a track, whose fields are the columns.
 
     Attributes
     ----------
@@ -62,78 +93,55 @@ class TrackTable:
 
     """
 
-    track_id: NDArray[np.uint32]
-    mean: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    first_ns: NDArray[np.int64]
-    seen_ns: NDArray[np.int64]
-    kept_ns: NDArray[np.int64]
-    seen_by_ns: NDArray[np.int64]
-    local_id: NDArray[np.uint32]
-    evidence: NDArray[np.float64]
-    confirmed: NDArray[np.bool_]
-    template: NDArray[np.float32]
-    class_id: NDArray[np.uint8]
-    kit: NDArray[np.uint8]
-    hidden_ns: NDArray[np.int64]
-    group: NDArray[np.uint32]
-    group_ns: NDArray[np.int64]
-    cameras: NDArray[np.uint32]
-    origin: NDArray[np.uint32]
-    previous_id: NDArray[np.uint32]
-    look: NDArray[np.float64]
-    look_s: NDArray[np.float64]
-    judge_s: NDArray[np.float64]
-    in_contact: NDArray[np.bool_]
+    track_id = Column(np.uint32)
+    mean = Column(np.float64, 4)
+    covariance = Column(np.float64, 4, 4)
+    first_ns = Column(np.int64)
+    seen_ns = Column(np.int64)
+    kept_ns = Column(np.int64)
+    seen_by_ns = Column(np.int64, PER_CAMERA, fill=NEVER_NS)
+    local_id = Column(np.uint32, PER_CAMERA)
+    evidence = Column(np.float64)
+    confirmed = Column(np.bool_)
+    template = Column(np.float32, TEMPLATE_SIZE)
+    class_id = Column(np.uint8)
+    kit = Column(np.uint8)
+    hidden_ns = Column(np.int64, PER_CAMERA, fill=NEVER_NS)
+    group = Column(np.uint32)
+    group_ns = Column(np.int64, fill=NEVER_NS)
+    cameras = Column(np.uint32)
+    origin = Column(np.uint32)
+    previous_id = Column(np.uint32)
+    look = Column(np.float64, TEMPLATE_SIZE)
+    look_s = Column(np.float64)
+    judge_s = Column(np.float64)
+    in_contact = Column(np.bool_)
+
+    __slots__ = ('records',)
+
+    def __init__(self, records: NDArray[Any]) -> None:
+        self.records = records
 
     def __len__(self) -> int:
         """Return the number of tracks."""
-        return len(self.track_id)
+        return len(self.records)
 
     @classmethod
     def blank(cls, count: int, cameras: int) -> Self:
         """Return that many tracks of which nothing is known."""
-        return cls(
-            track_id=np.zeros(count, np.uint32),
-            mean=np.zeros((count, 4)),
-            covariance=np.zeros((count, 4, 4)),
-            first_ns=np.zeros(count, np.int64),
-            seen_ns=np.zeros(count, np.int64),
-            kept_ns=np.zeros(count, np.int64),
-            seen_by_ns=np.full((count, cameras), NEVER_NS, np.int64),
-            local_id=np.zeros((count, cameras), np.uint32),
-            evidence=np.zeros(count),
-            confirmed=np.zeros(count, bool),
-            template=np.zeros((count, TEMPLATE_SIZE), np.float32),
-            class_id=np.zeros(count, np.uint8),
-            kit=np.zeros(count, np.uint8),
-            hidden_ns=np.full((count, cameras), NEVER_NS, np.int64),
-            group=np.zeros(count, np.uint32),
-            group_ns=np.full(count, NEVER_NS, np.int64),
-            cameras=np.zeros(count, np.uint32),
-            origin=np.zeros(count, np.uint32),
-            previous_id=np.zeros(count, np.uint32),
-            look=np.zeros((count, TEMPLATE_SIZE)),
-            look_s=np.zeros(count),
-            judge_s=np.zeros(count),
-            in_contact=np.zeros(count, bool),
-        )
+        record = _blank(cameras)
+        return cls(_opaque(record).repeat(count).view(record.dtype))
 
     def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Self:
         """Return a copy of the tracks that a mask or an index array picks."""
-        return type(self)(**{name: array[index] for name, array in self._arrays().items()})
+        return type(self)(_opaque(self.records)[index].view(self.records.dtype))
 
     def extended(self, other: Self) -> Self:
         """Return these tracks and then the other ones, or themselves if there are none."""
         if not len(other):
             return self
-        added = other._arrays()
-        return type(self)(
-            **{
-                name: np.concatenate([array, added[name]])
-                for name, array in self._arrays().items()
-            }
-        )
+        both = np.concatenate([_opaque(self.records), _opaque(other.records)])
+        return type(self)(both.view(self.records.dtype))
 
     def rename(self, changes: dict[int, int]) -> NDArray[np.intp]:
         """Change ids, old to new, all at once; return the order by which they ascend."""
@@ -143,5 +151,17 @@ class TrackTable:
             ids[:] = [changes.get(one, one) for one in ids.tolist()]
         return np.argsort(self.track_id)
 
-    def _arrays(self) -> dict[str, Any]:
-        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+
+@cache
+def _blank(cameras: int) -> NDArray[Any]:
+    """Return the (1,) record of a track of which nothing is known."""
+    columns = [column for column in vars(TrackTable).values() if isinstance(column, Column)]
+    record = np.zeros(1, np.dtype([column.field(cameras) for column in columns], align=True))
+    for column in columns:
+        record[column.field(cameras)[0]] = column.fill
+    return record
+
+
+def _opaque(records: NDArray[Any]) -> NDArray[np.void]:
+    """Return records as lumps of bytes, which are copied whole instead of field by field."""
+    return records.view(f'V{records.dtype.itemsize}')

@@ -3,7 +3,7 @@ import pytest
 from fusion_scenes import PERIOD_NS, detections
 
 from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.fusion.joint import JointAssignment
+from mctrack_ros.fusion.joint import JointAssociation
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -33,7 +33,7 @@ def together(pictures):
 def assigned(table, pictures, config=CONFIG.association):
     """Return each picture's pairs, track: place in the picture, and the updated states."""
     looks = together(pictures)
-    joint = JointAssignment(table, looks, config)
+    joint = JointAssociation(table, looks, config)
     mean, covariance = joint.solve()
     first = np.searchsorted(looks.picture, np.arange(len(pictures)))
     pairs = [{} for _ in pictures]

@@ -1,0 +1,35 @@
+"""Association: the gated pairs of a tick in, their probabilities out."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.fusion.associators.belief import BeliefPropagation
+from mctrack_ros.fusion.associators.gnn import GlobalNearestNeighbour, WeighedNearestNeighbour
+from mctrack_ros.fusion.associators.jpda import JointProbabilisticData
+from mctrack_ros.fusion.associators.nearest import NearestNeighbour
+from mctrack_ros.fusion.associators.pairs import Pairs
+from mctrack_ros.fusion.associators.pda import ProbabilisticData
+
+
+class Associator(Protocol):
+    """How probable the pairs of a tick are."""
+
+    def probabilities(self, pairs: Pairs) -> NDArray[np.float64]:
+        """Return the (k,) probabilities; those of one slot sum to 1 at most."""
+        ...
+
+
+ASSOCIATORS: dict[str, type[Associator]] = {
+    'weighed_gnn': WeighedNearestNeighbour,
+    'gnn': GlobalNearestNeighbour,
+    'jpda': JointProbabilisticData,
+    'belief_propagation': BeliefPropagation,
+    'pda': ProbabilisticData,
+    'nearest': NearestNeighbour,
+}
+
+__all__ = ['ASSOCIATORS', 'Associator', 'Pairs']

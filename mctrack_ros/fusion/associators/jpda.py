@@ -1,0 +1,126 @@
+"""Joint probabilistic data association: all joint assignments, each as far as it is probable."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled, inner
+from mctrack_ros.fusion.associators.belief import LARGEST, beliefs
+from mctrack_ros.fusion.associators.pairs import Pairs, components, numbered
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+MOST_EXACT = 8
+"""A part of the graph is solved exactly up to so many slots, or up to so many detections."""
+
+
+class JointProbabilisticData:
+    """
+    JPDA: exact in small connected parts of the graph, by belief propagation in large ones.
+
+    The exact sum runs over sets of detections (or of slots, if they are fewer) instead of joint
+    assignments: what is left to a slot depends only on which ones are used already (Fortmann,
+    Bar-Shalom and Scheffe 1983, "Sonar tracking of multiple targets using joint probabilistic data
+    association").
+    """
+
+    def probabilities(self, pairs: Pairs) -> Floats:
+        """Return the (k,) probabilities; with the missed detection a slot's sum to 1."""
+        part = components(pairs.slot, pairs.detection)
+        order = np.argsort(part, kind='stable')
+        probability = np.empty(len(part))
+        probability[order], rest = _exact(
+            part[order], pairs.slot[order], pairs.detection[order], pairs.likelihood[order]
+        )
+        large = order[rest]
+        probability[large] = beliefs(
+            np.unique(pairs.slot[large], return_inverse=True)[1],
+            pairs.detection[large],
+            pairs.likelihood[large],
+        )
+        return probability
+
+
+@inner
+def _marginals(
+    row: Indices, bit: Indices, rows: int, bits: int, likelihood: Floats, probability: Floats
+) -> None:
+    """
+    Write the exact probabilities of a part's pairs (k,).
+
+    ``before[r, set]`` is the sum over the joint assignments of the rows up to `r` that use just
+    that set of the other side, ``after[r, set]`` over those of the rows from `r` on that use
+    nothing of it.
+    """
+    before, after = np.zeros((rows + 1, 1 << bits)), np.ones((rows + 1, 1 << bits))
+    before[0, 0] = 1.0
+    for r in range(rows):
+        before[r + 1] = before[r]
+        for pair in range(len(row)):
+            if row[pair] == r:
+                own = 1 << bit[pair]
+                for used in range(1 << bits):
+                    if not used & own:
+                        before[r + 1, used | own] += likelihood[pair] * before[r, used]
+    for r in range(rows - 1, -1, -1):
+        after[r] = after[r + 1]
+        for pair in range(len(row)):
+            if row[pair] == r:
+                own = 1 << bit[pair]
+                for used in range(1 << bits):
+                    if not used & own:
+                        after[r, used] += likelihood[pair] * after[r + 1, used | own]
+    for pair in range(len(row)):
+        own, total = 1 << bit[pair], 0.0
+        for used in range(1 << bits):
+            if not used & own:
+                total += before[row[pair], used] * after[row[pair] + 1, used | own]
+        probability[pair] = likelihood[pair] * total / after[0, 0]
+
+
+@compiled(types.Tuple([types.f8[::1], types.b1[::1]])(INTS_1D, INTS_1D, INTS_1D, FLOATS_1D))
+def _exact(
+    part: Indices, slot: Indices, detection: Indices, likelihood: Floats
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """
+    Solve the small parts of a graph whose pairs are sorted by part.
+
+    Returns
+    -------
+    probability : (k,) array
+        Of pairs of small parts; others' are not set.
+    is_large : (k,) bool array
+        The others.
+
+    """
+    count = len(part)
+    probability, is_large = np.empty(count), np.zeros(count, np.bool_)
+    slots, detections = np.empty(count, np.int64), np.empty(count, np.int64)
+    likelihood = np.minimum(likelihood, LARGEST)
+    first = 0
+    while first < count:
+        last = first + 1
+        while last < count and part[last] == part[first]:
+            last += 1
+        if last == first + 1:
+            probability[first] = likelihood[first] / (1.0 + likelihood[first])
+            first = last
+            continue
+        here = slice(first, last)
+        rows = numbered(slot[here], slots[here])
+        bits = numbered(detection[here], detections[here])
+        if bits <= min(rows, MOST_EXACT):
+            _marginals(
+                slots[here], detections[here], rows, bits, likelihood[here], probability[here]
+            )
+        elif rows <= MOST_EXACT:
+            _marginals(
+                detections[here], slots[here], bits, rows, likelihood[here], probability[here]
+            )
+        else:
+            is_large[here] = True
+        first = last
+    return probability, is_large

@@ -1,0 +1,131 @@
+"""What the cameras see of each track, weighed against what they should see."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, compiled
+from mctrack_ros.fusion.coverage import CoverageMap
+from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.table import TrackTable
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+class Evidence:
+    """
+    Weighs what the cameras see of each track against what they should see.
+
+    Parameters
+    ----------
+    cameras : int
+        How many there are.
+    config : FusionConfig
+        Parameters.
+
+    """
+
+    def __init__(self, cameras: int, config: FusionConfig) -> None:
+        self._life = config.life
+        life = config.life
+        self._coverage = CoverageMap(cameras, life.coverage_cell, life.coverage_prior)
+
+    def count(self, table: TrackTable, tick_ns: int, seconds: float, present: Mask) -> Mask:
+        """
+        Add one tick's evidence to the log-odds, and confirm.
+
+        Misses speak only against what one camera alone sees: what two see is real, and what none
+        sees is left to the time it may coast. What a camera sees in a group it does not miss.
+
+        Parameters
+        ----------
+        table : TrackTable
+            Changed in place.
+        tick_ns : int
+            The tick's stamp, ns.
+        seconds : float
+            Time since the last tick, s.
+        present : (cameras,) bool array
+            Whose pictures are in the tick.
+
+        Returns
+        -------
+        (n,) bool array
+            The newly confirmed.
+
+        """
+        life = self._life
+        gain, seen, told = _weighed(
+            table.cameras,
+            table.hidden_ns,
+            table.confirmed,
+            present,
+            tick_ns - round(seconds * 1e9),
+            self._coverage.probability(table.mean),
+            life.hit_evidence,
+            life.miss_weight,
+        )
+        look, most = min(seconds / life.look_time, 1.0), life.most_evidence
+        table.evidence = np.minimum(np.maximum(table.evidence + look * gain, -most), most)
+        confirmed = ~table.confirmed & (table.evidence >= life.confirm_evidence)
+        table.confirmed = sure = table.confirmed | confirmed
+        self._coverage.learn(
+            table.mean[sure], seen[sure], told[sure], min(seconds, life.look_time)
+        )
+        return np.asarray(confirmed)
+
+
+@compiled(
+    types.Tuple([types.f8[::1], types.b1[:, ::1], types.b1[:, ::1]])(
+        types.Array(types.u4, 1, 'A', readonly=True),
+        types.Array(types.i8, 2, 'A', readonly=True),
+        types.Array(types.b1, 1, 'A', readonly=True),
+        BOOLS_1D,
+        types.i8,
+        FLOATS_2D,
+        types.f8,
+        types.f8,
+    )
+)
+def _weighed(
+    cameras: NDArray[np.uint32],
+    hidden_ns: NDArray[np.int64],
+    confirmed: Mask,
+    present: Mask,
+    begin_ns: int,
+    probability: Floats,
+    hit: float,
+    miss_weight: float,
+) -> tuple[Floats, Mask, Mask]:
+    """
+    Weigh a tick.
+
+    Returns
+    -------
+    gain : (n,) array
+        What a whole look like this adds to the log-odds.
+    seen, told : (n, cameras) bool arrays
+        Which cameras saw each track, and which could have as another one did.
+
+    """
+    gain = np.zeros(len(cameras))
+    seen, told = np.zeros(hidden_ns.shape, np.bool_), np.zeros(hidden_ns.shape, np.bool_)
+    for track in range(len(cameras)):
+        count = 0
+        for camera in range(len(present)):
+            if cameras[track] >> camera & 1:
+                seen[track, camera] = True
+                count += 1
+        weight = miss_weight if confirmed[track] else 1.0
+        for camera in range(len(present)):
+            own = seen[track, camera]
+            watched = present[camera] and (own or hidden_ns[track, camera] <= begin_ns)
+            told[track, camera] = watched and count > own
+            if own:
+                gain[track] += hit
+            elif watched and count == 1:
+                gain[track] += weight * np.log1p(-probability[track, camera])
+    return gain, seen, told

@@ -1,0 +1,227 @@
+"""Which pairs of a track and a detection are worth a thought: the gate, at any scale."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import (
+    COLUMN_2D,
+    COLUMN_3D,
+    FLOATS_1D,
+    FLOATS_2D,
+    FLOATS_3D,
+    INTS_1D,
+    INTS_2D,
+    compiled,
+    inner,
+)
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+USUAL = 4.0
+"""A detection up to so many times less certain (variance) than the median is found by its cell;
+any other is tried with every track."""
+NOTHING = -1
+
+
+def gated_pairs(
+    mean: Floats,
+    covariance: Floats,
+    seconds: Floats,
+    position: Floats,
+    noise: Floats,
+    picture: Indices,
+    gate: float,
+) -> tuple[Indices, Indices]:
+    """
+    Find the pairs whose squared Mahalanobis distance is below the gate.
+
+    Detections are sorted into square cells on the ground, so that a track is compared with those
+    near by alone.
+
+    Parameters
+    ----------
+    mean : (n, 4) array
+        Predicted x, y, vx, vy of the tracks; m and m/s.
+    covariance : (n, 4, 4) array
+        Their covariances.
+    seconds : (pictures,) array
+        From the tracks' stamp to each picture's, s.
+    position : (m, 2) array
+        Detections, m.
+    noise : (m, 2, 2) array
+        Their covariances, m².
+    picture : (m,) int64 array
+        Which picture each is of; ascending.
+    gate : float
+        Largest squared distance.
+
+    Returns
+    -------
+    track, detection : (k,) int64 arrays
+        Sorted by picture, then track, then detection.
+
+    """
+    if not len(position) or not len(mean):
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    grid = _grid(position, noise, gate)
+    track, detection = _pairs(mean, covariance, seconds, position, noise, picture, gate, *grid)
+    order = np.argsort(picture[detection], kind='stable')
+    return track[order], detection[order]
+
+
+@inner
+def see(mean: Floats, covariance: Floats, seconds: float, place: Floats, spread: Floats) -> None:
+    """Write where (2,) a track is so much later, and how surely (2, 2)."""
+    for i in range(2):
+        place[i] = mean[i] + seconds * mean[2 + i]
+        for j in range(2):
+            mixed = covariance[i, 2 + j] + covariance[2 + i, j]
+            spread[i, j] = (
+                covariance[i, j] + seconds * mixed + seconds**2 * covariance[2 + i, 2 + j]
+            )
+
+
+@inner
+def distance(
+    place: Floats, spread: Floats, position: Floats, noise: Floats
+) -> tuple[float, float]:
+    """Return the squared distance of a measurement, and the determinant of its covariance."""
+    x, y = position[0] - place[0], position[1] - place[1]
+    xx, yy = spread[0, 0] + noise[0, 0], spread[1, 1] + noise[1, 1]
+    xy = spread[0, 1] + noise[0, 1]
+    determinant = xx * yy - xy * xy
+    return (yy * x * x - 2 * xy * x * y + xx * y * y) / determinant, determinant
+
+
+@compiled(types.f8[:, ::1](COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, FLOATS_3D))
+def distances(
+    mean: Floats, covariance: Floats, seconds: Floats, position: Floats, noise: Floats
+) -> Floats:
+    """Return the (m, n) squared Mahalanobis distances of measurements, each so much later (m,)."""
+    squared = np.empty((len(position), len(mean)))
+    place, spread = np.empty(2), np.empty((2, 2))
+    for row in range(len(position)):
+        for track in range(len(mean)):
+            see(mean[track], covariance[track], seconds[row], place, spread)
+            squared[row, track] = distance(place, spread, position[row], noise[row])[0]
+    return squared
+
+
+@inner
+def _largest(matrix: Floats) -> float:
+    """Return the larger eigenvalue of a symmetric (2, 2) matrix."""
+    half = (matrix[0, 0] - matrix[1, 1]) / 2
+    root = np.sqrt(half * half + matrix[0, 1] * matrix[1, 0])
+    return float((matrix[0, 0] + matrix[1, 1]) / 2 + root)
+
+
+@inner
+def _bucket(x: int, y: int, buckets: int) -> int:
+    return (x * 73_856_093 ^ y * 19_349_663) & (buckets - 1)
+
+
+@compiled(
+    types.Tuple([types.f8, types.f8, types.i8[::1], types.i8[::1], types.i8[:, ::1]])(
+        FLOATS_2D, FLOATS_3D, types.f8
+    )
+)
+def _grid(
+    position: Floats, noise: Floats, gate: float
+) -> tuple[float, float, Indices, Indices, Indices]:
+    """
+    Sort detections into the hashed cells of a grid.
+
+    Returns
+    -------
+    usual : float
+        The largest variance of those that are, m².
+    edge : float
+        Of a cell, m.
+    first : (buckets + 1,) array
+        The first detection of each bucket, `NOTHING` if it has none; the last bucket holds the
+        unusually uncertain ones.
+    following : (m,) array
+        The next detection of the same bucket.
+    cell : (m, 2) array
+        Which cell each is in: cells may share a bucket.
+
+    """
+    count, buckets = len(position), 1
+    while buckets < count:
+        buckets *= 2
+    variance = np.empty(count)
+    for row in range(count):
+        variance[row] = _largest(noise[row])
+    usual = USUAL * np.median(variance)
+    edge = np.sqrt(gate * usual)
+    first, following = np.full(buckets + 1, NOTHING), np.empty(count, np.int64)
+    cell = np.empty((count, 2), np.int64)
+    for row in range(count - 1, -1, -1):
+        for axis in range(2):
+            cell[row, axis] = int(np.floor(position[row, axis] / edge))
+        bucket = _bucket(cell[row, 0], cell[row, 1], buckets)
+        if variance[row] > usual:
+            bucket = buckets
+        following[row], first[bucket] = first[bucket], row
+    return usual, edge, first, following, cell
+
+
+@inner
+def _reached(
+    x: float, y: float, reach: float, edge: float,
+    first: Indices, following: Indices, cell: Indices, near: Indices,
+) -> int:  # fmt: skip
+    """Write the detections of all cells that a square reaches, ascending; return their number."""
+    left, right = np.floor((x - reach) / edge), np.floor((x + reach) / edge)
+    low, high = np.floor((y - reach) / edge), np.floor((y + reach) / edge)
+    if (right - left + 1) * (high - low + 1) > len(near):
+        for row in range(len(near)):
+            near[row] = row
+        return len(near)
+    buckets = len(first) - 1
+    count, row = 0, first[buckets]
+    while row != NOTHING:
+        near[count], row, count = row, following[row], count + 1
+    for i in range(int(left), int(right) + 1):
+        for j in range(int(low), int(high) + 1):
+            row = first[_bucket(i, j, buckets)]
+            while row != NOTHING:
+                if cell[row, 0] == i and cell[row, 1] == j:
+                    near[count], count = row, count + 1
+                row = following[row]
+    near[:count].sort()
+    return count
+
+
+@compiled(
+    types.Tuple([types.i8[::1], types.i8[::1]])(
+        COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, types.f8, types.f8,
+        types.f8, INTS_1D, INTS_1D, INTS_2D,
+    )
+)  # fmt: skip
+def _pairs(
+    mean: Floats, covariance: Floats, seconds: Floats, position: Floats, noise: Floats,
+    picture: Indices, gate: float, usual: float, edge: float,
+    first: Indices, following: Indices, cell: Indices,
+) -> tuple[Indices, Indices]:  # fmt: skip
+    """Compare each track with the detections of the cells that its gate reaches."""
+    place, spread = np.empty(2), np.empty((2, 2))
+    near = np.empty(len(position), np.int64)
+    tracks, detections = np.empty(len(near), np.int64), np.empty(len(near), np.int64)
+    longest, found = np.abs(seconds).max(), 0
+    for track in range(len(mean)):
+        reach = np.sqrt(gate * (_largest(covariance[track]) + usual))
+        reach += np.hypot(mean[track, 2], mean[track, 3]) * longest
+        count = _reached(mean[track, 0], mean[track, 1], reach, edge, first, following, cell, near)
+        if found + count > len(tracks):
+            tracks = np.append(tracks, np.empty(len(tracks) + count, np.int64))
+            detections = np.append(detections, np.empty(len(tracks) - len(detections), np.int64))
+        for row in near[:count]:
+            see(mean[track], covariance[track], seconds[picture[row]], place, spread)
+            if distance(place, spread, position[row], noise[row])[0] < gate:
+                tracks[found], detections[found], found = track, row, found + 1
+    return tracks[:found], detections[:found]

@@ -1,0 +1,74 @@
+"""Who is near whom on the ground."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import COLUMN_2D, compiled
+
+Indices = NDArray[np.int64]
+
+
+@compiled(types.Tuple([types.i8[::1], types.i8[::1]])(COLUMN_2D, types.f8))
+def near_pairs(position: NDArray[np.float64], distance: float) -> tuple[Indices, Indices]:
+    """
+    Find the pairs that are nearer to each other than a distance.
+
+    Parameters
+    ----------
+    position : (n, 2 or more) array
+        Ground positions first, m.
+    distance : float
+        m.
+
+    Returns
+    -------
+    one, other : (k,) int64 arrays
+        Rows, the smaller one first; sorted by it, then by the other.
+
+    """
+    count = len(position)
+    order = np.argsort(position[:, 0])
+    keys = np.empty(4 * count + 16, np.int64)
+    found = 0
+    for i in range(count):
+        one = order[i]
+        for j in range(i + 1, count):
+            other = order[j]
+            x = position[other, 0] - position[one, 0]
+            if not x < distance:
+                break
+            y = position[other, 1] - position[one, 1]
+            if x * x + y * y < distance * distance:
+                if found == len(keys):
+                    keys = np.append(keys, np.empty(len(keys), np.int64))
+                keys[found], found = min(one, other) * count + max(one, other), found + 1
+    keys = np.sort(keys[:found])
+    return keys // max(count, 1), keys % max(count, 1)
+
+
+@compiled(types.Tuple([types.i8[::1], types.f8[::1]])(COLUMN_2D, COLUMN_2D))
+def nearest(
+    position: NDArray[np.float64], others: NDArray[np.float64]
+) -> tuple[Indices, NDArray[np.float64]]:
+    """
+    Find who of the others (m, 2 or more) is nearest to each position (n, 2 or more), m.
+
+    Returns
+    -------
+    row : (n,) int64 array
+        The first one of those; 0 where there is none.
+    distance : (n,) array
+        Infinite where there is none, m.
+
+    """
+    row, squared = np.zeros(len(position), np.int64), np.full(len(position), np.inf)
+    for one in range(len(position)):
+        for other in range(len(others)):
+            x = others[other, 0] - position[one, 0]
+            y = others[other, 1] - position[one, 1]
+            if x * x + y * y < squared[one]:
+                row[one], squared[one] = other, x * x + y * y
+    return row, np.sqrt(squared)
