@@ -17,7 +17,7 @@ from mctrack_ros.experiments.fusion_bench.hostile import (
     measure_hostile,
 )
 from mctrack_ros.experiments.fusion_bench.speed import measure_speed
-from mctrack_ros.experiments.fusion_bench.toolkit import WARM_UP, Toolkit
+from mctrack_ros.experiments.fusion_bench.toolkit import WARM_UP, Toolkit, peer_version
 from mctrack_ros.experiments.fusion_bench.whole import measure_whole
 from mctrack_ros.experiments.fusion_bench.workers import Progress
 
@@ -77,23 +77,23 @@ def bench_fusion(
     if Part.ACCURACY in parts:
         with show('accuracy, scenes') as progress:
             figures |= measure_accuracy(folder, peers, seeds, progress=progress)
-    protocol = _protocol(seeds)
+    protocol = _protocol(seeds) | {'peers': ', '.join(map(peer_version, peers)) or 'none'}
     if Part.HOSTILE in parts:
         with show('bad input, kinds') as progress:
             endured, failures = measure_hostile(folder, progress)
         figures |= endured
         protocol |= {'failed': failures} if failures else {}
-    return Figures('bench_fusion', _command(parts, seeds, quick), protocol, figures)
+    return Figures('bench_fusion', _command(parts, seeds, quick, bool(peers)), protocol, figures)
 
 
-def _command(parts: Sequence[Part], seeds: Sequence[int], quick: bool) -> str:
+def _command(parts: Sequence[Part], seeds: Sequence[int], quick: bool, beside: bool) -> str:
     """Return the command line that measures this again."""
     words = ['mctrack bench fusion']
     if set(parts) != set(Part):
         words += [f'--part {part}' for part in parts]
     if tuple(seeds) != HELD_OUT:
         words.append(f'--seeds {",".join(map(str, seeds))}')
-    return ' '.join(words + ['--quick'] * quick)
+    return ' '.join(words + ['--quick'] * quick + ['--alone'] * (not beside))
 
 
 def _protocol(seeds: Sequence[int]) -> dict[str, str]:

@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -74,7 +75,8 @@ class Toolkit:
                 )
         if str(folder) not in sys.path:
             sys.path.insert(0, str(folder))
-        self._generate, _, self._score, self._peers = map(importlib.import_module, PARTS)
+        modules = map(importlib.import_module, PARTS)
+        self._generate, self._scenario, self._score, self._peers = modules
 
     def scene(self, frames: int, seed: int, **parameters: float) -> Scene:
         """Make a scene of so many ticks; the other parameters are the generator's own."""
@@ -83,7 +85,7 @@ class Toolkit:
         file = io.BytesIO()
         np.savez(file, **fields)
         file.seek(0)
-        return Scene(importlib.import_module('scenario').Scenario.load(file), fields)
+        return Scene(self._scenario.Scenario.load(file), fields)
 
     def peer(self, name: str, scene: Scene) -> Any:
         """Return a new tracker of another project."""
@@ -107,3 +109,8 @@ def toolkit_folder(given: Path | None = None) -> Path:
 def installed_peers() -> tuple[str, ...]:
     """Return which of the other trackers can be run here."""
     return tuple(name for name, package in PEERS.items() if find_spec(package))
+
+
+def peer_version(name: str) -> str:
+    """Return which version of another tracker's package is measured."""
+    return f'{PEERS[name]} {version(PEERS[name])}'
