@@ -101,7 +101,7 @@ def _protocol(seeds: Sequence[int]) -> dict[str, str]:
         't..c..': 'targets, cameras; three cameras see each point, twelve at t1000c20; time of '
         f'a core tick on one core, ours and the others in turns of 20 ticks in one process, the '
         f'first {WARM_UP} ticks left out; ratio: their median over ours; growth: median over '
-        'that of 100 targets in the same run',
+        'that of 100 targets in the same run; cpu: the same in processor time',
         'base, crowd': f'25 targets, 5 cameras, density 1 and 4, {FRAMES} ticks of 40 ms, '
         f'{len(seeds)} scenes of each, seeds {min(seeds)} to {max(seeds)}; the first {WARM_UP} '
         'ticks left out; gate 1 m; mean, least and most of the scenes; over_norfair: ours less '

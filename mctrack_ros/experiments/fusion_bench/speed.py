@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -59,6 +60,35 @@ RUNS = (
 )
 
 
+class Clocked:
+    """
+    A tracker whose processor time is noted: what the machine does meanwhile does not count.
+
+    Parameters
+    ----------
+    tracker : Tracker of the benchmark
+        What is timed.
+
+    Attributes
+    ----------
+    milliseconds : list of float
+        Processor time of each tick, ms.
+
+    """
+
+    def __init__(self, tracker: Any) -> None:
+        self.prepare = tracker.prepare
+        self._step = tracker.step
+        self.milliseconds: list[float] = []
+
+    def step(self, frame: int) -> Any:
+        """Process a tick."""
+        began = time.thread_time()
+        told = self._step(frame)
+        self.milliseconds.append((time.thread_time() - began) * 1e3)
+        return told
+
+
 def measure_speed(
     folder: Path, peers: Sequence[str], *, quick: bool = False, progress: Progress = silent
 ) -> dict[str, float]:
@@ -79,8 +109,8 @@ def measure_speed(
     """
     figures: dict[str, float] = {}
     jobs = [(folder, run) for run in chosen_runs(peers, quick)]
-    for measured in run_pinned(_measured, jobs, progress):
-        figures = measured | figures
+    for one in run_pinned(measured, jobs, progress):
+        figures = one | figures
     return dict(sorted(figures.items()))
 
 
@@ -95,18 +125,20 @@ def chosen_runs(peers: Sequence[str], quick: bool) -> list[SpeedRun]:
     return chosen
 
 
-def _measured(job: tuple[Path, SpeedRun]) -> dict[str, float]:
-    """Return the figures of one run."""
+def measured(job: tuple[Path, SpeedRun]) -> dict[str, float]:
+    """Return the figures of one run with the benchmark of a folder."""
     folder, run = job
     toolkit = Toolkit(folder)
     scene = toolkit.scene(run.frames, SEED, **run.scene)
-    trackers: dict[str, Any] = {OURS: CoreTracker(scene.scenario)}
+    trackers = {OURS: Clocked(CoreTracker(scene.scenario))}
     if run.smaller:
         smaller = toolkit.scene(run.frames, SEED, **run.smaller)
-        trackers[SMALLER] = CoreTracker(smaller.scenario)
-    trackers |= {peer: toolkit.peer(peer, scene) for peer in run.peers}
-    measured = toolkit.measure(trackers, run.frames)
-    return figures_of(run.name, {name: each.milliseconds for name, each in measured.items()})
+        trackers[SMALLER] = Clocked(CoreTracker(smaller.scenario))
+    trackers |= {peer: Clocked(toolkit.peer(peer, scene)) for peer in run.peers}
+    told = toolkit.measure(trackers, run.frames)
+    wall = {name: each.milliseconds for name, each in told.items()}
+    processor = {name: each.milliseconds for name, each in trackers.items()}
+    return figures_of(run.name, wall) | figures_of(f'{run.name}.cpu', processor)
 
 
 def figures_of(name: str, milliseconds: Mapping[str, Sequence[float]]) -> dict[str, float]:

@@ -1,6 +1,6 @@
 import pytest
 
-from mctrack_ros.experiments.fusion_bench.speed import chosen_runs, figures_of
+from mctrack_ros.experiments.fusion_bench.speed import SpeedRun, chosen_runs, figures_of, measured
 
 NORFAIR, SLOW = 'norfair', 'stonesoup-gnn'
 
@@ -27,3 +27,10 @@ def test_slow_trackers_are_left_out_of_a_quick_run(quick, slow):
 def test_no_scene_is_run_twice_without_peers():
     names = [run.name for run in chosen_runs((), quick=False)]
     assert len(set(names)) == len(names) == 5
+
+
+def test_a_run_gives_wall_and_processor_times_of_all_that_take_turns(folder):
+    figures = measured((folder, SpeedRun('small', {'targets': 5}, 30, (), {'targets': 2})))
+    assert figures['small.p50_ms'] > 0
+    assert figures['small.cpu.p50_ms'] > 0
+    assert figures['small.cpu.smaller_p50_ms'] > 0
