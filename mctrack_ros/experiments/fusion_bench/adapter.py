@@ -13,6 +13,9 @@ from mctrack_ros.interfaces import REPORTED, CameraDetections, Detections, Tick,
 
 Reported = tuple[list[int], NDArray[np.float64]]
 
+IS_REPORTED = np.isin(np.arange(256), REPORTED)
+"""By status."""
+
 SENSOR_SIGMA_M = 0.001
 """The covariances of the scenes are true: cameras there have no errors beside them, m."""
 
@@ -82,5 +85,5 @@ def on_ground(position: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def reported(tracks: Tracks) -> Reported:
     """Return ids and (n, 2) positions, m, of the tracks that fusion stands for."""
-    shown = np.isin(tracks.status, REPORTED)
+    shown = IS_REPORTED[tracks.status]
     return tracks.track_id[shown].tolist(), tracks.position[shown, :2].astype(np.float64)

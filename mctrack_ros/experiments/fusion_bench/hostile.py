@@ -31,7 +31,7 @@ SETTLED = 50
 """Of the last ones, those over which it is scored how tracking goes on."""
 
 MEMORY_BYTES = 6 * 2**30
-LONGEST_S = 60
+LONGEST_S = 20
 """What takes more memory or processor time has failed."""
 
 NOBODY: Reported = ([], np.zeros((0, 2)))
