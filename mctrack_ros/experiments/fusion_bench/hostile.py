@@ -138,7 +138,7 @@ def _tried(job: tuple[Path, str]) -> Endured:
     try:
         return endured(Toolkit(folder), name)
     except Exception as error:
-        return Endured(np.nan, 0, np.nan, repr(error))
+        return Endured(np.nan, 0, np.nan, repr(error.__cause__ or error))
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
 
