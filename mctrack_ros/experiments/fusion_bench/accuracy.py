@@ -29,6 +29,9 @@ MEASURES = {
 }
 """Names of the figures and what the scorer calls them."""
 
+RANGED = ('mota', 'idf1', 'switches')
+"""Those whose least and most are given beside the mean."""
+
 Scores = Mapping[str, Mapping[str, float]]
 
 
@@ -100,9 +103,8 @@ def summary(scores: Sequence[Scores]) -> dict[str, float]:
     if PEER in scores[0]:
         theirs = _columns(scores, PEER)
         figures |= _spread(f'{PEER}.', theirs)
-        for name in ('mota', 'idf1', 'switches'):
-            gain = ours[name] - theirs[name]
-            figures |= _spread('over_norfair.', {name: gain})
+        gain = {name: ours[name] - theirs[name] for name in RANGED}
+        figures |= _spread('over_norfair.', gain)
     return figures
 
 
@@ -112,10 +114,11 @@ def _columns(scores: Sequence[Scores], tracker: str) -> dict[str, np.ndarray[Any
 
 
 def _spread(label: str, columns: Mapping[str, np.ndarray[Any, Any]]) -> dict[str, float]:
-    """Return mean, least and most of each measure."""
+    """Return the mean of each measure, and least and most of some."""
     figures: dict[str, float] = {}
     for name, values in columns.items():
         figures[f'{label}{name}'] = float(values.mean())
-        figures[f'{label}{name}_least'] = float(values.min())
-        figures[f'{label}{name}_most'] = float(values.max())
+        if name in RANGED:
+            figures[f'{label}{name}_least'] = float(values.min())
+            figures[f'{label}{name}_most'] = float(values.max())
     return figures
