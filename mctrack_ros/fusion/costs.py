@@ -7,6 +7,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import INTS_1D, compiled
+from mctrack_ros.fusion.likeness import likeness_costs
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -31,6 +32,7 @@ def prior_costs(
     cost = config.appearance_weight * _differences(
         table.template, looks.detections.template, track, row, config.usual_difference
     )
+    cost += likeness_costs(table, looks, track, row, config)
     trust = np.where(looks.is_overlapped[row], config.overlap_trust, 1.0)
     cost += config.identity_bonus * trust * _disbelief(table, looks, track, row)
     cost += np.where(table.confirmed[track], 0.0, config.tentative_cost)

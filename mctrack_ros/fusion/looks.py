@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import INTS_1D, compiled
 from mctrack_ros.fusion.admission import usable_rows
 from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.portraits import Portraits
 from mctrack_ros.interfaces import Detections
 from mctrack_ros.tracking.kalman import position_matrix, symmetric
 
@@ -35,6 +36,8 @@ class Looks:
         The tick's stamp, ns.
     config : FusionConfig
         Parameters.
+    portraits : Portraits
+        What those who are tracked look like.
 
     Attributes
     ----------
@@ -56,6 +59,8 @@ class Looks:
         Whose box meets that of another single one of its picture.
     single, groups : (k,) int arrays
         Rows of ordinary detections, and of those that stand for several targets.
+    portraits : Portraits
+        As given.
 
     """
 
@@ -65,7 +70,9 @@ class Looks:
         cameras: Sequence[int],
         tick_ns: int,
         config: FusionConfig,
+        portraits: Portraits,
     ) -> None:
+        self.portraits = portraits
         every = Detections.joined(tick_ns, pictures)
         usable = usable_rows(every)
         self.detections = every.select(usable)

@@ -85,6 +85,13 @@ class AssociationConfig:
         minimum=0.0,
         maximum=1.0,
     )
+    likeness_weight: float = parameter(
+        0.0,
+        'What looking less like a detection than another track near by costs, per logarithm of '
+        'the differences, in variances of one [-2 log]',
+        minimum=0.0,
+        maximum=1000.0,
+    )
     overlap_trust: float = parameter(
         0.3,
         'Share of the identity bonus that is left where boxes overlap in the picture',

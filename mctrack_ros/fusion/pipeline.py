@@ -154,7 +154,7 @@ class FusionPipeline:
         """Give every picture its tracks; return what the last one of each camera has left."""
         pictures = [frame.detections for frame in tick.frames]
         cameras = [self._camera_index(frame) for frame in tick.frames]
-        looks = Looks(pictures, cameras, tick.stamp_ns, self._config)
+        looks = Looks(pictures, cameras, tick.stamp_ns, self._config, self._recognition.portraits)
         left = match(self._table, looks, self._config)
         last = np.zeros(len(self._index), np.intp)
         last[cameras] = np.arange(len(cameras))

@@ -21,6 +21,9 @@ SCATTER_PRIOR_S = 10.0
 RIDGE = 0.3
 """Share of it that every bin varies by whatever is learned."""
 
+DRAWN_S = 3.0
+"""A portrait of more than so long tells better than the latest templates how one looks, s."""
+
 SURE_S = 2.0
 """A portrait of less than so long tells nothing of how much people differ from themselves, s."""
 
@@ -63,7 +66,7 @@ class Portraits:
         self._known: dict[int, Look] = {}
         self._scatter = np.zeros((TEMPLATE_SIZE, TEMPLATE_SIZE))
         self._scatter_s = 0.0
-        self._metric: Floats | None = None
+        self._whitening: Floats | None = None
 
     def __contains__(self, track_id: int) -> bool:
         """Tell whether it is known what somebody looks like."""
@@ -79,7 +82,7 @@ class Portraits:
             change = look.mean - old.mean
             self._scatter += look.seconds * np.outer(change, change)
             self._scatter_s += look.seconds
-            self._metric = None
+            self._whitening = None
         seconds = min(old.seconds, self._config.memory_time) + look.seconds
         mean = old.mean + (look.mean - old.mean) * look.seconds / seconds
         self._known[track_id] = Look(mean, seconds)
@@ -109,12 +112,39 @@ class Portraits:
 
     def distance(self, look: Floats, track_id: int) -> float:
         """Return the squared distance of colours, (48,), and those of one who is known."""
-        if self._metric is None:
-            self._metric = self._learned_metric()
-        change = look - self._known[track_id].mean
-        return float(change @ self._metric @ change)
+        change = self.whitened(look - self._known[track_id].mean)
+        return float(change @ change)
 
-    def _learned_metric(self) -> Floats:
+    def whitened(self, root: Floats) -> Floats:
+        """
+        Return roots of templates, (..., 48), scaled so that squared distances are of variance 1.
+
+        That is, of two pictures of one person: the mean over the bins.
+        """
+        if self._whitening is None:
+            self._whitening = np.asarray(np.linalg.cholesky(self._metric()), np.float64)
+        return np.asarray(root @ self._whitening)
+
+    def drawn(self, track_id: NDArray[np.uint32], template: NDArray[np.float32]) -> Floats:
+        """
+        Return the whitened (n, 48) looks of tracks: portraits, where these are sure.
+
+        Parameters
+        ----------
+        track_id : (n,) uint32 array
+            Ids of the tracks.
+        template : (n, 48) float32 array
+            What counts for the others.
+
+        """
+        root = np.sqrt(np.maximum(template, 0.0)).astype(np.float64)
+        for row, name in enumerate(track_id.tolist()):
+            portrait = self._known.get(name)
+            if portrait is not None and portrait.seconds > DRAWN_S:
+                root[row] = portrait.mean
+        return self.whitened(root)
+
+    def _metric(self) -> Floats:
         total_s = SCATTER_PRIOR_S + self._scatter_s
         usual = USUAL_VARIANCE * (SCATTER_PRIOR_S / total_s + RIDGE)
         within = self._scatter / total_s + usual * np.eye(TEMPLATE_SIZE)

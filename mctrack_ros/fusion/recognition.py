@@ -48,11 +48,16 @@ class Recognition:
     config : FusionConfig
         Parameters.
 
+    Attributes
+    ----------
+    portraits : Portraits
+        What those who are tracked look like.
+
     """
 
     def __init__(self, config: FusionConfig) -> None:
         self._config = config.recognition
-        self._portraits = Portraits(config.recognition)
+        self.portraits = Portraits(config.recognition)
         self._suspects = Suspects()
         self._lost: dict[int, tuple[int, Floats]] = {}
 
@@ -70,12 +75,12 @@ class Recognition:
 
     def forget(self, name: int) -> None:
         """Forget one who turned out to be another."""
-        self._portraits.forget(name)
+        self.portraits.forget(name)
         self._suspects.erase(name)
 
     def knows(self, name: int) -> bool:
         """Tell whether one has been seen alone, so that he is nobody else's duplicate."""
-        return name in self._portraits
+        return name in self.portraits
 
     def step(self, table: TrackTable, stamp_ns: int, confirmed: Mask) -> dict[int, int]:
         """
@@ -140,7 +145,7 @@ class Recognition:
             self._suspects.settle(name, self._suspects.of(name).union(near))
             look = _first_look(table, row)
             soon = [one for one in near if since[one] < self._config.soon_time * 1e9]
-            alike = {one: self._portraits.distance(look, one) for one in soon if look.any()}
+            alike = {one: self.portraits.distance(look, one) for one in soon if look.any()}
             best = min(alike, key=alike.__getitem__, default=0)
             if best and alike[best] < self._config.new:
                 found[name] = best
@@ -156,7 +161,7 @@ class Recognition:
         for name in table.track_id[due].tolist():
             row = row_of[name]
             if len(self._suspects.of(name)) == 1:
-                self._portraits.learn(name, _look(table, row))
+                self.portraits.learn(name, _look(table, row))
                 table.look[row], table.look_s[row] = 0.0, 0.0
             elif name not in judged:
                 circle = self._suspects.circle(name, present)
@@ -175,7 +180,7 @@ class Recognition:
         An id costs the negative logarithm of a Cauchy-like density of the colours' difference:
         light and other people's pixels are outliers, so what differs much tells little more.
         """
-        config, portraits = self._config, self._portraits
+        config, portraits = self._config, self.portraits
         may_be = [self._suspects.of(one) for one in circle]
         names = sorted(frozenset().union(*may_be))
         cost = np.full((len(circle), len(names)), IMPOSSIBLE)
@@ -216,7 +221,7 @@ class Recognition:
 
     def _lose(self, name: int, place: Floats, stamp_ns: int) -> None:
         """Remember one who is not tracked any more, if it is known what he looks like."""
-        if name in self._portraits:
+        if name in self.portraits:
             self._lost[name] = stamp_ns, place
             self._suspects.end(name)
         else:

@@ -6,6 +6,7 @@ from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.joint import JointAssociation
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
+from mctrack_ros.fusion.portraits import Portraits
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import update
 
@@ -27,7 +28,8 @@ def look(positions, camera=0, before_ns=0):
 
 
 def together(pictures):
-    return Looks([each for _, each in pictures], [each for each, _ in pictures], PERIOD_NS, CONFIG)
+    cameras, rows = [each for each, _ in pictures], [each for _, each in pictures]
+    return Looks(rows, cameras, PERIOD_NS, CONFIG, Portraits(CONFIG.recognition))
 
 
 def assigned(table, pictures, config=CONFIG.association):
