@@ -68,13 +68,14 @@ class Rows:
             for name, column in cls.COLUMNS.items()
         )
         cls.NONE = tuple(np.zeros((0, *shape), dtype) for _, dtype, shape, _ in cls.LAYOUT)
+        for none in cls.NONE:
+            none.setflags(write=False)
 
     def __post_init__(self) -> None:
         """Check every column against its declaration and freeze it."""
         columns = [getattr(self, name) for name in self.COLUMNS]
         self._check(columns)
-        for name, array in zip(self.COLUMNS, columns):
-            object.__setattr__(self, name, _frozen(array))
+        _fill(self, _frozen(columns))
 
     @classmethod
     def _check(cls, columns: Sequence[NDArray[Any]]) -> None:
@@ -112,8 +113,9 @@ class Rows:
         if unknown:
             raise ValueError(f'{cls.__name__} has no column {sorted(unknown)[0]!r}')
         if not columns:
-            return _unchecked(cls, int(stamp_ns), cls.NONE)
-        count = len(np.asarray(next(iter(columns.values()))))
+            return _made(cls, int(stamp_ns), cls.NONE)
+        first = next(iter(columns.values()))
+        count = len(first if isinstance(first, np.ndarray) else np.asarray(first))
         arrays: list[NDArray[Any]] = []
         for name, dtype, shape, fill in cls.LAYOUT:
             if name in columns:
@@ -124,7 +126,7 @@ class Rows:
             else:
                 arrays.append(np.full((count, *shape), fill, dtype))
         cls._check(arrays)
-        return _unchecked(cls, int(stamp_ns), arrays)
+        return _made(cls, int(stamp_ns), _frozen(arrays))
 
     @classmethod
     def joined(cls, stamp_ns: int, parts: Sequence[Self]) -> Self:
@@ -132,14 +134,14 @@ class Rows:
         if not parts:
             return cls.build(stamp_ns)
         columns = [np.concatenate([getattr(part, name) for part in parts]) for name in cls.COLUMNS]
-        return _unchecked(cls, stamp_ns, columns)
+        return _made(cls, stamp_ns, _frozen(columns))
 
     def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Self:
         """Return the rows that a mask or an index array picks, in its order."""
         if index.dtype == np.bool_ and index.all():
             return self
         columns = [getattr(self, name)[index] for name in self.COLUMNS]
-        return _unchecked(type(self), self.stamp_ns, columns)
+        return _made(type(self), self.stamp_ns, _frozen(columns))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the columns' bytes: between processes this is what rows cost."""
@@ -152,24 +154,32 @@ class Rows:
         return type(self).build(self.stamp_ns, **kept)
 
 
-def _frozen(array: NDArray[Any]) -> NDArray[Any]:
-    view = array.view()
-    view.setflags(write=False)
-    return view
+def _frozen(columns: Iterable[NDArray[Any]]) -> list[NDArray[Any]]:
+    """Return read-only views: whoever made the arrays may go on writing."""
+    views = [column.view() for column in columns]
+    for view in views:
+        view.setflags(write=False)
+    return views
 
 
-def _unchecked(kind: type[AnyRows], stamp_ns: int, columns: Iterable[NDArray[Any]]) -> AnyRows:
-    """Make rows of columns that are known to be right."""
+def _made(kind: type[AnyRows], stamp_ns: int, columns: Iterable[NDArray[Any]]) -> AnyRows:
+    """Make rows of read-only columns that are known to be right."""
     rows = object.__new__(kind)
     object.__setattr__(rows, 'stamp_ns', stamp_ns)
-    for name, column in zip(kind.COLUMNS, columns):
-        object.__setattr__(rows, name, _frozen(column))
+    _fill(rows, columns)
     return rows
 
 
+def _fill(rows: Rows, columns: Iterable[NDArray[Any]]) -> None:
+    put = object.__setattr__
+    for name, column in zip(rows.COLUMNS, columns):
+        put(rows, name, column)
+
+
 def _unpickled(kind: type[AnyRows], stamp_ns: int, count: int, data: list[bytes]) -> AnyRows:
+    """Make rows of the columns' bytes, which nobody can write."""
     columns = [
-        np.ndarray((count, *column.shape), column.dtype, each)
-        for each, column in zip(data, kind.COLUMNS.values())
+        np.ndarray((count, *shape), dtype, each)
+        for each, (_, dtype, shape, _) in zip(data, kind.LAYOUT)
     ]
-    return _unchecked(kind, stamp_ns, columns)
+    return _made(kind, stamp_ns, columns)

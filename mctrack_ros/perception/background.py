@@ -182,8 +182,8 @@ class Background:
         self._rule.attend(self.model, image, stamp_ns)
         measured = self._subtract(image)
         self.noise = measured if self.noise is None else self.noise
-        mask = self._foreground(image)
-        has_changed_all = cv2.countNonZero(mask) > self._config.relearn_fraction * mask.size
+        mask, pixels = self._foreground(image)
+        has_changed_all = pixels > self._config.relearn_fraction * mask.size
         if has_changed_all or self.noise > MOST_NOISE:
             self.restart()
             return None
@@ -227,16 +227,16 @@ class Background:
             measured = subtract(image, self.model, self.difference)
         return measured / MEDIAN_OF_LARGEST
 
-    def _foreground(self, image: Image) -> Image:
+    def _foreground(self, image: Image) -> tuple[Image, int]:
+        """Return the foreground and how many pixels of it there are."""
         own = self._rule.foreground(image)
-        if own is None:
-            least, usual = self._thresholds
-            if self._config.threshold == 'otsu':
-                least = otsu_threshold(self.difference, max(least, usual))
-            self._noise_map.foreground(self.difference, least, usual, self._mask)
-        else:
+        if own is not None:
             self._mask = own
-        return self._mask
+            return own, cv2.countNonZero(own)
+        least, usual = self._thresholds
+        if self._config.threshold == 'otsu':
+            least = otsu_threshold(self.difference, max(least, usual))
+        return self._mask, self._noise_map.foreground(self.difference, least, usual, self._mask)
 
     def _follow_light(self, image: Image) -> bool:
         """

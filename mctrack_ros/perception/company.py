@@ -135,6 +135,7 @@ class Roll:
     ) -> None:
         self._config, self._extent = config, extent
         self._sizes, self._mapping = sizes, mapping
+        self._picture_size = np.array(mapping.image_size, np.float64)
         self.restart()
 
     def restart(self) -> None:
@@ -176,7 +177,7 @@ class Roll:
             self._sizes.foot_of(local.box),
             local.seen,
             sure,
-            np.array(self._mapping.image_size, np.float64),
+            self._picture_size,
             self._config.same_m,
         )
         return Company(key, local_id, track_id, position, box, came)

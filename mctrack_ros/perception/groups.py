@@ -210,8 +210,11 @@ def _parts(
     local_id: Ints, whole: Ints, part: Ints
 ) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
     """Return every part of a whole but the largest, with the rest of the whole."""
+    labels = list(zip(whole.tolist(), part.tolist()))
+    if len(set(labels)) == len(set(whole.tolist())):
+        return []
     members: dict[int, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
-    for one, number, label in zip(local_id.tolist(), whole.tolist(), part.tolist()):
+    for one, (number, label) in zip(local_id.tolist(), labels):
         members[number][label].append(one)
     found = []
     for _, parts in sorted(members.items()):

@@ -36,9 +36,9 @@ def hidden_members(
         What is more than one person.
 
     """
-    missing = (company.local_id == 0) & (part >= 0)
-    missing &= ~(company.track_id[:, None] == tracked).any(axis=1)
-    rows = np.flatnonzero(missing)
+    rows = np.flatnonzero((company.local_id == 0) & (part >= 0))
+    if len(rows):
+        rows = rows[~(company.track_id[rows, None] == tracked).any(axis=1)]
     if not len(rows) or not len(blobs):
         return rows[:0]
     inside = overlap(company.box[rows], blobs.box)

@@ -8,11 +8,12 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import FLOATS_2D, compiled
+from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, compiled
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import TEMPLATE_SIZE
-from mctrack_ros.perception.sizes import SizeTable
+from mctrack_ros.perception.lessons import correct, follow_colours, follow_size
+from mctrack_ros.perception.sizes import SizeTable, box_at
 from mctrack_ros.tracking import kalman
 
 Floats = NDArray[np.float64]
@@ -64,11 +65,6 @@ class Prediction:
     box: Floats
     spread: Floats
     slope: Floats
-
-    @property
-    def bottom(self) -> Floats:
-        """Bottom centres of the boxes, (n, 2) px."""
-        return self.box[:, :2] + self.box[:, 2:] * [0.5, 1.0]
 
     def select(self, mask: NDArray[np.bool_]) -> Prediction:
         """Return the rows that a mask picks."""
@@ -137,9 +133,17 @@ class LocalTracks:
     def prediction(self) -> Prediction:
         """Return where the tracks are expected in the picture (the paper's KBB)."""
         place = np.ascontiguousarray(self.mean[:, :2])
-        foot, slope = self._mapping.image_from_ground(place), self._mapping.image_jacobian(place)
-        box = self._sizes.box_of(foot, self.extent)
-        spread = kalman.projected(self.covariance, slope) + self.foot_noise(box)
+        foot = np.ascontiguousarray(self._mapping.image_from_ground(place))
+        slope = np.ascontiguousarray(self._mapping.image_jacobian(place))
+        box, spread = _expected(
+            self._sizes.table,
+            foot,
+            self.extent,
+            self.covariance,
+            slope,
+            self._config.foot_noise_px,
+            self._config.foot_noise_share,
+        )
         return Prediction(foot, box, spread, slope)
 
     def update(self, predicted: Prediction, rows: Ints, foot: Floats, noise: Floats) -> None:
@@ -151,29 +155,23 @@ class LocalTracks:
         predicted : Prediction
             Of all tracks as they are.
         rows : (k,) int array
-            Tracks.
+            Tracks; -1: none.
         foot : (k, 2) array
             Measured foot points, px.
         noise : (k, 2, 2) array
             Their covariance, px².
 
         """
-        innovation = foot - predicted.foot[rows]
-        known = np.isfinite(innovation).all(axis=1)
-        if not known.any():
-            return
-        rows, innovation, noise = rows[known], innovation[known], noise[known]
-        jacobian = np.zeros((len(rows), 2, 4))
-        jacobian[:, :, :2] = predicted.slope[rows]
-        self.mean[rows], self.covariance[rows] = kalman.update(
-            self.mean[rows], self.covariance[rows], innovation, noise, jacobian
-        )
+        correct(self.mean, self.covariance, rows, predicted.foot, predicted.slope, foot, noise)
 
     def follow_size(self, rows: Ints, box: Floats, seconds: float) -> None:
-        """Let the tracked sizes follow (k, 4) measured boxes, px."""
-        measured = box[:, 2:] / self._sizes.per_metre(self._sizes.foot_of(box))
+        """Let the sizes of some tracks, -1: none, follow measured boxes, (k, 4) px."""
         share = 1 - np.exp(-seconds / max(self._config.size_time_s, 1e-9))
-        self.extent[rows] += share * (measured - self.extent[rows])
+        follow_size(self.extent, rows, box, self._sizes.table, share)
+
+    def follow_colours(self, rows: Ints, template: Floats, share: float) -> None:
+        """Let the colours of some tracks, -1: none, follow measured ones, (k, 48), by a share."""
+        follow_colours(self.template, rows, template, share)
 
     def start(
         self, position: Floats, box: Floats, noise: Floats, template: Floats, stamp_ns: int
@@ -218,3 +216,24 @@ def _foot_noise(box: Floats, same_px: float, share: float) -> Floats:
     for row in range(len(box)):
         noise[row, 0, 0] = noise[row, 1, 1] = (same_px + share * box[row, 3]) ** 2
     return noise
+
+
+@compiled(
+    types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(
+        FLOATS_3D, FLOATS_2D, FLOATS_2D, FLOATS_3D, FLOATS_3D, types.f8, types.f8
+    )
+)
+def _expected(
+    sizes: Floats, foot: Floats, extent: Floats, covariance: Floats, slope: Floats,
+    same_px: float, share: float,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """Return the boxes of tracks at their foot points, and how these are measured about them."""
+    box = np.empty((len(foot), 4))
+    for row in range(len(foot)):
+        box_at(sizes, foot[row], extent[row], box[row])
+    spread = kalman.projections(covariance, slope)
+    noise = _foot_noise(box, same_px, share)
+    for row in range(len(foot)):
+        for axis in range(2):
+            spread[row, axis, axis] += noise[row, axis, axis]
+    return box, spread

@@ -6,13 +6,12 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, INTS_1D, compiled
+from mctrack_ros.compiled import FLOATS_2D, INTS_1D, compiled
 from mctrack_ros.interfaces import MEMBERS, Detections
 from mctrack_ros.perception.company import Company
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 NONE = Detections.build(0)
 SPREAD_M = 1.0
 """Standard deviation of a hidden member about the middle of those who are seen, m."""
@@ -32,11 +31,13 @@ def merged_detections(company: Company, part: Ints, shown: Detections) -> Detect
         What is told of single persons.
 
     """
-    is_shown = (company.local_id[:, None] == shown.local_id).any(axis=1)
-    if not (~is_shown & (company.track_id > 0) & (part >= 0)).any():
-        return NONE
     position, covariance, box, members, count = _gathered(
-        part, is_shown, company.track_id, company.position, company.box
+        part,
+        company.local_id,
+        shown.local_id.astype(np.int64),
+        company.track_id,
+        company.position,
+        company.box,
     )
     if len(count) == 0:
         return NONE
@@ -53,13 +54,14 @@ def merged_detections(company: Company, part: Ints, shown: Detections) -> Detect
 @compiled(
     types.Tuple(
         [types.f8[:, ::1], types.f8[:, :, ::1], types.f8[:, ::1], types.u4[:, ::1], types.i8[::1]]
-    )(INTS_1D, BOOLS_1D, INTS_1D, FLOATS_2D, FLOATS_2D)
+    )(INTS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_2D, FLOATS_2D)
 )
 def _gathered(
-    part: Ints, is_shown: Booleans, track_id: Ints, position: Floats, box: Floats
+    part: Ints, local_id: Ints, shown: Ints, track_id: Ints, position: Floats, box: Floats
 ) -> tuple[Floats, Floats, Floats, NDArray[np.uint32], Ints]:
     """Return place, covariance, box, members and their number of each group that hides some."""
     most = len(part)
+    is_shown = np.array([(shown == one).any() for one in local_id], np.bool_)
     place, spread = np.zeros((most, 3)), np.zeros((most, 2, 2))
     around, members = np.empty((most, 4)), np.zeros((most, MEMBERS), np.uint32)
     count = np.zeros(most, np.int64)

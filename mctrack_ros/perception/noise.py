@@ -68,7 +68,7 @@ class NoiseMap:
         change = np.where(enough, share * (measured - self.ratio), 0.0)
         self.ratio = np.clip(self.ratio + change, LEAST_RATIO, MOST_RATIO)
 
-    def foreground(self, difference: Image, least: float, usual: float, mask: Image) -> None:
+    def foreground(self, difference: Image, least: float, usual: float, mask: Image) -> int:
         """
         Write 255 where a difference is larger than the noise there explains, 0 elsewhere.
 
@@ -83,13 +83,30 @@ class NoiseMap:
         mask : (h, w) uint8 array
             Is overwritten.
 
+        Returns
+        -------
+        int
+            How many pixels are.
+
         """
         bounds = int(least), round(usual)
         if bounds != self._levels_of:
             self._levels_of = bounds
             level = np.minimum(np.maximum(usual * self.ratio, least), 255.0).astype(np.uint8)
             self._levels = np.asarray(cv2.resize(level, difference.shape[::-1]), np.uint8)
-        cv2.compare(difference, self._levels, cv2.CMP_GT, mask)
+        return _above(difference, self._levels, mask)
+
+
+@compiled(types.i8(BYTES_2D, BYTES_2D, types.Array(types.u1, 2, 'C')))
+def _above(difference: Image, levels: Image, mask: Image) -> int:
+    """Write where a difference is above its level, and count; the picture is read only once."""
+    found, level, out = difference.reshape(-1), levels.reshape(-1), mask.reshape(-1)
+    count = 0
+    for index in range(len(out)):  # flat: so the compiler makes vectors of it
+        above = found[index] > level[index]
+        out[index] = np.uint8(255) if above else np.uint8(0)
+        count += above
+    return count
 
 
 @compiled(types.Tuple([types.f8[:, ::1], types.i8[:, ::1]])(BYTES_2D, BYTES_2D))

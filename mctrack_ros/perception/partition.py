@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
+from mctrack_ros.perception.bodies import Bodies, Members
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.placement import Search, place
-from mctrack_ros.perception.sizes import TALLEST, SizeTable
+from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.tracking.appearance import Palette
-from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -70,63 +69,6 @@ class PartitionConfig:
     sweeps: int = parameter(2, 'rounds of placing each person given the others', minimum=1)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Members:
-    """
-    Known persons in some blobs, one row each: blob by blob, in each the oldest first.
-
-    Attributes
-    ----------
-    blob : (n,) int64 array
-        Row of the blob that each is in, ascending.
-    bottom : (n, 2) float64 array
-        Bottom centres of the predicted boxes, px.
-    spread : (n, 2, 2) float64 array
-        Covariance of a measured one about the predicted, px².
-    extent : (n, 2) float64 array
-        Width and height, m.
-    template : (n, 48) float64 array
-        Colours, zero where not known.
-
-    """
-
-    blob: Ints
-    bottom: Floats
-    spread: Floats
-    extent: Floats
-    template: Floats
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Bodies:
-    """
-    Persons placed in some blobs: blob by blob the known in their order, then new ones.
-
-    Attributes
-    ----------
-    blob : (n,) int64 array
-        Row of the blob that each is in.
-    is_known : (n,) bool array
-        Whether it is one of the members.
-    box : (n, 4) float64 array
-        Left, top, width, height, px.
-    visible : (n,) float64 array
-        Share of the body that is foreground and not behind another body.
-    proven : (n,) float64 array
-        Share of the body that is foreground which no member before it in the order explains.
-    template : (n, 48) float64 array
-        Colours of what is seen of it past those nearer to the camera; zero where nothing is.
-
-    """
-
-    blob: Ints
-    is_known: NDArray[np.bool_]
-    box: Floats
-    visible: Floats
-    proven: Floats
-    template: Floats
-
-
 def partition(
     picture: Picture,
     blob: Floats,
@@ -168,6 +110,8 @@ def partition(
     """
     search = Search(
         usual_height_m,
+        config.body_width_m,
+        config.body_share,
         config.rows,
         config.background_weight,
         config.certainty,
@@ -175,27 +119,6 @@ def partition(
         config.most_new,
         config.sweeps,
     )
-    width_m = np.full(len(blob), config.body_width_m)
-    np.maximum.at(width_m, members.blob, config.body_share * members.extent[:, 0])
-    count = np.bincount(members.blob, minlength=len(blob))
-    least_m, most_m = (2 - TALLEST) * usual_height_m, TALLEST * usual_height_m
-    height_m = np.minimum(np.maximum(members.extent[:, 1], least_m), most_m)
-    *placed, found = place(
-        picture.image,
-        picture.mask,
-        blob,
-        picture.scale,
-        sizes.table,
-        width_m,
-        count,
-        members.bottom,
-        inverse(members.spread),
-        height_m,
-        members.template,
-        palette,
-        search,
+    return place(
+        picture.image, picture.mask, blob, picture.scale, sizes.table, members, palette, search
     )
-    index = np.repeat(np.arange(len(blob)), found)
-    first = np.cumsum(found) - found
-    is_known = np.arange(len(index)) - first[index] < count[index]
-    return Bodies(index, is_known, *placed)

@@ -6,7 +6,10 @@ from enum import StrEnum
 
 import cv2
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BYTES_3D, compiled
 
 Image = NDArray[np.uint8]
 SAMPLED_PX = 16
@@ -26,8 +29,7 @@ class PictureState(StrEnum):
 
 def is_blank(image: Image) -> bool:
     """Tell whether a (h, w, 3) uint8 picture is black or white all over."""
-    mean = cv2.mean(image[::SAMPLED_PX, ::SAMPLED_PX])[:3]
-    return max(mean) < BLACK or min(mean) > WHITE
+    return _is_blank(np.ascontiguousarray(image))
 
 
 class PictureWatch:
@@ -60,3 +62,19 @@ class PictureWatch:
         beside = cv2.absdiff(sample[:, : right.shape[1]], np.ascontiguousarray(right))
         is_noise = max(cv2.mean(beside)[:3]) > NOISE
         return PictureState.NOISE if is_noise else PictureState.USABLE
+
+
+@compiled(types.b1(BYTES_3D))
+def _is_blank(image: Image) -> bool:
+    """Look at a sample of the rows until it is plain that a channel is neither black nor white."""
+    height, width = image.shape[:2]
+    samples = len(range(0, height, SAMPLED_PX)) * len(range(0, width, SAMPLED_PX))
+    bright, dark = np.zeros(3), np.zeros(3)
+    for y in range(0, height, SAMPLED_PX):
+        for x in range(0, width, SAMPLED_PX):
+            for channel in range(3):
+                bright[channel] += image[y, x, channel]
+                dark[channel] += 255 - image[y, x, channel]
+        if bright.max() >= BLACK * samples and dark.max() >= (255 - WHITE) * samples:
+            return False
+    return True

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import (
     BYTES_2D,
     BYTES_3D,
-    FLOATS_1D,
     FLOATS_2D,
     FLOATS_3D,
-    INTS_1D,
     compiled,
     inner,
 )
+from mctrack_ros.perception.bodies import BODIES, MEMBERS, Bodies, Members
 from mctrack_ros.perception.canvas import (
     Canvas,
     add_cover,
@@ -30,7 +29,9 @@ from mctrack_ros.perception.canvas import (
     tops_of,
     values_of,
 )
+from mctrack_ros.perception.sizes import TALLEST
 from mctrack_ros.tracking.appearance import PALETTE, Palette
+from mctrack_ros.tracking.kalman import inverted
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -45,6 +46,10 @@ class Search(NamedTuple):
     ----------
     height_m : float
         Usual height, m.
+    width_m : float
+        Least width of a body, m.
+    width_share : float
+        Width of a body, as a share of the known width of a person in motion.
     cells : int
         Cells to the usual height.
     background_weight : float
@@ -61,6 +66,8 @@ class Search(NamedTuple):
     """
 
     height_m: float
+    width_m: float
+    width_share: float
     cells: int
     background_weight: float
     certainty: float
@@ -69,10 +76,7 @@ class Search(NamedTuple):
     sweeps: int
 
 
-SEARCH = types.NamedTuple([types.f8, types.i8, *[types.f8] * 3, *[types.i8] * 2], Search)
-PLACED = types.Tuple(
-    [types.f8[:, ::1], types.f8[::1], types.f8[::1], types.f8[:, ::1], types.i8[::1]]
-)
+SEARCH = types.NamedTuple([*[types.f8] * 3, types.i8, *[types.f8] * 3, *[types.i8] * 2], Search)
 
 
 @inner
@@ -138,27 +142,24 @@ def _place_in(
     return boxes_of(canvas, row[:count], column[:count], height), visible, proven, colours
 
 
-@compiled(
-    PLACED(
-        BYTES_3D, BYTES_2D, FLOATS_2D, types.f8, FLOATS_3D, FLOATS_1D, INTS_1D,
-        FLOATS_2D, FLOATS_3D, FLOATS_1D, FLOATS_2D, PALETTE, SEARCH,
-    )
-)  # fmt: skip
+@inner
+def _sized(members: Members, blobs: int, search: Search) -> tuple[Ints, Floats, Floats]:
+    """Return how many are known in each blob, the width of bodies there, and their heights, m."""
+    count, width_m = np.zeros(blobs, np.int64), np.full(blobs, search.width_m)
+    height_m = np.empty(len(members.blob))
+    least_m, most_m = (2 - TALLEST) * search.height_m, TALLEST * search.height_m
+    for row, blob in enumerate(members.blob):
+        count[blob] += 1
+        width_m[blob] = np.maximum(width_m[blob], search.width_share * members.extent[row, 0])
+        height_m[row] = np.minimum(np.maximum(members.extent[row, 1], least_m), most_m)
+    return count, width_m, height_m
+
+
+@compiled(BODIES(BYTES_3D, BYTES_2D, FLOATS_2D, types.f8, FLOATS_3D, MEMBERS, PALETTE, SEARCH))
 def place(
-    image: Bytes,
-    mask: Bytes,
-    blob: Floats,
-    scale: float,
-    sizes: Floats,
-    width_m: Floats,
-    count: Ints,
-    bottom: Floats,
-    precision: Floats,
-    height_m: Floats,
-    template: Floats,
-    palette: Palette,
-    search: Search,
-) -> tuple[Floats, Floats, Floats, Floats, Ints]:
+    image: Bytes, mask: Bytes, blob: Floats, scale: float, sizes: Floats, members: Members,
+    palette: Palette, search: Search,
+) -> Bodies:  # fmt: skip
     """
     Place the known persons of some blobs near their predictions, then new ones.
 
@@ -172,18 +173,8 @@ def place(
         Pixels of the picture to one of the mask.
     sizes : (r, c, 3) array
         The camera's `SizeTable.table`.
-    width_m : (b,) array
-        Width of all bodies in each blob, m.
-    count : (b,) int64 array
-        Known persons of each; they follow one another, n in all.
-    bottom : (n, 2) array
-        Predicted bottom centres, px.
-    precision : (n, 2, 2) array
-        Inverse of their covariance, 1/px².
-    height_m : (n,) array
-        Heights, m.
-    template : (n, 48) array
-        Colours, zero where not known.
+    members : Members
+        Who is known to be in them.
     palette : Palette
         What templates count.
     search : Search
@@ -191,33 +182,32 @@ def place(
 
     Returns
     -------
-    box : (m, 4) array
-        Blob by blob the known, then new ones; left, top, width, height, px.
-    visible : (m,) array
-        Share of each that is foreground past those nearer to the camera.
-    proven : (m,) array
-        Share of each that is foreground past those before it.
-    template : (m, 48) array
-        Colours of what is seen of each; zero where nothing is.
-    found : (b,) int64 array
-        Persons placed in each blob.
+    Bodies
+        The members and new persons.
 
     """
-    most = len(bottom) + len(blob) * search.most_new
-    box, colours = np.empty((most, 4)), np.empty((most, template.shape[1]))
+    count, width_m, height_m = _sized(members, len(blob), search)
+    precision = np.empty(members.spread.shape)
+    for row in range(len(precision)):
+        inverted(members.spread[row], precision[row])
+    most = len(members.blob) + len(blob) * search.most_new
+    blob_of, is_known = np.empty(most, np.int64), np.zeros(most, np.bool_)
+    box, colours = np.empty((most, 4)), np.empty((most, members.template.shape[1]))
     visible, proven = np.empty(most), np.empty(most)
-    found = np.empty(len(blob), np.int64)
     first = done = 0
     for index in range(len(blob)):
         own = slice(first, first + count[index])
         first += count[index]
         boxes, seen, explains, told = _place_in(
-            image, mask, blob[index], scale, sizes, width_m[index],
-            bottom[own], precision[own], height_m[own], template[own], palette, search,
+            image, mask, blob[index], scale, sizes, width_m[index], members.bottom[own],
+            precision[own], height_m[own], members.template[own], palette, search,
         )  # fmt: skip
-        found[index] = len(boxes)
         end = done + len(boxes)
+        blob_of[done:end], is_known[done : done + count[index]] = index, True
         box[done:end], visible[done:end], proven[done:end] = boxes, seen, explains
         colours[done:end] = told
         done = end
-    return box[:done].copy(), visible[:done], proven[:done], colours[:done].copy(), found
+    return Bodies(
+        blob_of[:done], is_known[:done], box[:done].copy(), visible[:done], proven[:done],
+        colours[:done].copy(),
+    )  # fmt: skip

@@ -87,14 +87,29 @@ def _metres(table: Floats, foot: Floats) -> Floats:
     return found
 
 
+@inner
+def foot_below(table: Floats, box: Floats) -> tuple[float, float]:
+    """Return the foot point, px, of a box, (4,), in compiled functions."""
+    left, top, width, height = box
+    x, y = left + width / 2, top + height
+    return x - metre_at(table, x, y)[2] * height / 2, y
+
+
+@inner
+def box_at(table: Floats, foot: Floats, extent: Floats, box: Floats) -> None:
+    """Write the box, (4,), of a size, (2,) m, at a foot point, (2,) px."""
+    across, upright, lean = metre_at(table, foot[0], foot[1])
+    width, height = extent[0] * across, extent[1] * upright
+    box[0] = foot[0] - width / 2 + lean * height / 2
+    box[1] = foot[1] - height
+    box[2], box[3] = width, height
+
+
 @compiled(types.f8[:, ::1](FLOATS_3D, FLOATS_2D))
 def _feet(table: Floats, box: Floats) -> Floats:
     foot = np.empty((len(box), 2))
     for index in range(len(box)):
-        left, top, width, height = box[index]
-        x, y = left + width / 2, top + height
-        foot[index, 0] = x - metre_at(table, x, y)[2] * height / 2
-        foot[index, 1] = y
+        foot[index, 0], foot[index, 1] = foot_below(table, box[index])
     return foot
 
 
@@ -103,10 +118,5 @@ def _boxes(table: Floats, foot: Floats, extent: Floats) -> Floats:
     """Return boxes of sizes at feet, one size for all or one each."""
     box = np.empty((len(foot), 4))
     for index in range(len(foot)):
-        across, upright, lean = metre_at(table, foot[index, 0], foot[index, 1])
-        size = extent[index if len(extent) > 1 else 0]
-        width, height = size[0] * across, size[1] * upright
-        box[index, 0] = foot[index, 0] - width / 2 + lean * height / 2
-        box[index, 1] = foot[index, 1] - height
-        box[index, 2], box[index, 3] = width, height
+        box_at(table, foot[index], extent[index if len(extent) > 1 else 0], box[index])
     return box

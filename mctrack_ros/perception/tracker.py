@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
@@ -18,21 +16,24 @@ from mctrack_ros.perception.contacts import contacts
 from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.hidden import begin_hidden, hidden_members
 from mctrack_ros.perception.identity import IdentityConfig, learn_identities
+from mctrack_ros.perception.lessons import lessons, note_seen
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.local_tracks import ROUND, FilterConfig, LocalTracks, Prediction
+from mctrack_ros.perception.lost import lost_tracks
 from mctrack_ros.perception.matching import MatchingConfig, match
 from mctrack_ros.perception.merged import merged_detections
-from mctrack_ros.perception.observations import NEW, Observations, Observer
+from mctrack_ros.perception.observations import Observations
+from mctrack_ros.perception.observer import Observer
 from mctrack_ros.perception.partition import PartitionConfig
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.presence import Presence, PresenceConfig
 from mctrack_ros.perception.runs import Strength
-from mctrack_ros.perception.sizes import SizeTable, metre_at
+from mctrack_ros.perception.shown import shown_persons, sighted
+from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.perception.steadiness import Steadiness
+from mctrack_ros.perception.whole_blobs import NEW
 from mctrack_ros.tracking.appearance import PALETTES, colour_templates
 
-Booleans = NDArray[np.bool_]
-Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
@@ -107,7 +108,7 @@ class LocalTracker:
         self._config, self._matching, self._identity = config, matching, identity
         self._partition, self._mapping, self._sizes = partition, mapping, sizes
         self._palette = PALETTES[config.template]
-        self._observer = Observer(mapping, sizes, blobs, partition, self._palette)
+        self._observer = Observer(mapping, sizes, blobs, filtering, partition, self._palette)
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
         self._roll, self._company = Roll(company, usual, sizes, mapping), NOBODY
@@ -200,24 +201,25 @@ class LocalTracker:
         """Drop tracks that left the picture or were not seen for too long (E4)."""
         tracks = self.tracks
         width, height = self._mapping.image_size
-        left, lost = _lost(
+        left, lost = lost_tracks(
             predicted.foot,
             self._sizes.table,
             float(width),
             float(height),
-            stamp_ns - tracks.seen_ns,
-            stamp_ns - tracks.clear_ns,
+            stamp_ns,
+            tracks.seen_ns,
+            tracks.clear_ns,
             tracks.confirmed,
             seconds,
             self._config.coast_s,
             self._config.confirm_s,
             self._config.hidden_s,
         )
+        if not (left.any() or lost.any()):
+            return predicted
         for row in np.flatnonzero(left).tolist():
             self._presence.left(tracks, row, log)
         kept = ~(left | lost)
-        if kept.all():
-            return predicted
         tracks.keep(kept)
         return predicted.select(kept)
 
@@ -237,11 +239,11 @@ class LocalTracker:
     def _sighting(self, seen: Observations, stamp_ns: int) -> Sighting:
         """Return the believed tracks as this picture shows them."""
         tracks = self.tracks
-        old = np.flatnonzero(tracks.confirmed)
-        box, is_seen, proven = _seen(old, seen.track, seen.box, seen.proven)
-        age_s = np.asarray((stamp_ns - tracks.first_ns[old]) * 1e-9)
-        place = tracks.mean[old, :2]
-        return Sighting(tracks.local_id[old], place, box, is_seen, proven, age_s)
+        return Sighting(
+            *sighted(
+                seen, tracks.confirmed, tracks.local_id, tracks.mean, tracks.first_ns, stamp_ns
+            )
+        )
 
     def _update(
         self,
@@ -252,18 +254,13 @@ class LocalTracker:
         stamp_ns: int,
     ) -> None:
         """Correct the tracks with what is seen of them (E6); learn sizes and colours alone."""
-        tracks, known = self.tracks, seen.track != NEW
-        tracks.seen_ns[seen.track[known]] = stamp_ns
-        clear = known & (seen.proven >= self._partition.least_proven)
-        tracks.clear_ns[seen.track[clear]] = stamp_ns
-        measured = known & (~seen.fitted | (seen.visible >= self._partition.least_visible))
-        tracks.update(predicted, seen.track[measured], seen.foot[measured], seen.noise[measured])
-        alone = known & ~seen.fitted
-        whole = alone & ~blobs.truncated[seen.blob]
-        tracks.follow_size(seen.track[whole], seen.box[whole], seconds)
+        tracks, partition = self.tracks, self._partition
+        note_seen(tracks.seen_ns, tracks.clear_ns, seen, stamp_ns, partition.least_proven)
+        place, size, colours = lessons(seen, blobs.truncated, partition.least_visible)
+        tracks.update(predicted, place, seen.foot, seen.noise)
+        tracks.follow_size(size, seen.box, seconds)
         share = 1 - np.exp(-seconds / max(self._config.template_time_s, 1e-9))
-        rows = seen.track[alone]
-        tracks.template[rows] += share * (seen.template[alone] - tracks.template[rows])
+        tracks.follow_colours(colours, seen.template, share)
 
     def _start(self, seen: Observations, stamp_ns: int) -> Observations:
         """Start a track for each person who has none."""
@@ -274,7 +271,7 @@ class LocalTracker:
         colours = np.where(seen.fitted[new, None], 0.0, seen.template[new])
         track = seen.track.copy()
         track[new] = self.tracks.start(seen.position[new], seen.box[new], noise, colours, stamp_ns)
-        return replace(seen, track=track)
+        return seen._replace(track=track)
 
     def _confirm(self, stamp_ns: int) -> None:
         tracks = self.tracks
@@ -284,63 +281,22 @@ class LocalTracker:
         self, seen: Observations, blobs: Blobs, stamp_ns: int, shift_px: float
     ) -> Detections:
         """Write one row a person."""
-        tracks, rows = self.tracks, seen.track
-        age = (stamp_ns - tracks.first_ns[rows]) * 1e-9
-        score = np.minimum(np.maximum(age / max(self._config.confirm_s, 1e-9), 0.1), 1.0)
+        tracks = self.tracks
         noise = seen.noise + shift_px**2 * ROUND if shift_px else seen.noise
-        shown = ~seen.fitted | (seen.visible >= self._partition.least_coloured)
-        colours = np.where(shown[:, None], seen.template, tracks.template[rows])
+        shown = shown_persons(
+            seen,
+            blobs.area,
+            blobs.truncated,
+            tracks.first_ns,
+            tracks.local_id,
+            tracks.track_id,
+            tracks.template,
+            stamp_ns,
+            max(self._config.confirm_s, 1e-9),
+            self._partition.least_coloured,
+        )
         return Detections.build(
             stamp_ns,
-            position=np.column_stack([seen.position, np.zeros(len(seen))]),
             covariance=self._mapping.ground_covariance(seen.position, noise),
-            box=seen.box,
-            area=np.where(
-                seen.fitted, seen.visible * seen.box[:, 2] * seen.box[:, 3], blobs.area[seen.blob]
-            ),
-            score=score,
-            template=colours,
-            local_id=tracks.local_id[rows],
-            track_id=tracks.track_id[rows],
-            truncated=blobs.truncated[seen.blob],
+            **shown._asdict(),
         )
-
-
-@compiled(
-    types.UniTuple(types.b1[::1], 2)(
-        FLOATS_2D, FLOATS_3D, types.f8, types.f8, INTS_1D, INTS_1D, BOOLS_1D, *[types.f8] * 4
-    )
-)
-def _lost(
-    foot: Floats, sizes: Floats, width: float, height: float, unseen_ns: Ints, unclear_ns: Ints,
-    confirmed: Booleans, seconds: float, coast_s: float, confirm_s: float, hidden_s: float,
-) -> tuple[Booleans, Booleans]:  # fmt: skip
-    """Tell which tracks have left the picture, and which were not seen for too long."""
-    left, lost = np.empty(len(foot), np.bool_), np.empty(len(foot), np.bool_)
-    for row in range(len(foot)):
-        x, y = foot[row]
-        inside = 0 <= x < width and 0 <= y < height * 1.1
-        inside = inside and np.isfinite(metre_at(sizes, x, y)[2])
-        unseen, obscure = unseen_ns[row] * 1e-9, unclear_ns[row] * 1e-9 - seconds
-        left[row] = not inside and unseen > 0.0
-        if confirmed[row]:
-            lost[row] = unseen > coast_s or obscure > hidden_s
-        else:
-            lost[row] = unseen > confirm_s or obscure > 0.0
-    return left, lost
-
-
-@compiled(
-    types.Tuple([types.f8[:, ::1], types.b1[::1], types.f8[::1]])(
-        INTS_1D, INTS_1D, FLOATS_2D, FLOATS_1D
-    )
-)
-def _seen(rows: Ints, track: Ints, box: Floats, proven: Floats) -> tuple[Floats, Booleans, Floats]:
-    """Return of some rows of tracks where each is seen, whether it is, and what it explains."""
-    boxes, is_seen = np.zeros((len(rows), 4)), np.zeros(len(rows), np.bool_)
-    share = np.zeros(len(rows))
-    for index in range(len(rows)):
-        for other in range(len(track)):
-            if track[other] == rows[index]:
-                boxes[index], is_seen[index], share[index] = box[other], True, proven[other]
-    return boxes, is_seen, share

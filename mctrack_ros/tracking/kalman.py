@@ -81,14 +81,14 @@ def update(
     """
     matrix = np.empty((len(mean), 2, 4))
     matrix[:] = measurement_matrix
-    return _update(
+    return updated(
         _array(mean), _array(covariance), _array(innovation), _array(noise), _array(matrix)
     )
 
 
 def projected(covariance: Floats, slope: Floats) -> Floats:
     """Return the (n, 2, 2) covariances of what changes with the place by (n, 2, 2) slopes."""
-    return _projected(_array(covariance), _array(slope))
+    return projections(_array(covariance), _array(slope))
 
 
 def inverse(matrix: Floats) -> Floats:
@@ -125,7 +125,8 @@ def _inverses(matrix: Floats) -> Floats:
 
 
 @compiled(types.f8[:, :, ::1](FLOATS_3D, FLOATS_3D))
-def _projected(covariance: Floats, slope: Floats) -> Floats:
+def projections(covariance: Floats, slope: Floats) -> Floats:
+    """Return what `projected` does; to be called by compiled functions, too."""
     spread = np.zeros(slope.shape)
     for n in range(len(slope)):
         for i in range(2):
@@ -161,10 +162,10 @@ def _predict(
 
 
 @compiled(_STATES(FLOATS_2D, FLOATS_3D, FLOATS_2D, FLOATS_3D, FLOATS_3D))
-def _update(
+def updated(
     mean: Floats, covariance: Floats, innovation: Floats, noise: Floats, matrix: Floats
 ) -> tuple[Floats, Floats]:
-    """Apply Joseph's form to one state after the other."""
+    """Return what `update` does, one state after the other; for compiled functions, too."""
     corrected, spread = mean.copy(), np.empty(covariance.shape)
     cross, gain, kept = np.empty((4, 2)), np.empty((4, 2)), np.empty((4, 4))
     expected, certainty = np.empty((2, 2)), np.empty((2, 2))

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.perception.partition import Members, PartitionConfig, partition
+from mctrack_ros.perception.bodies import Members
+from mctrack_ros.perception.partition import PartitionConfig, partition
 from mctrack_ros.perception.picture import Picture
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.tracking.appearance import MIXED, colour_templates

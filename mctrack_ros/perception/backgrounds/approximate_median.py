@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.perception.backgrounds.approach import approach
 from mctrack_ros.perception.backgrounds.light import relit
 from mctrack_ros.perception.backgrounds.ranks import (
     SAMPLES,
@@ -46,9 +46,7 @@ class ApproximateMedian:
         self._next_ns: int | None = None
 
     def begin(self, model: Image) -> None:
-        """Start from a picture; see `Rule`."""
-        self._colour, self._lower = np.empty_like(model), np.empty_like(model)
-        self._one = np.ones_like(model)
+        """Have nothing to begin with: the model is all there is."""
 
     def foreground(self, image: Image) -> Image | None:
         """Have no test of its own."""
@@ -56,15 +54,13 @@ class ApproximateMedian:
 
     def learn(self, model: Image, lesson: Lesson) -> None:
         """Move the model; see `Rule`."""
-        cv2.min(cv2.add(model, self._one, self._colour), lesson.image, self._colour)
-        moved = cv2.max(cv2.subtract(model, self._one, self._lower), self._colour, self._lower)
         self._lessons += 1
+        kept = lesson.mask
         if self._lessons % self._tracked_slowdown == 0:
-            np.copyto(model, moved)
-            return
-        is_slow = self._lessons % self._slowdown == 0
-        kept = lesson.tracked_mask() if is_slow else lesson.mask
-        cv2.copyTo(moved, cv2.bitwise_not(kept), model)
+            kept = np.zeros_like(lesson.mask)
+        elif self._lessons % self._slowdown == 0:
+            kept = lesson.tracked_mask()
+        approach(model, lesson.image, kept)
 
     def attend(self, model: Image, image: Image, stamp_ns: int) -> None:
         """Collect nine pictures, evenly in time, and take their median; then nine more."""
