@@ -184,17 +184,11 @@ class Roll:
 
     def _alone(self, local: Sighting) -> Company:
         """Return the company as the camera knows it without the fusion node."""
-        box = np.where(local.seen[:, None], local.box, np.nan)
-        nobody = np.zeros(len(box), np.int64)
-        came = np.ones(len(box), np.bool_)
-        return Company(
-            -local.local_id[::-1],
-            local.local_id[::-1],
-            nobody,
-            local.position[::-1],
-            box[::-1],
-            came,
-        )
+        youngest_first = np.arange(len(local.local_id))[::-1]
+        local_id = local.local_id[youngest_first]
+        box = np.where(local.seen[:, None], local.box, np.nan)[youngest_first]
+        nobody, came = np.zeros(len(box), np.int64), np.ones(len(box), np.bool_)
+        return Company(-local_id, local_id, nobody, local.position[youngest_first], box, came)
 
 
 @inner

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
 from mctrack_ros.perception.observations import OBSERVATIONS, Observations
-from mctrack_ros.perception.sizes import foot_below, metre_at
+from mctrack_ros.perception.sizes import metre_at
 from mctrack_ros.perception.whole_blobs import NEW
 from mctrack_ros.tracking.kalman import updated
 
@@ -19,49 +21,81 @@ _TIMES = types.i8[::1]
 _TABLE = types.f8[:, ::1]
 
 
-@compiled(types.void(_TIMES, _TIMES, OBSERVATIONS, types.i8, types.f8))
-def note_seen(
-    seen_ns: Ints, clear_ns: Ints, seen: Observations, stamp_ns: int, least_proven: float
-) -> None:
-    """Write when tracks were seen last, and when enough of them was to be sure."""
-    for row, track in enumerate(seen.track):
-        if track != NEW:
-            seen_ns[track] = stamp_ns
-            if seen.proven[row] >= least_proven:
-                clear_ns[track] = stamp_ns
-
-
-@compiled(types.UniTuple(types.i8[::1], 3)(OBSERVATIONS, BOOLS_1D, types.f8))
-def lessons(
-    seen: Observations, truncated: Booleans, least_visible: float
-) -> tuple[Ints, Ints, Ints]:
+class Pace(NamedTuple):
     """
-    Tell what of each person is learned, and by which track.
+    What is learned of whom, and how fast.
+
+    Attributes
+    ----------
+    size, colours : float
+        Share of the difference by which sizes and colours follow those seen.
+    least_visible : float
+        Share of a body that must be seen to measure it.
+    least_proven : float
+        Share of a body that must explain what older tracks do not, to be sure of it.
+
+    """
+
+    size: float
+    colours: float
+    least_visible: float
+    least_proven: float
+
+
+@compiled(
+    types.i8[::1](
+        OBSERVATIONS, BOOLS_1D, types.i8, FLOATS_3D, types.NamedUniTuple(types.f8, 4, Pace),
+        _TIMES, _TIMES, _TABLE, _TABLE,
+    )
+)  # fmt: skip
+def learn(
+    seen: Observations, truncated: Booleans, stamp_ns: int, sizes: Floats, pace: Pace,
+    seen_ns: Ints, clear_ns: Ints, extent: Floats, template: Floats,
+) -> Ints:  # fmt: skip
+    """
+    Let tracks follow how large and of which colours those are who are alone in a blob.
 
     Parameters
     ----------
     seen : Observations
         The persons.
     truncated : (m,) bool array
-        Which blobs touch the picture's edge.
-    least_visible : float
-        Share of a body that must be seen to measure it.
+        Which blobs touch the picture's edge: they tell no size.
+    stamp_ns : int
+        Time of the picture, ns.
+    sizes : (r, c, 3) array
+        The camera's `SizeTable.table`.
+    pace : Pace
+        What is learned of whom, and how fast.
+    seen_ns, clear_ns : (t,) int64 arrays
+        Last time that each track was seen, and that it was to be sure, ns; changed in place.
+    extent, template : (t, 2) and (t, 48) arrays
+        Sizes, m, and colours; changed in place.
 
     Returns
     -------
-    place, size, colours : (n,) int64 arrays
-        Row of the track that learns where he is, how large, in which colours; -1: none does.
+    (n,) int64 array
+        Row of the track that each person's foot point corrects; -1: none.
 
     """
-    place, size = np.full(len(seen.track), NEW), np.full(len(seen.track), NEW)
-    colours = np.full(len(seen.track), NEW)
+    measured = np.full(len(seen.track), NEW)
     for row, track in enumerate(seen.track):
-        if not seen.fitted[row]:
-            place[row] = colours[row] = track
-            size[row] = NEW if truncated[seen.blob[row]] else track
-        elif seen.visible[row] >= least_visible:
-            place[row] = track
-    return place, size, colours
+        if track == NEW:
+            continue
+        seen_ns[track] = stamp_ns
+        if seen.proven[row] >= pace.least_proven:
+            clear_ns[track] = stamp_ns
+        if not seen.fitted[row] or seen.visible[row] >= pace.least_visible:
+            measured[row] = track
+        if seen.fitted[row]:
+            continue
+        template[track] += pace.colours * (seen.template[row] - template[track])
+        if not truncated[seen.blob[row]]:
+            metre = metre_at(sizes, seen.foot[row, 0], seen.foot[row, 1])
+            for axis in range(2):
+                size = seen.box[row, 2 + axis] / metre[axis]
+                extent[track, axis] += pace.size * (size - extent[track, axis])
+    return measured
 
 
 @compiled(
@@ -100,27 +134,3 @@ def correct(
     )
     for index, track in enumerate(own):
         mean[track], covariance[track] = new_mean[index], new_covariance[index]
-
-
-@compiled(types.void(_TABLE, INTS_1D, FLOATS_2D, FLOATS_3D, types.f8))
-def follow_size(extent: Floats, rows: Ints, box: Floats, sizes: Floats, share: float) -> None:
-    """
-    Let the (t, 2) sizes of tracks, m, follow (n, 4) boxes, px, by a share of the difference.
-
-    ``rows`` tell whose each box is, -1: nobody's; ``sizes`` is the `SizeTable.table`.
-    """
-    for index, track in enumerate(rows):
-        if track != NEW:
-            x, y = foot_below(sizes, box[index])
-            metre = metre_at(sizes, x, y)
-            for axis in range(2):
-                measured = box[index, 2 + axis] / metre[axis]
-                extent[track, axis] += share * (measured - extent[track, axis])
-
-
-@compiled(types.void(_TABLE, INTS_1D, FLOATS_2D, types.f8))
-def follow_colours(template: Floats, rows: Ints, seen: Floats, share: float) -> None:
-    """Let the (t, 48) colours of tracks follow (n, 48) seen ones; ``rows`` as above."""
-    for index, track in enumerate(rows):
-        if track != NEW:
-            template[track] += share * (seen[index] - template[track])

@@ -12,7 +12,7 @@ from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, compiled
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import TEMPLATE_SIZE
-from mctrack_ros.perception.lessons import correct, follow_colours, follow_size
+from mctrack_ros.perception.lessons import correct
 from mctrack_ros.perception.sizes import SizeTable, box_at
 from mctrack_ros.tracking import kalman
 
@@ -163,15 +163,6 @@ class LocalTracks:
 
         """
         correct(self.mean, self.covariance, rows, predicted.foot, predicted.slope, foot, noise)
-
-    def follow_size(self, rows: Ints, box: Floats, seconds: float) -> None:
-        """Let the sizes of some tracks, -1: none, follow measured boxes, (k, 4) px."""
-        share = 1 - np.exp(-seconds / max(self._config.size_time_s, 1e-9))
-        follow_size(self.extent, rows, box, self._sizes.table, share)
-
-    def follow_colours(self, rows: Ints, template: Floats, share: float) -> None:
-        """Let the colours of some tracks, -1: none, follow measured ones, (k, 48), by a share."""
-        follow_colours(self.template, rows, template, share)
 
     def start(
         self, position: Floats, box: Floats, noise: Floats, template: Floats, stamp_ns: int

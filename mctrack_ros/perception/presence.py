@@ -157,10 +157,16 @@ class Presence:
         ids = feedback.track_id.tolist()
         self._take_roll(feedback, ids, stamp_ns)
         for row, (target, is_inside) in enumerate(zip(ids, inside.tolist())):
+            is_present = target in self._present_ns
+            if is_present:
+                self._entering_ns.pop(target, None)
             if not is_inside:
                 self._outside.add(target)
-            if target in self._present_ns:
-                self._stay(target, is_inside, feedback.position[row], stamp_ns, log)
+            if is_present and is_inside:
+                self._present_ns[target] = stamp_ns
+                self._outside.discard(target)
+            elif is_present:
+                self._leave(target, feedback.position[row], stamp_ns, log)
             elif is_inside and self._is_seen(foot[row], blob_box):
                 since_ns = self._entering_ns.setdefault(target, stamp_ns)
                 if stamp_ns - since_ns >= self._enter_ns:
@@ -215,19 +221,11 @@ class Presence:
         )
         return None if any(beside) else EventCode.NEW
 
-    def _stay(
-        self,
-        target: int,
-        inside: bool,
-        position: NDArray[np.floating],
-        stamp_ns: int,
-        log: EventLog,
+    def _leave(
+        self, target: int, position: NDArray[np.floating], stamp_ns: int, log: EventLog
     ) -> None:
-        self._entering_ns.pop(target, None)
-        if inside:
-            self._present_ns[target] = stamp_ns
-            self._outside.discard(target)
-        elif stamp_ns - self._present_ns[target] >= self._gone_ns:
+        """Note that a target is out of view; it has left when it was for some time."""
+        if stamp_ns - self._present_ns[target] >= self._gone_ns:
             del self._present_ns[target]
             log.add_target(EventCode.EXIT, target, position)
 

@@ -16,7 +16,7 @@ from mctrack_ros.perception.contacts import contacts
 from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.hidden import begin_hidden, hidden_members
 from mctrack_ros.perception.identity import IdentityConfig, learn_identities
-from mctrack_ros.perception.lessons import lessons, note_seen
+from mctrack_ros.perception.lessons import Pace, learn
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.local_tracks import ROUND, FilterConfig, LocalTracks, Prediction
 from mctrack_ros.perception.lost import lost_tracks
@@ -107,7 +107,7 @@ class LocalTracker:
     ) -> None:
         self._config, self._matching, self._identity = config, matching, identity
         self._partition, self._mapping, self._sizes = partition, mapping, sizes
-        self._palette = PALETTES[config.template]
+        self._palette, self._size_time_s = PALETTES[config.template], filtering.size_time_s
         self._observer = Observer(mapping, sizes, blobs, filtering, partition, self._palette)
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
@@ -254,13 +254,25 @@ class LocalTracker:
         stamp_ns: int,
     ) -> None:
         """Correct the tracks with what is seen of them (E6); learn sizes and colours alone."""
-        tracks, partition = self.tracks, self._partition
-        note_seen(tracks.seen_ns, tracks.clear_ns, seen, stamp_ns, partition.least_proven)
-        place, size, colours = lessons(seen, blobs.truncated, partition.least_visible)
-        tracks.update(predicted, place, seen.foot, seen.noise)
-        tracks.follow_size(size, seen.box, seconds)
-        share = 1 - np.exp(-seconds / max(self._config.template_time_s, 1e-9))
-        tracks.follow_colours(colours, seen.template, share)
+        tracks = self.tracks
+        pace = Pace(
+            float(1 - np.exp(-seconds / max(self._size_time_s, 1e-9))),
+            float(1 - np.exp(-seconds / max(self._config.template_time_s, 1e-9))),
+            self._partition.least_visible,
+            self._partition.least_proven,
+        )
+        measured = learn(
+            seen,
+            blobs.truncated,
+            stamp_ns,
+            self._sizes.table,
+            pace,
+            tracks.seen_ns,
+            tracks.clear_ns,
+            tracks.extent,
+            tracks.template,
+        )
+        tracks.update(predicted, measured, seen.foot, seen.noise)
 
     def _start(self, seen: Observations, stamp_ns: int) -> Observations:
         """Start a track for each person who has none."""

@@ -193,7 +193,9 @@ class BagReader:
                 if topics is None:
                     continue
                 raise BagError(f'{self.path}: message type {kind!r} of {topic} is not known')
-            yield topic, self._guarded(_TYPES.deserialize_cdr, data, kind), time_ns
+            # a view: what is cut out of it is not copied
+            message = self._guarded(_TYPES.deserialize_cdr, memoryview(data), kind)
+            yield topic, message, time_ns
 
     def rows(
         self,

@@ -8,7 +8,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BYTES_2D, BYTES_3D, INTS_2D, compiled, inner
+from mctrack_ros.compiled import BYTES_2D, BYTES_3D, FLOATS_2D, INTS_2D, compiled, inner
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 
@@ -89,19 +89,37 @@ def bhattacharyya_distance(
 
     An empty template tells nothing: its distance to all is one half.
     """
-    distance = np.sqrt(squared_hellinger(first, second))
-    distance[~first.any(axis=1)] = 0.5
-    distance[:, ~second.any(axis=1)] = 0.5
-    return np.asarray(distance)
+    one, other = _roots(first), _roots(second)
+    return np.asarray(_distances(one @ other.T, one, other))
 
 
 def squared_hellinger(
     first: NDArray[np.floating], second: NDArray[np.floating]
 ) -> NDArray[np.float64]:
     """Return the (n, m) squares of the Bhattacharyya distances, 1 where a template is empty."""
-    root = np.sqrt(np.maximum(first, 0)).astype(np.float64, copy=False)
-    other = np.sqrt(np.maximum(second, 0)).astype(np.float64, copy=False)
-    return np.asarray(np.minimum(np.maximum(1 - root @ other.T, 0.0), 1.0))
+    shared = _roots(first) @ _roots(second).T
+    return np.asarray(np.minimum(np.maximum(1 - shared, 0.0), 1.0))
+
+
+def _roots(template: NDArray[np.floating]) -> NDArray[np.float64]:
+    return np.asarray(np.sqrt(np.maximum(template, 0)), np.float64)
+
+
+@compiled(types.f8[:, ::1](FLOATS_2D, FLOATS_2D, FLOATS_2D))
+def _distances(
+    shared: NDArray[np.float64], first: NDArray[np.float64], second: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the Bhattacharyya distances from products of (n, 48) and (m, 48) roots."""
+    distance = np.empty(shared.shape)
+    for row in range(len(first)):
+        for column in range(len(second)):
+            distance[row, column] = np.sqrt(min(max(1.0 - shared[row, column], 0.0), 1.0))
+        if not first[row].any():
+            distance[row] = 0.5
+    for column in range(len(second)):
+        if not second[column].any():
+            distance[:, column] = 0.5
+    return distance
 
 
 @inner
