@@ -142,30 +142,22 @@ def _around(box: NDArray[np.integer]) -> tuple[slice, slice]:
 
 
 @inner
-def _extremes(pictures: tuple[Image, Image], y: int, part: Ints, low: Image, high: Image) -> None:
-    """Write, for both pictures, the (2, w, 3) least and greatest of three rows about one."""
+def _ranges(picture: Image, y: int, part: Ints, low: Image, high: Image, out: Image) -> None:
+    """Write the (w, 3) ranges of the channels over 3 x 3 along a row; the margins repeat."""
     above, below = max(y - 1, part[1]), min(y + 1, part[3] - 1)
-    for which in range(2):
-        one = pictures[which][above, part[0] : part[2]].reshape(-1)
-        two = pictures[which][y, part[0] : part[2]].reshape(-1)
-        three = pictures[which][below, part[0] : part[2]].reshape(-1)
-        least, most = low[which].reshape(-1), high[which].reshape(-1)
-        for index in range(len(one)):
-            least[index] = min(one[index], two[index], three[index])
-            most[index] = max(one[index], two[index], three[index])
-
-
-@inner
-def _gradient(low: Image, high: Image, x: int, width: int) -> int:
-    """Return the sum of the channels' ranges about a column, from a picture's extremes."""
-    total = 0
+    one = picture[above, part[0] : part[2]].reshape(-1)
+    two = picture[y, part[0] : part[2]].reshape(-1)
+    three = picture[below, part[0] : part[2]].reshape(-1)
+    size = len(one)
+    for index in range(size):  # flat, as below: so the compiler makes vectors of it
+        low[3 + index] = min(one[index], two[index], three[index])
+        high[3 + index] = max(one[index], two[index], three[index])
     for channel in range(3):
-        least, most = np.uint8(255), np.uint8(0)
-        for column in range(max(x - 1, 0), min(x + 2, width)):
-            least = min(least, low[column, channel])
-            most = max(most, high[column, channel])
-        total += int(most) - int(least)
-    return total
+        low[channel], low[3 + size + channel] = low[3 + channel], low[size + channel]
+        high[channel], high[3 + size + channel] = high[3 + channel], high[size + channel]
+    for index in range(size):
+        least = min(low[index], low[index + 3], low[index + 6])
+        out[index] = np.uint8(max(high[index], high[index + 3], high[index + 6]) - least)
 
 
 @inner
@@ -184,21 +176,22 @@ def _outline(mask: Image, y: int, part: Ints, filled: Image, marked: Bools) -> N
 
 @inner
 def _edges(
-    pictures: tuple[Image, Image], mask: Image, part: Ints, low: Image, high: Image
+    pictures: tuple[Image, Image], mask: Image, part: Ints, work: Image
 ) -> tuple[float, float]:
     """Return the mean gradients of both pictures along the outline in a part."""
     width, totals, count = part[2] - part[0], np.zeros(2, np.int64), 0
     filled, marked = np.zeros(width + 2, np.uint8), np.zeros(width, np.bool_)
     for y in range(part[1], part[3]):
         _outline(mask, y, part, filled, marked)
-        if not marked.any():
+        columns = np.flatnonzero(marked)
+        count += len(columns)
+        if len(columns) == 0:
             continue
-        _extremes(pictures, y, part, low, high)
-        for x in range(width):
-            if marked[x]:
-                count += 1
-                for which in range(2):
-                    totals[which] += _gradient(low[which], high[which], x, width)
+        for which in range(2):
+            _ranges(pictures[which], y, part, work[0], work[1], work[2])
+            for x in columns:
+                for channel in range(3):
+                    totals[which] += work[2, 3 * x + channel]
     return totals[0] / max(3 * count, 1), totals[1] / max(3 * count, 1)
 
 
@@ -224,7 +217,7 @@ def outline_edges(image: Image, model: Image, mask: Image, box: Ints) -> Floats:
     """
     height, width = mask.shape
     edges, part = np.zeros((len(box), 2)), np.empty(4, np.int64)
-    low, high = np.empty((2, width, 3), np.uint8), np.empty((2, width, 3), np.uint8)
+    work = np.empty((3, 3 * width + 6), np.uint8)
     for index in range(len(box)):
         left, top, across, down = box[index]
         part[0], part[1] = max(left - MARGIN, 0), max(top - MARGIN, 0)
@@ -242,5 +235,5 @@ def outline_edges(image: Image, model: Image, mask: Image, box: Ints) -> Floats:
         if same >= 0:
             edges[index] = edges[same]
         elif part[0] < part[2] and part[1] < part[3]:
-            edges[index] = _edges((image, model), mask, part, low, high)
+            edges[index] = _edges((image, model), mask, part, work)
     return edges

@@ -9,7 +9,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_2D, INTS_1D, compiled
+from mctrack_ros.compiled import BOOLS_2D, INTS_1D, INTS_2D, compiled
 from mctrack_ros.config import parameter
 
 Ints = NDArray[np.int64]
@@ -147,14 +147,11 @@ class Groups:
 
     def _follow(self, local_id: Ints) -> Booleans:
         """Carry over what is known of tracks that live on; tell which. New ones are alone."""
-        known = np.isin(local_id, self._id)
-        place = np.searchsorted(self._id, local_id[known])
-        group = np.arange(len(local_id)) + self._group.max(initial=0) + 1
-        group[known] = self._group[place]
-        touched = np.full((len(local_id), len(local_id)), -self._hold_ns - 1, np.int64)
-        touched[np.ix_(known, known)] = self._touched_ns[np.ix_(place, place)]
-        self._id, self._group, self._touched_ns = local_id, group, touched
-        return np.asarray(known, np.bool_)
+        known, self._group, self._touched_ns = _carried_over(
+            local_id, self._id, self._group, self._touched_ns, -self._hold_ns - 1
+        )
+        self._id = local_id
+        return known
 
     def _settled(self, was: Ints, quiet: Booleans) -> Ints:
         """Return former groups in which quiet ones were with most of those they touch."""
@@ -169,6 +166,28 @@ class Groups:
         """Note who touches; return who touches or did a moment ago."""
         since_ns, self._last_ns = stamp_ns - self._last_ns, stamp_ns
         return _joined(self._touched_ns, part, stamp_ns, since_ns, max(self._hold_ns, 1))
+
+
+@compiled(
+    types.Tuple([types.b1[::1], types.i8[::1], types.i8[:, ::1]])(
+        INTS_1D, INTS_1D, INTS_1D, INTS_2D, types.i8
+    )
+)
+def _carried_over(
+    local_id: Ints, old_id: Ints, group: Ints, touched_ns: Ints, never_ns: int
+) -> tuple[Booleans, Ints, Ints]:
+    """Return which tracks are known, and groups and last times of all; both ids ascend."""
+    free = group.max() + 1 if len(group) else 1
+    place, groups = np.full(len(local_id), -1), free + np.arange(len(local_id))
+    for row, old in enumerate(np.searchsorted(old_id, local_id)):
+        if old < len(old_id) and old_id[old] == local_id[row]:
+            place[row], groups[row] = old, group[old]
+    touched = np.full((len(local_id), len(local_id)), never_ns)
+    for row in range(len(local_id)):
+        for column in range(len(local_id)):
+            if place[row] >= 0 and place[column] >= 0:
+                touched[row, column] = touched_ns[place[row], place[column]]
+    return place >= 0, groups, touched
 
 
 @compiled(types.b1[:, ::1](MOMENTS, INTS_1D, types.i8, types.i8, types.i8))
