@@ -11,17 +11,26 @@ from mctrack_ros.interfaces import Detections
 
 LARGEST_VARIANCE = 1e6
 """A detection less certain than this says nothing, m²."""
+LARGEST_DISTANCE = 1e6
+"""Nobody is farther than this from the origin, m."""
+MOST_DETECTIONS = 1000
+"""More than this in one picture are not detections: those of the highest score are used."""
 
 
 def usable_rows(detections: Detections) -> NDArray[np.bool_]:
     """
-    Tell which detections, (n,), have a finite position and a sound covariance.
+    Tell which detections of one picture, (n,), have a sound position and covariance.
 
     A covariance is sound if it is finite, symmetric enough to be positive definite, and not
-    larger than a square kilometre.
+    larger than a square kilometre. Of a flood only `MOST_DETECTIONS` are used.
     """
     covariance = np.ascontiguousarray(detections.covariance)
-    return _usable(covariance, np.ascontiguousarray(detections.position))
+    usable = _usable(covariance, np.ascontiguousarray(detections.position))
+    if len(usable) > MOST_DETECTIONS:
+        rows = np.flatnonzero(usable)
+        order = np.argsort(-detections.score[rows], kind='stable')
+        usable[rows[order[MOST_DETECTIONS:]]] = False
+    return usable
 
 
 @compiled(
@@ -36,6 +45,7 @@ def _usable(covariance: NDArray[np.float32], position: NDArray[np.float32]) -> N
         xy = (np.float64(covariance[row, 0, 1]) + np.float64(covariance[row, 1, 0])) / 2
         sound = xx > 0 and yy > 0 and xx * yy > xy * xy
         sound = sound and xx < LARGEST_VARIANCE and yy < LARGEST_VARIANCE
-        known = np.isfinite(position[row, 0]) and np.isfinite(position[row, 1])
+        known = abs(position[row, 0]) < LARGEST_DISTANCE
+        known = known and abs(position[row, 1]) < LARGEST_DISTANCE
         usable[row] = sound and known
     return usable

@@ -61,10 +61,9 @@ def _differences(
     difference = np.zeros(len(track))
     for pair in range(len(track)):
         one, other = ours[track[pair]], theirs[row[pair]]
-        alike, first, second = 0.0, 0.0, 0.0
-        for bin in range(len(one)):
-            first, second = max(first, one[bin]), max(second, other[bin])
-            alike += np.sqrt(max(one[bin], 0.0) * max(other[bin], 0.0))
-        if first > 0.0 and second > 0.0:
+        if one.any() and other.any():
+            alike = 0.0
+            for bin in range(len(one)):
+                alike += np.sqrt(max(one[bin], 0.0) * max(other[bin], 0.0))
             difference[pair] = min(max(1.0 - alike, 0.0), 1.0) - usual
     return difference

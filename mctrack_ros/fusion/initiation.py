@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, INTS_1D, compiled
+from mctrack_ros.compiled import COLUMN_2D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
 from mctrack_ros.fusion.gating import distance
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import note
@@ -20,6 +20,8 @@ Indices = NDArray[np.int64]
 
 MOST_STARTS = 512
 """So many detections start tracks in one tick; whoever is still there has the next one."""
+MOST_TOGETHER = 16
+"""Where so many are within `crowd_distance` of it, no further track begins."""
 
 
 def new_tracks(
@@ -63,10 +65,30 @@ def new_tracks(
     return table
 
 
+def with_room(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> TrackTable:
+    """Return the new tracks that there is room for: in the table, and where they begin."""
+    together = _together(fresh.mean, table.mean, config.life.crowd_distance)
+    rows = np.flatnonzero(together < MOST_TOGETHER)
+    rows = rows[: max(config.life.most_tracks - len(table), 0)]
+    return fresh if len(rows) == len(fresh) else fresh.select(rows)
+
+
 def doubt_parts(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> None:
     """Ask more evidence of new tracks that begin beside a confirmed one: blobs fall apart."""
     _, gap = nearest(fresh.mean, table.mean[table.confirmed])
     fresh.evidence[gap < config.life.crowd_distance] -= config.life.crowd_evidence
+
+
+@compiled(types.i8[::1](COLUMN_2D, COLUMN_2D, types.f8))
+def _together(fresh: Floats, others: Floats, reach: float) -> Indices:
+    """Count who of the others, or of those before it, is within reach of each fresh one."""
+    count = np.zeros(len(fresh), np.int64)
+    for row in range(len(fresh)):
+        for some in (others, fresh[:row]):
+            for place in some:
+                x, y = place[0] - fresh[row, 0], place[1] - fresh[row, 1]
+                count[row] += x * x + y * y < reach * reach
+    return count
 
 
 @compiled(types.i8[::1](FLOATS_2D, FLOATS_3D, INTS_1D, types.f8, types.f8))

@@ -73,12 +73,9 @@ class Looks:
         portraits: Portraits,
     ) -> None:
         self.portraits = portraits
-        every = Detections.joined(tick_ns, pictures)
-        usable = usable_rows(every)
-        self.detections = every.select(usable)
-        self.picture = np.repeat(np.arange(len(pictures)), [len(each) for each in pictures])[
-            usable
-        ]
+        pictures = [each.select(usable_rows(each)) for each in pictures]
+        self.detections = Detections.joined(tick_ns, pictures)
+        self.picture = np.repeat(np.arange(len(pictures)), [len(each) for each in pictures])
         self.camera = np.array(cameras, np.intp)[self.picture]
         stamp_ns = np.array([each.stamp_ns for each in pictures], np.int64)
         self.stamp_ns = stamp_ns[self.picture]
@@ -98,20 +95,33 @@ class Looks:
 
 
 def overlapped(box: NDArray[np.float32], picture: Indices) -> NDArray[np.bool_]:
-    """Return which (n, 4) boxes (left, top, width, height, px) meet one of the same picture."""
+    """
+    Return which (n, 4) boxes (left, top, width, height, px) meet one of the same picture.
+
+    Pictures (n,) ascend.
+    """
     return _overlapped(np.ascontiguousarray(box), np.ascontiguousarray(picture))
 
 
 @compiled(types.b1[::1](types.Array(types.f4, 2, 'C', readonly=True), INTS_1D))
 def _overlapped(box: NDArray[np.float32], picture: Indices) -> NDArray[np.bool_]:
     overlaps = np.zeros(len(box), np.bool_)
-    for one in range(len(box)):
-        for other in range(one):
-            if picture[one] == picture[other]:
-                meets = True
-                for axis in range(2):
-                    meets &= box[one, axis] < box[other, axis] + box[other, 2 + axis]
-                    meets &= box[other, axis] < box[one, axis] + box[one, 2 + axis]
-                overlaps[one] |= meets
-                overlaps[other] |= meets
+    first = 0
+    while first < len(box):
+        last = first + 1
+        while last < len(box) and picture[last] == picture[first]:
+            last += 1
+        order = first + np.argsort(box[first:last, 0])
+        for i in range(len(order)):
+            one = box[order[i]]
+            for other in order[i + 1 :]:
+                if not box[other, 0] < one[0] + one[2]:
+                    break
+                if (
+                    one[0] < box[other, 0] + box[other, 2]
+                    and one[1] < box[other, 1] + box[other, 3]
+                    and box[other, 1] < one[1] + one[3]
+                ):
+                    overlaps[order[i]] = overlaps[other] = True
+        first = last
     return overlaps

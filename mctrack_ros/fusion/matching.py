@@ -53,8 +53,9 @@ def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
     joint = JointAssociation(table, looks, config.association)
     table.mean, table.covariance = joint.solve()
     rows, columns = joint.pairs()
-    learn_appearance(table, looks, rows, columns, config.life.template_time)
-    look_at(table, looks, rows, columns, config.life.look_time)
+    if looks.detections.template.any():
+        learn_appearance(table, looks, rows, columns, config.life.template_time)
+        look_at(table, looks, rows, columns, config.life.look_time)
     note(table, looks, rows, columns)
     free = np.ones((len(looks.matrix), len(table)), bool)
     free[looks.picture[columns], rows] = False

@@ -167,6 +167,9 @@ class LifeConfig:
         minimum=0.0,
         maximum=1000.0,
     )
+    most_tracks: int = parameter(
+        2000, 'So many tracks are kept at a time; no more begin', minimum=1, maximum=100000
+    )
     merge_distance: float = parameter(
         1.0,
         'Two tracks that no camera tells apart become one when so near [m]',

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion import lifecycle
 from mctrack_ros.fusion.evidence import Evidence
-from mctrack_ros.fusion.initiation import doubt_parts, new_tracks
+from mctrack_ros.fusion.initiation import doubt_parts, new_tracks, with_room
 from mctrack_ros.fusion.kits import Kits
 from mctrack_ros.fusion.lineage import Lineage
 from mctrack_ros.fusion.looks import Looks
@@ -178,6 +178,7 @@ class FusionPipeline:
         if len(leftover) == 0:
             return
         fresh = new_tracks(looks, leftover, stamp_ns, len(self._index), self._config)
+        fresh = with_room(fresh, self._table, self._config)
         count = len(fresh)
         fresh.track_id[:] = np.arange(self._next_id, self._next_id + count)
         self._next_id += count

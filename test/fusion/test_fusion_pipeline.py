@@ -5,7 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
-from mctrack_ros.interfaces import EventCode, Rows, TrackStatus
+from mctrack_ros.fusion.admission import MOST_DETECTIONS, usable_rows
+from mctrack_ros.fusion.initiation import MOST_TOGETHER
+from mctrack_ros.interfaces import Detections, EventCode, Rows, TrackStatus
 
 CAMERAS = ('one', 'two')
 
@@ -217,3 +219,24 @@ def test_empty_ticks_are_no_trouble():
 def test_camera_that_is_not_of_the_site_is_refused():
     with pytest.raises(ValueError, match="camera is 'three'"):
         FusionPipeline(FusionConfig(), CAMERAS).step(tick(0, {'three': [[0, 0]]}))
+
+
+def test_a_flood_of_detections_is_bounded():
+    rng = np.random.default_rng(0)
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    spread = [pipeline.step(tick(i, {'one': rng.uniform(-50, 50, (3000, 2))})) for i in range(8)]
+    assert max(len(output.tracks) for output in spread) <= FusionConfig().life.most_tracks
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    spot = [pipeline.step(tick(i, {'one': rng.normal(0, 0.1, (3000, 2))})) for i in range(8)]
+    assert max(len(output.tracks) for output in spot) <= 2 * MOST_TOGETHER
+
+
+def test_of_a_picture_the_highest_scores_are_used():
+    count = MOST_DETECTIONS + 5
+    flood = Detections.build(
+        0, position=np.zeros((count, 3)), covariance=np.tile(np.eye(2), (count, 1, 1)),
+        score=np.arange(count) / count,
+    )  # fmt: skip
+    assert np.flatnonzero(~usable_rows(flood)).tolist() == list(range(5))
+    far = flood.select(np.arange(1)).replace(position=[[1e9, 0.0, 0.0]])
+    assert not usable_rows(far).any()
