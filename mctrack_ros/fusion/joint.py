@@ -31,8 +31,8 @@ SWEEPS = 3
 """Of the association: by prediction alone, then corrected at most this often less one."""
 SETTLED = 0.01
 """It is settled when no probability changes by more."""
-LEAST = 0.1
-"""The best pair of a slot and of a detection is told of as theirs if it is as probable as that."""
+LEAST = 0.01
+"""The best pair of a slot and of a detection is theirs if it is as probable as that."""
 NEAR = 2.0
 """Pairs are tried that pass so many times the gate by prediction alone: the others may bring them
 nearer."""

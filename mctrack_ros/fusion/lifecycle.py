@@ -51,7 +51,7 @@ class DuplicateWatch:
         """Return pairs of rows (kept, dropped) that are one target by now."""
         near = [
             (int(table.track_id[one]), int(table.track_id[other]), one, other)
-            for one, other in self._near_pairs(table, stamp_ns)
+            for one, other in self._near_pairs(table)
         ]
         self._since_ns = {pair[:2]: self._since_ns.get(pair[:2], stamp_ns) for pair in near}
         due = [
@@ -67,11 +67,13 @@ class DuplicateWatch:
                 chosen.append((other, one) if newer_is_better else (one, other))
         return chosen
 
-    def _near_pairs(self, table: TrackTable, stamp_ns: int) -> list[tuple[int, int]]:
+    def _near_pairs(self, table: TrackTable) -> list[tuple[int, int]]:
+        """Return the pairs of rows that are near, and that no picture of the tick tells apart."""
         one, other = near_pairs(table.mean, self._distance)
-        recent_ns = stamp_ns - self._time_ns
-        both = np.minimum(table.seen_by_ns[one], table.seen_by_ns[other]) > recent_ns
-        unresolved = ~both.any(axis=1) & (table.group[one] == 0) & (table.group[other] == 0)
+        bit = np.left_shift(1, np.arange(table.seen_by_ns.shape[1]))
+        same = table.seen_by_ns[one] == table.seen_by_ns[other]
+        both = table.cameras[one] & table.cameras[other] & (same * bit).sum(axis=1)
+        unresolved = (both == 0) & (table.group[one] == 0) & (table.group[other] == 0)
         return list(zip(one[unresolved].tolist(), other[unresolved].tolist()))
 
 

@@ -177,7 +177,7 @@ class LifeConfig:
         maximum=100.0,
     )
     merge_time: float = parameter(
-        0.5, 'How long they must have been so near [s]', minimum=0.0, maximum=100.0
+        2.0, 'How long they must have been so near [s]', minimum=0.0, maximum=100.0
     )
     template_time: float = parameter(
         8.0, 'Time constant of the appearance template [s]', minimum=0.01, maximum=1000.0
