@@ -35,7 +35,7 @@ class JointProbabilisticData:
         probability[order], rest = _exact(
             part[order], pairs.slot[order], pairs.detection[order], pairs.likelihood[order]
         )
-        large = order[rest]
+        large = np.sort(order[rest])
         probability[large] = beliefs(
             np.unique(pairs.slot[large], return_inverse=True)[1],
             pairs.detection[large],
