@@ -7,6 +7,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_2D, COLUMN_2D, FLOATS_3D, compiled, inner
+from mctrack_ros.fusion.neighbours import cell_slot
 
 Floats = NDArray[np.float64]
 
@@ -75,7 +76,7 @@ class CoverageMap:
 def _slot(position: Floats, edge: float) -> int:
     """Return where the cell of a position is kept."""
     x, y = int(np.floor(position[0] / edge)), int(np.floor(position[1] / edge))
-    return (x * 73_856_093 ^ y * 19_349_663) % SLOTS
+    return cell_slot(x, y, SLOTS)
 
 
 @compiled(types.f8[:, ::1](COLUMN_2D, FLOATS_3D, FLOATS_3D, types.f8, types.f8))

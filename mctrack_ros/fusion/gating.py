@@ -17,6 +17,7 @@ from mctrack_ros.compiled import (
     compiled,
     inner,
 )
+from mctrack_ros.fusion.neighbours import cell_slot
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -119,11 +120,6 @@ def _largest(matrix: Floats) -> float:
     return float((matrix[0, 0] + matrix[1, 1]) / 2 + root)
 
 
-@inner
-def _bucket(x: int, y: int, buckets: int) -> int:
-    return (x * 73_856_093 ^ y * 19_349_663) & (buckets - 1)
-
-
 @compiled(
     types.Tuple([types.f8, types.f8, types.i8[::1], types.i8[::1], types.i8[:, ::1]])(
         FLOATS_2D, FLOATS_3D, types.f8
@@ -163,7 +159,7 @@ def _grid(
     for row in range(count - 1, -1, -1):
         for axis in range(2):
             cell[row, axis] = int(np.floor(position[row, axis] / edge))
-        bucket = _bucket(cell[row, 0], cell[row, 1], buckets)
+        bucket = cell_slot(cell[row, 0], cell[row, 1], buckets)
         if variance[row] > usual:
             bucket = buckets
         following[row], first[bucket] = first[bucket], row
@@ -188,7 +184,7 @@ def _reached(
         near[count], row, count = row, following[row], count + 1
     for i in range(int(left), int(right) + 1):
         for j in range(int(low), int(high) + 1):
-            row = first[_bucket(i, j, buckets)]
+            row = first[cell_slot(i, j, buckets)]
             while row != NOTHING:
                 if cell[row, 0] == i and cell[row, 1] == j:
                     near[count], count = row, count + 1

@@ -6,9 +6,15 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import COLUMN_2D, compiled
+from mctrack_ros.compiled import COLUMN_2D, compiled, inner
 
 Indices = NDArray[np.int64]
+
+
+@inner
+def cell_slot(x: int, y: int, slots: int) -> int:
+    """Return where a cell of a grid is kept, of so many slots, a power of two; cells may share."""
+    return (x * 73_856_093 ^ y * 19_349_663) & (slots - 1)
 
 
 @compiled(types.Tuple([types.i8[::1], types.i8[::1]])(COLUMN_2D, types.f8))
