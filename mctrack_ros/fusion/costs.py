@@ -6,17 +6,22 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import INTS_1D, compiled
+from mctrack_ros.compiled import BOOLS_1D, INTS_1D, compiled
 from mctrack_ros.fusion.likeness import likeness_costs
-from mctrack_ros.fusion.looks import Looks
+from mctrack_ros.fusion.looks import Looks, described
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Templates = NDArray[np.float32]
+Ids = NDArray[np.uint32]
+Mask = NDArray[np.bool_]
 _TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
 _TABLE_TEMPLATES = types.Array(types.f4, 2, 'A', readonly=True)
+_IDS = types.Array(types.u4, 1, 'C', readonly=True)
+_TABLE_IDS = types.Array(types.u4, 1, 'A', readonly=True)
+_MEMORY = types.Array(types.u4, 2, 'A', readonly=True)
 
 
 def prior_costs(
@@ -29,41 +34,81 @@ def prior_costs(
     the density of the position: what the camera believes, appearance, and how sure the track is.
     """
     row = looks.single[detection]
+    is_known = described(table.template)[track] & looks.is_described[row]
     cost = config.appearance_weight * _differences(
-        table.template, looks.detections.template, track, row, config.usual_difference
+        table.template,
+        looks.detections.template,
+        is_known,
+        track,
+        row,
+        config.usual_difference,
     )
-    cost += likeness_costs(table, looks, track, row, config)
+    cost += likeness_costs(table, looks, track, row, is_known, config)
     trust = np.where(looks.is_overlapped[row], config.overlap_trust, 1.0)
-    cost += config.identity_bonus * trust * _disbelief(table, looks, track, row)
+    cost += (
+        config.identity_bonus
+        * trust
+        * _disbelief(
+            looks.detections.track_id,
+            looks.detections.local_id,
+            looks.camera,
+            table.track_id,
+            table.local_id,
+            track,
+            row,
+        )
+    )
     cost += np.where(table.confirmed[track], 0.0, config.tentative_cost)
     cost += 2 * np.log(2 * np.pi * config.false_density)
     return cost
 
 
-def _disbelief(table: TrackTable, looks: Looks, track: Indices, row: Indices) -> Floats:
-    """Return -1 where the camera takes the pair for one target, 1 for two, 0 unknown."""
-    global_id, local_id = looks.detections.track_id[row], looks.detections.local_id[row]
-    if not global_id.any() and not local_id.any():
-        return np.zeros(len(row))
-    is_told = np.isin(global_id, table.track_id)
-    remembered = (local_id == table.local_id[track, looks.camera[row]]) & (local_id > 0)
-    believed = np.where(is_told, global_id == table.track_id[track], remembered)
-    is_known = np.zeros(len(looks.picture), bool)
-    is_known[row[believed | is_told]] = True
-    return np.where(believed, -1.0, is_known[row].astype(np.float64))
+@compiled(types.f8[::1](_IDS, _IDS, INTS_1D, _TABLE_IDS, _MEMORY, INTS_1D, INTS_1D))
+def _disbelief(
+    global_id: Ids,
+    local_id: Ids,
+    camera: Indices,
+    track_id: Ids,
+    remembered: Ids,
+    track: Indices,
+    row: Indices,
+) -> Floats:
+    """
+    Return -1 where the camera takes the pair (k,) for one target, 1 for two, 0 unknown.
+
+    A global id that the camera was told goes before what it calls the target itself.
+    """
+    ids = np.sort(track_id)
+    is_told, is_known = np.zeros(len(global_id), np.bool_), np.zeros(len(global_id), np.bool_)
+    for one in range(len(global_id)):
+        at = np.searchsorted(ids, global_id[one]) if global_id[one] else len(ids)
+        is_told[one] = at < len(ids) and ids[at] == global_id[one]
+    belief = np.zeros(len(track))
+    for pair in range(len(track)):
+        own, one = track[pair], row[pair]
+        if is_told[one]:
+            believed = global_id[one] == track_id[own]
+        else:
+            believed = local_id[one] > 0 and local_id[one] == remembered[own, camera[one]]
+        if believed:
+            belief[pair] = -1.0
+        is_known[one] |= believed or is_told[one]
+    for pair in range(len(track)):
+        if belief[pair] == 0.0 and is_known[row[pair]]:
+            belief[pair] = 1.0
+    return belief
 
 
-@compiled(types.f8[::1](_TABLE_TEMPLATES, _TEMPLATES, INTS_1D, INTS_1D, types.f8))
+@compiled(types.f8[::1](_TABLE_TEMPLATES, _TEMPLATES, BOOLS_1D, INTS_1D, INTS_1D, types.f8))
 def _differences(
-    ours: Templates, theirs: Templates, track: Indices, row: Indices, usual: float
+    ours: Templates, theirs: Templates, is_known: Mask, track: Indices, row: Indices, usual: float
 ) -> Floats:
     """Return how much more than usual templates differ, (k,), 0 where one is not known."""
     difference = np.zeros(len(track))
-    for pair in range(len(track)):
-        one, other = ours[track[pair]], theirs[row[pair]]
-        if one.any() and other.any():
-            alike = 0.0
-            for bin in range(len(one)):
-                alike += np.sqrt(max(one[bin], 0.0) * max(other[bin], 0.0))
-            difference[pair] = min(max(1.0 - alike, 0.0), 1.0) - usual
+    for pair in np.flatnonzero(is_known):
+        alike = 0.0
+        for bin in range(ours.shape[1]):
+            one, other = ours[track[pair], bin], theirs[row[pair], bin]
+            alike += np.sqrt(max(one, 0.0) * max(other, 0.0))
+        difference[pair] = min(max(1.0 - alike, 0.0), 1.0) - usual
     return difference

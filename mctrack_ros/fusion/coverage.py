@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_2D, COLUMN_2D, FLOATS_3D, compiled, inner
+from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, COLUMN_2D, FLOATS_3D, compiled, inner
 from mctrack_ros.fusion.neighbours import cell_slot
 
 Floats = NDArray[np.float64]
@@ -43,13 +43,25 @@ class CoverageMap:
         self._seen = np.zeros((LEVELS, SLOTS, cameras))
         self._watched = np.zeros((LEVELS, SLOTS, cameras))
 
-    def probability(self, position: Floats) -> Floats:
+    def probability(self, position: Floats, wanted: NDArray[np.bool_]) -> Floats:
         """
-        Return the detection probabilities, (n, cameras), at (n, 2 or more) ground positions, m.
+        Return detection probabilities at ground positions.
 
         They are the means of beta distributions whose prior is the coarse cell's mean.
+
+        Parameters
+        ----------
+        position : (n, 2 or more) array
+            m.
+        wanted : (n,) bool array
+            Where they are wanted; elsewhere the prior is returned.
+
+        Returns
+        -------
+        (n, cameras) array
+
         """
-        return _probability(position, self._seen, self._watched, self._cell, self._prior)
+        return _probability(position, wanted, self._seen, self._watched, self._cell, self._prior)
 
     def learn(
         self, position: Floats, seen: NDArray[np.bool_], watched: NDArray[np.bool_], seconds: float
@@ -79,12 +91,17 @@ def _slot(position: Floats, edge: float) -> int:
     return cell_slot(x, y, SLOTS)
 
 
-@compiled(types.f8[:, ::1](COLUMN_2D, FLOATS_3D, FLOATS_3D, types.f8, types.f8))
+@compiled(types.f8[:, ::1](COLUMN_2D, BOOLS_1D, FLOATS_3D, FLOATS_3D, types.f8, types.f8))
 def _probability(
-    position: Floats, seen: Floats, watched: Floats, cell: float, prior: float
+    position: Floats,
+    wanted: NDArray[np.bool_],
+    seen: Floats,
+    watched: Floats,
+    cell: float,
+    prior: float,
 ) -> Floats:
     probability = np.full((len(position), seen.shape[2]), prior)
-    for row in range(len(position)):
+    for row in np.flatnonzero(wanted):
         for level in range(LEVELS - 1, -1, -1):
             slot = _slot(position[row], cell * COARSENESS**level)
             for camera in range(seen.shape[2]):

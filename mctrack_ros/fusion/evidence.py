@@ -58,13 +58,14 @@ class Evidence:
 
         """
         life = self._life
+        is_alone = table.cameras & (table.cameras - 1) == 0  # at most one camera's bit is set
         gain, seen, told = _weighed(
             table.cameras,
             table.hidden_ns,
             table.confirmed,
             present,
             tick_ns - round(seconds * 1e9),
-            self._coverage.probability(table.mean),
+            self._coverage.probability(table.mean, is_alone),
             life.hit_evidence,
             life.miss_weight,
         )

@@ -13,7 +13,6 @@ from mctrack_ros.compiled import (
     FLOATS_2D,
     FLOATS_3D,
     INTS_1D,
-    INTS_2D,
     compiled,
     inner,
 )
@@ -68,32 +67,32 @@ def gated_pairs(
     """
     if not len(position) or not len(mean):
         return np.empty(0, np.int64), np.empty(0, np.int64)
-    grid = _grid(position, noise, gate)
-    track, detection = _pairs(mean, covariance, seconds, position, noise, picture, gate, *grid)
-    order = np.argsort(picture[detection], kind='stable')
-    return track[order], detection[order]
+    return _gated(mean, covariance, seconds, position, noise, picture, gate)
 
 
 @inner
-def see(mean: Floats, covariance: Floats, seconds: float, place: Floats, spread: Floats) -> None:
-    """Write where (2,) a track is so much later, and how surely (2, 2)."""
-    for i in range(2):
-        place[i] = mean[i] + seconds * mean[2 + i]
-        for j in range(2):
-            mixed = covariance[i, 2 + j] + covariance[2 + i, j]
-            spread[i, j] = (
-                covariance[i, j] + seconds * mixed + seconds**2 * covariance[2 + i, 2 + j]
-            )
+def seen_at(
+    mean: Floats, covariance: Floats, track: int, seconds: float
+) -> tuple[float, float, float, float, float]:
+    """Return where a track is so much later, x, y, and how surely: xx, xy, yy."""
+    square = seconds**2
+    mixed = covariance[track, 0, 3] + covariance[track, 2, 1]
+    return (
+        mean[track, 0] + seconds * mean[track, 2],
+        mean[track, 1] + seconds * mean[track, 3],
+        covariance[track, 0, 0]
+        + seconds * (covariance[track, 0, 2] + covariance[track, 2, 0])
+        + square * covariance[track, 2, 2],
+        covariance[track, 0, 1] + seconds * mixed + square * covariance[track, 2, 3],
+        covariance[track, 1, 1]
+        + seconds * (covariance[track, 1, 3] + covariance[track, 3, 1])
+        + square * covariance[track, 3, 3],
+    )
 
 
 @inner
-def distance(
-    place: Floats, spread: Floats, position: Floats, noise: Floats
-) -> tuple[float, float]:
-    """Return the squared distance of a measurement, and the determinant of its covariance."""
-    x, y = position[0] - place[0], position[1] - place[1]
-    xx, yy = spread[0, 0] + noise[0, 0], spread[1, 1] + noise[1, 1]
-    xy = spread[0, 1] + noise[0, 1]
+def distance(x: float, y: float, xx: float, xy: float, yy: float) -> tuple[float, float]:
+    """Return the squared length of an offset under a covariance, and that one's determinant."""
     determinant = xx * yy - xy * xy
     return (yy * x * x - 2 * xy * x * y + xx * y * y) / determinant, determinant
 
@@ -104,27 +103,27 @@ def distances(
 ) -> Floats:
     """Return the (m, n) squared Mahalanobis distances of measurements, each so much later (m,)."""
     squared = np.empty((len(position), len(mean)))
-    place, spread = np.empty(2), np.empty((2, 2))
     for row in range(len(position)):
         for track in range(len(mean)):
-            see(mean[track], covariance[track], seconds[row], place, spread)
-            squared[row, track] = distance(place, spread, position[row], noise[row])[0]
+            x, y, xx, xy, yy = seen_at(mean, covariance, track, seconds[row])
+            squared[row, track] = distance(
+                position[row, 0] - x,
+                position[row, 1] - y,
+                xx + noise[row, 0, 0],
+                xy + noise[row, 0, 1],
+                yy + noise[row, 1, 1],
+            )[0]
     return squared
 
 
 @inner
-def _largest(matrix: Floats) -> float:
+def _largest(xx: float, xy: float, yy: float) -> float:
     """Return the larger eigenvalue of a symmetric (2, 2) matrix."""
-    half = (matrix[0, 0] - matrix[1, 1]) / 2
-    root = np.sqrt(half * half + matrix[0, 1] * matrix[1, 0])
-    return float((matrix[0, 0] + matrix[1, 1]) / 2 + root)
+    half = (xx - yy) / 2
+    return float((xx + yy) / 2 + np.sqrt(half * half + xy * xy))
 
 
-@compiled(
-    types.Tuple([types.f8, types.f8, types.i8[::1], types.i8[::1], types.i8[:, ::1]])(
-        FLOATS_2D, FLOATS_3D, types.f8
-    )
-)
+@inner
 def _grid(
     position: Floats, noise: Floats, gate: float
 ) -> tuple[float, float, Indices, Indices, Indices]:
@@ -151,7 +150,7 @@ def _grid(
         buckets *= 2
     variance = np.empty(count)
     for row in range(count):
-        variance[row] = _largest(noise[row])
+        variance[row] = _largest(noise[row, 0, 0], noise[row, 0, 1], noise[row, 1, 1])
     usual = USUAL * np.median(variance)
     edge = np.sqrt(gate * usual)
     first, following = np.full(buckets + 1, NOTHING), np.empty(count, np.int64)
@@ -193,31 +192,63 @@ def _reached(
     return count
 
 
+@inner
+def _by_picture(track: Indices, detection: Indices, picture: Indices) -> tuple[Indices, Indices]:
+    """Sort pairs by the picture that their detection is of, stably: by counting."""
+    place = np.zeros(picture[-1] + 2, np.int64)
+    for pair in range(len(track)):
+        place[picture[detection[pair]] + 1] += 1
+    place = np.cumsum(place)
+    tracks, detections = np.empty_like(track), np.empty_like(detection)
+    for pair in range(len(track)):
+        own = picture[detection[pair]]
+        tracks[place[own]], detections[place[own]] = track[pair], detection[pair]
+        place[own] += 1
+    return tracks, detections
+
+
 @compiled(
     types.Tuple([types.i8[::1], types.i8[::1]])(
-        COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, types.f8, types.f8,
-        types.f8, INTS_1D, INTS_1D, INTS_2D,
+        COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, types.f8
     )
-)  # fmt: skip
-def _pairs(
-    mean: Floats, covariance: Floats, seconds: Floats, position: Floats, noise: Floats,
-    picture: Indices, gate: float, usual: float, edge: float,
-    first: Indices, following: Indices, cell: Indices,
-) -> tuple[Indices, Indices]:  # fmt: skip
+)
+def _gated(
+    mean: Floats,
+    covariance: Floats,
+    seconds: Floats,
+    position: Floats,
+    noise: Floats,
+    picture: Indices,
+    gate: float,
+) -> tuple[Indices, Indices]:
     """Compare each track with the detections of the cells that its gate reaches."""
-    place, spread = np.empty(2), np.empty((2, 2))
+    usual, edge, first, following, cell = _grid(position, noise, gate)
     near = np.empty(len(position), np.int64)
     tracks, detections = np.empty(len(near), np.int64), np.empty(len(near), np.int64)
     longest, found = np.abs(seconds).max(), 0
     for track in range(len(mean)):
-        reach = np.sqrt(gate * (_largest(covariance[track]) + usual))
+        variance = _largest(
+            covariance[track, 0, 0], covariance[track, 0, 1], covariance[track, 1, 1]
+        )
+        reach = np.sqrt(gate * (variance + usual))
         reach += np.hypot(mean[track, 2], mean[track, 3]) * longest
         count = _reached(mean[track, 0], mean[track, 1], reach, edge, first, following, cell, near)
         if found + count > len(tracks):
             tracks = np.append(tracks, np.empty(len(tracks) + count, np.int64))
             detections = np.append(detections, np.empty(len(tracks) - len(detections), np.int64))
-        for row in near[:count]:
-            see(mean[track], covariance[track], seconds[picture[row]], place, spread)
-            if distance(place, spread, position[row], noise[row])[0] < gate:
+        seen_in = -1
+        for index in range(count):
+            row = near[index]
+            if picture[row] != seen_in:
+                seen_in = picture[row]
+                x, y, xx, xy, yy = seen_at(mean, covariance, track, seconds[seen_in])
+            squared, _ = distance(
+                position[row, 0] - x,
+                position[row, 1] - y,
+                xx + noise[row, 0, 0],
+                xy + noise[row, 0, 1],
+                yy + noise[row, 1, 1],
+            )
+            if squared < gate:
                 tracks[found], detections[found], found = track, row, found + 1
-    return tracks[:found], detections[:found]
+    return _by_picture(tracks[:found], detections[:found], picture)

@@ -16,7 +16,6 @@ from mctrack_ros.compiled import (
     compiled,
     inner,
 )
-from mctrack_ros.tracking.kalman import inverted
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -25,60 +24,121 @@ Indices = NDArray[np.int64]
 @inner
 def joined(
     first: int, last: int, detection: Indices, probability: Floats,
-    position: Floats, information: Floats, weight: Floats, pull: Floats,
-) -> bool:  # fmt: skip
-    """Join what the pairs of a slot measure: information (2, 2), and it times the place (2,)."""
-    weight[:], pull[:] = 0.0, 0.0
-    told = False
+    position: Floats, information: Floats,
+) -> tuple[bool, float, float, float, float, float]:  # fmt: skip
+    """
+    Join what the pairs of a slot measure.
+
+    Returns
+    -------
+    told : bool
+        Whether they say anything.
+    xx, xy, yy : float
+        Their information, 1/m².
+    x, y : float
+        That times the place, 1/m.
+
+    """
+    told, xx, xy, yy, x, y = False, 0.0, 0.0, 0.0, 0.0, 0.0
     for pair in range(first, last):
         share, row = probability[pair], detection[pair]
         if share > 0.0:
             told = True
-            for i in range(2):
-                for j in range(2):
-                    weight[i, j] += share * information[row, i, j]
-                    pull[i] += share * information[row, i, j] * position[row, j]
-    return told
+            own_xx, own_yy = share * information[row, 0, 0], share * information[row, 1, 1]
+            own_xy = share * information[row, 0, 1]
+            xx, xy, yy = xx + own_xx, xy + own_xy, yy + own_yy
+            x = x + own_xx * position[row, 0] + own_xy * position[row, 1]
+            y = y + own_xy * position[row, 0] + own_yy * position[row, 1]
+    return told, xx, xy, yy, x, y
 
 
 @inner
-def take_out(place: Floats, spread: Floats, weight: Floats, pull: Floats) -> None:
-    """Take what measurements have told out of a place (2,) and its spread (2, 2)."""
-    rest = np.empty((2, 2))
-    inverted(spread, rest)
-    inverted(rest - weight, spread)
-    spread[0, 1] = spread[1, 0] = (spread[0, 1] + spread[1, 0]) / 2
-    x = weight[0, 0] * place[0] + weight[0, 1] * place[1] - pull[0]
-    y = weight[1, 0] * place[0] + weight[1, 1] * place[1] - pull[1]
-    for i in range(2):
-        place[i] += spread[i, 0] * x + spread[i, 1] * y
+def _inverted(xx: float, xy: float, yy: float) -> tuple[float, float, float]:
+    """Return the inverse of a symmetric (2, 2) matrix, infinite where there is none."""
+    determinant = xx * yy - xy * xy
+    scale = 1.0 / determinant if determinant != 0.0 else np.inf
+    return yy * scale, -xy * scale, xx * scale
 
 
 @inner
-def _inverse(matrix: Floats, result: Floats) -> None:
+def without(
+    x: float, y: float, xx: float, xy: float, yy: float,
+    weight_xx: float, weight_xy: float, weight_yy: float, pull_x: float, pull_y: float,
+) -> tuple[float, float, float, float, float]:  # fmt: skip
+    """Take what measurements have told out of a place and its covariance."""
+    own_xx, own_xy, own_yy = _inverted(xx, xy, yy)
+    xx, xy, yy = _inverted(own_xx - weight_xx, own_xy - weight_xy, own_yy - weight_yy)
+    back_x = weight_xx * x + weight_xy * y - pull_x
+    back_y = weight_xy * x + weight_yy * y - pull_y
+    return x + (xx * back_x + xy * back_y), y + (xy * back_x + yy * back_y), xx, xy, yy
+
+
+@inner
+def _invert(matrix: Floats, result: Floats) -> None:
     """Write the inverse of a symmetric positive definite (4, 4) matrix, by blocks."""
-    left, rest, mixed, own = (
-        np.empty((2, 2)), np.empty((2, 2)), np.empty((2, 2)), np.empty((2, 2)),
-    )  # fmt: skip
-    inverted(matrix[:2, :2], left)
-    for i in range(2):
-        for j in range(2):
-            mixed[i, j] = left[i, 0] * matrix[0, 2 + j] + left[i, 1] * matrix[1, 2 + j]
-    for i in range(2):
-        for j in range(2):
-            own[i, j] = matrix[2 + i, 2 + j]
-            own[i, j] -= matrix[0, 2 + i] * mixed[0, j] + matrix[1, 2 + i] * mixed[1, j]
-    own[0, 1] = own[1, 0] = (own[0, 1] + own[1, 0]) / 2
-    inverted(own, rest)
-    for i in range(2):
-        for j in range(2):
-            result[2 + i, 2 + j] = rest[i, j]
-            cross = -mixed[i, 0] * rest[0, j] - mixed[i, 1] * rest[1, j]
-            result[i, 2 + j] = result[2 + j, i] = cross
-    for i in range(2):
-        for j in range(i, 2):
-            value = left[i, j] - result[i, 2] * mixed[j, 0] - result[i, 3] * mixed[j, 1]
-            result[i, j] = result[j, i] = value
+    xx, xy, yy = _inverted(matrix[0, 0], matrix[0, 1], matrix[1, 1])
+    mixed_00 = xx * matrix[0, 2] + xy * matrix[1, 2]
+    mixed_01 = xx * matrix[0, 3] + xy * matrix[1, 3]
+    mixed_10 = xy * matrix[0, 2] + yy * matrix[1, 2]
+    mixed_11 = xy * matrix[0, 3] + yy * matrix[1, 3]
+    own_xx, own_xy, own_yy = _inverted(
+        matrix[2, 2] - (matrix[0, 2] * mixed_00 + matrix[1, 2] * mixed_10),
+        matrix[2, 3] - (matrix[0, 2] * mixed_01 + matrix[1, 2] * mixed_11),
+        matrix[3, 3] - (matrix[0, 3] * mixed_01 + matrix[1, 3] * mixed_11),
+    )
+    cross_00 = -mixed_00 * own_xx - mixed_01 * own_xy
+    cross_01 = -mixed_00 * own_xy - mixed_01 * own_yy
+    cross_10 = -mixed_10 * own_xx - mixed_11 * own_xy
+    cross_11 = -mixed_10 * own_xy - mixed_11 * own_yy
+    result[2, 2], result[3, 3] = own_xx, own_yy
+    result[2, 3] = result[3, 2] = own_xy
+    result[0, 2] = result[2, 0] = cross_00
+    result[0, 3] = result[3, 0] = cross_01
+    result[1, 2] = result[2, 1] = cross_10
+    result[1, 3] = result[3, 1] = cross_11
+    result[0, 0] = xx - cross_00 * mixed_00 - cross_01 * mixed_01
+    result[0, 1] = result[1, 0] = xy - cross_00 * mixed_10 - cross_01 * mixed_11
+    result[1, 1] = yy - cross_10 * mixed_10 - cross_11 * mixed_11
+
+
+@inner
+def _note(
+    told: Floats, own: int, later: float,
+    xx: float, xy: float, yy: float, x: float, y: float,
+) -> None:  # fmt: skip
+    """
+    Add what one picture says of a track to what is told of all, (n, 13).
+
+    The columns are information of the place, of place and velocity, of the velocity, each xx, xy,
+    yy; then what they pull the four components of the state by.
+    """
+    square = later**2
+    told[own, 0] += xx
+    told[own, 1] += xy
+    told[own, 2] += yy
+    told[own, 3] += later * xx
+    told[own, 4] += later * xy
+    told[own, 5] += later * yy
+    told[own, 6] += square * xx
+    told[own, 7] += square * xy
+    told[own, 8] += square * yy
+    told[own, 9] += x
+    told[own, 10] += y
+    told[own, 11] += later * x
+    told[own, 12] += later * y
+
+
+@inner
+def _add(told: Floats, matrix: Floats) -> None:
+    """Add the information that is told of a track to its own, (4, 4)."""
+    for block in range(3):
+        row, column = block // 2, (block + 1) // 2
+        xx, xy, yy = told[3 * block], told[3 * block + 1], told[3 * block + 2]
+        row, column = 2 * row, 2 * column
+        matrix[row, column] += xx
+        matrix[row, column + 1] += xy
+        matrix[row + 1, column] += xy
+        matrix[row + 1, column + 1] += yy
 
 
 @compiled(
@@ -93,36 +153,30 @@ def updated(
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Add what all pairs tell to the predicted states, in the information filter's form."""
     tracks, count = len(mean), len(track)
-    told, pulls = np.zeros((tracks, 4, 4)), np.zeros((tracks, 4))
-    is_told = np.zeros(tracks, np.bool_)
-    weight, pull = np.empty((2, 2)), np.empty(2)
+    told = np.zeros((tracks, 13))
     first = 0
     while first < count:
         last = first + 1
         while last < count and track[last] == track[first] and picture[last] == picture[first]:
             last += 1
         own, later = track[first], seconds[picture[first]]
-        if joined(first, last, detection, probability, position, information, weight, pull):
-            is_told[own] = True
-            for i in range(2):
-                gap = pull[i]
-                for j in range(2):
-                    gap -= weight[i, j] * (mean[own, j] + later * mean[own, 2 + j])
-                    told[own, i, j] += weight[i, j]
-                    told[own, i, 2 + j] += later * weight[i, j]
-                    told[own, 2 + i, j] += later * weight[i, j]
-                    told[own, 2 + i, 2 + j] += later**2 * weight[i, j]
-                pulls[own, i] += gap
-                pulls[own, 2 + i] += later * gap
+        is_told, xx, xy, yy, x, y = joined(
+            first, last, detection, probability, position, information
+        )
+        if is_told:
+            there_x = mean[own, 0] + later * mean[own, 2]
+            there_y = mean[own, 1] + later * mean[own, 3]
+            x, y = x - xx * there_x - xy * there_y, y - xy * there_x - yy * there_y
+            _note(told, own, later, xx, xy, yy, x, y)
         first = last
-    moved, spread = np.empty((tracks, 4)), np.empty((tracks, 4, 4))
+    moved, spread = mean.copy(), covariance.copy()
     before = np.empty((4, 4))
     for own in range(tracks):
-        moved[own], spread[own] = mean[own], covariance[own]
-        if is_told[own]:
-            _inverse(covariance[own], before)
-            _inverse(before + told[own], spread[own])
+        if told[own, 0] > 0.0:
+            _invert(spread[own], before)
+            _add(told[own], before)
+            _invert(before, spread[own])
             for i in range(4):
                 for j in range(4):
-                    moved[own, i] += spread[own, i, j] * pulls[own, j]
+                    moved[own, i] += spread[own, i, j] * told[own, 9 + j]
     return moved, spread

@@ -112,7 +112,13 @@ def _clusters(
             x = position[other, 0] - position[one, 0]
             y = position[other, 1] - position[one, 1]
             if camera[one] != camera[other] and x * x + y * y < reach * reach:
-                apart = distance(position[one], noise[one], position[other], noise[other])[0]
+                apart = distance(
+                    x,
+                    y,
+                    noise[one, 0, 0] + noise[other, 0, 0],
+                    noise[one, 0, 1] + noise[other, 0, 1],
+                    noise[one, 1, 1] + noise[other, 1, 1],
+                )[0]
                 if apart < gate:
                     near[found, 0], near[found, 1] = one, other
                     squared[found], found = apart, found + 1

@@ -17,8 +17,8 @@ from mctrack_ros.compiled import (
 )
 from mctrack_ros.fusion.associators import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.costs import prior_costs
-from mctrack_ros.fusion.gating import distance, gated_pairs, see
-from mctrack_ros.fusion.information import joined, take_out, updated
+from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
+from mctrack_ros.fusion.information import joined, updated, without
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -105,7 +105,7 @@ class JointAssociation:
 
     def _associated(self, mean: Floats, covariance: Floats) -> Floats:
         """Return how probable the pairs are, given states that what they told is part of."""
-        cost = _costs(
+        near, slot, likelihood = _likelihoods(
             mean,
             covariance,
             self._seconds,
@@ -119,14 +119,8 @@ class JointAssociation:
             self._prior,
             self._gate,
         )
-        near = np.flatnonzero(cost < np.inf)
-        pairs = Pairs(
-            self._track[near],
-            self._detection[near],
-            _slots(self._picture[near], self._track[near]),
-            np.exp(-cost[near] / 2),
-        )
-        probability = np.zeros(len(cost))
+        pairs = Pairs(self._track[near], self._detection[near], slot, likelihood)
+        probability = np.zeros(len(self._track))
         probability[near] = self._associator.probabilities(pairs)
         return probability
 
@@ -157,37 +151,58 @@ def _slots(picture: Indices, track: Indices) -> Indices:
 
 
 @compiled(
-    types.f8[::1](
+    types.Tuple([types.i8[::1], types.i8[::1], types.f8[::1]])(
         COLUMN_2D, COLUMN_3D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D,
         FLOATS_3D, FLOATS_3D, FLOATS_1D, types.f8,
     )
 )  # fmt: skip
-def _costs(
+def _likelihoods(
     mean: Floats, covariance: Floats, seconds: Floats, picture: Indices, track: Indices,
     detection: Indices, probability: Floats, position: Floats, noise: Floats,
     information: Floats, prior: Floats, gate: float,
-) -> Floats:  # fmt: skip
-    """Return the costs (k,) of the pairs, given what the other pictures say of the tracks."""
+) -> tuple[Indices, Indices, Floats]:  # fmt: skip
+    """
+    Judge the pairs by what prediction and the other pictures say of the tracks.
+
+    Returns
+    -------
+    near : (m,) int64 array
+        Those of the pairs that pass the gate.
+    slot : (m,) int64 array
+        Which slot each is of.
+    likelihood : (m,) array
+        Relative to the track being missed and the detection being false.
+
+    """
     count = len(track)
-    cost = np.full(count, np.inf)
-    place, spread = np.empty(2), np.empty((2, 2))
-    weight, pull = np.empty((2, 2)), np.empty(2)
-    first = 0
+    near, slot, cost = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
+    found, slots, first = 0, 0, 0
     while first < count:
         last = first + 1
         while last < count and track[last] == track[first] and picture[last] == picture[first]:
             last += 1
-        own = track[first]
-        see(mean[own], covariance[own], seconds[picture[first]], place, spread)
-        if joined(first, last, detection, probability, position, information, weight, pull):
-            take_out(place, spread, weight, pull)
+        x, y, xx, xy, yy = seen_at(mean, covariance, track[first], seconds[picture[first]])
+        told, w_xx, w_xy, w_yy, pull_x, pull_y = joined(
+            first, last, detection, probability, position, information
+        )
+        if told:
+            x, y, xx, xy, yy = without(x, y, xx, xy, yy, w_xx, w_xy, w_yy, pull_x, pull_y)
+        before = found
         for pair in range(first, last):
             row = detection[pair]
-            squared, determinant = distance(place, spread, position[row], noise[row])
+            squared, determinant = distance(
+                position[row, 0] - x,
+                position[row, 1] - y,
+                xx + noise[row, 0, 0],
+                xy + noise[row, 0, 1],
+                yy + noise[row, 1, 1],
+            )
             if squared < gate:
-                cost[pair] = squared + np.log(determinant) + prior[pair]
+                near[found], slot[found] = pair, slots
+                cost[found], found = squared + np.log(determinant) + prior[pair], found + 1
+        slots += found > before
         first = last
-    return cost
+    return near[:found], slot[:found], np.exp(-cost[:found] / 2)
 
 
 @compiled(types.b1[::1](INTS_1D, INTS_1D, FLOATS_1D, types.f8))

@@ -19,10 +19,15 @@ OVERLAPPED_SHARE = 0.5
 
 
 def likeness_costs(
-    table: TrackTable, looks: Looks, track: Indices, row: Indices, config: AssociationConfig
+    table: TrackTable,
+    looks: Looks,
+    track: Indices,
+    row: Indices,
+    is_known: NDArray[np.bool_],
+    config: AssociationConfig,
 ) -> Floats:
     """
-    Return what pairs of tracks and detections, (k,) rows each, cost by their colours.
+    Return what pairs of tracks and detections, (k,) rows each, cost by colours that are known.
 
     Minus twice the logarithm of the likelihood against that of the confirmed track that looks
     most like the detection: it tells people apart and is silent on whether it is one of them.
@@ -30,11 +35,10 @@ def likeness_costs(
     pixels are another's; differences are measured in what people differ from themselves by.
     """
     cost = np.zeros(len(track))
-    theirs, ours = looks.detections.template, table.template
-    known = np.any(theirs[row], axis=1) & np.any(ours[track], axis=1)
-    if config.likeness_weight == 0.0 or not known.any():
+    if config.likeness_weight == 0.0 or not is_known.any():
         return cost
-    track, row = track[known], row[known]
+    theirs, ours = looks.detections.template, table.template
+    track, row = track[is_known], row[is_known]
     seen = looks.portraits.whitened(np.sqrt(np.maximum(theirs, 0.0)).astype(np.float64))
     change = seen[row] - looks.portraits.drawn(table.track_id, ours)[track]
     difference = np.log1p((change**2).sum(axis=1))
@@ -43,5 +47,5 @@ def likeness_costs(
     np.minimum.at(best, row[sure], difference[sure])
     weight = np.where(looks.is_overlapped[row], OVERLAPPED_SHARE, 1.0) * config.likeness_weight
     lead = np.maximum(difference - np.minimum(best[row], difference), 0.0)
-    cost[known] = np.minimum(weight * lead, MOST)
+    cost[is_known] = np.minimum(weight * lead, MOST)
     return cost

@@ -8,12 +8,11 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import INTS_1D, compiled
+from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
 from mctrack_ros.fusion.admission import usable_rows
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.portraits import Portraits
 from mctrack_ros.interfaces import Detections
-from mctrack_ros.tracking.kalman import position_matrix, symmetric
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -49,12 +48,12 @@ class Looks:
         When it was taken, ns.
     seconds : (pictures,) array
         From the tick to each picture, s; not above 0.
-    matrix : (pictures, 2, 4) array
-        From a track's state at the tick to its position in the picture.
     position : (m, 2) array
         Where the detections are, m.
     noise : (m, 2, 2) array
         Their covariances, m².
+    is_described : (m,) bool array
+        Who has an appearance template.
     is_overlapped : (m,) bool array
         Whose box meets that of another single one of its picture.
     single, groups : (k,) int arrays
@@ -80,18 +79,58 @@ class Looks:
         stamp_ns = np.array([each.stamp_ns for each in pictures], np.int64)
         self.stamp_ns = stamp_ns[self.picture]
         self.seconds = (stamp_ns - tick_ns) / 1e9
-        self.matrix = np.ascontiguousarray(position_matrix(self.seconds))
-        self.position = self.detections.position[:, :2].astype(np.float64)
+        self.is_described = described(self.detections.template)
         drift = config.motion.acceleration_density * np.abs(self.seconds) ** 3 / 3
-        variance = config.motion.sensor_sigma**2 + drift[self.picture]
-        covariance = symmetric(self.detections.covariance.astype(np.float64))
-        self.noise = covariance + variance[:, None, None] * np.eye(2)
+        self.position, self.noise = _measured(
+            self.detections.position,
+            self.detections.covariance,
+            self.picture,
+            config.motion.sensor_sigma**2 + drift,
+        )
         is_single = self.detections.member_count == 1
         self.single, self.groups = np.flatnonzero(is_single), np.flatnonzero(~is_single)
         self.is_overlapped = ~is_single
         self.is_overlapped[self.single] = overlapped(
             self.detections.box[self.single], self.picture[self.single]
         )
+
+
+@compiled(types.b1[::1](types.Array(types.f4, 2, 'A', readonly=True)))
+def described(template: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Return which templates (n, 48) are not empty."""
+    is_described = np.zeros(len(template), np.bool_)
+    for row in range(len(template)):
+        for bin in range(template.shape[1]):
+            if template[row, bin] != 0.0:
+                is_described[row] = True
+                break
+    return is_described
+
+
+@compiled(
+    types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(
+        types.Array(types.f4, 2, 'C', readonly=True),
+        types.Array(types.f4, 3, 'C', readonly=True),
+        INTS_1D,
+        FLOATS_1D,
+    )
+)
+def _measured(
+    position: NDArray[np.float32],
+    covariance: NDArray[np.float32],
+    picture: NDArray[np.int64],
+    variance: Floats,
+) -> tuple[Floats, Floats]:
+    """Return places (m, 2) and covariances (m, 2, 2), with the variance of each picture added."""
+    place, noise = np.empty((len(position), 2)), np.empty((len(position), 2, 2))
+    for row in range(len(position)):
+        for i in range(2):
+            place[row, i] = position[row, i]
+            for j in range(2):
+                both = np.float64(covariance[row, i, j]) + np.float64(covariance[row, j, i])
+                noise[row, i, j] = both / 2
+            noise[row, i, i] += variance[picture[row]]
+    return place, noise
 
 
 def overlapped(box: NDArray[np.float32], picture: Indices) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.recognition import look_at
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.tracking.kalman import update
+from mctrack_ros.tracking.kalman import position_matrix, update
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -53,11 +53,11 @@ def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
     joint = JointAssociation(table, looks, config.association)
     table.mean, table.covariance = joint.solve()
     rows, columns = joint.pairs()
-    if looks.detections.template.any():
+    if looks.is_described.any():
         learn_appearance(table, looks, rows, columns, config.life.template_time)
         look_at(table, looks, rows, columns, config.life.look_time)
     note(table, looks, rows, columns)
-    free = np.ones((len(looks.matrix), len(table)), bool)
+    free = np.ones((len(looks.seconds), len(table)), bool)
     free[looks.picture[columns], rows] = False
     keep_members(table, looks, free, config)
     left = np.ones(len(looks.picture), bool)
@@ -140,7 +140,8 @@ def _keep(
     longest_s: float,
 ) -> None:
     """Update the hidden members (k,) of a merged detection; `whole` (n,) is all of the group."""
-    matrix, stamp_ns = looks.matrix[looks.picture[group]], looks.stamp_ns[group]
+    matrix = position_matrix(looks.seconds[looks.picture[group]])
+    stamp_ns = looks.stamp_ns[group]
     since_ns = stamp_ns - table.hidden_ns[members, looks.camera[group]]
     table.mean[members], table.covariance[members] = update(
         table.mean[members],

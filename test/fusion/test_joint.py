@@ -8,7 +8,7 @@ from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.portraits import Portraits
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.tracking.kalman import update
+from mctrack_ros.tracking.kalman import position_matrix, update
 
 CONFIG = FusionConfig()
 SURE = AssociationConfig(false_density=1e-9)
@@ -51,9 +51,10 @@ def test_where_no_pair_is_in_doubt_the_update_is_the_filters_one_after_the_other
     expected = table.mean.copy(), table.covariance.copy()
     for each in (together([one]) for one in seen):
         rows = np.arange(len(each.position))
-        innovation = each.position - expected[0][rows] @ each.matrix[0].T
+        matrix = position_matrix(each.seconds[0])
+        innovation = each.position - expected[0][rows] @ matrix.T
         expected[0][rows], expected[1][rows] = update(
-            expected[0][rows], expected[1][rows], innovation, each.noise, each.matrix[0]
+            expected[0][rows], expected[1][rows], innovation, each.noise, matrix
         )
     np.testing.assert_allclose(mean, expected[0], atol=1e-6)
     np.testing.assert_allclose(covariance, expected[1], atol=1e-6)

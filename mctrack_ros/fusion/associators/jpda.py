@@ -29,27 +29,13 @@ class JointProbabilisticData:
 
     def probabilities(self, pairs: Pairs) -> Floats:
         """Return the (k,) probabilities; with the missed detection a slot's sum to 1."""
-        part = components(pairs.slot, pairs.detection)
-        order = np.argsort(part, kind='stable')
-        probability = np.empty(len(part))
-        probability[order], rest = _exact(
-            part[order], pairs.slot[order], pairs.detection[order], pairs.likelihood[order]
-        )
-        large = np.sort(order[rest])
-        probability[large] = beliefs(
-            np.unique(pairs.slot[large], return_inverse=True)[1],
-            pairs.detection[large],
-            pairs.likelihood[large],
-        )
-        return probability
+        return _joint(pairs.slot, pairs.detection, pairs.likelihood)
 
 
 @inner
-def _marginals(
-    row: Indices, bit: Indices, rows: int, bits: int, likelihood: Floats, probability: Floats
-) -> None:
+def _marginals(row: Indices, bit: Indices, rows: int, bits: int, likelihood: Floats) -> Floats:
     """
-    Write the exact probabilities of a part's pairs (k,).
+    Return the exact probabilities of a part's pairs (k,).
 
     ``before[r, set]`` is the sum over the joint assignments of the rows up to `r` that use just
     that set of the other side, ``after[r, set]`` over those of the rows from `r` on that use
@@ -73,54 +59,61 @@ def _marginals(
                 for used in range(1 << bits):
                     if not used & own:
                         after[r, used] += likelihood[pair] * after[r + 1, used | own]
+    probability = np.empty(len(row))
     for pair in range(len(row)):
         own, total = 1 << bit[pair], 0.0
         for used in range(1 << bits):
             if not used & own:
                 total += before[row[pair], used] * after[row[pair] + 1, used | own]
         probability[pair] = likelihood[pair] * total / after[0, 0]
+    return probability
 
 
-@compiled(types.Tuple([types.f8[::1], types.b1[::1]])(INTS_1D, INTS_1D, INTS_1D, FLOATS_1D))
-def _exact(
-    part: Indices, slot: Indices, detection: Indices, likelihood: Floats
-) -> tuple[Floats, NDArray[np.bool_]]:
-    """
-    Solve the small parts of a graph whose pairs are sorted by part.
+@inner
+def _by_part(part: Indices) -> Indices:
+    """Return the order that sorts pairs by their parts, which are numbered, stably."""
+    place = np.zeros(part.max() + 2 if len(part) else 1, np.int64)
+    for pair in range(len(part)):
+        place[part[pair] + 1] += 1
+    place = np.cumsum(place)
+    order = np.empty(len(part), np.int64)
+    for pair in range(len(part)):
+        order[place[part[pair]]] = pair
+        place[part[pair]] += 1
+    return order
 
-    Returns
-    -------
-    probability : (k,) array
-        Of pairs of small parts; others' are not set.
-    is_large : (k,) bool array
-        The others.
 
-    """
-    count = len(part)
+@compiled(types.f8[::1](INTS_1D, INTS_1D, FLOATS_1D))
+def _joint(slot: Indices, detection: Indices, likelihood: Floats) -> Floats:
+    """Solve the small parts of the graph one by one, and all large ones together."""
+    count = len(slot)
+    part = components(slot, detection)
+    order = _by_part(part)
     probability, is_large = np.empty(count), np.zeros(count, np.bool_)
     slots, detections = np.empty(count, np.int64), np.empty(count, np.int64)
     likelihood = np.minimum(likelihood, LARGEST)
     first = 0
     while first < count:
         last = first + 1
-        while last < count and part[last] == part[first]:
+        while last < count and part[order[last]] == part[order[first]]:
             last += 1
-        if last == first + 1:
-            probability[first] = likelihood[first] / (1.0 + likelihood[first])
-            first = last
+        here = order[first:last]
+        first = last
+        if len(here) == 1:
+            own = likelihood[here[0]]
+            probability[here[0]] = own / (1.0 + own)
             continue
-        here = slice(first, last)
-        rows = numbered(slot[here], slots[here])
-        bits = numbered(detection[here], detections[here])
-        if bits <= min(rows, MOST_EXACT):
-            _marginals(
-                slots[here], detections[here], rows, bits, likelihood[here], probability[here]
-            )
-        elif rows <= MOST_EXACT:
-            _marginals(
-                detections[here], slots[here], bits, rows, likelihood[here], probability[here]
-            )
+        rows = numbered(slot[here], slots[: len(here)])
+        bits = numbered(detection[here], detections[: len(here)])
+        one, other = slots[: len(here)], detections[: len(here)]
+        if bits > min(rows, MOST_EXACT):
+            one, other, rows, bits = other, one, bits, rows
+        if bits <= MOST_EXACT:
+            probability[here] = _marginals(one, other, rows, bits, likelihood[here])
         else:
             is_large[here] = True
-        first = last
-    return probability, is_large
+    large = np.flatnonzero(is_large)
+    if len(large):
+        number = np.searchsorted(np.unique(slot[large]), slot[large])
+        probability[large] = beliefs(number, detection[large], likelihood[large])
+    return probability
