@@ -35,7 +35,7 @@ def prior_costs(
     """
     row = looks.single[detection]
     is_known = described(table.template)[track] & looks.is_described[row]
-    cost = config.appearance_weight * _differences(
+    cost = config.appearance_weight * differences(
         table.template,
         looks.detections.template,
         is_known,
@@ -100,7 +100,7 @@ def _disbelief(
 
 
 @compiled(types.f8[::1](_TABLE_TEMPLATES, _TEMPLATES, BOOLS_1D, INTS_1D, INTS_1D, types.f8))
-def _differences(
+def differences(
     ours: Templates, theirs: Templates, is_known: Mask, track: Indices, row: Indices, usual: float
 ) -> Floats:
     """Return how much more than usual templates differ, (k,), 0 where one is not known."""

@@ -58,7 +58,14 @@ class JointAssociation:
     config : AssociationConfig
         Parameters.
 
+    Attributes
+    ----------
+    consumed : (0,) int array
+        No detections start no track but those that are paired.
+
     """
+
+    consumed: Indices = np.empty(0, np.int64)
 
     def __init__(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> None:
         single = looks.single
@@ -78,7 +85,7 @@ class JointAssociation:
             NEAR * config.gate,
         )
         self._picture = picture[self._detection]
-        self._slot = _slots(self._picture, self._track)
+        self._slot = slots(self._picture, self._track)
         self._prior = prior_costs(table, looks, self._track, self._detection, config)
         self._probability = np.zeros(len(self._track))
 
@@ -119,7 +126,9 @@ class JointAssociation:
             self._prior,
             self._gate,
         )
-        pairs = Pairs(self._track[near], self._detection[near], slot, likelihood)
+        pairs = Pairs(
+            self._track[near], self._detection[near], slot, likelihood, self._picture[near]
+        )
         probability = np.zeros(len(self._track))
         probability[near] = self._associator.probabilities(pairs)
         return probability
@@ -140,7 +149,7 @@ class JointAssociation:
 
 
 @compiled(types.i8[::1](INTS_1D, INTS_1D))
-def _slots(picture: Indices, track: Indices) -> Indices:
+def slots(picture: Indices, track: Indices) -> Indices:
     """Give each track in each picture a number; pairs (k,) are sorted by picture, then track."""
     slot, count = np.empty(len(track), np.int64), -1
     for pair in range(len(track)):

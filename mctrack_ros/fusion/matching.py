@@ -7,6 +7,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
+from mctrack_ros.fusion.covering import COSTS, CoveringAssociation
 from mctrack_ros.fusion.gating import distances
 from mctrack_ros.fusion.joint import JointAssociation
 from mctrack_ros.fusion.looks import Looks
@@ -21,6 +22,9 @@ Templates = NDArray[np.float32]
 TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
 
 VELOCITY = np.eye(4)[2:]
+
+ASSOCIATIONS = dict.fromkeys(COSTS, CoveringAssociation)
+"""By method, what associates the pictures of a tick; that of all others is `JointAssociation`."""
 
 GROUP_INFLATION = 100.0
 """How much less a merged detection says about one of its members, picture after picture: factor
@@ -47,12 +51,13 @@ def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
     Returns
     -------
     (k,) array
-        The single detections that no track took.
+        The single detections that no track took, and that may start one.
 
     """
-    joint = JointAssociation(table, looks, config.association)
-    table.mean, table.covariance = joint.solve()
-    rows, columns = joint.pairs()
+    kind = ASSOCIATIONS.get(config.association.method, JointAssociation)
+    association = kind(table, looks, config.association)
+    table.mean, table.covariance = association.solve()
+    rows, columns = association.pairs()
     if looks.is_described.any():
         learn_appearance(table, looks, rows, columns, config.life.template_time)
         look_at(table, looks, rows, columns, config.life.look_time)
@@ -62,6 +67,7 @@ def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
     keep_members(table, looks, free, config)
     left = np.ones(len(looks.picture), bool)
     left[columns] = False
+    left[association.consumed] = False
     return looks.single[left[looks.single]]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion.associators.belief import BeliefPropagation
+from mctrack_ros.fusion.associators.covering_graph import CoveringGraph
 from mctrack_ros.fusion.associators.gnn import GlobalNearestNeighbour, WeighedNearestNeighbour
 from mctrack_ros.fusion.associators.jpda import JointProbabilisticData
 from mctrack_ros.fusion.associators.nearest import NearestNeighbour
@@ -30,6 +31,8 @@ ASSOCIATORS: dict[str, type[Associator]] = {
     'belief_propagation': BeliefPropagation,
     'pda': ProbabilisticData,
     'nearest': NearestNeighbour,
+    'covering_graph': CoveringGraph,
+    'covering_graph_code': CoveringGraph,
 }
 
 __all__ = ['ASSOCIATORS', 'Associator', 'Pairs']

@@ -31,6 +31,8 @@ class Pairs:
         Which slot each pair is of, ascending from 0; within a slot detections ascend.
     likelihood : (k,) array
         Of the pair, relative to the track being missed and the detection being false.
+    picture : (k,) int64 array
+        Which of the tick's pictures each pair is in, ascending.
 
     """
 
@@ -38,6 +40,7 @@ class Pairs:
     detection: Indices
     slot: Indices
     likelihood: Floats
+    picture: Indices
 
 
 @inner

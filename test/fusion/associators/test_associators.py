@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mctrack_ros.fusion.associators import ASSOCIATORS, Pairs
 
-CERTAIN = {'gnn', 'nearest'}
+CERTAIN = {'gnn', 'nearest', 'covering_graph', 'covering_graph_code'}
 EVERYBODYS = {'nearest', 'pda'}
 
 
@@ -15,7 +15,8 @@ def pairs_of(allowed, likelihood):
     """Return the pairs of a (slots, detections) mask, and their (slots, detections) indices."""
     slot, detection = map(np.ascontiguousarray, np.nonzero(allowed))
     numbered = np.unique(slot, return_inverse=True)[1]
-    return Pairs(slot, detection, numbered, np.ascontiguousarray(likelihood[allowed]))
+    picture = np.zeros(len(slot), np.int64)
+    return Pairs(slot, detection, numbered, np.ascontiguousarray(likelihood[allowed]), picture)
 
 
 @st.composite
@@ -75,7 +76,11 @@ def test_the_detections_order_does_not_matter(name, pairs, seed):
     names = np.random.default_rng(seed).permutation(pairs.detection.max(initial=0) + 1)
     order = np.lexsort((names[pairs.detection], pairs.slot))
     permuted = Pairs(
-        pairs.track[order], names[pairs.detection][order], pairs.slot, pairs.likelihood[order]
+        pairs.track[order],
+        names[pairs.detection][order],
+        pairs.slot,
+        pairs.likelihood[order],
+        pairs.picture,
     )
     first = ASSOCIATORS[name]().probabilities(pairs)
     np.testing.assert_allclose(

@@ -1,0 +1,154 @@
+"""The covering-graph paper's tick: every track is updated once, by its primary sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import (
+    COLUMN_2D,
+    COLUMN_3D,
+    FLOATS_1D,
+    FLOATS_2D,
+    FLOATS_3D,
+    INTS_1D,
+    compiled,
+)
+from mctrack_ros.fusion.associators import ASSOCIATORS, Pairs
+from mctrack_ros.fusion.associators.covering_graph import flags, shared_out
+from mctrack_ros.fusion.costs import differences
+from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
+from mctrack_ros.fusion.information import updated
+from mctrack_ros.fusion.joint import slots
+from mctrack_ros.fusion.looks import Looks, described
+from mctrack_ros.fusion.parameters import AssociationConfig
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.tracking.kalman import inverse
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+SPATIAL_WEIGHT, APPEARANCE_WEIGHT = 0.7, 0.3
+"""Of the cost in the paper's code."""
+APPEARANCE_SCALE = 100.0
+"""What it multiplies 1 - Bhattacharyya coefficient by."""
+PIXELS_PER_METRE = 50.0
+"""What stands for the pixels of its distances: in pictures of 640 x 480 such as PETS2006's a
+person of 1.7 m is about 85 px tall, px/m."""
+
+
+class CoveringAssociation:
+    """
+    Associates every track in one picture of a tick, without a second thought.
+
+    Section IV.B with what it leaves open: a track's edge needs a valid detection, which is one
+    that passes the gate. Where a track is covered by other pictures than its primary one it is
+    *tagged*: among the tracks covered there the exchange shares out what is left, and they count
+    as seen, but are not updated. All else of those pictures that is in the gate of such a track is
+    consumed, or it would start duplicates.
+
+    Parameters
+    ----------
+    table : TrackTable
+        The tracks, predicted to the tick's stamp.
+    looks : Looks
+        The pictures, in the order of their sensors' priority.
+    config : AssociationConfig
+        Parameters.
+
+    """
+
+    def __init__(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> None:
+        self._single, self._seconds = looks.single, looks.seconds
+        self._mean, self._covariance = table.mean, table.covariance
+        self._position, noise = looks.position[looks.single], looks.noise[looks.single]
+        self._information = inverse(noise)
+        picture = looks.picture[looks.single]
+        state = table.mean, table.covariance, looks.seconds, self._position, noise
+        track, detection = gated_pairs(*state, picture, config.gate)
+        squared, metres = _distances(*state, picture, track, detection)
+        row = looks.single[detection]
+        is_known = described(table.template)[track] & looks.is_described[row]
+        templates = table.template, looks.detections.template
+        difference = differences(*templates, is_known, track, row, config.usual_difference)
+        cost = COSTS[config.method](squared, metres, difference + config.usual_difference)
+        where = picture[detection]
+        pairs = Pairs(track, detection, slots(where, track), np.exp(-cost / 2), where)
+        self._pairs = pairs
+        self._chosen = ASSOCIATORS[config.method]().probabilities(pairs)
+
+    def solve(self) -> tuple[Floats, Floats]:
+        """Return the means (n, 4) and covariances (n, 4, 4), each updated once at most."""
+        pairs = self._pairs
+        return updated(
+            self._mean,
+            self._covariance,
+            self._seconds,
+            pairs.picture,
+            pairs.track,
+            pairs.detection,
+            self._chosen,
+            self._position,
+            self._information,
+        )
+
+    def pairs(self) -> tuple[Indices, Indices]:
+        """
+        Return the tracks (k,) and the detections (k,) that belong together: chosen and tagged.
+
+        Sorted by picture, then track.
+        """
+        pairs, chosen = self._pairs, self._chosen > 0
+        taken = np.zeros(len(self._single), np.bool_)
+        taken[pairs.detection[chosen]] = True
+        others = np.flatnonzero(~flags(pairs) & ~taken[pairs.detection])
+        together = chosen.copy()
+        together[others] = shared_out(pairs, others)
+        return pairs.track[together], self._single[pairs.detection[together]]
+
+    @property
+    def consumed(self) -> Indices:
+        """Return the detections (k,) in the gate of tracks whose primary sensor is another."""
+        return self._single[self._pairs.detection[~flags(self._pairs)]]
+
+
+def mahalanobis(squared: Floats, metres: Floats, difference: Floats) -> Floats:
+    """Return the cost of the paper's text: the squared Mahalanobis distance."""
+    return squared
+
+
+def code_cost(squared: Floats, metres: Floats, difference: Floats) -> Floats:
+    """Return the cost of the paper's code: distance in pixels, and how unlike colours are."""
+    spatial, appearance = PIXELS_PER_METRE * metres, APPEARANCE_SCALE * difference
+    return SPATIAL_WEIGHT * spatial + APPEARANCE_WEIGHT * appearance
+
+
+COSTS: dict[str, Callable[[Floats, Floats, Floats], Floats]] = {
+    'covering_graph': mahalanobis,
+    'covering_graph_code': code_cost,
+}
+"""By method: (k,) squared Mahalanobis distances, distances (m) and squared Hellinger distances of
+the templates (1 - Bhattacharyya coefficient, the usual one if it is not known) to costs."""
+
+
+@compiled(
+    types.Tuple([types.f8[::1], types.f8[::1]])(
+        COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, INTS_1D, INTS_1D
+    )
+)
+def _distances(
+    mean: Floats, covariance: Floats, seconds: Floats, position: Floats, noise: Floats,
+    picture: Indices, track: Indices, detection: Indices,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """Return the squared Mahalanobis distances (k,) of pairs, and the Euclidean ones, m."""
+    squared, metres = np.empty(len(track)), np.empty(len(track))
+    for pair in range(len(track)):
+        row = detection[pair]
+        x, y, xx, xy, yy = seen_at(mean, covariance, track[pair], seconds[picture[row]])
+        x, y = position[row, 0] - x, position[row, 1] - y
+        xx, xy, yy = xx + noise[row, 0, 0], xy + noise[row, 0, 1], yy + noise[row, 1, 1]
+        squared[pair], metres[pair] = distance(x, y, xx, xy, yy)[0], np.hypot(x, y)
+    return squared, metres
