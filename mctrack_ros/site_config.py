@@ -205,7 +205,7 @@ class _SiteScalars:
 
 
 def site_description(configuration: Mapping[str, Any], cameras: list[str]) -> str:
-    """Return the JSON of `/site`: layout version, camera order, codes, configuration hash."""
+    """Return the JSON of `/site`: layout version, camera order, codes, settings of fusion."""
     canonical = json.dumps(configuration, sort_keys=True)
     return json.dumps(
         {
@@ -213,6 +213,7 @@ def site_description(configuration: Mapping[str, Any], cameras: list[str]) -> st
             'cameras': cameras,
             'codes': code_tables(),
             'configuration_hash': hashlib.sha256(canonical.encode()).hexdigest(),
+            'fusion': configuration['fusion'],
         },
         sort_keys=True,
     )

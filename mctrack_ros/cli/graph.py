@@ -38,12 +38,17 @@ def record(
         ['.*'], '--topic', help='Regular expression of topics to record; may be repeated.'
     ),
     overwrite: bool = typer.Option(False, '--overwrite', help='Replace an earlier bag.'),
+    explain: bool = typer.Option(
+        False, '--explain', help='Record why fusion decided as it did, too.'
+    ),
     domain: int | None = _DOMAIN,
 ) -> None:
     """Record topics of the running graph into a bag until Ctrl-C."""
     from mctrack_ros.ros.graph import recorder_node
 
-    _run_nodes([recorder_node(out.absolute(), topics, overwrite=overwrite)], '', domain)
+    _run_nodes(
+        [recorder_node(out.absolute(), topics, overwrite=overwrite, explain=explain)], '', domain
+    )
 
 
 def play(

@@ -110,6 +110,9 @@ def track(
     site: str = typer.Option('pitch5', help='Site YAML, or the name of a shipped site.'),
     processes: int | None = _WORKERS,
     overwrite: bool = _OVERWRITE,
+    explain: bool = typer.Option(
+        False, '--explain', help='Also write why each tick was decided as it was.'
+    ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
 ) -> None:
     """Track a bag offline, in lock step; the same bag gives the same bytes."""
@@ -124,7 +127,13 @@ def track(
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
         summary = track_bag(
-            bag, out, config, processes=processes, overwrite=overwrite, progress=progress
+            bag,
+            out,
+            config,
+            processes=processes,
+            overwrite=overwrite,
+            explain=explain,
+            progress=progress,
         )
     wall_seconds = time.perf_counter() - started
     figures = Figures(

@@ -33,34 +33,38 @@ def prior_costs(
     Minus twice the logarithm of a likelihood ratio, "this target's" against "nobody's", but for
     the density of the position: what the camera believes, appearance, and how sure the track is.
     """
-    row = looks.single[detection]
-    is_known = described(table.template)[track] & looks.is_described[row]
-    cost = config.appearance_weight * differences(
-        table.template,
-        looks.detections.template,
-        is_known,
-        track,
-        row,
-        config.usual_difference,
-    )
-    cost += likeness_costs(table, looks, track, row, is_known, config)
-    trust = np.where(looks.is_overlapped[row], config.overlap_trust, 1.0)
-    cost += (
-        config.identity_bonus
-        * trust
-        * _disbelief(
-            looks.detections.track_id,
-            looks.detections.local_id,
-            looks.camera,
-            table.track_id,
-            table.local_id,
-            track,
-            row,
-        )
-    )
-    cost += np.where(table.confirmed[track], 0.0, config.tentative_cost)
-    cost += 2 * np.log(2 * np.pi * config.false_density)
+    parts = cost_parts(table, looks, track, looks.single[detection], config)
+    cost = parts['appearance']
+    for name in ('likeness', 'belief', 'doubt'):
+        cost += parts[name]
+    cost += clutter_cost(config)
     return cost
+
+
+def cost_parts(
+    table: TrackTable, looks: Looks, track: Indices, row: Indices, config: AssociationConfig
+) -> dict[str, Floats]:
+    """Return the (k,) costs of tracks and detections, (k,) rows each, by what speaks."""
+    told = looks.detections
+    is_known = described(table.template)[track] & looks.is_described[row]
+    difference = differences(
+        table.template, told.template, is_known, track, row, config.usual_difference
+    )
+    disbelief = _disbelief(
+        told.track_id, told.local_id, looks.camera, table.track_id, table.local_id, track, row
+    )
+    trust = np.where(looks.is_overlapped[row], config.overlap_trust, 1.0)
+    return {
+        'appearance': config.appearance_weight * difference,
+        'likeness': likeness_costs(table, looks, track, row, is_known, config),
+        'belief': config.identity_bonus * trust * disbelief,
+        'doubt': np.where(table.confirmed[track], 0.0, config.tentative_cost),
+    }
+
+
+def clutter_cost(config: AssociationConfig) -> float:
+    """Return what false detections cost a pair, per unit of area of its uncertainty."""
+    return float(2 * np.log(2 * np.pi * config.false_density))
 
 
 @compiled(types.f8[::1](_IDS, _IDS, INTS_1D, _TABLE_IDS, _MEMORY, INTS_1D, INTS_1D))

@@ -19,6 +19,7 @@ from mctrack_ros.compiled import (
 )
 from mctrack_ros.fusion.associators import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.associators.covering_graph import flags, shared_out
+from mctrack_ros.fusion.candidates import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.costs import differences
 from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
 from mctrack_ros.fusion.information import updated
@@ -65,7 +66,7 @@ class CoveringAssociation:
         self._single, self._seconds = looks.single, looks.seconds
         self._mean, self._covariance = table.mean, table.covariance
         self._position, noise = looks.position[looks.single], looks.noise[looks.single]
-        self._information = inverse(noise)
+        self._noise, self._information = noise, inverse(noise)
         picture = looks.picture[looks.single]
         state = table.mean, table.covariance, looks.seconds, self._position, noise
         track, detection = gated_pairs(*state, picture, config.gate)
@@ -108,6 +109,26 @@ class CoveringAssociation:
         together = chosen.copy()
         together[others] = shared_out(pairs, others)
         return pairs.track[together], self._single[pairs.detection[together]]
+
+    def judged(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> JudgedPairs:
+        """Return all pairs with their distance from the prediction: for whoever asks why."""
+        pairs, row = self._pairs, self._single[self._pairs.detection]
+        track, column = self.pairs()
+        together = set(zip(track.tolist(), column.tolist()))
+        taken = [pair in together for pair in zip(pairs.track.tolist(), row.tolist())]
+        return judged_pairs(
+            self._mean,
+            self._covariance,
+            np.zeros(len(row)),
+            self._seconds[pairs.picture],
+            pairs.track,
+            row,
+            pairs.slot,
+            self._position[pairs.detection],
+            self._noise[pairs.detection],
+            self._chosen,
+            np.array(taken, np.bool_),
+        )
 
     @property
     def consumed(self) -> Indices:

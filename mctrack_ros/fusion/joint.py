@@ -16,6 +16,7 @@ from mctrack_ros.compiled import (
     compiled,
 )
 from mctrack_ros.fusion.associators import ASSOCIATORS, Pairs
+from mctrack_ros.fusion.candidates import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.costs import prior_costs
 from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
 from mctrack_ros.fusion.information import joined, updated, without
@@ -93,6 +94,7 @@ class JointAssociation:
         """Return the updated means (n, 4) and covariances (n, 4, 4)."""
         state = self._mean, self._covariance
         for _ in range(SWEEPS):
+            self._judged_by = *state, self._probability
             probability = self._associated(*state)
             change = np.abs(probability - self._probability).max(initial=0.0)
             self._probability = probability
@@ -109,6 +111,21 @@ class JointAssociation:
         """
         best = _mutual(self._slot, self._detection, self._probability, LEAST)
         return self._track[best], self._single[self._detection[best]]
+
+    def judged(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> JudgedPairs:
+        """Return all pairs as they were judged last, after `solve`: for whoever asks why."""
+        pairs = judged_pairs(
+            *self._judged_by,
+            self._seconds[self._picture],
+            self._track,
+            self._single[self._detection],
+            self._slot,
+            self._position[self._detection],
+            self._noise[self._detection],
+            self._probability,
+            _mutual(self._slot, self._detection, self._probability, LEAST),
+        )
+        return pairs.weighed(table, looks, config)
 
     def _associated(self, mean: Floats, covariance: Floats) -> Floats:
         """Return how probable the pairs are, given states that what they told is part of."""

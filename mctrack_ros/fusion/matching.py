@@ -7,6 +7,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
+from mctrack_ros.fusion.account import Account
 from mctrack_ros.fusion.covering import COSTS, CoveringAssociation
 from mctrack_ros.fusion.gating import distances
 from mctrack_ros.fusion.joint import JointAssociation
@@ -35,7 +36,9 @@ COMPANY_DENSITY = 0.5
 velocity differs from theirs by, m²/s."""
 
 
-def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
+def match(
+    table: TrackTable, looks: Looks, config: FusionConfig, account: Account | None = None
+) -> Indices:
     """
     Associate the pictures of a tick with the tracks and update these.
 
@@ -47,6 +50,8 @@ def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
         The pictures.
     config : FusionConfig
         Parameters.
+    account : Account, optional
+        Takes down why.
 
     Returns
     -------
@@ -56,7 +61,10 @@ def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
     """
     kind = ASSOCIATIONS.get(config.association.method, JointAssociation)
     association = kind(table, looks, config.association)
-    table.mean, table.covariance = association.solve()
+    state = association.solve()
+    if account is not None:
+        account.pairs(association.judged(table, looks, config.association), table, looks)
+    table.mean, table.covariance = state
     rows, columns = association.pairs()
     if looks.is_described.any():
         learn_appearance(table, looks, rows, columns, config.life.template_time)
@@ -64,7 +72,7 @@ def match(table: TrackTable, looks: Looks, config: FusionConfig) -> Indices:
     note(table, looks, rows, columns)
     free = np.ones((len(looks.seconds), len(table)), bool)
     free[looks.picture[columns], rows] = False
-    keep_members(table, looks, free, config)
+    keep_members(table, looks, free, config, account)
     left = np.ones(len(looks.picture), bool)
     left[columns] = False
     left[association.consumed] = False
@@ -106,7 +114,11 @@ def _mix_in(template: Templates, rows: Indices, told: Templates, weight: Floats)
 
 
 def keep_members(
-    table: TrackTable, looks: Looks, free: NDArray[np.bool_], config: FusionConfig
+    table: TrackTable,
+    looks: Looks,
+    free: NDArray[np.bool_],
+    config: FusionConfig,
+    account: Account | None = None,
 ) -> None:
     """
     Keep alive what merged detections hide of the tracks that are free, (pictures, n).
@@ -134,6 +146,8 @@ def keep_members(
         if len(members):
             free[picture[row], members] = False
             whole[members] = True
+            if account is not None:
+                account.hidden(members, int(groups[row]), squared[row, members], table, looks)
             _keep(table, looks, int(groups[row]), members, whole, config.life.look_time)
 
 

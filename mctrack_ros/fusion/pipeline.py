@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion import lifecycle
+from mctrack_ros.fusion.account import Account
 from mctrack_ros.fusion.evidence import Evidence
 from mctrack_ros.fusion.initiation import doubt_parts, new_tracks, with_room
 from mctrack_ros.fusion.kits import Kits
@@ -91,7 +92,7 @@ class FusionPipeline:
         self._stamp_ns: int | None = None
         self._next_id = 1
 
-    def step(self, tick: Tick) -> FusionOutput:
+    def step(self, tick: Tick, account: Account | None = None) -> FusionOutput:
         """
         Process one tick.
 
@@ -99,6 +100,8 @@ class FusionPipeline:
         ----------
         tick : Tick
             Later than the last one, or more than a second earlier: then all tracks end.
+        account : Account, optional
+            A new one, which takes down why; what comes out is the same.
 
         Raises
         ------
@@ -108,10 +111,14 @@ class FusionPipeline:
         """
         events = EventLog()
         deleted = self._begin(tick.stamp_ns, events)
+        if account is not None:
+            account.begin(tick, self._table, deleted, self._config, tuple(self._index))
         groups = self._table.group.copy()
-        looks, leftover = self._associate(tick)
+        looks, leftover = self._associate(tick, account)
         self._note_groups(groups, tick.stamp_ns, events)
         self._initiate(looks, leftover, tick.stamp_ns)
+        if account is not None:
+            account.left(leftover, self._table, looks)
         present = np.zeros(len(self._index), bool)
         present[[self._index[frame.camera] for frame in tick.frames]] = True
         confirmed = self._evidence.count(self._table, tick.stamp_ns, self._seconds, present)
@@ -120,6 +127,8 @@ class FusionPipeline:
         deleted = deleted.extended(self._merge_duplicates(tick.stamp_ns, events))
         deleted = deleted.extended(self._delete(tick.stamp_ns, events))
         self._kits.step(self._table, tick.stamp_ns)
+        if account is not None:
+            account.end(self._table, deleted, self._recognition.portraits)
         told = self._table.select(lifecycle.is_published(self._table, tick.stamp_ns, self._config))
         return FusionOutput(
             tracks_of(told, deleted, tick.stamp_ns),
@@ -150,12 +159,12 @@ class FusionPipeline:
         table.previous_id[:] = 0
         return self._remove(np.zeros(len(table), bool), events)
 
-    def _associate(self, tick: Tick) -> tuple[Looks, NDArray[np.intp]]:
+    def _associate(self, tick: Tick, account: Account | None) -> tuple[Looks, NDArray[np.intp]]:
         """Give every picture its tracks; return what the last one of each camera has left."""
         pictures = [frame.detections for frame in tick.frames]
         cameras = [self._camera_index(frame) for frame in tick.frames]
         looks = Looks(pictures, cameras, tick.stamp_ns, self._config, self._recognition.portraits)
-        left = match(self._table, looks, self._config)
+        left = match(self._table, looks, self._config, account)
         last = np.zeros(len(self._index), np.intp)
         last[cameras] = np.arange(len(cameras))
         return looks, left[looks.picture[left] == last[looks.camera[left]]]

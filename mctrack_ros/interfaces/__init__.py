@@ -5,14 +5,17 @@ from mctrack_ros.interfaces.codes import (
     MEMBERS,
     REPORTED,
     TEMPLATE_SIZE,
+    Choice,
     ClassCode,
     EventCode,
     FeedbackFlag,
+    Reason,
     TrackStatus,
     code_tables,
 )
 from mctrack_ros.interfaces.detections import Detections
 from mctrack_ros.interfaces.events import NO_CAMERA, Events
+from mctrack_ros.interfaces.explanation import Candidates, Decisions, Explanation
 from mctrack_ros.interfaces.feedback import Feedback
 from mctrack_ros.interfaces.rows import Column, Rows
 from mctrack_ros.interfaces.ticks import CameraDetections, Tick, Ticks
@@ -25,13 +28,18 @@ __all__ = [
     'REPORTED',
     'TEMPLATE_SIZE',
     'CameraDetections',
+    'Candidates',
+    'Choice',
     'ClassCode',
     'Column',
+    'Decisions',
     'Detections',
     'EventCode',
     'Events',
+    'Explanation',
     'Feedback',
     'FeedbackFlag',
+    'Reason',
     'Rows',
     'Tick',
     'Ticks',

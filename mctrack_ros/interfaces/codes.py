@@ -57,9 +57,55 @@ class FeedbackFlag(IntFlag):
     CORRECTED = 4
 
 
+class Choice(IntEnum):
+    """What became of a pair of a track and a detection."""
+
+    BEYOND = 0
+    """Too far from where the other pictures say that the track is."""
+    PASSED_OVER = 1
+    """Inside the gate, but not each other's best."""
+    TAKEN = 2
+    """The track took the detection."""
+    HIDES = 3
+    """The detection is of several, and the track is taken for one of them."""
+    BEGINS = 4
+    """No track took the detection: it begins this one, alone or with others'."""
+    UNUSED = 5
+    """No track was near, and none began."""
+
+
+class Reason(IntEnum):
+    """Why a track is as it is after a tick; in brackets what ``value`` and ``limit`` are."""
+
+    COASTS = 0
+    """Nothing supports it (since how long, after how long it ends [s])."""
+    SEEN = 1
+    """It took detections."""
+    HIDDEN = 2
+    """A detection of several hides it."""
+    BEGAN = 3
+    """No track explained a detection (log-odds, those that confirm)."""
+    CONFIRMED = 4
+    """The evidence suffices (log-odds, those that confirm)."""
+    FOUND_AGAIN = 5
+    """It is new, and looks like one who was lost (difference of colours, largest one)."""
+    RECOGNISED = 6
+    """After an encounter it looks like another (difference from that one, from its own past)."""
+    ABSORBED = 7
+    """Another one turned out to follow the same target."""
+    SILENT = 8
+    """It ended: nothing supported it (for how long, limit [s])."""
+    UNSEEN = 9
+    """It ended: the one camera that sees it should see more of it (log-odds, limit)."""
+    JOINED = 10
+    """It ended: it followed the same target as another one."""
+    RESET = 11
+    """It ended: time stepped back."""
+
+
 def code_tables() -> dict[str, dict[str, int]]:
     """Return name -> number of every code, for `/site`."""
-    enums = (TrackStatus, EventCode, ClassCode, FeedbackFlag)
+    enums = (TrackStatus, EventCode, ClassCode, FeedbackFlag, Choice, Reason)
     return {
         kind.__name__: {name: int(member) for name, member in kind.__members__.items()}
         for kind in enums

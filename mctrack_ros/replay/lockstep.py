@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
-from mctrack_ros.fusion import Batcher, FusionOutput, FusionPipeline
-from mctrack_ros.interfaces import Tick
+from mctrack_ros.fusion import Account, Batcher, FusionOutput, FusionPipeline
+from mctrack_ros.interfaces import Explanation, Tick
 from mctrack_ros.replay.camera_source import CameraResult, CameraTask
 from mctrack_ros.replay.workers import NEVER, CameraWorkers, Progress
 from mctrack_ros.site_config import SiteConfig
@@ -38,12 +38,15 @@ class TickOutput:
         What the cameras published in this period, by camera and stamp.
     output : FusionOutput
         What fusion made of it.
+    explanation : Explanation, optional
+        Why, if that was asked.
 
     """
 
     tick: Tick
     results: tuple[CameraResult, ...]
     output: FusionOutput
+    explanation: Explanation | None
 
 
 def camera_tasks(bag: str | Path, site: SiteConfig) -> list[CameraTask]:
@@ -61,7 +64,9 @@ def camera_tasks(bag: str | Path, site: SiteConfig) -> list[CameraTask]:
     ]
 
 
-def run_lockstep(workers: CameraWorkers, site: SiteConfig) -> Iterator[TickOutput]:
+def run_lockstep(
+    workers: CameraWorkers, site: SiteConfig, *, explain: bool = False
+) -> Iterator[TickOutput]:
     """
     Run the cameras and the fusion of a site over a bag; fusion runs in the caller's process.
 
@@ -71,6 +76,8 @@ def run_lockstep(workers: CameraWorkers, site: SiteConfig) -> Iterator[TickOutpu
         Processes with the `camera_tasks` of the bag.
     site : SiteConfig
         Cameras and settings.
+    explain : bool
+        Whether it is taken down why fusion decides as it does.
 
     Yields
     ------
@@ -104,10 +111,12 @@ def run_lockstep(workers: CameraWorkers, site: SiteConfig) -> Iterator[TickOutpu
         passed = min(next_tick.values()) - 1
         feedback = []
         for index in sorted(index for index in pending if index <= passed):
-            results = tuple(pending.pop(index))
-            for ticked in _fused(batcher, fusion, results):
-                feedback.append(ticked.output.feedback)
-                yield ticked
+            results = in_order(pending.pop(index))
+            for tick in batched(batcher, results):
+                account = Account() if explain else None
+                output = fusion.step(tick, account)
+                feedback.append(output.feedback)
+                yield TickOutput(tick, results, output, account.explanation if account else None)
         if passed > complete_to:
             complete_to = passed
             workers.announce(complete_to, feedback)
@@ -125,16 +134,16 @@ def _received(connection: Connection) -> Progress:
     return report
 
 
-def _fused(
-    batcher: Batcher, fusion: FusionPipeline, results: tuple[CameraResult, ...]
-) -> Iterator[TickOutput]:
-    """Batch the results of one period in canonical order and fuse them; nothing is late."""
-    ordered = tuple(sorted(results, key=lambda r: (r.camera, r.detections.stamp_ns)))
-    now_ns = min(result.detections.stamp_ns for result in ordered)
+def in_order(results: list[CameraResult]) -> tuple[CameraResult, ...]:
+    """Return results of one period by camera and stamp."""
+    return tuple(sorted(results, key=lambda r: (r.camera, r.detections.stamp_ns)))
+
+
+def batched(batcher: Batcher, results: tuple[CameraResult, ...]) -> list[Tick]:
+    """Batch the results of one period in canonical order; nothing is late."""
+    now_ns = min(result.detections.stamp_ns for result in results)
     ticks = []
-    for result in ordered:
+    for result in results:
         batcher.feedback_missed(result.camera, int(result.feedback_missed))
         ticks += batcher.add(result.camera, result.detections, now_ns)
-    ticks += batcher.flush()
-    for tick in ticks:
-        yield TickOutput(tick, ordered, fusion.step(tick))
+    return ticks + batcher.flush()

@@ -13,6 +13,9 @@ from mctrack_ros.replay.lockstep import TickOutput, camera_tasks, run_lockstep
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
 from mctrack_ros.site_config import SiteConfig
 
+CANDIDATES_TOPIC = '/explanation/candidates'
+DECISIONS_TOPIC = '/explanation/decisions'
+
 
 @dataclass(slots=True)
 class TrackSummary:
@@ -48,6 +51,7 @@ def track_bag(
     *,
     processes: int | None = None,
     overwrite: bool = False,
+    explain: bool = False,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> TrackSummary:
     """
@@ -67,6 +71,8 @@ def track_bag(
         Processes for the cameras; unless given, one each: none waits for another's turn.
     overwrite : bool
         Whether earlier results there are replaced.
+    explain : bool
+        Whether the bag says why fusion decided as it did; all else stays the same.
     progress : callable
         Called with camera messages done and in all.
 
@@ -87,7 +93,7 @@ def track_bag(
         MotTextWriter(out / 'tracks.txt', tasks[0].period_ns) as text,
         closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
     ):
-        for ticked in run_lockstep(workers, site):
+        for ticked in run_lockstep(workers, site, explain=explain):
             if summary.ticks == 0:
                 writer.write_text('/site', site.description(), ticked.tick.stamp_ns)
             _write(writer, ticked, site.ground_frame)
@@ -110,3 +116,6 @@ def _write(writer: BagWriter, ticked: TickOutput, frame_id: str) -> None:
     writer.write_rows('/tracks', ticked.output.tracks, frame_id, now_ns)
     writer.write_rows('/events', ticked.output.events, frame_id, now_ns)
     writer.write_rows('/feedback', ticked.output.feedback, frame_id, now_ns)
+    if ticked.explanation is not None:
+        writer.write_rows(CANDIDATES_TOPIC, ticked.explanation.candidates, frame_id, now_ns)
+        writer.write_rows(DECISIONS_TOPIC, ticked.explanation.decisions, frame_id, now_ns)

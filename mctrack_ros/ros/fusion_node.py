@@ -15,7 +15,7 @@ from visualization_msgs.msg import MarkerArray
 
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.config import ConfigError, values_of
-from mctrack_ros.fusion import Batcher, FusionPipeline
+from mctrack_ros.fusion import Account, Batcher, FusionPipeline
 from mctrack_ros.interfaces import MAX_CAMERAS, Detections, EventCode, Events, Rows, Tick, Tracks
 from mctrack_ros.ros import markers, quality
 from mctrack_ros.ros.diagnostics import Diagnostics, StreamHealth
@@ -51,6 +51,8 @@ class FusionNode(GraphNode):
         self.feedback = self.publisher(cloud, 'feedback', reliable(10))
         self.events = self.publisher(cloud, 'events', reliable(100))
         self.ticks = self.publisher(cloud, 'ticks', reliable(100))
+        self.candidates = self.publisher(cloud, 'explanation/candidates', reliable(100))
+        self.decisions = self.publisher(cloud, 'explanation/decisions', reliable(100))
         self.site = self.publisher(String, 'site', quality.latched())
         self.markers = self.publisher(MarkerArray, 'tracks/markers', reliable(1))
         self.poses = self.publisher(PoseArray, 'tracks/poses', reliable(1))
@@ -135,14 +137,23 @@ class FusionNode(GraphNode):
     def fuse(self, ticks: list[Tick]) -> None:
         """Take ticks through the pipeline and publish what comes out."""
         for tick in ticks:
-            output = self.pipeline.step(tick)
+            account = Account() if self.is_asked_why() else None
+            output = self.pipeline.step(tick, account)
             self.send(self.tracks, output.tracks)
             self.send(self.feedback, output.feedback)
             if len(output.events):
                 self.send(self.events, output.events)
             self.send(self.ticks, tick.record)
+            if account is not None:
+                self.send(self.candidates, account.explanation.candidates)
+                self.send(self.decisions, account.explanation.decisions)
             self.count(tick)
             self.show(output.tracks)
+
+    def is_asked_why(self) -> bool:
+        """Tell whether somebody wants explanations."""
+        publishers = (self.candidates, self.decisions)
+        return any(each.get_subscription_count() for each in publishers)
 
     def count(self, tick: Tick) -> None:
         """Add what was late or missing to the diagnostics."""

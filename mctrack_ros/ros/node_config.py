@@ -107,6 +107,9 @@ class RecorderConfig:
         '/(clock|rosout|parameter_events)|.*/(transition_event|debug_image)',
         'regular expression of topics that are not',
     )
+    explain: bool = parameter(
+        False, 'record why fusion decided as it did, too; it is worked out only if somebody asks'
+    )
     depth: int = parameter(100, 'messages of a topic that may queue', minimum=1, maximum=10000)
 
 

@@ -14,7 +14,7 @@ from mctrack_ros.ros.messages import message_class
 from mctrack_ros.ros.node_config import RecorderConfig
 from mctrack_ros.ros.process import run
 from mctrack_ros.ros.raw_source import Drained, RawSource
-from mctrack_ros.ros.topics import pattern
+from mctrack_ros.ros.topics import EXPLANATIONS, pattern
 
 _LOOK_S = 0.2
 _DRAIN_S = 0.02
@@ -35,7 +35,8 @@ class Recorder(GraphNode):
         if not self.config.path:
             raise ConfigError('path is empty: name the directory of the bag')
         self.wanted = [pattern(text) for text in self.config.topics]
-        self.excluded = pattern(self.config.exclude)
+        self.excluded = [pattern(self.config.exclude)]
+        self.excluded += [] if self.config.explain else [EXPLANATIONS]
         self.known: set[str] = set()
         self.messages = self.bytes = 0
         self.writer = BagWriter(self.config.path, overwrite=self.config.overwrite)
@@ -72,7 +73,7 @@ class Recorder(GraphNode):
     def look(self) -> None:
         """Subscribe to what has appeared and fits."""
         for topic, kinds in self.get_topic_names_and_types():
-            if topic in self.known or self.excluded.fullmatch(topic):
+            if topic in self.known or any(each.fullmatch(topic) for each in self.excluded):
                 continue
             if any(wanted.fullmatch(topic) for wanted in self.wanted):
                 self.known.add(topic)

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from mctrack_ros.config import ConfigError
 
+EXPLANATIONS = re.compile('.*/explanation/(candidates|decisions)')
+"""Where the fusion node says why, while somebody listens."""
+
 
 @dataclass(frozen=True, slots=True)
 class Awaited:

@@ -12,7 +12,17 @@ from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from mctrack_ros.codec import cloud_from_rows
-from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback, Ticks, Tracks
+from mctrack_ros.interfaces import (
+    Candidates,
+    Decisions,
+    Detections,
+    EventCode,
+    Events,
+    Feedback,
+    Reason,
+    Ticks,
+    Tracks,
+)
 from mctrack_ros.ros.fusion_node import FusionNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.quality import latched
@@ -191,3 +201,18 @@ def test_namespace_and_remapping_move_its_topics(bench):
     detections.publish(cloud(seen(100)))
     bench.until(lambda: tracks)
     assert node.get_fully_qualified_name() == '/hall/server'
+
+
+def test_why_is_told_while_somebody_asks(bench):
+    graph = open_fusion(bench)
+    graph.both(range(100, 110))
+    candidates = bench.rows(Candidates, '/explanation/candidates')
+    decisions = bench.rows(Decisions, '/explanation/decisions')
+    for topic in ('candidates', 'decisions'):
+        bench.heard(f'/explanation/{topic}')
+    bench.until(bench.nodes[0].is_asked_why)
+    graph.both(range(110, 120))
+    bench.until(lambda: len(candidates) == len(decisions) == 10)
+    assert candidates[-1].stamp_ns == decisions[-1].stamp_ns == seen(119).stamp_ns
+    assert candidates[-1].track_id.tolist() == [1, 1]
+    assert decisions[-1].reason.tolist() == [Reason.SEEN]

@@ -113,3 +113,14 @@ def test_a_crash_leaves_a_finished_bag(bench, tmp_path):
         assert 'a mistake in the program' in process.stderr.read()
     assert process.returncode == 1
     assert len(recorded(tmp_path / 'bag')) == 1
+
+
+@pytest.mark.parametrize('explain', [False, True])
+def test_explanations_are_recorded_if_asked(bench, tmp_path, explain):
+    recorder = bench.make(Recorder, path=str(tmp_path / 'bag'), explain=explain)
+    names = ['/cam1/detections', '/explanation/candidates', '/explanation/decisions']
+    publishers = [
+        bench.observer.create_publisher(PointCloud2, name, reliable(10)) for name in names
+    ]
+    bench.until(lambda: set(names) <= recorder.known if explain else names[0] in recorder.known)
+    assert [each.get_subscription_count() for each in publishers] == [1, explain, explain]
