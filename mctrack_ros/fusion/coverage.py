@@ -64,7 +64,12 @@ class CoverageMap:
         return _probability(position, wanted, self._seen, self._watched, self._cell, self._prior)
 
     def learn(
-        self, position: Floats, seen: NDArray[np.bool_], watched: NDArray[np.bool_], seconds: float
+        self,
+        position: Floats,
+        sure: NDArray[np.bool_],
+        seen: NDArray[np.bool_],
+        watched: NDArray[np.bool_],
+        seconds: float,
     ) -> None:
         """
         Note who saw the targets.
@@ -72,7 +77,9 @@ class CoverageMap:
         Parameters
         ----------
         position : (n, 2 or more) array
-            Where targets surely stand, m.
+            Where targets stand, m.
+        sure : (n,) bool array
+            Which of them surely do; the others tell nothing.
         seen : (n, cameras) bool array
             Which cameras detected them.
         watched : (n, cameras) bool array
@@ -81,7 +88,7 @@ class CoverageMap:
             For how long that speaks, s.
 
         """
-        _learn(position, seen, watched, seconds, self._seen, self._watched, self._cell)
+        _learn(position, sure, seen, watched, seconds, self._seen, self._watched, self._cell)
 
 
 @inner
@@ -112,11 +119,19 @@ def _probability(
 
 @compiled(
     types.void(
-        COLUMN_2D, BOOLS_2D, BOOLS_2D, types.f8, types.f8[:, :, ::1], types.f8[:, :, ::1], types.f8
+        COLUMN_2D,
+        BOOLS_1D,
+        BOOLS_2D,
+        BOOLS_2D,
+        types.f8,
+        types.f8[:, :, ::1],
+        types.f8[:, :, ::1],
+        types.f8,
     )
 )
 def _learn(
     position: Floats,
+    sure: NDArray[np.bool_],
     is_seen: NDArray[np.bool_],
     is_watched: NDArray[np.bool_],
     seconds: float,
@@ -124,7 +139,7 @@ def _learn(
     watched: Floats,
     cell: float,
 ) -> None:
-    for row in range(len(position)):
+    for row in np.flatnonzero(sure):
         for level in range(LEVELS):
             slot = _slot(position[row], cell * COARSENESS**level)
             for camera in range(seen.shape[2]):

@@ -73,9 +73,7 @@ class Evidence:
         table.evidence = np.minimum(np.maximum(table.evidence + look * gain, -most), most)
         confirmed = ~table.confirmed & (table.evidence >= life.confirm_evidence)
         table.confirmed = sure = table.confirmed | confirmed
-        self._coverage.learn(
-            table.mean[sure], seen[sure], told[sure], min(seconds, life.look_time)
-        )
+        self._coverage.learn(table.mean, sure, seen, told, min(seconds, life.look_time))
         return np.asarray(confirmed)
 
 

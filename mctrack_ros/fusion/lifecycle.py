@@ -70,6 +70,8 @@ class DuplicateWatch:
     def _near_pairs(self, table: TrackTable) -> list[tuple[int, int]]:
         """Return the pairs of rows that are near, and that no picture of the tick tells apart."""
         one, other = near_pairs(table.mean, self._distance)
+        if not len(one):
+            return []
         bit = np.left_shift(1, np.arange(table.seen_by_ns.shape[1]))
         same = table.seen_by_ns[one] == table.seen_by_ns[other]
         both = table.cameras[one] & table.cameras[other] & (same * bit).sum(axis=1)

@@ -52,7 +52,8 @@ class Lineage:
             return np.zeros(len(fresh), np.uint32)
         row, gap = nearest(fresh.mean, place)
         beside = gap < self._beside_m
-        beside &= [not self._may_be_found_again(mean[:2], stamp_ns) for mean in fresh.mean]
+        for index in np.flatnonzero(beside).tolist():
+            beside[index] = not self._may_be_found_again(fresh.mean[index, :2], stamp_ns)
         return np.where(beside, ids[row], 0).astype(np.uint32)
 
     def _may_be_found_again(self, place: NDArray[np.float64], stamp_ns: int) -> bool:

@@ -9,31 +9,25 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
 from mctrack_ros.fusion.account import Account
 from mctrack_ros.fusion.covering import COSTS, CoveringAssociation
-from mctrack_ros.fusion.gating import distances
+from mctrack_ros.fusion.hidden_members import keep_members
 from mctrack_ros.fusion.joint import JointAssociation
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.recognition import look_at
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.tracking.kalman import position_matrix, update
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Templates = NDArray[np.float32]
+Stamps = NDArray[np.int64]
+Ids = NDArray[np.uint32]
+Bytes = NDArray[np.uint8]
+_STAMPS = types.Array(types.i8, 1, 'A')
+_IDS = types.Array(types.u4, 1, 'A')
 TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
-
-VELOCITY = np.eye(4)[2:]
 
 ASSOCIATIONS = dict.fromkeys(COSTS, CoveringAssociation)
 """By method, what associates the pictures of a tick; that of all others is `JointAssociation`."""
-
-GROUP_INFLATION = 100.0
-"""How much less a merged detection says about one of its members, picture after picture: factor
-of its covariance. He keeps his place in the group, and is not drawn to its middle."""
-
-COMPANY_DENSITY = 0.5
-"""How loosely a hidden member moves with those who are seen: power spectral density of what his
-velocity differs from theirs by, m²/s."""
 
 
 def match(
@@ -81,14 +75,44 @@ def match(
 
 def note(table: TrackTable, looks: Looks, rows: Indices, columns: Indices) -> None:
     """Note in tracks (k,) what the detections (k,) tell beside place and colours."""
-    stamp_ns, camera = looks.stamp_ns[columns], looks.camera[columns]
-    np.maximum.at(table.seen_ns, rows, stamp_ns)
-    table.kept_ns[rows] = table.seen_ns[rows]
-    table.seen_by_ns[rows, camera] = stamp_ns
-    table.local_id[rows, camera] = looks.detections.local_id[columns]
-    np.bitwise_or.at(table.cameras, rows, np.left_shift(1, camera).astype(np.uint32))
-    told = looks.detections.class_id[columns]
-    table.class_id[rows[told > 0]] = told[told > 0]
+    _note(
+        table.seen_ns,
+        table.kept_ns,
+        table.seen_by_ns,
+        table.local_id,
+        table.cameras,
+        table.class_id,
+        rows,
+        columns,
+        looks.stamp_ns,
+        looks.camera,
+        looks.detections.local_id,
+        looks.detections.class_id,
+    )
+
+
+@compiled(
+    types.void(
+        _STAMPS, _STAMPS, types.Array(types.i8, 2, 'A'), types.Array(types.u4, 2, 'A'), _IDS,
+        types.Array(types.u1, 1, 'A'), INTS_1D, INTS_1D, INTS_1D, INTS_1D,
+        types.Array(types.u4, 1, 'C', readonly=True), types.Array(types.u1, 1, 'C', readonly=True),
+    )
+)  # fmt: skip
+def _note(
+    seen_ns: Stamps, kept_ns: Stamps, seen_by_ns: Stamps, local_id: Ids, cameras: Ids,
+    class_id: Bytes, rows: Indices, columns: Indices, stamp_ns: Stamps, camera: Indices,
+    told_id: Ids, told_class: Bytes,
+) -> None:  # fmt: skip
+    for index in range(len(rows)):
+        row, column = rows[index], columns[index]
+        own = camera[column]
+        seen_ns[row] = max(seen_ns[row], stamp_ns[column])
+        kept_ns[row] = seen_ns[row]
+        seen_by_ns[row, own] = stamp_ns[column]
+        local_id[row, own] = told_id[column]
+        cameras[row] |= np.uint32(1) << np.uint32(own)
+        if told_class[column] > 0:
+            class_id[row] = told_class[column]
 
 
 def learn_appearance(
@@ -111,87 +135,3 @@ def _mix_in(template: Templates, rows: Indices, told: Templates, weight: Floats)
             share = weight[index] if known.any() else 1.0
             for bin in range(len(known)):
                 known[bin] += share * (told[index, bin] - known[bin])
-
-
-def keep_members(
-    table: TrackTable,
-    looks: Looks,
-    free: NDArray[np.bool_],
-    config: FusionConfig,
-    account: Account | None = None,
-) -> None:
-    """
-    Keep alive what merged detections hide of the tracks that are free, (pictures, n).
-
-    Where others of the group are seen, only for a while: it may be that nobody is behind them.
-    """
-    groups, detections = looks.groups, looks.detections
-    if len(groups) == 0:
-        return
-    picture, noise = looks.picture[groups], looks.noise[groups] * GROUP_INFLATION
-    named = (table.track_id[:, None] == detections.members[groups, None]).any(axis=2)
-    taken = (named & ~free[picture]).sum(axis=1)
-    hidden_s = (looks.stamp_ns[groups, None] - table.seen_ns) / 1e9
-    hoped = (hidden_s <= config.life.hidden_time) | (taken == 0)[:, None]
-    squared = distances(
-        table.mean, table.covariance, looks.seconds[picture], looks.position[groups], noise
-    )
-    hidden = free[picture] & table.confirmed & hoped & (squared < config.association.gate)
-    for row in np.flatnonzero(hidden.any(axis=1)).tolist():
-        candidates = np.flatnonzero(hidden[row] & free[picture[row]])
-        order = np.lexsort((squared[row, candidates], ~named[row, candidates]))
-        whole = named[row] & ~free[picture[row]]
-        count = int(detections.member_count[groups[row]]) or len(candidates)
-        members = np.sort(candidates[order[: max(count - int(whole.sum()), 0)]])
-        if len(members):
-            free[picture[row], members] = False
-            whole[members] = True
-            if account is not None:
-                account.hidden(members, int(groups[row]), squared[row, members], table, looks)
-            _keep(table, looks, int(groups[row]), members, whole, config.life.look_time)
-
-
-def _keep(
-    table: TrackTable,
-    looks: Looks,
-    group: int,
-    members: Indices,
-    whole: NDArray[np.bool_],
-    longest_s: float,
-) -> None:
-    """Update the hidden members (k,) of a merged detection; `whole` (n,) is all of the group."""
-    matrix = position_matrix(looks.seconds[looks.picture[group]])
-    stamp_ns = looks.stamp_ns[group]
-    since_ns = stamp_ns - table.hidden_ns[members, looks.camera[group]]
-    table.mean[members], table.covariance[members] = update(
-        table.mean[members],
-        table.covariance[members],
-        looks.position[[group]] - table.mean[members] @ matrix.T,
-        np.repeat(looks.noise[[group]] * GROUP_INFLATION, len(members), axis=0),
-        matrix,
-    )
-    table.kept_ns[members] = np.maximum(table.kept_ns[members], stamp_ns)
-    table.hidden_ns[members, looks.camera[group]] = stamp_ns
-    is_unseen = table.cameras[members] == 0
-    unseen = members[is_unseen]
-    _move_along(table, unseen, whole, np.minimum(since_ns[is_unseen] / 1e9, longest_s))
-    if whole.sum() > 1:
-        table.group_ns[unseen] = stamp_ns
-        table.group[unseen] = table.track_id[whole].min()
-
-
-def _move_along(
-    table: TrackTable, hidden: Indices, whole: NDArray[np.bool_], seconds: NDArray[np.float64]
-) -> None:
-    """Let those (k,) whom no camera sees go on for a while (k,) as others of their group do."""
-    shown = whole & (table.cameras > 0)
-    if not shown.any():
-        return
-    velocity = table.mean[shown, 2:].mean(axis=0)
-    table.mean[hidden], table.covariance[hidden] = update(
-        table.mean[hidden],
-        table.covariance[hidden],
-        velocity - table.mean[hidden, 2:],
-        COMPANY_DENSITY / seconds[:, None, None] * np.eye(2),
-        VELOCITY,
-    )

@@ -22,12 +22,12 @@ SEEN_MEMORY_NS = 500_000_000
 
 def tracks_of(table: TrackTable, deleted: TrackTable, stamp_ns: int) -> Tracks:
     """Return the published tracks and, once, those that ended, sorted by id."""
-    status = np.concatenate(
-        [status_of(table, stamp_ns), np.full(len(deleted), TrackStatus.DELETED)]
-    )
-    every = table.extended(deleted)
-    order = np.argsort(every.track_id)
-    every, status = every.select(order), status[order]
+    every, status = table, status_of(table)
+    if len(deleted):
+        every = table.extended(deleted)
+        status = np.append(status, np.full(len(deleted), TrackStatus.DELETED))
+        order = np.argsort(every.track_id)
+        every, status = every.select(order), status[order]
     return Tracks.build(
         stamp_ns,
         position=ground_points(every),
@@ -44,23 +44,22 @@ def tracks_of(table: TrackTable, deleted: TrackTable, stamp_ns: int) -> Tracks:
     )
 
 
-def status_of(table: TrackTable, stamp_ns: int) -> NDArray[np.uint8]:
+def status_of(table: TrackTable) -> NDArray[np.uint8]:
     """Return the `TrackStatus` of tracks at a tick."""
-    seen, grouped = table.cameras > 0, (table.group > 0)
-    status = np.where(grouped, TrackStatus.GROUPED, TrackStatus.COASTING)
-    status = np.where(seen, TrackStatus.CONFIRMED, status)
-    return np.where(table.confirmed, status, TrackStatus.TENTATIVE).astype(np.uint8)
+    status = np.where(table.group > 0, np.uint8(TrackStatus.GROUPED), TrackStatus.COASTING)
+    status[table.cameras > 0] = TrackStatus.CONFIRMED
+    status[~table.confirmed] = TrackStatus.TENTATIVE
+    return status
 
 
 def feedback_of(table: TrackTable, stamp_ns: int) -> Feedback:
     """Return what cameras are told: the confirmed tracks at the tick's stamp, sorted by id."""
     table = table.select(table.confirmed)
-    table = table.select(np.argsort(table.track_id))
     recent = table.seen_by_ns > stamp_ns - SEEN_MEMORY_NS
     bits = np.left_shift(np.uint32(1), np.arange(recent.shape[1], dtype=np.uint32))
     resolved = (table.group > 0) & (table.cameras > 0)
-    flags = np.where(resolved, FeedbackFlag.GROUP_RESOLVED, 0)
-    flags = flags | np.where(table.previous_id > 0, FeedbackFlag.CORRECTED, 0)
+    flags = resolved * np.uint8(FeedbackFlag.GROUP_RESOLVED)
+    flags |= (table.previous_id > 0) * np.uint8(FeedbackFlag.CORRECTED)
     return Feedback.build(
         stamp_ns,
         position=ground_points(table),
@@ -105,6 +104,8 @@ class EventLog:
     def events(self, stamp_ns: int) -> Events:
         """Return the events sorted by code, then track."""
         rows = sorted(self._rows)
+        if not rows:
+            return Events.build(stamp_ns)
         return Events.build(
             stamp_ns,
             position=[(*row[2], 0.0) for row in rows],
@@ -118,4 +119,6 @@ class EventLog:
 
 def ground_points(table: TrackTable) -> NDArray[np.float64]:
     """Return the (n, 3) positions of tracks, on the ground, m."""
-    return np.column_stack([table.mean[:, :2], np.zeros(len(table))])
+    points = np.zeros((len(table), 3))
+    points[:, :2] = table.mean[:, :2]
+    return points

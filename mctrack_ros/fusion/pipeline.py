@@ -157,7 +157,7 @@ class FusionPipeline:
         )
         table.cameras[:] = 0
         table.previous_id[:] = 0
-        return self._remove(np.zeros(len(table), bool), events)
+        return self._none
 
     def _associate(self, tick: Tick, account: Account | None) -> tuple[Looks, NDArray[np.intp]]:
         """Give every picture its tracks; return what the last one of each camera has left."""

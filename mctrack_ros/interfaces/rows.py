@@ -119,14 +119,16 @@ class Rows:
         arrays: list[NDArray[Any]] = []
         for name, dtype, shape, fill in cls.LAYOUT:
             if name in columns:
-                given = np.asarray(columns[name], dtype)
-                arrays.append(given.reshape((-1, *shape)) if given.size == 0 else given)
+                given = np.array(columns[name], dtype)
+                arrays.append(given if given.size else given.reshape((-1, *shape)))
             elif fill == 0.0:
                 arrays.append(np.zeros((count, *shape), dtype))
             else:
                 arrays.append(np.full((count, *shape), fill, dtype))
         cls._check(arrays)
-        return _made(cls, int(stamp_ns), _frozen(arrays))
+        for array in arrays:
+            array.setflags(write=False)
+        return _made(cls, int(stamp_ns), arrays)
 
     @classmethod
     def joined(cls, stamp_ns: int, parts: Sequence[Self]) -> Self:

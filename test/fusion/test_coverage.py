@@ -16,7 +16,7 @@ def test_a_camera_that_never_sees_a_place_is_not_expected_to():
     coverage = CoverageMap(2, 1.0, PRIOR)
     place, watched = np.array([[3.2, -7.9]]), np.array([[True, True]])
     for _ in range(100):
-        coverage.learn(place, np.array([[True, False]]), watched, 0.1)
+        coverage.learn(place, EVERYWHERE[:1], np.array([[True, False]]), watched, 0.1)
     sees, blind = coverage.probability(place, EVERYWHERE[:1])[0]
     assert sees == LARGEST_PROBABILITY
     assert blind < 0.05
@@ -25,7 +25,9 @@ def test_a_camera_that_never_sees_a_place_is_not_expected_to():
 def test_neighbouring_cells_learn_a_little_and_far_ones_nothing():
     coverage = CoverageMap(1, 1.0, PRIOR)
     for _ in range(100):
-        coverage.learn(np.array([[0.5, 0.5]]), np.array([[False]]), np.array([[True]]), 0.1)
+        coverage.learn(
+            np.array([[0.5, 0.5]]), EVERYWHERE[:1], np.array([[False]]), np.array([[True]]), 0.1
+        )
     near, far = coverage.probability(np.array([[2.5, 0.5], [99.0, 0.5]]), EVERYWHERE)[:, 0]
     assert near < 0.2
     assert far == pytest.approx(PRIOR)
@@ -33,5 +35,7 @@ def test_neighbouring_cells_learn_a_little_and_far_ones_nothing():
 
 def test_pictures_that_are_not_there_teach_nothing():
     coverage = CoverageMap(1, 1.0, PRIOR)
-    coverage.learn(np.zeros((1, 2)), np.array([[False]]), np.array([[False]]), 10.0)
+    coverage.learn(
+        np.zeros((1, 2)), EVERYWHERE[:1], np.array([[False]]), np.array([[False]]), 10.0
+    )
     np.testing.assert_allclose(coverage.probability(np.zeros((1, 2)), EVERYWHERE[:1]), PRIOR)
