@@ -33,7 +33,13 @@ COMPANY_DENSITY = 0.5
 velocity differs from theirs by, m²/s."""
 
 
-def keep_members(table: TrackTable, looks: Looks, free: Mask, config: FusionConfig) -> None:
+def keep_members(
+    table: TrackTable,
+    looks: Looks,
+    free: Mask,
+    config: FusionConfig,
+    account: Account | None = None,
+) -> None:
     """
     Keep alive what merged detections hide of the tracks that are free, (pictures, n).
 

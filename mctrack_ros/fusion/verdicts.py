@@ -113,7 +113,7 @@ class _Verdicts:
             other_id=self.other_id,
             group=table.group,
             cameras=table.cameras,
-            status=status_of(table, stamp_ns) if status is None else np.full(count, status),
+            status=status_of(table) if status is None else np.full(count, status),
             reason=self.reason,
         )
 
