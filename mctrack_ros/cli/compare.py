@@ -17,11 +17,17 @@ def evaluate(
     gate: float = typer.Option(1.0, min=1e-6, help='Largest distance of a match, m.'),
     json_file: Path | None = _JSON,
 ) -> None:
-    """Score tracks against truth on the ground plane."""
-    from mctrack_ros.experiments.comparison import compare
+    """Score tracks against truth on the ground plane, and list the switches of identity."""
+    from mctrack_ros.experiments.comparison import Comparison
 
-    figures = compare(truth, tracks, gate)
+    comparison = Comparison.read(truth, tracks)
+    figures = comparison.figures(gate)
     typer.echo(figures.table())
+    lines = comparison.switch_lines(gate)
+    if lines:
+        typer.echo('\nidentity switches: true id, its old and its new track')
+    for line in lines:
+        typer.echo(line)
     if json_file is not None:
         figures.write(json_file)
 

@@ -14,6 +14,7 @@ from mctrack_ros.cli import (
     compare,
     coverage,
     demo,
+    explain,
     graph,
     offline,
     reproduce,
@@ -49,6 +50,7 @@ app.command('demo')(demo.demo)
 app.command('simulate')(offline.simulate)
 app.command('import-videos')(videos.import_videos)
 app.command('track')(offline.track)
+app.command('explain')(explain.explain)
 app.command('echo')(offline.echo)
 app.command('run')(graph.run)
 app.command('record')(graph.record)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mctrack_ros.evaluation import Trajectories, evaluate_ground
+from mctrack_ros.evaluation import Trajectories, evaluate_ground, identity_switches
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import BagError, BagReader, frame_origin_ns, read_mot_text
@@ -70,19 +70,109 @@ def read_instants(path: str | Path, topics: tuple[str, ...]) -> Recording:
     return Recording(tuple(sorted(instants, key=lambda rows: rows.stamp_ns)), False)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Comparison:
+    """
+    Tracks beside truth, frame by frame.
+
+    Attributes
+    ----------
+    truth_path, tracks_path : str or Path
+        Where they come from.
+    truth, tracks : Trajectories
+        In common frames.
+    seconds : dict of int to float
+        Of each frame that has tracks, since the first one that has, s.
+
+    """
+
+    truth_path: str | Path
+    tracks_path: str | Path
+    truth: Trajectories
+    tracks: Trajectories
+    seconds: dict[int, float]
+
+    @classmethod
+    def read(cls, truth: str | Path, tracks: str | Path) -> Comparison:
+        """
+        Read both.
+
+        Instants of two bags fall together by their stamps. Where one of the two is text, its
+        first frame is the first instant of the other.
+
+        Parameters
+        ----------
+        truth : str or Path
+            A bag with ``/truth/tracks`` (or ``/tracks``), or MOT text.
+        tracks : str or Path
+            A bag with ``/tracks``, or MOT text.
+
+        Raises
+        ------
+        BagError, MotTextError
+            If a file cannot be read.
+        ValueError
+            If the two have no instant in common.
+
+        """
+        true = read_instants(truth, (TRUTH_TOPIC, TRACKS_TOPIC))
+        found = read_instants(tracks, (TRACKS_TOPIC,))
+        period_ns = found.period_ns if true.is_text else true.period_ns
+        first = true if true.instants and not true.is_text else found
+        origin_ns = _origin_ns(first, period_ns)
+        true_rows = _trajectories(true, period_ns, origin_ns)
+        rows = _trajectories(found, period_ns, origin_ns)
+        if len(rows) and not np.isin(rows.frame, true_rows.frame).any():
+            raise ValueError(
+                f'{tracks} and {truth} have no instant in common: if the recording was played '
+                'with new stamps, compare with the truth that was recorded beside it'
+            )
+        stamps = np.array([each.stamp_ns for each in found.instants], np.int64)
+        if found.is_text:
+            period_ns, origin_ns = _TEXT_PERIOD_NS, 0
+        frames = ((stamps - origin_ns) // period_ns).tolist()
+        seconds = dict(zip(frames, ((stamps - stamps[:1]) * 1e-9).tolist()))
+        return cls(truth, tracks, true_rows, rows, seconds)
+
+    def figures(self, gate_m: float) -> Figures:
+        """Return the scores; a match is at most so far apart, m."""
+        return Figures(
+            name='evaluate',
+            command=f'mctrack evaluate {self.truth_path} {self.tracks_path} --gate {gate_m:g}',
+            protocol={
+                'gate_m': gate_m,
+                'frames': len(np.unique(self.truth.frame)),
+                'rows': 'confirmed, coasting and grouped tracks',
+            },
+            figures=evaluate_ground(self.truth, self.tracks, gate_m).figures(),
+        )
+
+    def switch_lines(self, gate_m: float) -> list[str]:
+        """Return a line for every identity switch, and how to ask why where tracks are a bag."""
+        switches = identity_switches(self.truth, self.tracks, gate_m)
+        ask = f'  mctrack explain {self.tracks_path}' if Path(self.tracks_path).is_dir() else ''
+        lines = []
+        for row in range(len(switches)):
+            at, before = (
+                self.seconds[int(frames[row])] for frames in (switches.frame, switches.last_frame)
+            )
+            x, y = switches.position[row].tolist()
+            lines.append(
+                f'{at:9.2f} s  {switches.truth_id[row]} was {switches.old_id[row]} '
+                f'(until {before:.2f} s), is {switches.new_id[row]}, at ({x:.1f}, {y:.1f}) m'
+                + (ask and f'{ask} --track {switches.new_id[row]} --at {at:.2f}')
+            )
+        return lines
+
+
 def compare(truth: str | Path, tracks: str | Path, gate_m: float = 1.0) -> Figures:
     """
-    Score tracks against truth on the ground plane.
-
-    Instants of two bags fall together by their stamps. Where one of the two is text, its first
-    frame is the first instant of the other.
+    Score tracks against truth on the ground plane; see `Comparison`.
 
     Parameters
     ----------
-    truth : str or Path
-        A bag with ``/truth/tracks`` (or ``/tracks``), or MOT text.
-    tracks : str or Path
-        A bag with ``/tracks``, or MOT text.
+    truth, tracks : str or Path
+        Bags, or MOT text.
     gate_m : float
         Largest distance of a match, m.
 
@@ -94,28 +184,7 @@ def compare(truth: str | Path, tracks: str | Path, gate_m: float = 1.0) -> Figur
         If the two have no instant in common.
 
     """
-    true = read_instants(truth, (TRUTH_TOPIC, TRACKS_TOPIC))
-    found = read_instants(tracks, (TRACKS_TOPIC,))
-    period_ns = found.period_ns if true.is_text else true.period_ns
-    first = true if true.instants and not true.is_text else found
-    origin_ns = _origin_ns(first, period_ns)
-    true_rows = _trajectories(true, period_ns, origin_ns)
-    rows = _trajectories(found, period_ns, origin_ns)
-    if len(rows) and not np.isin(rows.frame, true_rows.frame).any():
-        raise ValueError(
-            f'{tracks} and {truth} have no instant in common: if the recording was played with '
-            'new stamps, compare with the truth that was recorded beside it'
-        )
-    return Figures(
-        name='evaluate',
-        command=f'mctrack evaluate {truth} {tracks} --gate {gate_m:g}',
-        protocol={
-            'gate_m': gate_m,
-            'frames': len(np.unique(true_rows.frame)),
-            'rows': 'confirmed, coasting and grouped tracks',
-        },
-        figures=evaluate_ground(true_rows, rows, gate_m).figures(),
-    )
+    return Comparison.read(truth, tracks).figures(gate_m)
 
 
 def _origin_ns(recording: Recording, period_ns: int) -> int:

@@ -1,0 +1,62 @@
+"""`mctrack explain`: why a track is what it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+_TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
+
+
+def explain(
+    bag: Path = typer.Argument(..., help='Bag with the detections of every camera.'),
+    track: int = typer.Option(..., '--track', min=1, help='Id of the track.'),
+    at: float = typer.Option(..., '--at', help="When, since the bag's first tick [s]."),
+    length: float = typer.Option(
+        0.0, '--for', min=0.0, help='Also what changed in that time [s].'
+    ),
+    site: str = typer.Option(
+        '', help='Site YAML, or the name of a shipped site; unless given, what the bag says.'
+    ),
+    out: Path | None = typer.Option(None, help='Picture to write, for example why.png.'),
+    json_file: Path | None = typer.Option(None, '--json', help='Also write all numbers here.'),
+) -> None:
+    """Say why a track took what it took, coasted, changed its id, began or ended."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.experiments.explain import (
+        COLUMNS,
+        candidate_rows,
+        course,
+        draw_explanation,
+        sentences,
+        tell,
+        write_story,
+    )
+
+    story = tell(bag, track, at, length, named_site(site) if site else None)
+    for sentence in sentences(story):
+        typer.echo(sentence)
+    table = Table(*COLUMNS, box=box.SIMPLE_HEAD)
+    for column in table.columns[1:-1]:
+        column.justify = 'right'
+    for row in candidate_rows(story):
+        table.add_row(*row)
+    if table.row_count:
+        Console(width=_TABLE_WIDTH).print(table)
+        typer.echo(
+            'distance², clutter, colours, likeness, belief and doubt add up to the cost: -2 log '
+            f"of the likelihood ratio against nobody's. The gate is {story.gate:g}."
+        )
+    for line in course(story):
+        typer.echo(line)
+    typer.echo('From the explanations in the bag.' if story.is_stored else 'Fused again.')
+    if out is not None:
+        draw_explanation(story, out)
+        typer.echo(f'wrote {out}')
+    if json_file is not None:
+        write_story(story, json_file)

@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+from fusion_scenes import PERIOD_NS, detections
+from typer.testing import CliRunner
+
+from mctrack_ros.cli.main import app
+from mctrack_ros.interfaces import Tracks
+from mctrack_ros.recording import BagWriter
+
+SITE = """
+name: hall
+cameras:
+  one: {}
+  two: {}
+"""
+
+
+def mctrack(*arguments):
+    result = CliRunner().invoke(app, [*map(str, arguments)], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+@pytest.fixture
+def tracked(tmp_path):
+    """Return the folder with detections of one who walks, their truth, and what was tracked."""
+    (tmp_path / 'site.yaml').write_text(SITE)
+    with BagWriter(tmp_path / 'seen') as bag:
+        for index in range(40):
+            stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+            place = [[0.03 * index, 0.0]]
+            for camera in ('one', 'two'):
+                bag.write_rows(f'/{camera}/detections', detections(stamp_ns, place), 'map')
+            truth = Tracks.build(stamp_ns, position=[[*place[0], 0.0]], track_id=[1])
+            bag.write_rows('/truth/tracks', truth, 'map')
+    mctrack(
+        'track', tmp_path / 'seen', '--out', tmp_path / 'out', '--site', tmp_path / 'site.yaml'
+    )
+    return tmp_path
+
+
+def test_explain_says_why_and_draws_it(tracked):
+    output = mctrack(
+        *('explain', tracked / 'out' / 'bag', '--track', 1, '--at', 0.5, '--for', 1),
+        *('--out', tracked / 'why.png', '--json', tracked / 'why.json'),
+    )
+    assert output.startswith('Track 1 at 0.520 s') or output.startswith('Track 1 at 0.480 s')
+    assert 'what became of it' in output
+    assert 'taken' in output
+    assert (tracked / 'why.png').stat().st_size > 10_000
+    assert (tracked / 'why.json').exists()
+
+
+def test_evaluate_lists_switches_and_how_to_ask_why(tracked):
+    with BagWriter(tracked / 'switched') as bag:
+        for index in range(40):
+            stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+            place = [[0.03 * index, 0.0, 0.0]]
+            bag.write_rows(
+                '/tracks',
+                Tracks.build(stamp_ns, position=place, track_id=[5 + index // 20]),
+                'map',
+            )
+    output = mctrack('evaluate', tracked / 'seen', tracked / 'switched')
+    assert output.splitlines()[-1].split() == [
+        *('0.80', 's', '1', 'was', '5', '(until', '0.76', 's),', 'is', '6,', 'at', '(0.6,'),
+        *('0.0)', 'm', 'mctrack', 'explain', str(tracked / 'switched')),
+        *('--track', '6', '--at', '0.80'),
+    ]
+    same = mctrack('evaluate', tracked / 'seen', tracked / 'out' / 'bag')
+    assert 'identity switches' not in same
+
+
+def test_switches_of_text_are_listed_without_a_bag_to_ask(tmp_path):
+    rows = np.array([[frame, 1 + (frame > 5), 0, 0] for frame in range(1, 11)], float)
+    for name, ids in (('truth.txt', np.ones(10)), ('tracks.txt', rows[:, 1])):
+        lines = [f'{int(f)},{int(i)},-1,-1,-1,-1,1,0,0,0' for f, i in zip(rows[:, 0], ids)]
+        (tmp_path / name).write_text('\n'.join(lines) + '\n')
+    output = mctrack('evaluate', tmp_path / 'truth.txt', tmp_path / 'tracks.txt')
+    assert output.splitlines()[-1].split() == [
+        *('0.20', 's', '1', 'was', '1', '(until', '0.16', 's),', 'is', '2,', 'at', '(0.0,'),
+        *('0.0)', 'm'),
+    ]
