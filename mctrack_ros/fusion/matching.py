@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
 from mctrack_ros.fusion.account import Account
 from mctrack_ros.fusion.covering import COSTS, CoveringAssociation
+from mctrack_ros.fusion.glances import look_at
 from mctrack_ros.fusion.hidden_members import keep_members
 from mctrack_ros.fusion.joint import JointAssociation
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
-from mctrack_ros.fusion.recognition import look_at
 from mctrack_ros.fusion.table import TrackTable
 
 Floats = NDArray[np.float64]

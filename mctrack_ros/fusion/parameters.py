@@ -259,6 +259,12 @@ class RecognitionConfig:
         20.0, 'For how long one who was lost may be found again [s]', minimum=0.0, maximum=10000.0
     )
     speed: float = parameter(3.0, 'How fast he may have gone on [m/s]', minimum=0.0, maximum=100.0)
+    arrival_density: float = parameter(
+        0.001,
+        'How likely somebody new comes into view where one who was lost may [1/m^2]',
+        minimum=1e-9,
+        maximum=100.0,
+    )
     memory_time: float = parameter(
         20.0,
         'Time in view, of all cameras together, that is remembered of his colours [s]',

@@ -6,32 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from mctrack_ros.fusion.looks import Looks
+from mctrack_ros.fusion.absence import Absence
+from mctrack_ros.fusion.glances import first_look, look_of
 from mctrack_ros.fusion.neighbours import near_pairs
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.portraits import Look, Portraits
 from mctrack_ros.fusion.suspects import Suspects
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 IMPOSSIBLE = 1e6
-
-
-def look_at(
-    table: TrackTable, looks: Looks, rows: Indices, columns: Indices, longest_s: float
-) -> None:
-    """Add the colours of detections (k,) that stand apart to the latest look at tracks (k,)."""
-    template = looks.detections.template[columns]
-    apart = ~looks.is_overlapped[columns] & ~table.in_contact[rows] & template.any(axis=1)
-    rows, columns, template = rows[apart], columns[apart], template[apart]
-    since_ns = looks.stamp_ns[columns] - table.seen_by_ns[rows, looks.camera[columns]]
-    seconds = np.minimum(since_ns / 1e9, longest_s)
-    np.add.at(table.look, rows, seconds[:, None] * np.sqrt(np.maximum(template, 0.0)))
-    np.add.at(table.look_s, rows, seconds)
 
 
 class Recognition:
@@ -59,19 +46,20 @@ class Recognition:
         self._config = config.recognition
         self.portraits = Portraits(config.recognition)
         self._suspects = Suspects()
+        self._absence = Absence(config, self.portraits)
         self._lost: dict[int, tuple[int, Floats]] = {}
+        self._met: dict[int, tuple[int, Floats]] = {}
 
     def note_lost(self, removed: TrackTable, table: TrackTable, stamp_ns: int) -> None:
         """Remember confirmed tracks that end; whoever is where they may have gone may be them."""
         for row in np.flatnonzero(removed.confirmed).tolist():
             seen_ns, place = int(removed.seen_ns[row]), removed.mean[row, :2].copy()
             name = int(removed.track_id[row])
-            near = table.confirmed & self._is_in_reach(
-                table.mean[:, :2], place, stamp_ns - seen_ns
-            )
-            for other in table.track_id[near].tolist():
+            near = self._is_in_reach(table.mean[:, :2], place, stamp_ns - seen_ns)
+            for other in table.track_id[table.confirmed & near].tolist():
                 self._suspects.meet(other, name)
-            self._lose(name, place, seen_ns)
+            self._lose(name, seen_ns, place)
+            self._absence.note(removed, row, stamp_ns)
 
     def forget(self, name: int) -> None:
         """Forget one who turned out to be another."""
@@ -102,7 +90,7 @@ class Recognition:
 
         """
         self._forget_the_lost(stamp_ns)
-        self._note_contacts(table)
+        self._note_contacts(table, stamp_ns)
         changes = self._found_again(table, np.flatnonzero(confirmed), stamp_ns)
         table.judge_s[table.look_s == 0.0] = self._config.look_time
         due = table.confirmed & (table.look_s >= table.judge_s)
@@ -119,7 +107,7 @@ class Recognition:
                 del self._lost[name]
                 self.forget(name)
 
-    def _note_contacts(self, table: TrackTable) -> None:
+    def _note_contacts(self, table: TrackTable, stamp_ns: int) -> None:
         """Whoever is near another may be him from now on; a new look at him begins."""
         one, other = near_pairs(table.mean, self._config.contact_distance)
         both = table.confirmed[one] & table.confirmed[other]
@@ -128,6 +116,8 @@ class Recognition:
         table.in_contact[one] = table.in_contact[other] = True
         touching = table.in_contact
         table.look[touching], table.look_s[touching] = 0.0, 0.0
+        for name, place in zip(table.track_id[touching].tolist(), table.mean[touching, :2]):
+            self._met[name] = stamp_ns, place
         for pair in zip(table.track_id[one].tolist(), table.track_id[other].tolist()):
             self._suspects.meet(*pair)
 
@@ -136,21 +126,25 @@ class Recognition:
         found: dict[int, int] = {}
         for row in fresh.tolist():
             name, place = int(table.track_id[row]), table.mean[row, :2]
-            since = {other: stamp_ns - when_ns for other, (when_ns, _) in self._lost.items()}
-            near = [
-                other
-                for other, (_, there) in self._lost.items()
-                if self._is_in_reach(place, there, since[other])
-            ]
-            self._suspects.settle(name, self._suspects.of(name).union(near))
-            look = _first_look(table, row)
-            soon = [one for one in near if since[one] < self._config.soon_time * 1e9]
-            alike = {one: self.portraits.distance(look, one) for one in soon if look.any()}
-            best = min(alike, key=alike.__getitem__, default=0)
-            if best and alike[best] < self._config.new:
+            since = {
+                other: stamp_ns - when_ns
+                for other, (when_ns, there) in self._lost.items()
+                if self._is_in_reach(place, there, stamp_ns - when_ns)
+            }
+            self._suspects.settle(name, self._suspects.of(name).union(since))
+            look = first_look(table, row)
+            soon = [one for one, ago in since.items() if ago < self._config.soon_time * 1e9]
+            best = self._absence.find(table, row, look, stamp_ns) or self._alike(look, soon)
+            if best:
                 found[name] = best
                 self._replace({name: best})
         return found
+
+    def _alike(self, look: Floats, lost: list[int]) -> int:
+        """Return who of some that were lost looks so, (48,), the most; 0: nobody enough."""
+        alike = {one: self.portraits.distance(look, one) for one in lost if look.any()}
+        best = min(alike, key=alike.__getitem__, default=0)
+        return best if best and alike[best] < self._config.new else 0
 
     def _judged(self, table: TrackTable, due: Indices, stamp_ns: int) -> dict[int, int]:
         """Learn what those due look like who are surely themselves, and judge the others."""
@@ -161,16 +155,16 @@ class Recognition:
         for name in table.track_id[due].tolist():
             row = row_of[name]
             if len(self._suspects.of(name)) == 1:
-                self.portraits.learn(name, _look(table, row))
+                self.portraits.learn(name, look_of(table, row))
                 table.look[row], table.look_s[row] = 0.0, 0.0
             elif name not in judged:
                 circle = self._suspects.circle(name, present)
                 judged.update(circle)
-                looks = [_look(table, row_of[one]) for one in circle]
+                looks = [look_of(table, row_of[one]) for one in circle]
                 changes |= self._assigned(circle, looks)
-        for name in changes.keys() - changes.values():
-            place = table.mean[row_of[name], :2].copy()
-            self._lose(name, place, stamp_ns)
+        for name in changes.keys() - changes.values():  # he went elsewhere when he met others
+            here = stamp_ns, table.mean[row_of[name], :2].copy()
+            self._lose(name, *self._met.get(name, here))
         return changes
 
     def _assigned(self, circle: list[int], looks: list[Look]) -> dict[int, int]:
@@ -217,10 +211,12 @@ class Recognition:
             self._suspects.end(old)
         for new, may in zip(names.values(), may_be):
             self._lost.pop(new, None)
+            self._absence.end(new)
             self._suspects.settle(new, may)
 
-    def _lose(self, name: int, place: Floats, stamp_ns: int) -> None:
+    def _lose(self, name: int, stamp_ns: int, place: Floats) -> None:
         """Remember one who is not tracked any more, if it is known what he looks like."""
+        self._met.pop(name, None)
         if name in self.portraits:
             self._lost[name] = stamp_ns, place
             self._suspects.end(name)
@@ -230,17 +226,3 @@ class Recognition:
     def _is_in_reach(self, place: Floats, there: Floats, since_ns: int) -> Mask:
         reach = self._config.contact_distance + self._config.speed * since_ns * 1e-9
         return np.asarray(np.linalg.norm(place - there, axis=-1) < reach)
-
-
-NOTHING = Look(np.zeros(TEMPLATE_SIZE), 0.0)
-
-
-def _look(table: TrackTable, row: int) -> Look:
-    seconds = float(table.look_s[row])
-    return Look(table.look[row] / seconds, seconds) if seconds else NOTHING
-
-
-def _first_look(table: TrackTable, row: int) -> Floats:
-    """Return the mean root of a track's templates, or of the only one there is."""
-    look = _look(table, row)
-    return look.mean if look.seconds else np.sqrt(np.maximum(table.template[row], 0.0))

@@ -65,8 +65,18 @@ def test_short_loss_keeps_the_id_and_a_long_one_ends_it_once():
     deleted = [int((out.tracks.status == TrackStatus.DELETED).sum()) for out in ended]
     exits = [int((out.events.event == EventCode.EXIT).sum()) for out in ended]
     assert sum(deleted) == sum(exits) == 1
-    again = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 25, pipeline, 100)
+    again = run(lambda index: {'one': [[9, 9]], 'two': [[9, 9]]}, 25, pipeline, 100)
     assert not published(again[-1]).keys() & published(before[-1]).keys()
+
+
+def test_who_comes_back_where_he_was_soon_after_his_track_ended_is_himself():
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    before = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 25, pipeline)
+    run(lambda index: {'one': [], 'two': []}, 60, pipeline, 25)
+    after = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 25, pipeline, 85)
+    assert published(after[-1]).keys() == published(before[-1]).keys()
+    corrected = [out.events.event == EventCode.CORRECTION for out in after]
+    assert np.concatenate(corrected).sum() == 1
 
 
 def test_everything_is_sorted_by_id_and_stamped_with_the_tick():

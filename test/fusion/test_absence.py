@@ -1,0 +1,65 @@
+import numpy as np
+import pytest
+
+from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion.absence import Absence
+from mctrack_ros.fusion.portraits import Portraits
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.interfaces import TEMPLATE_SIZE
+
+SECOND_NS = 1_000_000_000
+RED, BLUE = np.eye(TEMPLATE_SIZE)[[0, 30]]
+NOTHING = np.zeros(TEMPLATE_SIZE)
+
+
+def tracks(states, ids, templates):
+    table = TrackTable.blank(len(states), 2)
+    table.mean = states
+    table.covariance = np.diag([0.05, 0.05, 0.2, 0.2])
+    table.track_id, table.template = ids, templates
+    return table
+
+
+@pytest.fixture
+def absence():
+    """One who goes right along y = 0, in red, and one along y = 1.5, in blue; lost at 0 s."""
+    config = FusionConfig()
+    absence = Absence(config, Portraits(config.recognition))
+    lost = tracks([[0, 0, 1.4, 0], [0, 1.5, 1.4, 0]], [1, 2], [RED, BLUE])
+    for row in range(2):
+        absence.note(lost, row, 0)
+    return absence
+
+
+def found(absence, state, template=NOTHING, seconds=3.0):
+    fresh = tracks([state], [9], [template])
+    return absence.find(fresh, 0, NOTHING, round(seconds * SECOND_NS))
+
+
+def test_who_comes_out_where_and_when_one_should_is_he(absence):
+    assert found(absence, [4.2, 0, 1.4, 0]) == 1
+    assert found(absence, [4.2, 1.5, 1.4, 0]) == 2
+
+
+def test_who_comes_out_too_soon_or_elsewhere_is_somebody_new(absence):
+    assert found(absence, [4.2, 0, 1.4, 0], seconds=0.4) == 0
+    assert found(absence, [40, 0, 1.4, 0]) == 0
+
+
+def test_colours_tell_those_apart_who_come_out_together(absence):
+    assert found(absence, [4.2, 0.75, 1.4, 0], RED) == 1
+    assert found(absence, [4.2, 0.75, 1.4, 0], BLUE) == 2
+
+
+def test_who_looks_like_neither_is_somebody_new(absence):
+    assert found(absence, [4.2, 0.75, 1.4, 0], np.eye(TEMPLATE_SIZE)[15], 4.0) == 0
+
+
+def test_the_longer_one_is_away_the_less_his_place_tells(absence):
+    assert found(absence, [14, 0, 1.4, 0], seconds=10.0) == 0
+    assert found(absence, [28, 0, 1.4, 0], seconds=21.0) == 0
+
+
+def test_who_is_back_is_not_looked_for(absence):
+    absence.end(1)
+    assert found(absence, [4.2, 0, 1.4, 0]) != 1
