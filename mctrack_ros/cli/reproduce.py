@@ -35,6 +35,8 @@ class Experiment(StrEnum):
     ROBUSTNESS = 'robustness'
     PAIRS = 'pairs'
     INTEL = 'intel'
+    SCENARIOS = 'scenarios'
+    FEEDBACK = 'feedback'
 
 
 DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20)
@@ -115,6 +117,16 @@ def _experiment(experiment: Experiment, data: Path | None, picture: Path | None)
         from mctrack_ros.experiments.robustness import reproduce_robustness
 
         return reproduce_robustness(progress=_tell)
+    if experiment is Experiment.SCENARIOS:
+        from mctrack_ros.cli.progress import progress_bar
+        from mctrack_ros.experiments.scenarios.reproduce import reproduce_scenarios
+
+        with progress_bar('scenes') as progress:
+            return reproduce_scenarios(progress=progress)
+    if experiment is Experiment.FEEDBACK:
+        from mctrack_ros.experiments.scenarios.feedback import reproduce_feedback
+
+        return reproduce_feedback(progress=_tell)
     if experiment is Experiment.FIG20:
         from mctrack_ros.experiments.fig20 import reproduce_fig20
 

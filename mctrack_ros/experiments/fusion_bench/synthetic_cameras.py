@@ -23,10 +23,10 @@ Indices = NDArray[np.int64]
 
 KITS = 3
 PERSONAL = 0.3
-"""Share of somebody's colours that are his own and not his kit's."""
+"""Share of somebody's colours that are his own and not his kit's, unless told."""
 
-LOOKS_ALIKE = 60.0
-"""How little one's template changes from picture to picture: pixels that it counts."""
+PIXELS = 60.0
+"""How many pixels a template counts, unless told."""
 
 MEMORY_S = 0.5
 """A camera that has not seen somebody for longer calls him something new, s."""
@@ -50,18 +50,32 @@ class SyntheticCameras:
         The scene.
     seed : int
         Of the colours.
+    kit : (targets,) int array, optional
+        Who is dressed alike; unless given, every third.
+    personal : float
+        Share of somebody's colours that are his own and not his kit's.
+    pixels : float
+        How many a template counts: the fewer, the more it changes from picture to picture.
 
     """
 
-    def __init__(self, scene: Scene, seed: int) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        seed: int,
+        kit: Indices | None = None,
+        personal: float = PERSONAL,
+        pixels: float = PIXELS,
+    ) -> None:
+        self._pixels = pixels
         self._fields, self._scenario = scene.fields, scene.scenario
         self._names = camera_names(scene.scenario)
         self._rng = np.random.default_rng(seed)
         targets = scene.scenario.truth.shape[1]
         kits = self._rng.dirichlet(np.full(TEMPLATE_SIZE, 0.2), KITS)
         own = self._rng.dirichlet(np.full(TEMPLATE_SIZE, 0.2), targets)
-        kit = kits[np.arange(targets) % KITS]
-        self._colours = (1 - PERSONAL) * kit + PERSONAL * own
+        worn = kits[np.arange(targets) % KITS if kit is None else kit]
+        self._colours = (1 - personal) * worn + personal * own
         self._local_id = np.zeros((len(self._names), targets), np.int64)
         self._seen = np.full((len(self._names), targets), -np.inf)
         self._last_id = 0
@@ -91,6 +105,7 @@ class SyntheticCameras:
         field = {name: self._fields[f'detection_{name}'][first:last] for name in _FIELDS}
         position, target = field['position'], field['target']
         is_group = field['other_target'] >= 0
+        self._forget(camera, target[is_group], field['other_target'][is_group])
         near = _nearest(position, places, track_id)
         return Detections.build(
             stamp_of(self._scenario, frame),
@@ -98,12 +113,17 @@ class SyntheticCameras:
             covariance=field['covariance'],
             box=self._boxes(camera, position),
             template=self._templates(target),
-            local_id=np.where(is_group, 0, self._local_ids(camera, target, frame)),
+            local_id=self._local_ids(camera, np.where(is_group, -1, target), frame),
             track_id=np.where(is_group, 0, near[:, 0]),
             members=np.pad(near * is_group[:, None], ((0, 0), (0, MEMBERS - 2))),
             member_count=1 + is_group,
             class_id=np.full(len(target), ClassCode.PERSON),
         )
+
+    def _forget(self, camera: int, *merged: Indices) -> None:
+        """Call those who are one detection something new when they come apart."""
+        for targets in merged:
+            self._seen[camera, targets] = -np.inf
 
     def _local_ids(self, camera: int, target: Indices, frame: int) -> Indices:
         """Return what a camera calls what it sees; 0: clutter."""
@@ -117,7 +137,7 @@ class SyntheticCameras:
 
     def _templates(self, target: Indices) -> Floats:
         """Return colours as they are counted in one picture; those of clutter are anybody's."""
-        colours = self._colours[target] * LOOKS_ALIKE + 1e-3
+        colours = self._colours[target] * self._pixels + 1e-3
         counted = self._rng.standard_gamma(colours)
         return np.asarray(counted / counted.sum(axis=1, keepdims=True))
 
