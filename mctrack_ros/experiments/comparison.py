@@ -148,20 +148,28 @@ class Comparison:
         )
 
     def switch_lines(self, gate_m: float) -> list[str]:
-        """Return a line for every identity switch, and how to ask why where tracks are a bag."""
+        """
+        Return what to say of the identity switches.
+
+        Where the tracks are a bag, each is followed by how to ask why: of the old track from when
+        it was last matched, and of the new one.
+        """
         switches = identity_switches(self.truth, self.tracks, gate_m)
-        ask = f'  mctrack explain {self.tracks_path}' if Path(self.tracks_path).is_dir() else ''
+        is_bag = Path(self.tracks_path).is_dir()
         lines = []
         for row in range(len(switches)):
-            at, before = (
-                self.seconds[int(frames[row])] for frames in (switches.frame, switches.last_frame)
-            )
+            old, new = int(switches.old_id[row]), int(switches.new_id[row])
+            before = self.seconds[int(switches.last_frame[row])]
+            at = self.seconds[int(switches.frame[row])]
             x, y = switches.position[row].tolist()
             lines.append(
-                f'{at:9.2f} s  {switches.truth_id[row]} was {switches.old_id[row]} '
-                f'(until {before:.2f} s), is {switches.new_id[row]}, at ({x:.1f}, {y:.1f}) m'
-                + (ask and f'{ask} --track {switches.new_id[row]} --at {at:.2f}')
+                f'{at:9.2f} s  {switches.truth_id[row]} was {old} (until {before:.2f} s), '
+                f'is {new}, at ({x:.1f}, {y:.1f}) m'
             )
+            if is_bag:
+                ask = f'             mctrack explain {self.tracks_path} --track'
+                lines.append(f'{ask} {old} --at {before:.2f} --for {at - before:.2f}')
+                lines.append(f'{ask} {new} --at {at:.2f}')
         return lines
 
 

@@ -104,6 +104,12 @@ def test_report_names_what_missed_its_target(match, results):
     assert '✓ target ≥ 0.85' in text
 
 
+def test_report_lists_the_switches_and_how_to_ask_why(match, results):
+    text = (match.folder / 'report.html').read_text()
+    assert '2.40 s  1 was 11 (until 2.36 s), is 12' in text
+    assert f'mctrack explain {match.recorded} --track 12 --at 2.40' in text
+
+
 def test_video_has_a_picture_for_every_other_instant(match, results):
     video = cv2.VideoCapture(str(match.folder / 'birdseye.webm'))
     pictures = []

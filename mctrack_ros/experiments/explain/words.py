@@ -64,7 +64,7 @@ def course(story: Story) -> Iterator[str]:
             return
         row = row_of(decisions, name)
         name = int(decisions.track_id[row])
-        state = decisions.reason[row], decisions.cameras[row], decisions.group[row]
+        state = decisions.reason[row], decisions.group[row], name
         if state != before and before is not None:
             text = reason_of(decisions, row, story.cameras, each.candidates)
             yield f'{story.seconds(each.stamp_ns):8.3f} s  track {name}: {text}'
@@ -149,7 +149,7 @@ def _silent_cameras(story: Story, track_id: int) -> Iterator[str]:
         if (candidates.track_id[here] == track_id).any():
             continue
         if not len(here):
-            yield f'{camera} detects nothing in this tick.'
+            yield f'{camera} has no detections in this tick.'
             continue
         gap = np.linalg.norm(candidates.position[here, :2] - place, axis=1)
         nearest = here[int(gap.argmin())]

@@ -12,6 +12,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from mctrack_ros.evaluation import Timeline, Trajectories, ground_timeline
+from mctrack_ros.experiments.comparison import Comparison
 from mctrack_ros.experiments.figures import Figures, text_of
 from mctrack_ros.experiments.report import charts
 from mctrack_ros.experiments.report.dropped import COUNTS, Drops, drops_of
@@ -76,6 +77,7 @@ def write_report(
         strips=encounter_strips(session),
         dropped=_dropped_table(session, drops),
         switches=len(line.switch_frame),
+        switch_lines=_switch_lines(session, truth, tracks, gate_m),
         site=json.dumps(session.site, indent=2, sort_keys=True),
         settings=json.dumps(settings, indent=2),
     )
@@ -106,6 +108,19 @@ def _charts(
     if np.any(latency):
         made['latency'] = charts.latency_chart(latency)
     return made
+
+
+def _switch_lines(
+    session: Session, truth: Trajectories, tracks: Trajectories, gate_m: float
+) -> list[str]:
+    """Return what to say of the identity switches, and how to ask why."""
+    first_ns = session.tracks[0].stamp_ns if session.tracks else 0
+    seconds = {
+        (rows.stamp_ns - session.start_ns) // session.period_ns: (rows.stamp_ns - first_ns) * 1e-9
+        for rows in session.tracks
+    }
+    comparison = Comparison(session.source, session.recorded, truth, tracks, seconds)
+    return comparison.switch_lines(gate_m)
 
 
 def _figure_rows(figures: Figures) -> tuple[list[FigureRow], list[FigureRow]]:
