@@ -53,12 +53,18 @@ class Absence:
     portraits : Portraits
         What those who were seen alone look like; of others the latest templates tell it.
 
+    Attributes
+    ----------
+    found : dict of int to float
+        Who was found last, and at what cost: -2 log of how much likelier than somebody new.
+
     """
 
     def __init__(self, config: FusionConfig, portraits: Portraits) -> None:
         self._config = config
         self._portraits = portraits
         self._absent: dict[int, Absent] = {}
+        self.found: dict[int, float] = {}
 
     def note(self, removed: TrackTable, row: int, stamp_ns: int) -> None:
         """Remember a track that ends."""
@@ -81,7 +87,10 @@ class Absence:
             for name, one in self._absent.items()
         }
         best = min(costs, key=costs.__getitem__, default=0)
-        return best if best and costs[best] < 0 else 0
+        if best and costs[best] < 0:
+            self.found[best] = costs[best]
+            return best
+        return 0
 
     def _motion_cost(self, table: TrackTable, row: int, absent: Absent, seconds: float) -> float:
         """Return -2 log of how much likelier he would be there, going so, than somebody new."""

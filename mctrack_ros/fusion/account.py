@@ -10,7 +10,7 @@ from mctrack_ros.fusion.candidates import JudgedPairs
 from mctrack_ros.fusion.gating import distances
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
-from mctrack_ros.fusion.portraits import Portraits
+from mctrack_ros.fusion.recognition import Recognition
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.verdicts import decisions_of
 from mctrack_ros.interfaces import Candidates, Choice, Explanation, Tick
@@ -114,10 +114,16 @@ class Account:
         unused = np.setdiff1d(np.arange(len(looks.picture)), np.concatenate(noted))
         self._note(looks, unused, choice=np.full(len(unused), Choice.UNUSED))
 
-    def end(self, table: TrackTable, ended: TrackTable, portraits: Portraits) -> None:
+    def end(self, table: TrackTable, ended: TrackTable, recognition: Recognition) -> None:
         """Note what came of it, and who is called what now."""
         decisions, called = decisions_of(
-            table, ended, self._predicted, self._reset_ids, portraits, self._stamp_ns, self._config
+            table,
+            ended,
+            self._predicted,
+            self._reset_ids,
+            recognition,
+            self._stamp_ns,
+            self._config,
         )
         candidates = Candidates.joined(self._stamp_ns, self._weighed)
         names = [called.get(one, one) for one in candidates.track_id.tolist()]

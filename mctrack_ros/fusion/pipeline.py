@@ -128,7 +128,7 @@ class FusionPipeline:
         deleted = deleted.extended(self._delete(tick.stamp_ns, events))
         self._kits.step(self._table, tick.stamp_ns)
         if account is not None:
-            account.end(self._table, deleted, self._recognition.portraits)
+            account.end(self._table, deleted, self._recognition)
         told = self._table.select(lifecycle.is_published(self._table, tick.stamp_ns, self._config))
         return FusionOutput(
             tracks_of(told, deleted, tick.stamp_ns),

@@ -70,6 +70,11 @@ class Recognition:
         """Tell whether one has been seen alone, so that he is nobody else's duplicate."""
         return name in self.portraits
 
+    @property
+    def found(self) -> dict[int, float]:
+        """Who was found in the last tick by prediction, time and colours, and at what cost."""
+        return self._absence.found
+
     def step(self, table: TrackTable, stamp_ns: int, confirmed: Mask) -> dict[int, int]:
         """
         Learn what those who are alone look like, and tell which ids change.
@@ -124,6 +129,7 @@ class Recognition:
     def _found_again(self, table: TrackTable, fresh: Indices, stamp_ns: int) -> dict[int, int]:
         """Note who of the lost the new tracks may be; return who they are taken for at once."""
         found: dict[int, int] = {}
+        self._absence.found.clear()
         for row in fresh.tolist():
             name, place = int(table.track_id[row]), table.mean[row, :2]
             since = {

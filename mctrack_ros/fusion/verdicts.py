@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mctrack_ros.fusion.glances import first_look, look_of
 from mctrack_ros.fusion.lifecycle import silence
 from mctrack_ros.fusion.output import ground_points, status_of
 from mctrack_ros.fusion.parameters import FusionConfig
-from mctrack_ros.fusion.portraits import Look, Portraits
+from mctrack_ros.fusion.recognition import Recognition
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import Decisions, Reason, TrackStatus
 
@@ -21,7 +22,7 @@ def decisions_of(
     ended: TrackTable,
     predicted: TrackTable,
     reset_ids: NDArray[np.uint32],
-    portraits: Portraits,
+    recognition: Recognition,
     stamp_ns: int,
     config: FusionConfig,
 ) -> tuple[Decisions, dict[int, int]]:
@@ -36,8 +37,8 @@ def decisions_of(
         Before its detections.
     reset_ids : (k,) uint32 array
         Ended because time stepped back.
-    portraits : Portraits
-        What those who are tracked look like.
+    recognition : Recognition
+        What those who are tracked look like, and who was found again.
     stamp_ns : int
         Of the tick, ns.
     config : FusionConfig
@@ -56,7 +57,7 @@ def decisions_of(
     renamed = (table.previous_id > 0) & ~np.isin(table.previous_id, list(joined))
     living.previous_id[renamed] = table.previous_id[renamed]
     _judge_living(living, predicted, config)
-    _judge_renamed(living, joined, portraits, config)
+    _judge_renamed(living, joined, recognition, config)
     over = _Verdicts(ended, stamp_ns)
     _judge_ended(over, joined, reset_ids, config)
     called = dict(zip(table.previous_id[renamed].tolist(), table.track_id[renamed].tolist()))
@@ -151,21 +152,23 @@ def _judge_living(verdicts: _Verdicts, predicted: TrackTable, config: FusionConf
 
 
 def _judge_renamed(
-    verdicts: _Verdicts, joined: dict[int, int], portraits: Portraits, config: FusionConfig
+    verdicts: _Verdicts, joined: dict[int, int], recognition: Recognition, config: FusionConfig
 ) -> None:
     """Say of each track whose id was corrected why."""
-    table = verdicts.table
+    table, portraits = verdicts.table, recognition.portraits
     for row in np.flatnonzero(table.previous_id).tolist():
         old, new = int(table.previous_id[row]), int(table.track_id[row])
         verdicts.other_id[row] = old
         if old in joined:
             verdicts.say([row], Reason.ABSORBED, np.nan, np.nan)
             continue
-        look = _look(table, row)
-        if verdicts.reason[row] == Reason.CONFIRMED:
-            distance = portraits.distance(look.mean, new) if new in portraits else np.nan
+        if verdicts.reason[row] == Reason.CONFIRMED and new in recognition.found:
+            verdicts.say([row], Reason.REAPPEARED, recognition.found[new], 0.0)
+        elif verdicts.reason[row] == Reason.CONFIRMED and new in portraits:
+            distance = portraits.distance(first_look(table, row), new)
             verdicts.say([row], Reason.FOUND_AGAIN, distance, config.recognition.new)
         else:
+            look = look_of(table, row)
             own = portraits.difference(look, old) if old in portraits else config.recognition.new
             verdicts.say([row], Reason.RECOGNISED, portraits.difference(look, new), own)
 
@@ -187,11 +190,3 @@ def _judge_ended(
     verdicts.say(merged, Reason.JOINED, np.nan, np.nan)
     verdicts.other_id[merged] = [joined[one] for one in table.track_id[merged].tolist()]
     verdicts.say(np.isin(table.track_id, reset_ids), Reason.RESET, np.nan, np.nan)
-
-
-def _look(table: TrackTable, row: int) -> Look:
-    """Return the latest look at a track, or what its template shows."""
-    seconds = float(table.look_s[row])
-    if seconds:
-        return Look(table.look[row] / seconds, seconds)
-    return Look(np.sqrt(np.maximum(table.template[row], 0.0)).astype(np.float64), 0.0)

@@ -101,6 +101,9 @@ class Reason(IntEnum):
     """It ended: it followed the same target as another one."""
     RESET = 11
     """It ended: time stepped back."""
+    REAPPEARED = 12
+    """It is new where one who was lost would be by now (-2 log of how much likelier it is him than
+    somebody new, largest one)."""
 
 
 def code_tables() -> dict[str, dict[str, int]]:

@@ -13,6 +13,7 @@ from mctrack_ros.fusion.joint import JointAssociation
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.portraits import Look, Portraits
+from mctrack_ros.fusion.recognition import Recognition
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.verdicts import decisions_of
 from mctrack_ros.interfaces import Candidates, Choice, Decisions, Reason
@@ -189,10 +190,10 @@ def test_renamed_and_joined_tracks_name_the_other():
     predicted = TrackTable.blank(4, 2)
     predicted.track_id[:], predicted.confirmed[:] = [3, 5, 8, 9], True
     predicted.mean[:, 0] = [3, 5, 8, 9]
-    portraits = Portraits(CONFIG.recognition)
-    portraits.learn(5, Look(np.zeros(48), 1.0))
+    recognition = Recognition(CONFIG)
+    recognition.portraits.learn(5, Look(np.zeros(48), 1.0))
     decisions, called = decisions_of(
-        table, ended, predicted, np.zeros(0, np.uint32), portraits, 0, CONFIG
+        table, ended, predicted, np.zeros(0, np.uint32), recognition, 0, CONFIG
     )
     assert called == {8: 5}
     assert decisions.track_id.tolist() == [3, 5, 8, 9]
@@ -202,3 +203,22 @@ def test_renamed_and_joined_tracks_name_the_other():
     assert decisions.previous_id.tolist() == [0, 8, 0, 0]
     assert decisions.other_id.tolist() == [0, 8, 9, 8]
     assert decisions.predicted[:, 0].tolist() == [3, 8, 8, 9]
+
+
+def test_who_was_lost_and_is_found_where_he_would_be_by_now_is_told():
+    def frames(index):
+        place = [] if 30 <= index < 75 else [[0.04 * index, 0]]
+        return {'one': place, 'two': place}
+
+    told = explained(frames, 100)
+    found = [
+        (why.decisions, out.tracks)
+        for out, why in told
+        if Reason.REAPPEARED in why.decisions.reason
+    ]
+    assert len(found) == 1
+    decisions, tracks = found[0]
+    assert decisions.track_id.tolist() == tracks.track_id.tolist() == [1]
+    assert decisions.other_id.tolist() == decisions.previous_id.tolist() == [2]
+    assert decisions.value[0] < decisions.limit[0] == 0.0
+    assert np.isfinite(decisions.predicted).all()

@@ -102,6 +102,11 @@ def reason_of(
             f'It is found again: what began as track {other} is where {name} may have gone, and '
             f"its colours differ from {name}'s by {value:.2f}, at most {limit:.2f} is allowed."
         ),
+        Reason.REAPPEARED: (
+            f'It is found again: by place, motion, time and colours what began as track {other} '
+            f'is rather {name}, who was lost, than somebody new (cost {value:.1f}, below '
+            f'{limit:g}).'
+        ),
         Reason.RECOGNISED: (
             f'Its id is corrected from {other} to {name}: since an encounter it might be either, '
             f'and its colours differ from those of {name} by {value:.2f}, from those of {other} '
