@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
 
 from mctrack_ros.fusion.absence import Absence
 from mctrack_ros.fusion.glances import first_look, look_of
@@ -52,19 +53,23 @@ class Recognition:
 
     def note_lost(self, removed: TrackTable, table: TrackTable, stamp_ns: int) -> None:
         """Remember confirmed tracks that end; whoever is where they may have gone may be them."""
-        for row in np.flatnonzero(removed.confirmed).tolist():
-            seen_ns, place = int(removed.seen_ns[row]), removed.mean[row, :2].copy()
-            name = int(removed.track_id[row])
-            near = self._is_in_reach(table.mean[:, :2], place, stamp_ns - seen_ns)
-            for other in table.track_id[table.confirmed & near].tolist():
-                self._suspects.meet(other, name)
-            self._lose(name, seen_ns, place)
+        rows = np.flatnonzero(removed.confirmed)
+        if not len(rows):
+            return
+        names, seen_ns = removed.track_id[rows].tolist(), removed.seen_ns[rows]
+        places = removed.mean[rows, :2]
+        apart = cdist(places, table.mean[:, :2])
+        near = table.confirmed & (apart < self._reach(stamp_ns - seen_ns)[:, None])
+        for row, column in zip(*(index.tolist() for index in np.nonzero(near))):
+            self._suspects.meet(int(table.track_id[column]), names[row])
+        self._lose(dict(zip(names, zip(seen_ns.tolist(), places))))
+        for row in rows.tolist():
             self._absence.note(removed, row, stamp_ns)
 
     def forget(self, name: int) -> None:
         """Forget one who turned out to be another."""
         self.portraits.forget(name)
-        self._suspects.erase(name)
+        self._suspects.erase([name])
 
     def knows(self, name: int) -> bool:
         """Tell whether one has been seen alone, so that he is nobody else's duplicate."""
@@ -135,7 +140,7 @@ class Recognition:
             since = {
                 other: stamp_ns - when_ns
                 for other, (when_ns, there) in self._lost.items()
-                if self._is_in_reach(place, there, stamp_ns - when_ns)
+                if np.linalg.norm(place - there) < self._reach(stamp_ns - when_ns)
             }
             self._suspects.settle(name, self._suspects.of(name).union(since))
             look = first_look(table, row)
@@ -168,9 +173,9 @@ class Recognition:
                 judged.update(circle)
                 looks = [look_of(table, row_of[one]) for one in circle]
                 changes |= self._assigned(circle, looks)
-        for name in changes.keys() - changes.values():  # he went elsewhere when he met others
-            here = stamp_ns, table.mean[row_of[name], :2].copy()
-            self._lose(name, *self._met.get(name, here))
+        gone = sorted(changes.keys() - changes.values())
+        here = {name: (stamp_ns, table.mean[row_of[name], :2].copy()) for name in gone}
+        self._lose({name: self._met.get(name, here[name]) for name in gone})  # when he met others
         return changes
 
     def _assigned(self, circle: list[int], looks: list[Look]) -> dict[int, int]:
@@ -220,15 +225,17 @@ class Recognition:
             self._absence.end(new)
             self._suspects.settle(new, may)
 
-    def _lose(self, name: int, stamp_ns: int, place: Floats) -> None:
-        """Remember one who is not tracked any more, if it is known what he looks like."""
-        self._met.pop(name, None)
-        if name in self.portraits:
-            self._lost[name] = stamp_ns, place
+    def _lose(self, gone: dict[int, tuple[int, Floats]]) -> None:
+        """Remember, when and where last, those not tracked any more whose looks are known."""
+        known = {name: last for name, last in gone.items() if name in self.portraits}
+        self._lost |= known
+        for name in gone:
+            self._met.pop(name, None)
+        for name in known:
             self._suspects.end(name)
-        else:
-            self._suspects.erase(name)
+        self._suspects.erase(gone.keys() - known.keys())
 
-    def _is_in_reach(self, place: Floats, there: Floats, since_ns: int) -> Mask:
-        reach = self._config.contact_distance + self._config.speed * since_ns * 1e-9
-        return np.asarray(np.linalg.norm(place - there, axis=-1) < reach)
+    def _reach(self, since_ns: NDArray[np.int64] | int) -> Floats:
+        """Return how far away those may be by now who were last seen so long ago, m."""
+        went = self._config.speed * np.asarray(since_ns) * 1e-9
+        return np.asarray(self._config.contact_distance + went)

@@ -29,12 +29,16 @@ class Suspects:
         """Forget whom a track may be; others may still be him."""
         self._of.pop(track_id, None)
 
-    def erase(self, track_id: int) -> None:
-        """Nobody may be this one any more."""
-        self.end(track_id)
+    def erase(self, track_ids: Iterable[int]) -> None:
+        """Nobody may be any of these any more."""
+        gone = frozenset(track_ids)
+        if not gone:
+            return
+        for one in gone:
+            self.end(one)
         for other, may_be in self._of.items():
-            if track_id in may_be:
-                self._of[other] = may_be - {track_id}
+            if not gone.isdisjoint(may_be):
+                self._of[other] = may_be - gone
 
     def circle(self, seed: int, present: Iterable[int]) -> list[int]:
         """Return those present, ascending, who may be one another by way of others, with one."""

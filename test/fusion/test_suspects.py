@@ -23,7 +23,7 @@ def test_who_ended_may_still_be_another_and_who_is_erased_may_not():
     suspects.meet(1, 3)
     suspects.end(2)
     assert suspects.of(1) == {1, 2, 3}
-    suspects.erase(2)
+    suspects.erase([2])
     assert suspects.of(1) == {1, 3}
 
 
