@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,27 +13,8 @@ from mctrack_ros.tracking.kalman import predict
 
 Floats = NDArray[np.float64]
 
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Absent:
-    """
-    One who was lost.
-
-    Attributes
-    ----------
-    stamp_ns : int
-        When his track ended, ns.
-    mean, covariance : (1, 4) and (1, 4, 4) arrays
-        His state then.
-    template : (1, 48) array
-        His colours, of one picture after the other.
-
-    """
-
-    stamp_ns: int
-    mean: Floats
-    covariance: Floats
-    template: NDArray[np.float32]
+MOST_ABSENT = 100
+"""So many are remembered, those who were lost last."""
 
 
 class Absence:
@@ -63,57 +42,69 @@ class Absence:
     def __init__(self, config: FusionConfig, portraits: Portraits) -> None:
         self._config = config
         self._portraits = portraits
-        self._absent: dict[int, Absent] = {}
+        self._absent = TrackTable.blank(0, 0)
+        self._ended_ns = np.zeros(0, np.int64)
         self.found: dict[int, float] = {}
 
-    def note(self, removed: TrackTable, row: int, stamp_ns: int) -> None:
-        """Remember a track that ends."""
-        state = (getattr(removed, name)[[row]] for name in ('mean', 'covariance', 'template'))
-        self._absent[int(removed.track_id[row])] = Absent(stamp_ns, *state)
+    def note(self, ended: TrackTable, stamp_ns: int) -> None:
+        """Remember tracks that end."""
+        if len(self._absent):
+            ended = self._absent.extended(ended)
+        self._absent = ended.select(np.arange(len(ended))[-MOST_ABSENT:])
+        since = np.full(len(ended) - len(self._ended_ns), stamp_ns)
+        self._ended_ns = np.append(self._ended_ns, since)[-MOST_ABSENT:]
 
     def end(self, name: int) -> None:
         """One is back, or was never there."""
-        self._absent.pop(name, None)
+        self._keep(self._absent.track_id != name)
 
     def find(self, table: TrackTable, row: int, look: Floats, stamp_ns: int) -> int:
         """Return whom a new track that looks like (48,) most likely is; 0: somebody new."""
-        longest_ns = self._config.recognition.lost_time * 1e9
-        for name, one in list(self._absent.items()):
-            if not 0 <= stamp_ns - one.stamp_ns <= longest_ns:
-                self.end(name)
-        costs = {
-            name: self._motion_cost(table, row, one, (stamp_ns - one.stamp_ns) / 1e9)
-            + self._colour_cost(name, one, table.template[[row]], look)
-            for name, one in self._absent.items()
-        }
-        best = min(costs, key=costs.__getitem__, default=0)
-        if best and costs[best] < 0:
-            self.found[best] = costs[best]
-            return best
-        return 0
+        age_ns = stamp_ns - self._ended_ns
+        self._keep((age_ns >= 0) & (age_ns <= self._config.recognition.lost_time * 1e9))
+        costs = self._motion_costs(table, row, stamp_ns)
+        for index in np.flatnonzero(costs < self._most_alike()).tolist():
+            costs[index] += self._colour_cost(index, table.template[[row]], look)
+        best = int(costs.argmin()) if len(costs) else 0
+        if not len(costs) or costs[best] >= 0:
+            return 0
+        name = int(self._absent.track_id[best])
+        self.found[name] = float(costs[best])
+        return name
 
-    def _motion_cost(self, table: TrackTable, row: int, absent: Absent, seconds: float) -> float:
-        """Return -2 log of how much likelier he would be there, going so, than somebody new."""
-        motion, mean = self._config.motion, table.mean[row]
+    def _keep(self, kept: NDArray[np.bool_]) -> None:
+        if not kept.all():
+            self._absent, self._ended_ns = self._absent.select(kept), self._ended_ns[kept]
+
+    def _motion_costs(self, table: TrackTable, row: int, stamp_ns: int) -> Floats:
+        """Return -2 log, (k,), of how much likelier each would be there, going so, than a new."""
+        motion, mean, absent = self._config.motion, table.mean[row], self._absent
+        seconds = (stamp_ns - self._ended_ns) / 1e9
         place, spread = predict(
             absent.mean, absent.covariance, seconds, motion.acceleration_density
         )
-        change, spread = mean - place[0], spread[0] + table.covariance[row]
-        his = change @ np.linalg.solve(spread, change) + np.linalg.slogdet(2 * np.pi * spread)[1]
+        change, spread = mean - place, spread + table.covariance[row]
+        squared = (change * np.linalg.solve(spread, change[..., None])[..., 0]).sum(axis=1)
+        his = squared + np.linalg.slogdet(2 * np.pi * spread)[1]
         variance = motion.initial_speed_sigma**2
         new = mean[2:] @ mean[2:] / variance + 2 * np.log(2 * np.pi * variance)
-        return float(his - new + 2 * np.log(self._config.recognition.arrival_density))
+        arrival = 2 * np.log(self._config.recognition.arrival_density)
+        return np.asarray(his - new + arrival, np.float64)
 
-    def _colour_cost(
-        self, name: int, absent: Absent, template: NDArray[np.float32], look: Floats
-    ) -> float:
+    def _most_alike(self) -> float:
+        """Return what colours can be worth at most."""
+        association, strange = self._config.association, self._config.recognition.new
+        best = max(float(np.log1p(strange)), association.usual_difference)
+        return association.appearance_weight * best
+
+    def _colour_cost(self, index: int, template: NDArray[np.float32], look: Floats) -> float:
         """Return -2 log of how much likelier his colours are so than somebody else's."""
         association, strange = self._config.association, self._config.recognition.new
+        name, last = int(self._absent.track_id[index]), self._absent.template[[index]]
         if name in self._portraits and look.any():
             more = np.log1p(self._portraits.distance(look, name)) - np.log1p(strange)
-        elif template.any() and absent.template.any():
-            gap = squared_hellinger(template, absent.template)[0, 0]
-            more = gap - association.usual_difference
+        elif template.any() and last.any():
+            more = squared_hellinger(template, last)[0, 0] - association.usual_difference
         else:
             return 0.0
         return float(association.appearance_weight * more)

@@ -63,8 +63,7 @@ class Recognition:
         for row, column in zip(*(index.tolist() for index in np.nonzero(near))):
             self._suspects.meet(int(table.track_id[column]), names[row])
         self._lose(dict(zip(names, zip(seen_ns.tolist(), places))))
-        for row in rows.tolist():
-            self._absence.note(removed, row, stamp_ns)
+        self._absence.note(removed.select(rows), stamp_ns)
 
     def forget(self, name: int) -> None:
         """Forget one who turned out to be another."""

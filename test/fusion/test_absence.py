@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.fusion.absence import Absence
+from mctrack_ros.fusion.absence import MOST_ABSENT, Absence
 from mctrack_ros.fusion.portraits import Portraits
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
@@ -25,9 +25,7 @@ def absence():
     """One who goes right along y = 0, in red, and one along y = 1.5, in blue; lost at 0 s."""
     config = FusionConfig()
     absence = Absence(config, Portraits(config.recognition))
-    lost = tracks([[0, 0, 1.4, 0], [0, 1.5, 1.4, 0]], [1, 2], [RED, BLUE])
-    for row in range(2):
-        absence.note(lost, row, 0)
+    absence.note(tracks([[0, 0, 1.4, 0], [0, 1.5, 1.4, 0]], [1, 2], [RED, BLUE]), 0)
     return absence
 
 
@@ -63,3 +61,10 @@ def test_the_longer_one_is_away_the_less_his_place_tells(absence):
 def test_who_is_back_is_not_looked_for(absence):
     absence.end(1)
     assert found(absence, [4.2, 0, 1.4, 0]) != 1
+
+
+def test_of_a_flood_only_the_last_are_remembered(absence):
+    ids = np.arange(10, 10 + MOST_ABSENT)
+    absence.note(tracks(np.tile([100.0, 0, 0, 0], (MOST_ABSENT, 1)), ids, NOTHING), 1)
+    assert found(absence, [4.2, 0, 1.4, 0]) == 0
+    assert found(absence, [100.0, 0, 0, 0]) in ids
