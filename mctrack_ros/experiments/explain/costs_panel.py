@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.axes import Axes
 
+from mctrack_ros.experiments.explain.fates import fate_of
 from mctrack_ros.experiments.explain.story import Story
-from mctrack_ros.experiments.explain.words import fate_of, row_of
+from mctrack_ros.experiments.explain.words import row_of
 from mctrack_ros.interfaces import Choice
 
 PARTS = {

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from mctrack_ros.experiments.explain.fates import fate_of, taker_of
 from mctrack_ros.experiments.explain.story import Story
 from mctrack_ros.interfaces import Candidates, Choice, Decisions, Explanation, Reason, TrackStatus
 
@@ -158,7 +159,7 @@ def _silent_cameras(story: Story, track_id: int) -> Iterator[str]:
             continue
         gap = np.linalg.norm(candidates.position[here, :2] - place, axis=1)
         nearest = here[int(gap.argmin())]
-        whose = _taker(candidates, nearest) or 'nobody takes it'
+        whose = taker_of(candidates, nearest) or 'nobody takes it'
         yield (
             f'{camera} offers nothing inside the gate; its nearest detection is '
             f'{gap.min():.1f} m away ({whose}).'
@@ -194,53 +195,6 @@ def _candidate_row(candidates: Candidates, row: int, story: Story) -> tuple[str,
         f'{candidates.probability[row]:.3f}' if weighed else '-',
         fate_of(candidates, row, story.gate),
     )
-
-
-def fate_of(candidates: Candidates, row: int, gate: float) -> str:
-    """Return what became of a pair."""
-    choice = Choice(candidates.choice[row])
-    if choice == Choice.PASSED_OVER:
-        return _why_passed_over(candidates, row)
-    return {
-        Choice.TAKEN: 'taken',
-        Choice.BEYOND: f'too far, the gate is {gate:g}: the other pictures say so',
-        Choice.HIDES: f'hides it, a detection of {candidates.member_count[row] or "several"}',
-        Choice.BEGINS: 'begins it',
-        Choice.UNUSED: 'not used',
-    }[choice]
-
-
-def _why_passed_over(candidates: Candidates, row: int) -> str:
-    taker = _taker(candidates, row)
-    same = (candidates.track_id == candidates.track_id[row]) & (
-        candidates.camera == candidates.camera[row]
-    )
-    same &= (candidates.seconds == candidates.seconds[row]) & (candidates.choice == Choice.TAKEN)
-    own = candidates.detection[same].tolist()
-    if taker:
-        return taker
-    if own:
-        return f'takes {own[0]} instead'
-    if candidates.cost[row] > 0:
-        return "likelier nobody's: it costs more than 0"
-    return 'not probable enough'
-
-
-def _taker(candidates: Candidates, row: int) -> str:
-    """Return who takes the detection of a pair; empty: nobody."""
-    same = (candidates.camera == candidates.camera[row]) & (
-        candidates.detection == candidates.detection[row]
-    )
-    same &= candidates.seconds == candidates.seconds[row]
-    takers = np.flatnonzero(same & (candidates.choice == Choice.TAKEN))
-    begins = candidates.track_id[same & (candidates.choice == Choice.BEGINS)].tolist()
-    if len(takers):
-        taker = takers[0]
-        return (
-            f'track {candidates.track_id[taker]} takes it '
-            f'(probability {candidates.probability[taker]:.3f})'
-        )
-    return f'track {begins[0]} begins with it' if begins else ''
 
 
 def _cameras(bits: int, cameras: tuple[str, ...]) -> list[str]:
