@@ -37,6 +37,7 @@ class Experiment(StrEnum):
     INTEL = 'intel'
     SCENARIOS = 'scenarios'
     FEEDBACK = 'feedback'
+    COVERING = 'covering'
 
 
 DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20)
@@ -133,6 +134,10 @@ def _experiment(experiment: Experiment, data: Path | None, picture: Path | None)
         return reproduce_fig20(picture)
     if experiment in (Experiment.TABLE3, Experiment.FIG18):
         return _accuracy(experiment, picture)
+    if experiment is Experiment.COVERING:
+        from mctrack_ros.experiments.covering import reproduce_covering
+
+        return reproduce_covering(data_folder(data), progress=_tell)
     return _real_experiment(experiment)(data_folder(data))
 
 

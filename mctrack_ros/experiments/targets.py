@@ -148,6 +148,27 @@ TARGETS = (
     Target('silhouettes', 'pedestrians.passed', 'car park, pedestrians passed on', 0.97, None,
            'the paper, its own car park: 125 of 132, .947'),
     Target('intel', 'intel.wrong', 'Intel clips, objects too many or too few', most=0),
+    *(
+        Target('covering', f'{scene}.{tracker}.mota', f'{place}, {words}, MOTA')
+        for scene, place in (
+            ('pitch', 'pitch, one camera'), ('carpark', 'car park'),
+            ('pets', 'PETS, one camera'), ('lab6p', 'lab6p, stored detections'),
+        )
+        for tracker, words in (
+            ('covering_text', 'covering graph'), ('covering_code', "covering graph, code's cost"),
+            ('kf_nn', 'Kalman filter and nearest neighbour'), ('ms_mt', 'mean shift'),
+            ('pf_js', 'joint particle filter'), ('weighed_gnn', 'our default'), ('jpda', 'JPDA'),
+        )
+    ),
+    Target('covering', 'beside.gain.covering_text', 'covering graph, second camera beside, MOTA '
+           'gained', 0.083, None, 'the paper, its own sequence: .083'),
+    Target('covering', 'facing.gain.covering_text', 'the same, second camera opposite', 0.083,
+           None, 'the paper, its own sequence: .083'),
+    Target('covering', 'assignment.facing.covering_text.cost_ratio', 'greedy over optimal, cost',
+           None, None, 'the paper: "comparable to the Hungarian algorithm"'),
+    Target('covering', 'assignment.facing.covering_text.greedy_share_of_tick',
+           'covering graph, share of a tick with pictures', None, 0.05,
+           'the paper: less than .05'),
     Target('robustness', 'plain.mota', 'pitch undisturbed, MOTA'),
     Target('robustness', 'brighter.loss', 'light 30 % brighter at once, MOTA lost', most=0.05),
     Target('robustness', 'darker.loss', 'light 30 % darker at once, MOTA lost', most=0.05),
