@@ -36,6 +36,8 @@ SPATIAL_WEIGHT, APPEARANCE_WEIGHT = 0.7, 0.3
 """Of the cost in the paper's code."""
 APPEARANCE_SCALE = 100.0
 """What it multiplies 1 - Bhattacharyya coefficient by."""
+LARGEST_CODE_COST = 100.0
+"""A pair that costs more there is none."""
 PIXELS_PER_METRE = 50.0
 """What stands for the pixels of its distances: in pictures of 640 x 480 such as PETS2006's a
 person of 1.7 m is about 85 px tall, px/m."""
@@ -76,8 +78,10 @@ class CoveringAssociation:
         templates = table.template, looks.detections.template
         difference = differences(*templates, is_known, track, row, config.usual_difference)
         cost = COSTS[config.method](squared, metres, difference + config.usual_difference)
+        near = np.flatnonzero(cost < np.inf)
+        track, detection = track[near], detection[near]
         where = picture[detection]
-        pairs = Pairs(track, detection, slots(where, track), np.exp(-cost / 2), where)
+        pairs = Pairs(track, detection, slots(where, track), np.exp(-cost[near] / 2), where)
         self._pairs = pairs
         self._chosen = ASSOCIATORS[config.method]().probabilities(pairs)
 
@@ -144,7 +148,8 @@ def mahalanobis(squared: Floats, metres: Floats, difference: Floats) -> Floats:
 def code_cost(squared: Floats, metres: Floats, difference: Floats) -> Floats:
     """Return the cost of the paper's code: distance in pixels, and how unlike colours are."""
     spatial, appearance = PIXELS_PER_METRE * metres, APPEARANCE_SCALE * difference
-    return SPATIAL_WEIGHT * spatial + APPEARANCE_WEIGHT * appearance
+    cost = SPATIAL_WEIGHT * spatial + APPEARANCE_WEIGHT * appearance
+    return np.where(cost <= LARGEST_CODE_COST, cost, np.inf)
 
 
 COSTS: dict[str, Callable[[Floats, Floats, Floats], Floats]] = {
@@ -152,7 +157,8 @@ COSTS: dict[str, Callable[[Floats, Floats, Floats], Floats]] = {
     'covering_graph_code': code_cost,
 }
 """By method: (k,) squared Mahalanobis distances, distances (m) and squared Hellinger distances of
-the templates (1 - Bhattacharyya coefficient, the usual one if it is not known) to costs."""
+the templates (1 - Bhattacharyya coefficient, the usual one if it is not known) to costs, infinite
+where there is no pair."""
 
 
 @compiled(

@@ -98,3 +98,5 @@ def test_the_codes_cost_looks_at_colours_and_the_texts_does_not():
     code = COSTS['covering_graph_code'](squared, metres, difference)
     np.testing.assert_allclose(text, squared)
     np.testing.assert_allclose(code, [0.7 * 10 + 0.3 * 80, 0.7 * 15 + 0.3 * 10])
+    far = COSTS['covering_graph_code'](squared, np.array([2.2, 2.2]), difference)
+    assert np.isfinite(far).tolist() == [False, True]

@@ -13,11 +13,12 @@ from scipy.optimize import linear_sum_assignment
 
 from mctrack_ros.fusion.associators import ASSOCIATORS, Associator, Pairs
 from mctrack_ros.fusion.associators.covering_graph import CoveringGraph, exchange, flags
+from mctrack_ros.fusion.covering import LARGEST_CODE_COST
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-UNASSIGNED = {'covering_graph': 13.8, 'covering_graph_code': 100.0}
+UNASSIGNED = {'covering_graph': 13.8, 'covering_graph_code': LARGEST_CODE_COST}
 """What a track without a detection costs: the gate, and the code's largest cost."""
 REPEATS = 5
 """Time is the least of so many turns."""
