@@ -36,6 +36,7 @@ class Experiment(StrEnum):
     PAIRS = 'pairs'
     INTEL = 'intel'
     SCENARIOS = 'scenarios'
+    CONSISTENCY = 'consistency'
     FEEDBACK = 'feedback'
     COVERING = 'covering'
 
@@ -124,6 +125,12 @@ def _experiment(experiment: Experiment, data: Path | None, picture: Path | None)
 
         with progress_bar('scenes') as progress:
             return reproduce_scenarios(progress=progress)
+    if experiment is Experiment.CONSISTENCY:
+        from mctrack_ros.cli.progress import progress_bar
+        from mctrack_ros.experiments.scenarios.consistency import reproduce_consistency
+
+        with progress_bar('scenes') as progress:
+            return reproduce_consistency(progress=progress)
     if experiment is Experiment.FEEDBACK:
         from mctrack_ros.experiments.scenarios.feedback import reproduce_feedback
 

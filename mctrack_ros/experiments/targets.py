@@ -192,6 +192,22 @@ TARGETS = (
            least=150),
     Target('bench_camera', 'silhouettes.fps', 'silhouettes tracker, pictures a second', 400,
            None, 'OpenCV MOG2 and components in the same run: `peer.mog2_components.fps`'),
+    Target('scenarios', 'ghost.told_credulous.dies.rate', 'ghosts told of, dead within 1 s', 1.0),
+    Target('scenarios', 'ghost.two_cameras.dies.rate', 'ghosts of two cameras, the same', 1.0),
+    Target('scenarios', 'coalescence.side_by_side.same.weighed_gnn.kept.rate',
+           'two of a kit side by side, ids kept'),
+    Target('scenarios', 'coalescence.side_by_side.same.jpda.kept.rate', 'the same, JPDA'),
+    Target('scenarios', 'hand_over.overlap.two_same.kept.rate',
+           'two of a kit to the next camera, ids kept'),
+    Target('scenarios', 'hand_over.blind.two_same.kept.rate', 'the same, 3 to 6 m unseen'),
+    Target('scenarios', 'blind_area.one.kept.rate', 'hidden for 2 to 4 s, id kept'),
+    Target('scenarios', 'blind_area.two_same.kept.rate', 'two of a kit, the same'),
+    Target('scenarios', 'swapped_kits.scrum.right.rate', 'after a scrum of four, kits right'),
+    Target('scenarios', 'swapped_kits.pair_alike.corrected.rate',
+           'two who look the same, ids changed', most=0.0),
+    Target('consistency', 'model.nees_inside', 'NEES in its 95 % band, share of ticks', 0.9),
+    Target('consistency', 'walking.map.difference', 'error map, measured from predicted',
+           most=0.25),
     *(
         Target('bench_fusion', f'{scene}.p50_ms', f'core tick, {words}, median, ms', most=most)
         for scene, words, most in (

@@ -13,6 +13,8 @@ import numpy as np
 from mctrack_ros.evaluation import Trajectories, evaluate_ground
 from mctrack_ros.experiments.comparison import TRUTH_TOPIC, read_instants
 from mctrack_ros.experiments.figures import Figures
+from mctrack_ros.experiments.scenarios.haunted import WINDOW_S, haunted
+from mctrack_ros.experiments.scenarios.rates import rate_figures
 from mctrack_ros.experiments.simulate import simulate
 from mctrack_ros.replay.lockstep import TickOutput, camera_tasks, run_lockstep
 from mctrack_ros.replay.workers import CameraWorkers
@@ -37,12 +39,12 @@ def reproduce_feedback(
     progress: Progress = lambda line: None,
 ) -> Figures:
     """
-    Track matches with feedback and without.
+    Track matches with feedback, without, and with feedback that tells of ghosts.
 
     Parameters
     ----------
     seeds : sequence of int
-        Matches; each is tracked twice.
+        Matches; each is tracked three times.
     duration_s : float
         Length of each, s.
     progress : callable
@@ -50,6 +52,7 @@ def reproduce_feedback(
 
     """
     scores: dict[str, list[dict[str, float]]] = {ON: [], OFF: []}
+    dies: list[bool] = []
     for seed in seeds:
         progress(f'seed {seed}')
         with tempfile.TemporaryDirectory() as scratch:
@@ -57,6 +60,7 @@ def reproduce_feedback(
             simulate(Scenario(seed=seed, duration_s=duration_s), match)
             for name, score in both(match).items():
                 scores[name].append(score)
+            dies += haunted(match, seed, int(duration_s // WINDOW_S))
     figures = {
         f'{name}.{measure}': float(np.mean([score[measure] for score in scores[name]]))
         for name in scores
@@ -66,6 +70,7 @@ def reproduce_feedback(
         f'gain.{measure}': figures[f'{ON}.{measure}'] - figures[f'{OFF}.{measure}']
         for measure in MEASURES
     }
+    figures |= rate_figures('ghost.dies', dies)
     return Figures(
         'feedback',
         'mctrack reproduce feedback',
@@ -75,6 +80,8 @@ def reproduce_feedback(
             'gate_m': GATE_M,
             'off': 'no camera is ever told anything; fusion is the same',
             'gain': 'with feedback less without',
+            'ghost': 'targets that are not there, of which every camera is told for 2 s; dies: '
+            'nothing is reported there a second later',
         },
         figures,
     )

@@ -67,7 +67,9 @@ class Stage:
     personal : float
         Share of somebody's colours that are his own and not his kit's.
     bias_m : float
-        Standard deviation of the cameras' calibrations, m.
+        Standard deviation of what calibrations are off by along each axis, m.
+    error_m : float
+        Standard deviation of what every detection is off by besides, along each axis, m.
 
     """
 
@@ -77,6 +79,7 @@ class Stage:
     hidden: Mask
     personal: float
     bias_m: float = BIAS_M
+    error_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +117,10 @@ def scene_of(stage: Stage, rng: np.random.Generator) -> Scene:
     for tick, places in enumerate(stage.paths):
         for index, view in enumerate(stage.views):
             shown = within(places, view.field) & ~stage.hidden[tick, :, index]
-            rows.append(_detected(places, shown, view, bias[index], rng))
+            place, *rest = _detected(places, shown, view, rng)
+            if stage.error_m > 0:
+                place = place + rng.normal(0.0, stage.error_m, place.shape)
+            rows.append((place + bias[index], *rest))
     position, covariance, target, other = (np.concatenate(each) for each in zip(*rows))
     fields = {
         'pointer': np.concatenate([[0], np.cumsum([len(row[0]) for row in rows])]),
@@ -129,7 +135,7 @@ def scene_of(stage: Stage, rng: np.random.Generator) -> Scene:
 
 
 def _detected(
-    places: Floats, shown: Mask, view: View, bias: Floats, rng: np.random.Generator
+    places: Floats, shown: Mask, view: View, rng: np.random.Generator
 ) -> tuple[Floats, Floats, Indices, Indices]:
     """Return positions, covariances, who caused them, and who else, of a picture."""
     found = np.flatnonzero(shown & (rng.random(len(places)) < DETECTED))
@@ -141,7 +147,7 @@ def _detected(
     covariance = foot_covariance(exact, np.array(view.position))
     noise = np.linalg.cholesky(covariance) @ rng.normal(size=(len(exact), 2, 1))
     return (
-        exact + noise[:, :, 0] + bias,
+        exact + noise[:, :, 0],
         covariance,
         np.concatenate([target, nobody]),
         np.concatenate([other, nobody]),
