@@ -152,7 +152,7 @@ def compared(kept: Sequence[Pairs], method: str) -> Assignments:
                 ]
             )
             costs += own
-            largest = max(largest, own[0] / own[1])
+            largest = max(largest, own[0] / own[1] if own[1] else 1.0)
             pictures, proposals = pictures + 1, proposals + asked
             bound += tracks * len(np.unique(detection))
             contested += bool(asked > tracks or greedy.sum() < tracks)
