@@ -98,8 +98,10 @@ class EventLog:
 
     def add_all(self, code: EventCode, table: TrackTable, mask: NDArray[np.bool_]) -> None:
         """Note one event for each track of a mask."""
-        for row in np.flatnonzero(mask).tolist():
-            self.add(code, table, row)
+        rows = np.flatnonzero(mask)
+        places = map(tuple, table.mean[rows, :2].tolist())
+        for track_id, place in zip(table.track_id[rows].tolist(), places):
+            self._rows.append((code, track_id, place, 0, 0, []))
 
     def events(self, stamp_ns: int) -> Events:
         """Return the events sorted by code, then track."""

@@ -21,6 +21,9 @@ Mask = NDArray[np.bool_]
 
 IMPOSSIBLE = 1e6
 
+MOST_MEETINGS = 300
+"""So many pairs of who was lost and who was near him met in one tick at most: more is a flood."""
+
 
 class Recognition:
     """
@@ -60,7 +63,7 @@ class Recognition:
         places = removed.mean[rows, :2]
         apart = cdist(places, table.mean[:, :2])
         near = table.confirmed & (apart < self._reach(stamp_ns - seen_ns)[:, None])
-        for row, column in zip(*(index.tolist() for index in np.nonzero(near))):
+        for row, column in np.argwhere(near)[:MOST_MEETINGS].tolist():
             self._suspects.meet(int(table.track_id[column]), names[row])
         self._lose(dict(zip(names, zip(seen_ns.tolist(), places))))
         self._absence.note(removed.select(rows), stamp_ns)

@@ -126,9 +126,7 @@ class Rows:
             else:
                 arrays.append(np.full((count, *shape), fill, dtype))
         cls._check(arrays)
-        for array in arrays:
-            array.setflags(write=False)
-        return _made(cls, int(stamp_ns), arrays)
+        return _made(cls, int(stamp_ns), _locked(arrays))
 
     @classmethod
     def joined(cls, stamp_ns: int, parts: Sequence[Self]) -> Self:
@@ -136,14 +134,14 @@ class Rows:
         if not parts:
             return cls.build(stamp_ns)
         columns = [np.concatenate([getattr(part, name) for part in parts]) for name in cls.COLUMNS]
-        return _made(cls, stamp_ns, _frozen(columns))
+        return _made(cls, stamp_ns, _locked(columns))
 
     def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Self:
         """Return the rows that a mask or an index array picks, in its order."""
         if index.dtype == np.bool_ and index.all():
             return self
         columns = [getattr(self, name)[index] for name in self.COLUMNS]
-        return _made(type(self), self.stamp_ns, _frozen(columns))
+        return _made(type(self), self.stamp_ns, _locked(columns))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the columns' bytes: between processes this is what rows cost."""
@@ -162,6 +160,13 @@ def _frozen(columns: Iterable[NDArray[Any]]) -> list[NDArray[Any]]:
     for view in views:
         view.setflags(write=False)
     return views
+
+
+def _locked(columns: list[NDArray[Any]]) -> list[NDArray[Any]]:
+    """Make arrays read-only that nobody else has."""
+    for column in columns:
+        column.setflags(write=False)
+    return columns
 
 
 def _made(kind: type[AnyRows], stamp_ns: int, columns: Iterable[NDArray[Any]]) -> AnyRows:

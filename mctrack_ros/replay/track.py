@@ -107,14 +107,20 @@ def track_bag(
 
 
 def _write(writer: BagWriter, ticked: TickOutput, frame_id: str) -> None:
-    """Append everything of one tick, in a fixed order, logged at the tick's stamp."""
+    """
+    Append everything of one tick, in a fixed order, logged at the tick's stamp.
+
+    As from the nodes there is no message where nothing happened.
+    """
     now_ns = ticked.tick.stamp_ns
     for result in ticked.results:
-        writer.write_rows(f'/{result.camera}/events', result.events, frame_id, now_ns)
+        if len(result.events):
+            writer.write_rows(f'/{result.camera}/events', result.events, frame_id, now_ns)
         writer.write_rows(f'/{result.camera}/detections', result.detections, frame_id, now_ns)
     writer.write_rows('/ticks', ticked.tick.record, frame_id, now_ns)
     writer.write_rows('/tracks', ticked.output.tracks, frame_id, now_ns)
-    writer.write_rows('/events', ticked.output.events, frame_id, now_ns)
+    if len(ticked.output.events):
+        writer.write_rows('/events', ticked.output.events, frame_id, now_ns)
     writer.write_rows('/feedback', ticked.output.feedback, frame_id, now_ns)
     if ticked.explanation is not None:
         writer.write_rows(CANDIDATES_TOPIC, ticked.explanation.candidates, frame_id, now_ns)
