@@ -21,7 +21,6 @@ from mctrack_ros.fusion.recognition import Recognition
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import (
     MAX_CAMERAS,
-    CameraDetections,
     EventCode,
     Events,
     Feedback,
@@ -94,7 +93,10 @@ class FusionPipeline:
 
     def step(self, tick: Tick, account: Account | None = None) -> FusionOutput:
         """
-        Process one tick.
+        Process one tick: observe, orient, decide, act.
+
+        These are the steps of the Omnibus cycle (Bedworth and O'Brien 2000, "The Omnibus model"),
+        as which the event-tracking paper arranges its server (section 4.3).
 
         Parameters
         ----------
@@ -110,30 +112,64 @@ class FusionPipeline:
 
         """
         events = EventLog()
-        deleted = self._begin(tick.stamp_ns, events)
+        looks, ended = self._observe(tick, events)
         if account is not None:
-            account.begin(tick, self._table, deleted, self._config, tuple(self._index))
+            account.begin(tick, self._table, ended, self._config, tuple(self._index))
         groups = self._table.group.copy()
-        looks, leftover = self._associate(tick, account)
-        self._note_groups(groups, tick.stamp_ns, events)
-        self._initiate(looks, leftover, tick.stamp_ns)
+        leftover = self._orient(tick, looks, account)
+        ended = ended.extended(self._decide(tick, looks, leftover, groups, events, account))
+        if account is not None:
+            account.end(self._table, ended, self._recognition)
+        return self._act(ended, tick.stamp_ns, events)
+
+    def _observe(self, tick: Tick, events: EventLog) -> tuple[Looks, TrackTable]:
+        """Take up the pictures of a tick and predict the tracks to it; return who ends by that."""
+        ended = self._begin(tick.stamp_ns, events)
+        pictures = [frame.detections for frame in tick.frames]
+        cameras = self._cameras(tick)
+        portraits = self._recognition.portraits
+        return Looks(pictures, cameras, tick.stamp_ns, self._config, portraits), ended
+
+    def _orient(self, tick: Tick, looks: Looks, account: Account | None) -> NDArray[np.intp]:
+        """Give every picture its tracks; return what the last one of each camera has left."""
+        left = match(self._table, looks, self._config, account)
+        cameras = self._cameras(tick)
+        last = np.zeros(len(self._index), np.intp)
+        last[cameras] = np.arange(len(cameras))
+        return np.asarray(left[looks.picture[left] == last[looks.camera[left]]])
+
+    def _decide(
+        self,
+        tick: Tick,
+        looks: Looks,
+        leftover: NDArray[np.intp],
+        groups: NDArray[np.uint32],
+        events: EventLog,
+        account: Account | None,
+    ) -> TrackTable:
+        """Settle who is in a group, who begins, who is who and who ends; return the last."""
+        stamp_ns = tick.stamp_ns
+        self._note_groups(groups, stamp_ns, events)
+        self._initiate(looks, leftover, stamp_ns)
         if account is not None:
             account.left(leftover, self._table, looks)
         present = np.zeros(len(self._index), bool)
-        present[[self._index[frame.camera] for frame in tick.frames]] = True
-        confirmed = self._evidence.count(self._table, tick.stamp_ns, self._seconds, present)
-        confirmed = self._recognise(confirmed, tick.stamp_ns, events)
+        present[self._cameras(tick)] = True
+        confirmed = self._evidence.count(self._table, stamp_ns, self._seconds, present)
+        confirmed = self._recognise(confirmed, stamp_ns, events)
         self._announce(confirmed, events)
-        deleted = deleted.extended(self._merge_duplicates(tick.stamp_ns, events))
-        deleted = deleted.extended(self._delete(tick.stamp_ns, events))
-        self._kits.step(self._table, tick.stamp_ns)
-        if account is not None:
-            account.end(self._table, deleted, self._recognition)
-        told = self._table.select(lifecycle.is_published(self._table, tick.stamp_ns, self._config))
+        ended = self._merge_duplicates(stamp_ns, events)
+        ended = ended.extended(self._delete(stamp_ns, events))
+        self._kits.step(self._table, stamp_ns)
+        return ended
+
+    def _act(self, ended: TrackTable, stamp_ns: int, events: EventLog) -> FusionOutput:
+        """Return what is published and told the cameras."""
+        told = self._table.select(lifecycle.is_published(self._table, stamp_ns, self._config))
         return FusionOutput(
-            tracks_of(told, deleted, tick.stamp_ns),
-            feedback_of(told, tick.stamp_ns),
-            events.events(tick.stamp_ns),
+            tracks_of(told, ended, stamp_ns),
+            feedback_of(told, stamp_ns),
+            events.events(stamp_ns),
         )
 
     def _begin(self, stamp_ns: int, events: EventLog) -> TrackTable:
@@ -159,20 +195,13 @@ class FusionPipeline:
         table.previous_id[:] = 0
         return self._none
 
-    def _associate(self, tick: Tick, account: Account | None) -> tuple[Looks, NDArray[np.intp]]:
-        """Give every picture its tracks; return what the last one of each camera has left."""
-        pictures = [frame.detections for frame in tick.frames]
-        cameras = [self._camera_index(frame) for frame in tick.frames]
-        looks = Looks(pictures, cameras, tick.stamp_ns, self._config, self._recognition.portraits)
-        left = match(self._table, looks, self._config, account)
-        last = np.zeros(len(self._index), np.intp)
-        last[cameras] = np.arange(len(cameras))
-        return looks, left[looks.picture[left] == last[looks.camera[left]]]
-
-    def _camera_index(self, frame: CameraDetections) -> int:
-        if frame.camera not in self._index:
-            raise ValueError(f'camera is {frame.camera!r}, expected one of {list(self._index)}')
-        return self._index[frame.camera]
+    def _cameras(self, tick: Tick) -> list[int]:
+        """Return which camera each picture is of."""
+        for frame in tick.frames:
+            if frame.camera not in self._index:
+                known = list(self._index)
+                raise ValueError(f'camera is {frame.camera!r}, expected one of {known}')
+        return [self._index[frame.camera] for frame in tick.frames]
 
     def _note_groups(self, before: NDArray[np.uint32], stamp_ns: int, events: EventLog) -> None:
         table = self._table
