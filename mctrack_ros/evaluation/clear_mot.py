@@ -8,7 +8,8 @@ from typing import Any
 import motmetrics
 import numpy as np
 
-from mctrack_ros.evaluation.frames import Frame, matched
+from mctrack_ros.evaluation.frames import Frame, frames_of, ground_distance, matched
+from mctrack_ros.evaluation.trajectories import Trajectories
 
 _METRICS = {
     'mota': 'mota',
@@ -104,3 +105,11 @@ def detection_scores(
         'moda': 1.0 - wrong / truth if truth else float('nan'),
         'modp': 1.0 - float(pooled.mean()) / zero_distance if len(pooled) else float('nan'),
     }
+
+
+def ground_events(
+    truth: Trajectories, tracks: Trajectories, gate_m: float
+) -> tuple[list[Frame], Any]:
+    """Match on the ground; return the frames and a table of what happened in them."""
+    frames = frames_of(truth, tracks, 'position', ground_distance, gate_m)
+    return frames, accumulated(frames, gate_m).mot_events.reset_index()

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.evaluation.clear_mot import accumulated
-from mctrack_ros.evaluation.frames import frames_of, ground_distance
+from mctrack_ros.evaluation.clear_mot import ground_events
 from mctrack_ros.evaluation.trajectories import Trajectories
 
 
@@ -54,8 +53,7 @@ def identity_switches(truth: Trajectories, tracks: Trajectories, gate_m: float) 
         Largest distance of a match, m.
 
     """
-    frames = frames_of(truth, tracks, 'position', ground_distance, gate_m)
-    events = accumulated(frames, gate_m).mot_events.reset_index()
+    _, events = ground_events(truth, tracks, gate_m)
     pairs = events[events.Type.isin(['MATCH', 'SWITCH'])]
     former = pairs.groupby('OId')[['HId', 'FrameId']].shift()
     is_switch = (pairs.Type == 'SWITCH').to_numpy(bool)

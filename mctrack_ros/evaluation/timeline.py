@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.evaluation.clear_mot import accumulated
-from mctrack_ros.evaluation.frames import Frame, frames_of, ground_distance
+from mctrack_ros.evaluation.clear_mot import ground_events
+from mctrack_ros.evaluation.frames import Frame
 from mctrack_ros.evaluation.trajectories import Trajectories
 
 
@@ -58,9 +58,8 @@ def ground_timeline(truth: Trajectories, tracks: Trajectories, gate_m: float) ->
         Largest distance of a match, m.
 
     """
-    frames = frames_of(truth, tracks, 'position', ground_distance, gate_m)
+    frames, events = ground_events(truth, tracks, gate_m)
     numbers = np.array([frame.number for frame in frames], np.int64)
-    events = accumulated(frames, gate_m).mot_events.reset_index()
     switches = events[events.Type == 'SWITCH']
     pairs = events[events.Type.isin(['MATCH', 'SWITCH'])]
     place = np.searchsorted(numbers, pairs.FrameId.to_numpy(np.int64))
