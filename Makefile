@@ -9,7 +9,7 @@ SOURCES := setup.py setup.cfg package.xml pyproject.toml \
 	$(shell find mctrack_ros config launch resource -type f -not -name '*.pyc')
 RESULTS := lab6p cmc wildtrack pets terrace cameras
 
-.PHONY: all demo test check unit lock results clean help
+.PHONY: all demo test check unit jazzy lock results clean help
 
 all: $(VENV)/.package ## install into .venv
 
@@ -26,6 +26,11 @@ check: all ## style, types
 unit: all ## the tests; those that start nodes alone, so that nothing holds them up
 	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup -m 'not live'
 	ROS_PYTHON_CHECK_FIELDS=1 env -u MCTRACK_REQUIRE_DATA $(BIN)/python -m pytest -m live
+
+jazzy: ## the tests on the versions of Ubuntu 24.04, which ROS 2 Jazzy is built on
+	$(MAKE) VENV=.venv-jazzy .venv-jazzy/.requirements
+	.venv-jazzy/bin/pip install -q --disable-pip-version-check --no-deps -r test/jazzy.txt
+	$(MAKE) VENV=.venv-jazzy unit
 
 results: all ## measure the real-data figures again; writes docs/results
 	for name in $(RESULTS); do \

@@ -13,6 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numba
+import numpy
 from numba import config, njit, types
 
 F = TypeVar('F', bound=Callable[..., Any])
@@ -46,8 +48,8 @@ def inner(function: F) -> F:
 
 
 def _cache_folder() -> str:
-    """Return a folder for these very sources; numba looks at the entry point's file only."""
-    digest = hashlib.sha256()
+    """Return a folder for these very sources and libraries; numba looks at one file only."""
+    digest = hashlib.sha256(f'numba {numba.__version__}, numpy {numpy.__version__}'.encode())
     for path in sorted(Path(__file__).parent.rglob('*.py')):
         source = path.read_bytes()
         if b'mctrack_ros.compiled' in source:
