@@ -83,6 +83,25 @@ def test_slow_camera_is_waited_for_only_where_it_is_due():
     assert not any(waited[6:])
 
 
+@pytest.mark.parametrize('steps', [(1, 4, 2), (3, 1, 4), (2, 1, 2)])
+def test_camera_whose_rate_changes_loses_nothing_and_is_soon_waited_for_only_where_due(steps):
+    batcher = Batcher(FusionConfig(), ('changing', 'steady'))
+    ticks, waited, since, index = [], [], [], 0
+    for step in steps:
+        for turn in range(12 * step):
+            now = stamp(index)
+            if turn % step == 0:
+                ticks += feed(batcher, [(now, 'changing', stamp(index))])
+            ticks += feed(batcher, [(now + MS, 'steady', stamp(index))])
+            waited.append(batcher.deadline_ns() is not None)
+            since.append(turn // step)
+            ticks += batcher.poll(now + 39 * MS)
+            index += 1
+    assert [len(ticks), sum(len(tick.frames) for tick in ticks)] == [index, index + 36]
+    assert sum(int(tick.record.late.sum()) for tick in ticks) == 0
+    assert not any(late for late, pictures in zip(waited, since) if pictures > 5)
+
+
 def test_fast_camera_may_report_twice_in_a_tick():
     batcher = Batcher(FusionConfig(), ('fast', 'slow'))
     ticks = []

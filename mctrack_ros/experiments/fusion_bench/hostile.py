@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import resource
 import signal
 import time
@@ -155,6 +156,8 @@ def endured(toolkit: Toolkit, name: str) -> Endured:
     listener = Listener(scenario)
     milliseconds: list[float] = []
     told: list[Reported] = []
+    gc.collect()
+    gc.freeze()  # what was there before the first message is left alone, as in a node's process
     for frame in range(frames):
         messages = messages_of(scenario, frame)
         if BEFORE <= frame < BEFORE + SPOILED:
