@@ -32,7 +32,7 @@ ASSOCIATIONS = dict.fromkeys(COSTS, CoveringAssociation)
 
 def match(
     table: TrackTable, looks: Looks, config: FusionConfig, account: Account | None = None
-) -> Indices:
+) -> tuple[Indices, Indices, Indices]:
     """
     Associate the pictures of a tick with the tracks and update these.
 
@@ -49,8 +49,10 @@ def match(
 
     Returns
     -------
-    (k,) array
+    left : (k,) array
         The single detections that no track took, and that may start one.
+    rows, columns : (n,) arrays
+        The tracks and the detections that are each other's.
 
     """
     kind = ASSOCIATIONS.get(config.association.method, JointAssociation)
@@ -70,7 +72,7 @@ def match(
     left = np.ones(len(looks.picture), bool)
     left[columns] = False
     left[association.consumed] = False
-    return looks.single[left[looks.single]]
+    return looks.single[left[looks.single]], rows, columns
 
 
 def note(table: TrackTable, looks: Looks, rows: Indices, columns: Indices) -> None:

@@ -48,6 +48,10 @@ class MotionConfig:
         minimum=0.001,
         maximum=100.0,
     )
+    compare_cameras: bool = parameter(
+        True,
+        'Correct and weigh down a camera whose detections lie off those of two or more others',
+    )
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion import lifecycle
 from mctrack_ros.fusion.account import Account
+from mctrack_ros.fusion.camera_bias import CameraBias
 from mctrack_ros.fusion.evidence import Evidence
 from mctrack_ros.fusion.initiation import doubt_parts, new_tracks, with_room
 from mctrack_ros.fusion.kits import Kits
@@ -69,6 +70,11 @@ class FusionPipeline:
     cameras : tuple of str
         Names in the site's order, at most 32.
 
+    Attributes
+    ----------
+    bias : CameraBias
+        How the cameras disagree, in the site's order.
+
     Raises
     ------
     ValueError
@@ -88,6 +94,7 @@ class FusionPipeline:
         self._recognition = Recognition(config)
         self._watch = lifecycle.DuplicateWatch(config)
         self._kits = Kits(config)
+        self.bias = CameraBias(len(cameras))
         self._stamp_ns: int | None = None
         self._next_id = 1
 
@@ -128,11 +135,15 @@ class FusionPipeline:
         pictures = [frame.detections for frame in tick.frames]
         cameras = self._cameras(tick)
         portraits = self._recognition.portraits
-        return Looks(pictures, cameras, tick.stamp_ns, self._config, portraits), ended
+        looks = Looks(pictures, cameras, tick.stamp_ns, self._config, portraits)
+        self.bias.correct(looks)
+        return looks, ended
 
     def _orient(self, tick: Tick, looks: Looks, account: Account | None) -> NDArray[np.intp]:
         """Give every picture its tracks; return what the last one of each camera has left."""
-        left = match(self._table, looks, self._config, account)
+        left, rows, columns = match(self._table, looks, self._config, account)
+        if self._config.motion.compare_cameras:
+            self.bias.learn(self._table, looks, rows, columns, tick.stamp_ns)
         cameras = self._cameras(tick)
         last = np.zeros(len(self._index), np.intp)
         last[cameras] = np.arange(len(cameras))

@@ -18,6 +18,7 @@ from mctrack_ros.config import ConfigError, values_of
 from mctrack_ros.fusion import Account, Batcher, FusionPipeline
 from mctrack_ros.interfaces import MAX_CAMERAS, Detections, EventCode, Events, Rows, Tick, Tracks
 from mctrack_ros.ros import markers, quality
+from mctrack_ros.ros.camera_agreement import agreements
 from mctrack_ros.ros.diagnostics import Diagnostics, StreamHealth
 from mctrack_ros.ros.lifecycle import GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
@@ -45,7 +46,8 @@ class FusionNode(GraphNode):
         self.batcher = Batcher(self.config.fusion, cameras)
         self.pipeline = FusionPipeline(self.config.fusion, cameras)
         self.health = {camera: StreamHealth() for camera in cameras}
-        self.diagnostics = Diagnostics(self, self.health)
+        health = self.health | agreements(cameras, self.pipeline.bias)
+        self.diagnostics = Diagnostics(self, health)
         cloud, reliable = PointCloud2, quality.reliable
         self.tracks = self.publisher(cloud, 'tracks', reliable(10))
         self.feedback = self.publisher(cloud, 'feedback', reliable(10))
