@@ -22,7 +22,7 @@ from mctrack_ros.fusion.associators.covering_graph import flags, shared_out
 from mctrack_ros.fusion.candidates import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.costs import differences
 from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
-from mctrack_ros.fusion.information import updated
+from mctrack_ros.fusion.information import Told, updated
 from mctrack_ros.fusion.joint import slots
 from mctrack_ros.fusion.looks import Looks, described
 from mctrack_ros.fusion.parameters import AssociationConfig
@@ -87,10 +87,13 @@ class CoveringAssociation:
 
     def solve(self) -> tuple[Floats, Floats]:
         """Return the means (n, 4) and covariances (n, 4, 4), each updated once at most."""
+        return updated(self._mean, self._covariance, *self.told)
+
+    @property
+    def told(self) -> Told:
+        """Return what the states that `solve` returns are made of."""
         pairs = self._pairs
-        return updated(
-            self._mean,
-            self._covariance,
+        return Told(
             self._seconds,
             pairs.picture,
             pairs.track,

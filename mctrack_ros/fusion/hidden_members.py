@@ -10,6 +10,7 @@ from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, INTS_1D, compil
 from mctrack_ros.fusion.account import Account
 from mctrack_ros.fusion.gating import distances
 from mctrack_ros.fusion.looks import Looks
+from mctrack_ros.fusion.motion import Motion
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import updated
@@ -38,6 +39,7 @@ def keep_members(
     looks: Looks,
     free: Mask,
     config: FusionConfig,
+    motion: Motion,
     account: Account | None = None,
 ) -> None:
     """
@@ -85,6 +87,7 @@ def keep_members(
                 looks.stamp_ns[groups[row]],
                 config.life.look_time,
             )
+            motion.follow(table, members)
 
 
 @inner

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
@@ -19,6 +21,34 @@ from mctrack_ros.compiled import (
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+
+
+class Told(NamedTuple):
+    """
+    What the pairs of a tick measure.
+
+    Attributes
+    ----------
+    seconds : (pictures,) array
+        From the tracks' stamp to each picture's, s.
+    picture, track, detection : (k,) int64 arrays
+        Of which each pair is; sorted by picture, then track.
+    probability : (k,) array
+        How much each counts.
+    position : (m, 2) array
+        Where the detections are, m.
+    information : (m, 2, 2) array
+        The inverses of their covariances, 1/m².
+
+    """
+
+    seconds: Floats
+    picture: Indices
+    track: Indices
+    detection: Indices
+    probability: Floats
+    position: Floats
+    information: Floats
 
 
 @inner
@@ -74,8 +104,12 @@ def without(
 
 
 @inner
-def _invert(matrix: Floats, result: Floats) -> None:
-    """Write the inverse of a symmetric positive definite (4, 4) matrix, by blocks."""
+def invert(matrix: Floats, result: Floats) -> float:
+    """
+    Write the inverse of a symmetric positive definite (4, 4) matrix, by blocks.
+
+    Returns the inverse's determinant.
+    """
     xx, xy, yy = _inverted(matrix[0, 0], matrix[0, 1], matrix[1, 1])
     mixed_00 = xx * matrix[0, 2] + xy * matrix[1, 2]
     mixed_01 = xx * matrix[0, 3] + xy * matrix[1, 3]
@@ -99,6 +133,7 @@ def _invert(matrix: Floats, result: Floats) -> None:
     result[0, 0] = xx - cross_00 * mixed_00 - cross_01 * mixed_01
     result[0, 1] = result[1, 0] = xy - cross_00 * mixed_10 - cross_01 * mixed_11
     result[1, 1] = yy - cross_10 * mixed_10 - cross_11 * mixed_11
+    return float((xx * yy - xy * xy) * (own_xx * own_yy - own_xy * own_xy))
 
 
 @inner
@@ -129,7 +164,7 @@ def _note(
 
 
 @inner
-def _add(told: Floats, matrix: Floats) -> None:
+def add(told: Floats, matrix: Floats) -> None:
     """Add the information that is told of a track to its own, (4, 4)."""
     for block in range(3):
         row, column = block // 2, (block + 1) // 2
@@ -141,20 +176,13 @@ def _add(told: Floats, matrix: Floats) -> None:
         matrix[row + 1, column + 1] += yy
 
 
-@compiled(
-    types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(
-        COLUMN_2D, COLUMN_3D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D,
-        FLOATS_3D,
-    )
-)  # fmt: skip
-def updated(
-    mean: Floats, covariance: Floats, seconds: Floats, picture: Indices, track: Indices,
-    detection: Indices, probability: Floats, position: Floats, information: Floats,
-) -> tuple[Floats, Floats]:  # fmt: skip
-    """Add what all pairs tell to the predicted states, in the information filter's form."""
-    tracks, count = len(mean), len(track)
-    told = np.zeros((tracks, 13))
-    first = 0
+@inner
+def gathered(
+    mean: Floats, seconds: Floats, picture: Indices, track: Indices, detection: Indices,
+    probability: Floats, position: Floats, information: Floats,
+) -> Floats:  # fmt: skip
+    """Return what is told of all tracks, (n, 13): see `_note`; it pulls from their means."""
+    told, count, first = np.zeros((len(mean), 13)), len(track), 0
     while first < count:
         last = first + 1
         while last < count and track[last] == track[first] and picture[last] == picture[first]:
@@ -169,13 +197,28 @@ def updated(
             x, y = x - xx * there_x - xy * there_y, y - xy * there_x - yy * there_y
             _note(told, own, later, xx, xy, yy, x, y)
         first = last
+    return told
+
+
+@compiled(
+    types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(
+        COLUMN_2D, COLUMN_3D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D,
+        FLOATS_3D,
+    )
+)  # fmt: skip
+def updated(
+    mean: Floats, covariance: Floats, seconds: Floats, picture: Indices, track: Indices,
+    detection: Indices, probability: Floats, position: Floats, information: Floats,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """Add what all pairs tell to the predicted states, in the information filter's form."""
+    told = gathered(mean, seconds, picture, track, detection, probability, position, information)
     moved, spread = mean.copy(), covariance.copy()
     before = np.empty((4, 4))
-    for own in range(tracks):
+    for own in range(len(mean)):
         if told[own, 0] > 0.0:
-            _invert(spread[own], before)
-            _add(told[own], before)
-            _invert(before, spread[own])
+            invert(spread[own], before)
+            add(told[own], before)
+            invert(before, spread[own])
             for i in range(4):
                 for j in range(4):
                     moved[own, i] += spread[own, i, j] * told[own, 9 + j]

@@ -10,6 +10,7 @@ from mctrack_ros.compiled import COLUMN_2D, FLOATS_2D, FLOATS_3D, INTS_1D, compi
 from mctrack_ros.fusion.gating import distance
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import note
+from mctrack_ros.fusion.motion import Motion
 from mctrack_ros.fusion.neighbours import nearest
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -25,7 +26,12 @@ MOST_TOGETHER = 16
 
 
 def new_tracks(
-    looks: Looks, rows: Indices, tick_ns: int, cameras: int, config: FusionConfig
+    looks: Looks,
+    rows: Indices,
+    tick_ns: int,
+    cameras: int,
+    config: FusionConfig,
+    motion: Motion,
 ) -> TrackTable:
     """
     Start a track from each cluster of unexplained detections; ids are not yet given.
@@ -42,6 +48,8 @@ def new_tracks(
         How many cameras the site has.
     config : FusionConfig
         Parameters.
+    motion : Motion
+        How tracks move.
 
     """
     rows = rows[:MOST_STARTS]
@@ -53,10 +61,11 @@ def new_tracks(
         config.association.gate,
         config.life.cluster_distance,
     )
-    table = TrackTable.blank(int(label.max()) + 1, cameras)
+    table = TrackTable.blank(int(label.max()) + 1, cameras, motion.modes)
     mean, covariance = _fused(position, noise, label)
     table.mean[:, :2], table.covariance[:, :2, :2] = mean, covariance
     table.covariance[:, [2, 3], [2, 3]] = config.motion.initial_speed_sigma**2
+    motion.begin(table)
     note(table, looks, label, rows)
     template = looks.detections.template[rows]
     told = np.flatnonzero(template.any(axis=1))[::-1]

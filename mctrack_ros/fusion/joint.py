@@ -19,7 +19,7 @@ from mctrack_ros.fusion.associators import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.candidates import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.costs import prior_costs
 from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
-from mctrack_ros.fusion.information import joined, updated, without
+from mctrack_ros.fusion.information import Told, joined, updated, without
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -63,6 +63,8 @@ class JointAssociation:
     ----------
     consumed : (0,) int array
         No detections start no track but those that are paired.
+    told : Told
+        What the states that `solve` returned are made of.
 
     """
 
@@ -89,6 +91,7 @@ class JointAssociation:
         self._slot = slots(self._picture, self._track)
         self._prior = prior_costs(table, looks, self._track, self._detection, config)
         self._probability = np.zeros(len(self._track))
+        self.told = self._told()
 
     def solve(self) -> tuple[Floats, Floats]:
         """Return the updated means (n, 4) and covariances (n, 4, 4)."""
@@ -152,9 +155,11 @@ class JointAssociation:
 
     def _updated(self) -> tuple[Floats, Floats]:
         """Return the states that all pairs make of the prediction: the information filter."""
-        return updated(
-            self._mean,
-            self._covariance,
+        self.told = self._told()
+        return updated(self._mean, self._covariance, *self.told)
+
+    def _told(self) -> Told:
+        return Told(
             self._seconds,
             self._picture,
             self._track,

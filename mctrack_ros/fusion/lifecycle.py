@@ -89,8 +89,8 @@ def absorb(table: TrackTable, kept: int, dropped: int) -> None:
         values[kept] = max(values[kept], values[dropped])
     table.cameras[kept] |= table.cameras[dropped]
     if np.trace(table.covariance[dropped]) < np.trace(table.covariance[kept]):
-        table.mean[kept] = table.mean[dropped]
-        table.covariance[kept] = table.covariance[dropped]
+        for name in ('mean', 'covariance', 'mode_probability', 'mode_mean', 'mode_covariance'):
+            getattr(table, name)[kept] = getattr(table, name)[dropped]
     if not table.template[kept].any():
         table.template[kept] = table.template[dropped]
     table.previous_id[kept] = table.track_id[dropped]

@@ -13,6 +13,7 @@ from mctrack_ros.fusion.glances import look_at
 from mctrack_ros.fusion.hidden_members import keep_members
 from mctrack_ros.fusion.joint import JointAssociation
 from mctrack_ros.fusion.looks import Looks
+from mctrack_ros.fusion.motion import Motion
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
 
@@ -31,7 +32,11 @@ ASSOCIATIONS = dict.fromkeys(COSTS, CoveringAssociation)
 
 
 def match(
-    table: TrackTable, looks: Looks, config: FusionConfig, account: Account | None = None
+    table: TrackTable,
+    looks: Looks,
+    config: FusionConfig,
+    motion: Motion,
+    account: Account | None = None,
 ) -> tuple[Indices, Indices, Indices]:
     """
     Associate the pictures of a tick with the tracks and update these.
@@ -44,6 +49,8 @@ def match(
         The pictures.
     config : FusionConfig
         Parameters.
+    motion : Motion
+        How tracks move.
     account : Account, optional
         Takes down why.
 
@@ -60,7 +67,7 @@ def match(
     state = association.solve()
     if account is not None:
         account.pairs(association.judged(table, looks, config.association), table, looks)
-    table.mean, table.covariance = state
+    motion.update(table, state, association.told)
     rows, columns = association.pairs()
     if looks.is_described.any():
         learn_appearance(table, looks, rows, columns, config.life.template_time)
@@ -68,7 +75,7 @@ def match(
     note(table, looks, rows, columns)
     free = np.ones((len(looks.seconds), len(table)), bool)
     free[looks.picture[columns], rows] = False
-    keep_members(table, looks, free, config, account)
+    keep_members(table, looks, free, config, motion, account)
     left = np.ones(len(looks.picture), bool)
     left[columns] = False
     left[association.consumed] = False

@@ -30,11 +30,35 @@ class BatchingConfig:
 class MotionConfig:
     """How targets move and how well they are measured."""
 
+    model: str = parameter(
+        'constant_velocity',
+        'One constant-velocity filter a target, or two that interact: calm and manoeuvring',
+        choices=('constant_velocity', 'interacting'),
+    )
     acceleration_density: float = parameter(
         2.0,
-        'Power spectral density of the acceleration [m^2/s^3]',
+        'Power spectral density of the acceleration; if models interact, where none is known '
+        '[m^2/s^3]',
         minimum=1e-4,
         maximum=1000.0,
+    )
+    calm_density: float = parameter(
+        0.2,
+        'The same of the calm mode, if models interact [m^2/s^3]',
+        minimum=1e-4,
+        maximum=1000.0,
+    )
+    manoeuvre_density: float = parameter(
+        4.0,
+        'The same of the manoeuvring one [m^2/s^3]',
+        minimum=1e-4,
+        maximum=1000.0,
+    )
+    calm_time: float = parameter(
+        2.0, 'How long a target is calm in the mean [s]', minimum=0.001, maximum=10000.0
+    )
+    manoeuvre_time: float = parameter(
+        0.7, 'How long a manoeuvre lasts in the mean [s]', minimum=0.001, maximum=10000.0
     )
     initial_speed_sigma: float = parameter(
         2.0,

@@ -16,6 +16,7 @@ from mctrack_ros.fusion.kits import Kits
 from mctrack_ros.fusion.lineage import Lineage
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import match
+from mctrack_ros.fusion.motion import motion_of
 from mctrack_ros.fusion.output import EventLog, feedback_of, tracks_of
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.recognition import Recognition
@@ -28,7 +29,6 @@ from mctrack_ros.interfaces import (
     Tick,
     Tracks,
 )
-from mctrack_ros.tracking.kalman import predict
 
 RESET_S = 1.0
 """Time that steps back by more than this begins anew, s."""
@@ -59,9 +59,9 @@ class FusionPipeline:
     """
     Tracks targets on the ground from the detections of all cameras.
 
-    A constant-velocity Kalman filter a target; the pictures of a tick are assigned together, each
-    to what prediction and the others say; what no track explains starts tracks where cameras
-    agree or one persists.
+    A Kalman filter a target, or two that interact (`motion`); the pictures of a tick are assigned
+    together, each to what prediction and the others say; what no track explains starts tracks
+    where cameras agree or one persists.
 
     Parameters
     ----------
@@ -87,8 +87,8 @@ class FusionPipeline:
             raise ValueError(f'cameras are {cameras!r}, expected at most {MAX_CAMERAS}, distinct')
         self._config = config
         self._index = {name: index for index, name in enumerate(cameras)}
-        self._table = TrackTable.blank(0, len(cameras))
-        self._none = TrackTable.blank(0, len(cameras))
+        self._motion = motion_of(config.motion)
+        self._table = self._none = TrackTable.blank(0, len(cameras), self._motion.modes)
         self._evidence = Evidence(len(cameras), config)
         self._lineage = Lineage(config)
         self._recognition = Recognition(config)
@@ -141,7 +141,7 @@ class FusionPipeline:
 
     def _orient(self, tick: Tick, looks: Looks, account: Account | None) -> NDArray[np.intp]:
         """Give every picture its tracks; return what the last one of each camera has left."""
-        left, rows, columns = match(self._table, looks, self._config, account)
+        left, rows, columns = match(self._table, looks, self._config, self._motion, account)
         if self._config.motion.compare_cameras:
             self.bias.learn(self._table, looks, rows, columns, tick.stamp_ns)
         cameras = self._cameras(tick)
@@ -195,15 +195,9 @@ class FusionPipeline:
             return self._remove(np.ones(len(self._table), bool), events)
         if self._seconds < 0:
             raise ValueError(f'the tick is stamped {stamp_ns}, expected at least {last_ns}')
-        table = self._table
-        table.mean, table.covariance = predict(
-            table.mean,
-            table.covariance,
-            self._seconds,
-            self._config.motion.acceleration_density,
-        )
-        table.cameras[:] = 0
-        table.previous_id[:] = 0
+        self._motion.predict(self._table, self._seconds)
+        self._table.cameras[:] = 0
+        self._table.previous_id[:] = 0
         return self._none
 
     def _cameras(self, tick: Tick) -> list[int]:
@@ -226,7 +220,7 @@ class FusionPipeline:
     def _initiate(self, looks: Looks, leftover: NDArray[np.intp], stamp_ns: int) -> None:
         if len(leftover) == 0:
             return
-        fresh = new_tracks(looks, leftover, stamp_ns, len(self._index), self._config)
+        fresh = new_tracks(looks, leftover, stamp_ns, len(self._index), self._config, self._motion)
         fresh = with_room(fresh, self._table, self._config)
         count = len(fresh)
         fresh.track_id[:] = np.arange(self._next_id, self._next_id + count)

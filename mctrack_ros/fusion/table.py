@@ -12,7 +12,8 @@ from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 NEVER_NS = -(2**62)
 PER_CAMERA = -1
-"""A length in a column's shape: as many as there are cameras."""
+PER_MODE = -2
+"""Lengths in a column's shape: as many as there are cameras; as modes of motion."""
 
 Scalar = TypeVar('Scalar', bound=np.generic)
 
@@ -35,9 +36,10 @@ class Column(Generic[Scalar]):
         """Change the values of all tracks."""
         table.records[self._name] = values
 
-    def field(self, cameras: int) -> tuple[str, type[Scalar], tuple[int, ...]]:
+    def field(self, cameras: int, modes: int) -> tuple[str, type[Scalar], tuple[int, ...]]:
         """Return the column's part of a record."""
-        shape = tuple(cameras if size == PER_CAMERA else size for size in self._shape)
+        lengths = {PER_CAMERA: cameras, PER_MODE: modes}
+        shape = tuple(lengths.get(size, size) for size in self._shape)
         return self._name, self._kind, shape
 
 
@@ -56,6 +58,10 @@ class TrackTable:
     mean : (n, 4) array
         x, y, vx, vy; m and m/s.
     covariance : (n, 4, 4) array
+    mode_probability : (n, modes) array
+        Of each mode of motion, if there are any.
+    mode_mean, mode_covariance : (n, modes, 4), (n, modes, 4, 4) arrays
+        The state in each; the track's own has the moments of their mixture.
     first_ns : (n,) int64 array
         Stamp of the first detection.
     seen_ns : (n,) int64 array
@@ -96,6 +102,9 @@ class TrackTable:
     track_id = Column(np.uint32)
     mean = Column(np.float64, 4)
     covariance = Column(np.float64, 4, 4)
+    mode_probability = Column(np.float64, PER_MODE)
+    mode_mean = Column(np.float64, PER_MODE, 4)
+    mode_covariance = Column(np.float64, PER_MODE, 4, 4)
     first_ns = Column(np.int64)
     seen_ns = Column(np.int64)
     kept_ns = Column(np.int64)
@@ -127,9 +136,9 @@ class TrackTable:
         return len(self.records)
 
     @classmethod
-    def blank(cls, count: int, cameras: int) -> Self:
+    def blank(cls, count: int, cameras: int, modes: int = 0) -> Self:
         """Return that many tracks of which nothing is known."""
-        record = _blank(cameras)
+        record = _blank(cameras, modes)
         return cls(_opaque(record).repeat(count).view(record.dtype))
 
     def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Self:
@@ -153,12 +162,13 @@ class TrackTable:
 
 
 @cache
-def _blank(cameras: int) -> NDArray[Any]:
+def _blank(cameras: int, modes: int) -> NDArray[Any]:
     """Return the (1,) record of a track of which nothing is known."""
     columns = [column for column in vars(TrackTable).values() if isinstance(column, Column)]
-    record = np.zeros(1, np.dtype([column.field(cameras) for column in columns], align=True))
-    for column in columns:
-        record[column.field(cameras)[0]] = column.fill
+    fields = [column.field(cameras, modes) for column in columns]
+    record = np.zeros(1, np.dtype(fields, align=True))
+    for column, (name, *_) in zip(columns, fields):
+        record[name] = column.fill
     return record
 
 

@@ -137,27 +137,36 @@ def projections(covariance: Floats, slope: Floats) -> Floats:
     return spread
 
 
+@inner
+def moved_on(
+    mean: Floats, old: Floats, time: float, density: float, moved: Floats, new: Floats
+) -> None:
+    """Write one state (4,), (4, 4) as `predict` does: with white acceleration, integrated."""
+    for i in range(2):
+        moved[i] = mean[i] + time * mean[2 + i]
+        moved[2 + i] = mean[2 + i]
+        for j in range(2):
+            mixed, velocity = (old[i, 2 + j] + old[2 + j, i]) / 2, old[2 + i, 2 + j]
+            other = (old[j, 2 + i] + old[2 + i, j]) / 2
+            new[i, j] = old[i, j] + time * (mixed + other) + time**2 * velocity
+            new[i, 2 + j] = new[2 + j, i] = mixed + time * velocity
+            new[2 + i, 2 + j] = velocity
+        new[i, i] += density * time**3 / 3
+        new[i, 2 + i] += density * time**2 / 2
+        new[2 + i, i] = new[i, 2 + i]
+        new[2 + i, 2 + i] += density * time
+
+
 @compiled(_STATES(FLOATS_2D, FLOATS_3D, FLOATS_1D, types.f8))
 def _predict(
     mean: Floats, covariance: Floats, seconds: Floats, density: float
 ) -> tuple[Floats, Floats]:
-    """Apply `transition_matrix` and add white acceleration, integrated, block by block."""
+    """Apply `transition_matrix` and add white acceleration, block by block."""
     moved, spread = np.empty(mean.shape), np.empty(covariance.shape)
     for index in range(len(mean)):
-        time, old, new = seconds[index], covariance[index], spread[index]
-        for i in range(2):
-            moved[index, i] = mean[index, i] + time * mean[index, 2 + i]
-            moved[index, 2 + i] = mean[index, 2 + i]
-            for j in range(2):
-                mixed, velocity = (old[i, 2 + j] + old[2 + j, i]) / 2, old[2 + i, 2 + j]
-                other = (old[j, 2 + i] + old[2 + i, j]) / 2
-                new[i, j] = old[i, j] + time * (mixed + other) + time**2 * velocity
-                new[i, 2 + j] = new[2 + j, i] = mixed + time * velocity
-                new[2 + i, 2 + j] = velocity
-            new[i, i] += density * time**3 / 3
-            new[i, 2 + i] += density * time**2 / 2
-            new[2 + i, i] = new[i, 2 + i]
-            new[2 + i, 2 + i] += density * time
+        moved_on(
+            mean[index], covariance[index], seconds[index], density, moved[index], spread[index]
+        )
     return moved, spread
 
 

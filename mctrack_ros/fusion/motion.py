@@ -1,0 +1,166 @@
+"""How tracks move on the ground: one constant-velocity filter, or several that interact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.fusion.information import Told
+from mctrack_ros.fusion.interacting import interact, judge
+from mctrack_ros.fusion.parameters import MotionConfig
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.tracking.kalman import predict
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+class Motion(Protocol):
+    """What keeps the states of tracks; the associations know these alone."""
+
+    @property
+    def modes(self) -> int:
+        """How many modes a track of the table has."""
+        ...
+
+    def begin(self, fresh: TrackTable) -> None:
+        """Prepare tracks that have a state and nothing else."""
+        ...
+
+    def predict(self, table: TrackTable, seconds: float) -> None:
+        """Move the states of all tracks on."""
+        ...
+
+    def update(self, table: TrackTable, state: tuple[Floats, Floats], told: Told) -> None:
+        """Give the tracks what was measured of them; a single filter would have that state."""
+        ...
+
+    def follow(self, table: TrackTable, rows: Indices) -> None:
+        """Take notice that the states of some tracks were changed otherwise."""
+        ...
+
+
+@dataclass(frozen=True)
+class ConstantVelocity:
+    """
+    White acceleration of one density.
+
+    Attributes
+    ----------
+    density : float
+        Power spectral density of the acceleration, m²/s³.
+
+    """
+
+    density: float
+    modes = 0
+
+    @classmethod
+    def configured(cls, config: MotionConfig) -> Self:
+        """Return the motion that parameters describe."""
+        return cls(config.acceleration_density)
+
+    def begin(self, fresh: TrackTable) -> None:
+        """Need nothing."""
+
+    def predict(self, table: TrackTable, seconds: float) -> None:
+        """Move the states of all tracks on."""
+        state = table.mean, table.covariance
+        table.mean, table.covariance = predict(*state, seconds, self.density)
+
+    def update(self, table: TrackTable, state: tuple[Floats, Floats], told: Told) -> None:
+        """Take the state as it is."""
+        table.mean, table.covariance = state
+
+    def follow(self, table: TrackTable, rows: Indices) -> None:
+        """Need nothing."""
+
+
+@dataclass(frozen=True)
+class InteractingModels:
+    """
+    An interacting multiple model filter of two modes: calm, and manoeuvring.
+
+    Each is white acceleration of its own density; which one a target is in is a Markov chain in
+    continuous time. Blom and Bar-Shalom 1988, "The interacting multiple model algorithm for
+    systems with Markovian switching coefficients"; Bar-Shalom, Li and Kirubarajan 2001, section
+    11.6.6. The state of the table has the moments of the mixture.
+
+    Attributes
+    ----------
+    densities : (float, float)
+        Power spectral densities of the acceleration, m²/s³.
+    times : (float, float)
+        How long each mode lasts in the mean, s.
+
+    """
+
+    densities: tuple[float, float]
+    times: tuple[float, float]
+
+    @classmethod
+    def configured(cls, config: MotionConfig) -> Self:
+        """Return the motion that parameters describe."""
+        return cls(
+            (config.calm_density, config.manoeuvre_density),
+            (config.calm_time, config.manoeuvre_time),
+        )
+
+    @property
+    def modes(self) -> int:
+        """How many modes a track has."""
+        return len(self.densities)
+
+    def transition(self, seconds: float) -> Floats:
+        """Return how probable each mode (column) is so long after each (row), (2, 2)."""
+        shares = np.array(self.times) / sum(self.times)
+        kept = np.exp(-seconds * sum(1 / time for time in self.times))
+        return np.asarray(kept * np.eye(2) + (1 - kept) * shares)
+
+    def begin(self, fresh: TrackTable) -> None:
+        """Let all modes begin at the state, each as probable as it is at any time."""
+        fresh.mode_probability = np.array(self.times) / sum(self.times)
+        self.follow(fresh, np.arange(len(fresh)))
+
+    def predict(self, table: TrackTable, seconds: float) -> None:
+        """Mix the modes and move them on."""
+        interact(
+            table.mean,
+            table.covariance,
+            table.mode_mean,
+            table.mode_covariance,
+            table.mode_probability,
+            self.transition(seconds),
+            seconds,
+            np.array(self.densities),
+        )
+
+    def update(self, table: TrackTable, state: tuple[Floats, Floats], told: Told) -> None:
+        """Update each mode by what was measured, and judge it by how well it foresaw that."""
+        judge(
+            table.mean,
+            table.covariance,
+            table.mode_mean,
+            table.mode_covariance,
+            table.mode_probability,
+            *told,
+        )
+
+    def follow(self, table: TrackTable, rows: Indices) -> None:
+        """Let all modes of those tracks begin anew at their states."""
+        table.mode_mean[rows] = table.mean[rows, None]
+        table.mode_covariance[rows] = table.covariance[rows, None]
+
+
+MODELS: dict[str, type[ConstantVelocity] | type[InteractingModels]] = {
+    'constant_velocity': ConstantVelocity,
+    'interacting': InteractingModels,
+}
+
+
+def motion_of(config: MotionConfig) -> Motion:
+    """Return the motion that parameters name."""
+    return MODELS[config.model].configured(config)
