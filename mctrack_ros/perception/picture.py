@@ -17,8 +17,10 @@ class Picture:
     ----------
     image : (h, w, 3) uint8 array
         Blue, green, red.
+    found : (h, w) uint8 array
+        Its foreground as found, 255.
     mask : (h, w) uint8 array
-        Its cleaned foreground, 255.
+        The same, cleaned: without what is narrower than a person.
     background : (h, w, 3) uint8 array
         Without what moves.
     difference : (h, w) uint8 array
@@ -29,6 +31,7 @@ class Picture:
     """
 
     image: NDArray[np.uint8]
+    found: NDArray[np.uint8]
     mask: NDArray[np.uint8]
     background: NDArray[np.uint8]
     difference: NDArray[np.uint8]

@@ -168,7 +168,7 @@ class CameraPipeline:
             scale,
             self._config.blobs,
         )
-        picture = Picture(small, mask, background, difference, scale)
+        picture = Picture(small, raw, mask, background, difference, scale)
         detections, events = self._tracker.step(blobs, picture, stamp_ns, feedback, shift.noise_px)
         persons = np.vstack([blobs.box, detections.box]) / scale
         self._background.track(detections.box / scale)

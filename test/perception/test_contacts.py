@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -23,7 +25,7 @@ BLOB = np.array([[18.0, 20, 18, 20]])
 def picture_of(difference, scale=1.0, colour=(1, 1, 1)):
     image = (difference[..., None] * np.array(colour)).astype(np.uint8)
     mask = 255 * (difference > 0).astype(np.uint8)
-    return Picture(image, mask, np.zeros_like(image), difference, scale)
+    return Picture(image, mask, mask, np.zeros_like(image), difference, scale)
 
 
 def parts(difference, strength=STRENGTH, scale=1.0, colour=(1, 1, 1), box=BOXES):
@@ -40,6 +42,18 @@ def test_a_strong_bridge_joins(scene):
     scene[30, 25:29] = 120
     one, other = parts(scene)
     assert one == other
+
+
+def test_an_arm_that_cleaning_has_cut_joins(scene):
+    cleaned = picture_of(scene).mask
+    cleaned[:, 26:28] = 0
+    scene[30, 25:29] = 120
+    picture = replace(picture_of(scene), mask=cleaned)
+    blobs = np.array([[18.0, 20, 8, 20], [28, 20, 8, 20]])
+    one, other = contacts(BOXES, blobs, picture, STRENGTH)
+    assert one == other
+    one, other = contacts(BOXES, blobs, replace(picture, found=cleaned), STRENGTH)
+    assert one != other
 
 
 def test_what_differs_less_joins_only_if_it_is_brighter_or_darker(scene):

@@ -44,7 +44,8 @@ class Crowd:
             np.tile([0.6, 1.75], (count, 1)),
             np.zeros((count, 48)) if templates is None else templates,
         )
-        picture = Picture(self.image, self.mask, np.zeros_like(self.image), self.mask, 1.0)
+        background = np.zeros_like(self.image)
+        picture = Picture(self.image, self.mask, self.mask, background, self.mask, 1.0)
         return partition(
             picture, self.blob[None], self.sizes, members, 1.75, MIXED, PartitionConfig()
         )
