@@ -39,6 +39,7 @@ class Experiment(StrEnum):
     CONSISTENCY = 'consistency'
     FEEDBACK = 'feedback'
     COVERING = 'covering'
+    BIASED = 'biased'
 
 
 DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20)
@@ -135,6 +136,13 @@ def _experiment(experiment: Experiment, data: Path | None, picture: Path | None)
         from mctrack_ros.experiments.scenarios.feedback import reproduce_feedback
 
         return reproduce_feedback(progress=_tell)
+    if experiment is Experiment.BIASED:
+        from mctrack_ros.cli.progress import progress_bar
+        from mctrack_ros.experiments.fusion_bench import toolkit_folder
+        from mctrack_ros.experiments.scenarios.biased import reproduce_biased
+
+        with progress_bar('scenes') as progress:
+            return reproduce_biased(toolkit_folder(), progress=progress)
     if experiment is Experiment.FIG20:
         from mctrack_ros.experiments.fig20 import reproduce_fig20
 

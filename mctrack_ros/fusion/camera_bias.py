@@ -24,6 +24,8 @@ INDEPENDENT = 0.5
 """Share of them that counts as independent."""
 SURE = 3.0
 """Standard deviations by which a bias must stand out of chance."""
+STILL_SURE = 1.0
+"""As many for one that is known: no camera is doubted and believed by turns."""
 MEDIAN_SQUARED = 2 * np.log(2)
 """Median of a squared Mahalanobis distance in the plane."""
 NORMAL_MAD = 1.4826
@@ -116,8 +118,9 @@ class CameraBias:
             self._residual[own] = np.concatenate([self._residual[own], residual[new]])[-KEPT:]
             joined = np.concatenate([self._covariance[own], covariance[new]])
             self._covariance[own] = joined[-KEPT:]
+            known = self.offset[own].any() or self.variance[own] > 0
             self.offset[own], self.variance[own] = judged(
-                self._residual[own], self._covariance[own]
+                self._residual[own], self._covariance[own], STILL_SURE if known else SURE
             )
 
 
@@ -135,7 +138,7 @@ def _beyond(residual: Floats, covariance: Floats, offset: Floats, variance: floa
 
 
 @inner
-def _offset(residual: Floats) -> Floats:
+def _offset(residual: Floats, sure: float) -> Floats:
     """Return the median residual, less what it may be by chance (James and Stein's way)."""
     middle, square = np.empty(2), 0.0
     for axis in range(2):
@@ -143,11 +146,11 @@ def _offset(residual: Floats) -> Floats:
         deviation = NORMAL_MAD * np.median(np.abs(residual[:, axis] - middle[axis]))
         square += (MEDIAN_LOSS * deviation) ** 2 / (INDEPENDENT * len(residual)) / 2
     size = (middle**2).sum()
-    return middle * max(1 - SURE**2 * square / size, 0.0) if size > 0.0 else middle
+    return middle * max(1 - sure**2 * square / size, 0.0) if size > 0.0 else middle
 
 
-@compiled(types.Tuple([types.f8[::1], types.f8])(FLOATS_2D, FLOATS_3D))
-def judged(residual: Floats, covariance: Floats) -> tuple[Floats, float]:
+@compiled(types.Tuple([types.f8[::1], types.f8])(FLOATS_2D, FLOATS_3D, types.f8))
+def judged(residual: Floats, covariance: Floats, sure: float) -> tuple[Floats, float]:
     """
     Judge a camera by its residuals.
 
@@ -157,6 +160,8 @@ def judged(residual: Floats, covariance: Floats) -> tuple[Floats, float]:
         How its detections lie beside what others say, m.
     covariance : (n, 2, 2) array
         How they should, m².
+    sure : float
+        Standard deviations of chance by which they must fail to be so.
 
     Returns
     -------
@@ -167,10 +172,10 @@ def judged(residual: Floats, covariance: Floats) -> tuple[Floats, float]:
 
     """
     offset, count = np.zeros(2), len(residual)
-    allowed = count / 2 + SURE * np.sqrt(count / INDEPENDENT) / 2
+    allowed = count / 2 + sure * np.sqrt(count / INDEPENDENT) / 2
     if _beyond(residual, covariance, offset, 0.0) <= allowed:
         return offset, 0.0
-    offset = _offset(residual)
+    offset = _offset(residual, sure)
     if _beyond(residual, covariance, offset, 0.0) <= allowed:
         return offset, 0.0
     low, high = 0.0, REACH_M**2

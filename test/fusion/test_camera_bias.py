@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
-from mctrack_ros.fusion.camera_bias import judged
+from mctrack_ros.fusion.camera_bias import SURE, judged
 from mctrack_ros.interfaces import CameraDetections, Tick, Ticks
 
 CAMERAS = ('cam1', 'cam2', 'cam3', 'cam4')
@@ -116,22 +116,22 @@ def residuals(count, shift=(0.0, 0.0), sigma=SIGMA, seed=0):
 def test_a_third_of_mistaken_pairs_does_not_matter():
     residual, covariance = residuals(120, shift=(0.5, 0.0))
     residual[::3] = np.random.default_rng(1).uniform(-2, 2, (40, 2))
-    offset, _ = judged(residual, covariance)
+    offset, _ = judged(residual, covariance, SURE)
     assert np.allclose(offset, [0.5, 0.0], atol=0.1)
 
 
 def test_of_honest_cameras_one_in_hundreds_is_doubted():
-    doubted = [judged(*residuals(128, seed=seed)) for seed in range(500)]
+    doubted = [judged(*residuals(128, seed=seed), SURE) for seed in range(500)]
     assert np.mean([bool(variance or offset.any()) for offset, variance in doubted]) < 0.005
 
 
 @given(st.integers(0, 128), st.integers(0, 1000), st.floats(0.0, 2.0), st.floats(0.05, 1.0))
 def test_judgement_is_bounded_and_turns_with_the_ground(count, seed, shift, sigma):
     residual, covariance = residuals(count, (shift, -shift), sigma, seed)
-    offset, variance = judged(residual, covariance)
+    offset, variance = judged(residual, covariance, SURE)
     assert 0 <= variance <= 9
     largest = np.abs(residual).max(axis=0, initial=0.0)
     assert (np.abs(offset) <= largest).all()
-    turned, same = judged(np.ascontiguousarray(-residual[:, ::-1]), covariance)
+    turned, same = judged(np.ascontiguousarray(-residual[:, ::-1]), covariance, SURE)
     assert np.allclose(turned, -offset[::-1])
     assert same == pytest.approx(variance)
