@@ -1,7 +1,14 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.experiments.scenarios.consistency import map_figures, modelled, nees_figures
+from mctrack_ros.experiments.scenarios.consistency import (
+    KINDS,
+    error_figures,
+    map_figures,
+    modelled,
+    nees_figures,
+)
+from mctrack_ros.fusion import FusionConfig
 
 
 def drawn(seed, told=1.0, rows=400):
@@ -31,5 +38,18 @@ def test_the_map_tells_how_measured_and_told_errors_compare():
 
 
 def test_a_target_that_moves_as_the_filter_assumes_is_where_it_is_told_to_be():
-    figures = nees_figures('x', [modelled(seed) for seed in (1, 2)], 4)
+    figures = nees_figures('x', [modelled(seed, FusionConfig()) for seed in (1, 2)], 4)
     assert 0.5 < figures['x.nees'] < 1.6
+
+
+def test_errors_stand_beside_what_is_told_of_them():
+    figures = error_figures('x', [drawn(seed, 2.0) for seed in range(20)])
+    assert figures['x.error_m'] == pytest.approx(np.sqrt(2), rel=0.02)
+    assert figures['x.velocity_error_ratio'] == pytest.approx(0.5, rel=0.02)
+
+
+@pytest.mark.parametrize('kind', KINDS)
+def test_everybody_is_followed_to_the_end(kind):
+    truth, error, _ = KINDS[kind](3, FusionConfig())
+    assert len(truth) >= 100
+    assert np.linalg.norm(error[-1, :2]) < 1.0

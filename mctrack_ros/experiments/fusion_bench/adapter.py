@@ -19,8 +19,15 @@ IS_REPORTED = np.isin(np.arange(256), REPORTED)
 SENSOR_SIGMA_M = 0.001
 """The covariances of the scenes are true: cameras there have no errors beside them, m."""
 
-ACCELERATION_DENSITY = 1.5
-"""Of the targets, m²/s³."""
+MOTION: dict[str, Any] = {
+    'model': 'interacting',
+    'calm_density': 0.05,
+    'manoeuvre_density': 3.0,
+    'calm_time': 3.0,
+    'manoeuvre_time': 1.0,
+    'acceleration_density': 1.5,
+}
+"""Of the targets, m²/s³ and s."""
 
 
 class CoreTracker:
@@ -68,18 +75,14 @@ def told_config(scenario: Any) -> FusionConfig:
     """
     Return what the benchmark tells every tracker, and what was tuned on its seeds 1 to 3.
 
-    Tuned are the associator and the acceleration; all else is as it comes.
+    Tuned are the associator and the motion; all else is as it comes.
     """
     default = FusionConfig()
     density = scenario.sensors.clutter_density
     return replace(
         default,
         batching=replace(default.batching, period=scenario.tick_s),
-        motion=replace(
-            default.motion,
-            sensor_sigma=SENSOR_SIGMA_M,
-            acceleration_density=ACCELERATION_DENSITY,
-        ),
+        motion=replace(default.motion, sensor_sigma=SENSOR_SIGMA_M, **MOTION),
         association=replace(default.association, method='jpda', false_density=density),
     )
 

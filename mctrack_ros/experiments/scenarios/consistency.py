@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -17,7 +18,10 @@ from mctrack_ros.experiments.scenarios.rooms import AROUND, HALL, PERSONAL
 from mctrack_ros.experiments.scenarios.stage import TICK_S, Stage, View, hidden_in
 from mctrack_ros.experiments.scenarios.walks import walk
 from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion.motion import MODELS
 from mctrack_ros.interfaces import TrackStatus
+from mctrack_ros.simulation import Scenario
+from mctrack_ros.simulation.players import simulate_motion
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +29,8 @@ SEEDS = tuple(range(101, 151))
 SECONDS, SETTLED_S = 8.0, 2.0
 WIDE = (-45.0, -45.0, 45.0, 45.0)
 FAR = tuple(View(place, WIDE) for place in ((-50.0, -40.0), (50.0, -40.0), (0.0, 60.0)))
+PITCH = (-10.0, -10.0, 115.0, 78.0)
+STANDS = tuple(View(place, PITCH) for place in ((-15.0, -15.0), (120.0, -15.0), (52.5, 90.0)))
 CELL_M = 5.0
 LEAST_ROWS = 200
 """A cell of the map with fewer rows is left out."""
@@ -43,18 +49,21 @@ def reproduce_consistency(
     Parameters
     ----------
     seeds : sequence of int
-        One target that moves as the filter assumes, and one who walks, for each.
+        One target that moves as the filter assumes, one who walks and one who plays, for each.
     progress : callable
         Told how many are done, of how many.
 
     """
-    jobs = [(kind, seed) for kind in KINDS for seed in seeds]
+    jobs = [(kind, model, seed) for kind, model in RUNS for seed in seeds]
     rows = run_spread(_rows, jobs, progress)
-    as_modelled, as_walking = rows[: len(seeds)], rows[len(seeds) :]
-    figures = nees_figures('model', as_modelled, STATE)
-    figures |= nees_figures('model.place', as_modelled, PLACE)
-    figures |= nees_figures('walking.place', as_walking, PLACE)
-    figures |= map_figures('walking', as_walking)
+    figures: dict[str, float] = {}
+    for index, (kind, model) in enumerate(RUNS):
+        runs = rows[index * len(seeds) : (index + 1) * len(seeds)]
+        name = kind if model == FusionConfig().motion.model else f'{kind}.{model}'
+        figures |= nees_figures(name, runs, STATE) | nees_figures(f'{name}.place', runs, PLACE)
+        figures |= error_figures(name, runs)
+        if kind in MAPPED:
+            figures |= map_figures(name, runs)
     return Figures('consistency', 'mctrack reproduce consistency', _protocol(seeds), figures)
 
 
@@ -76,6 +85,18 @@ def nees_figures(name: str, runs: Sequence[Rows], size: int) -> dict[str, float]
         f'{name}.nees_high': float(high),
         f'{name}.nees_inside': float(((mean >= low) & (mean <= high)).mean()),
     }
+
+
+def error_figures(name: str, runs: Sequence[Rows]) -> dict[str, float]:
+    """Return the rms errors of places, m, and velocities, m/s, measured over what is told."""
+    _, error, spread = (np.concatenate(each) for each in zip(*runs))
+    measured, told = error**2, np.diagonal(spread, axis1=1, axis2=2)
+    figures = {}
+    for word, part in (('error_m', slice(2)), ('velocity_error', slice(2, 4))):
+        rms = np.sqrt(measured[:, part].sum(axis=1).mean())
+        figures[f'{name}.{word}'] = float(rms)
+        figures[f'{name}.{word}_ratio'] = float(rms / np.sqrt(told[:, part].sum(axis=1).mean()))
+    return figures
 
 
 def map_figures(name: str, runs: Sequence[Rows]) -> dict[str, float]:
@@ -102,10 +123,9 @@ def _normalised(error: Floats, spread: Floats, size: int) -> Floats:
     return np.asarray((error * solved).sum(axis=1))
 
 
-def modelled(seed: int) -> Rows:
+def modelled(seed: int, config: FusionConfig) -> Rows:
     """Play one who moves as the filter assumes, seen with the errors that it is told of."""
     rng = np.random.default_rng([seed, 1])
-    config = FusionConfig()
     density = config.motion.acceleration_density
     states = np.zeros((round(SECONDS / TICK_S), 4))
     cube, square = TICK_S**3 / 3, TICK_S**2 / 2
@@ -120,7 +140,7 @@ def modelled(seed: int) -> Rows:
     return rows_of(play(stage, seed, config), states)
 
 
-def walking(seed: int) -> Rows:
+def walking(seed: int, config: FusionConfig) -> Rows:
     """Play one who walks through the hall before cameras that are each a little off."""
     rng = np.random.default_rng([seed, 1])
     places = rng.uniform(HALL[0] + 2, HALL[2] - 2, (4, 2))
@@ -130,10 +150,25 @@ def walking(seed: int) -> Rows:
     paths = path[:, None]
     stage = Stage(paths, np.zeros(1, np.int64), AROUND, hidden_in(paths, (), 3), PERSONAL)
     states = np.column_stack([path, np.gradient(path, TICK_S, axis=0)])
-    return rows_of(play(stage, seed), states)
+    return rows_of(play(stage, seed, config), states)
 
 
-KINDS = {'model': modelled, 'walking': walking}
+def playing(seed: int, config: FusionConfig) -> Rows:
+    """Play one player of the synthetic match, who runs, brakes and turns, before such cameras."""
+    motion = simulate_motion(Scenario(seed=seed, duration_s=SECONDS))
+    player = seed % motion.position.shape[1]
+    paths = motion.position[:, [player]]
+    hidden = hidden_in(paths, (), len(STANDS))
+    stage = Stage(paths, np.zeros(1, np.int64), STANDS, hidden, PERSONAL)
+    return rows_of(
+        play(stage, seed, config), np.column_stack([paths[:, 0], motion.velocity[:, player]])
+    )
+
+
+KINDS = {'model': modelled, 'walking': walking, 'playing': playing}
+MAPPED = ('walking', 'playing')
+RUNS = (('model', 'constant_velocity'), *((kind, model) for kind in MAPPED for model in MODELS))
+"""Who moves how, and how fusion thinks that he does."""
 
 
 def rows_of(played: Played, states: Floats) -> Rows:
@@ -151,9 +186,10 @@ def rows_of(played: Played, states: Floats) -> Rows:
     return truth, error, spread
 
 
-def _rows(job: tuple[str, int]) -> Rows:
-    kind, seed = job
-    return KINDS[kind](seed)
+def _rows(job: tuple[str, str, int]) -> Rows:
+    kind, model, seed = job
+    config = FusionConfig()
+    return KINDS[kind](seed, replace(config, motion=replace(config.motion, model=model)))
 
 
 def _protocol(seeds: Sequence[int]) -> dict[str, str]:
@@ -163,6 +199,9 @@ def _protocol(seeds: Sequence[int]) -> dict[str, str]:
         'model': "one target whose acceleration is white noise of the filter's density, errors of "
         'detections as the filter is told; cameras 40 to 100 m away',
         'walking': 'one who walks straight from place to place and sways, cameras 0.1 m off each',
+        'playing': 'one player of the synthetic match, cameras so, around the pitch',
+        'interacting': 'with motion.model interacting',
+        'error': 'rms of places and of velocities (m/s); ratio: over what is told',
         'nees': 'normalised estimation error squared per value of the state (place and velocity; '
         f'place alone), from {SETTLED_S:g} s on: 1 is right, below it the tracks are better '
         'than they say; low, high: 95 % band of its mean over the seeds at a tick; inside: share '
