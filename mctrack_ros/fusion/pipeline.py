@@ -262,7 +262,9 @@ class FusionPipeline:
             if table.confirmed[drop]:
                 old_id = int(table.track_id[drop])
                 events.add(EventCode.CORRECTION, table, keep, old_id=old_id)
-        return self._remove(dropped, events)
+        joined = self._remove(dropped, events)
+        self._recognition.note_joined(joined, stamp_ns)
+        return joined
 
     def _delete(self, stamp_ns: int, events: EventLog) -> TrackTable:
         lost = self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)

@@ -25,6 +25,10 @@ MOST_MEETINGS = 300
 """So many pairs of who was lost and who was near him met in one tick at most: more is a flood."""
 
 
+PAST_S = 1.0
+"""Who was tracked for longer before he came near another was somebody of his own, s."""
+
+
 class Recognition:
     """
     Gives ids to those who look like those who had them.
@@ -47,7 +51,7 @@ class Recognition:
     """
 
     def __init__(self, config: FusionConfig) -> None:
-        self._config = config.recognition
+        self._config, self._merge_time = config.recognition, config.life.merge_time
         self.portraits = Portraits(config.recognition)
         self._suspects = Suspects()
         self._absence = Absence(config, self.portraits)
@@ -67,6 +71,18 @@ class Recognition:
             self._suspects.meet(int(table.track_id[column]), names[row])
         self._lose(dict(zip(names, zip(seen_ns.tolist(), places))))
         self._absence.note(removed.select(rows), stamp_ns)
+
+    def note_joined(self, removed: TrackTable, stamp_ns: int) -> None:
+        """
+        Remember tracks that were taken for duplicates though they had a past of their own.
+
+        Two who walk as one are one track to all cameras; when they part, the new track is the
+        other one again.
+        """
+        age_s = (stamp_ns - removed.first_ns) / 1e9
+        own = removed.confirmed & (age_s > self._merge_time + PAST_S)
+        if own.any():
+            self._absence.note(removed.select(own), stamp_ns)
 
     def forget(self, name: int) -> None:
         """Forget one who turned out to be another."""
