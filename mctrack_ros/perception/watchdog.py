@@ -52,6 +52,11 @@ class WatchdogConfig:
     renewal_s: float = parameter(
         20.0, 'time after which patches that are seldom found are exchanged [s]', minimum=0.1
     )
+    unknown_px: float = parameter(
+        20.0,
+        'noise added to places in the picture while the first view is not found again [px]',
+        minimum=0.0,
+    )
 
 
 class ShiftState(StrEnum):
@@ -80,6 +85,8 @@ class CameraShift:
         Clockwise as seen.
     patches : int
         How many agreed when last looked.
+    noise_px : float
+        Standard deviation that it adds to a place in the picture along each axis, px.
 
     """
 
@@ -89,11 +96,7 @@ class CameraShift:
     down_px: float = 0.0
     turn_deg: float = 0.0
     patches: int = 0
-
-    @property
-    def noise_px(self) -> float:
-        """Standard deviation that it adds to a place in the picture along each axis, px."""
-        return self.size_px if self.state is ShiftState.MOVED else 0.0
+    noise_px: float = 0.0
 
 
 class Watchdog:
@@ -281,17 +284,19 @@ class Watchdog:
         moved = self.shift.state is ShiftState.MOVED
         if lasting is None:
             if not self._recent and not moved:
-                self.shift = CameraShift(ShiftState.UNKNOWN)
+                self.shift = CameraShift(ShiftState.UNKNOWN, noise_px=self._config.unknown_px)
             return
         self._held, size = lasting, lasting.size(self._image_size)
         limit = self._config.threshold_px * (END_SHARE if moved else 1.0)
+        moved = size >= limit
         self.shift = CameraShift(
-            ShiftState.MOVED if size >= limit else ShiftState.STILL,
+            ShiftState.MOVED if moved else ShiftState.STILL,
             size,
             lasting.right,
             lasting.down,
             float(np.degrees(np.arctan2(lasting.turn, 1 + lasting.zoom))),
             self._agreed,
+            size if moved else 0.0,
         )
 
 

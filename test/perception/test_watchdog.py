@@ -155,8 +155,11 @@ def test_a_creeping_shift_adds_up_while_patches_are_exchanged(camera):
 def test_a_covered_lens_is_said_and_no_shift(camera):
     said = camera.show(10.0, lambda picture, time_s: np.zeros_like(picture))
     assert said[-1].state is ShiftState.UNKNOWN
-    assert said[-1].noise_px == 0.0
-    assert camera.show(6.0)[-1].state is ShiftState.STILL
+    assert said[-1].size_px == 0.0
+    assert said[-1].noise_px == WatchdogConfig().unknown_px
+    back = camera.show(6.0)[-1]
+    assert back.state is ShiftState.STILL
+    assert back.noise_px == 0.0
 
 
 @pytest.mark.parametrize('moved', [{'right': 20.0}, {'turn_deg': 1.0}], ids=str)
