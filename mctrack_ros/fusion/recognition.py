@@ -24,7 +24,6 @@ IMPOSSIBLE = 1e6
 MOST_MEETINGS = 300
 """So many pairs of who was lost and who was near him met in one tick at most: more is a flood."""
 
-
 PAST_S = 1.0
 """Who was tracked for longer before he came near another was somebody of his own, s."""
 

@@ -20,7 +20,7 @@ class Picture:
     found : (h, w) uint8 array
         Its foreground as found, 255.
     mask : (h, w) uint8 array
-        The same, cleaned: without what is narrower than a person.
+        The same, cleaned: without what is only a few pixels wide.
     background : (h, w, 3) uint8 array
         Without what moves.
     difference : (h, w) uint8 array
