@@ -20,7 +20,6 @@ _DOMAIN = typer.Option(
     None, min=0, max=232, help='ROS domain; unless given, that of ROS_DOMAIN_ID.'
 )
 _OUTPUTS = '/(tracks|events|feedback|ticks|site)'
-_SETTLE_S = 1.5
 
 
 def demo(
@@ -113,6 +112,5 @@ def _recorder_and_player(options: DemoOptions, site: SiteConfig) -> list[NodeSpe
             topics=played,
             wait_for=[*awaited_topics(site, recorded=True), '/truth/tracks'],
             restamp=True,
-            settle=_SETTLE_S,
         ),
     ]

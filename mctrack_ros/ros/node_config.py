@@ -141,7 +141,11 @@ class PlayerConfig:
         20.0, 'how long to wait for them, then start anyway [s]', minimum=0.0, maximum=3600.0
     )
     settle: float = parameter(
-        0.5, 'pause between the last match and the first message [s]', minimum=0.0, maximum=60.0
+        3.5,
+        'pause between the last match and the first message; DDS takes up to 3 s to say again '
+        'what got lost while the nodes met [s]',
+        minimum=0.0,
+        maximum=60.0,
     )
     depth: int = parameter(100, 'messages of a topic that may queue', minimum=1, maximum=10000)
 

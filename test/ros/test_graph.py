@@ -89,10 +89,10 @@ def test_a_bag_is_tracked_live_and_recorded(bench, site, supervised, walker_bag,
     nodes = [
         *patient_nodes(site),
         recorder_node(tmp_path / 'out', RECORDED),
-        player_node(walker_bag, restamp=True, wait_for=awaited_topics(site, True), settle=2.0),
+        player_node(walker_bag, restamp=True, wait_for=awaited_topics(site, True)),
     ]
     supervisor, thread, lines = supervised(nodes)
-    thread.join(timeout=40)
+    thread.join(timeout=90)
     assert not thread.is_alive(), lines
     assert not supervisor.failed, lines
     with BagReader(tmp_path / 'out') as bag:
@@ -139,10 +139,10 @@ def test_nodes_on_simulated_time_track_a_bag(bench, site, supervised, walker_bag
     nodes = [
         *patient_nodes(site, use_sim_time=True),
         recorder_node(tmp_path / 'out', RECORDED, use_sim_time=True),
-        player_node(walker_bag, wait_for=awaited_topics(site, True), settle=2.0),
+        player_node(walker_bag, wait_for=awaited_topics(site, True)),
     ]
     _, thread, lines = supervised(nodes)
-    thread.join(timeout=40)
+    thread.join(timeout=90)
     assert not thread.is_alive(), lines
     with BagReader(tmp_path / 'out') as bag:
         times = [time_ns for _, _, time_ns in bag.messages(['/tracks'])]
