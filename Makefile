@@ -58,6 +58,7 @@ $(VENV)/.requirements: requirements.lock
 $(VENV)/.package: $(VENV)/.requirements $(SOURCES)
 	rm -rf build
 	$(BIN)/pip install -q --disable-pip-version-check --no-deps --no-build-isolation --force-reinstall .
-	@echo "compiling the inner loops: some seconds"
-	cd / && $(abspath $(BIN))/python -c 'import mctrack_ros.perception'
+	@echo "compiling the inner loops: a minute or two"
+	cd / && { $(abspath $(BIN))/python -c 'import mctrack_ros.fusion' & \
+		$(abspath $(BIN))/python -c 'import mctrack_ros.perception' && wait $$!; }
 	touch $@
