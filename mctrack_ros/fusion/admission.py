@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
@@ -24,13 +26,44 @@ def usable_rows(detections: Detections) -> NDArray[np.bool_]:
     A covariance is sound if it is finite, symmetric enough to be positive definite, and not
     larger than a square kilometre. Of a flood only `MOST_DETECTIONS` are used.
     """
-    covariance = np.ascontiguousarray(detections.covariance)
-    usable = _usable(covariance, np.ascontiguousarray(detections.position))
+    usable = _is_sound(detections)
     if len(usable) > MOST_DETECTIONS:
         rows = np.flatnonzero(usable)
         order = np.argsort(-detections.score[rows], kind='stable')
         usable[rows[order[MOST_DETECTIONS:]]] = False
     return usable
+
+
+def usable_of_all(
+    stamp_ns: int, pictures: Sequence[Detections]
+) -> tuple[Detections, NDArray[np.intp]]:
+    """
+    Join the usable detections of several pictures.
+
+    Returns
+    -------
+    detections : Detections
+        Those of one picture after the other, m rows, under that stamp, ns.
+    picture : (m,) int array
+        Which picture each is of.
+
+    """
+    pictures = [
+        each.select(usable_rows(each)) if len(each) > MOST_DETECTIONS else each
+        for each in pictures
+    ]
+    detections = Detections.joined(stamp_ns, pictures)
+    picture = np.arange(len(pictures)).repeat([len(each) for each in pictures])
+    usable = _is_sound(detections)
+    if usable.all():
+        return detections, picture
+    return detections.select(usable), picture[usable]
+
+
+def _is_sound(detections: Detections) -> NDArray[np.bool_]:
+    return _usable(
+        np.ascontiguousarray(detections.covariance), np.ascontiguousarray(detections.position)
+    )
 
 
 @compiled(

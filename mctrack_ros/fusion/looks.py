@@ -9,7 +9,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
-from mctrack_ros.fusion.admission import usable_rows
+from mctrack_ros.fusion.admission import usable_of_all
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.portraits import Portraits
 from mctrack_ros.interfaces import Detections
@@ -72,9 +72,7 @@ class Looks:
         portraits: Portraits,
     ) -> None:
         self.portraits = portraits
-        pictures = [each.select(usable_rows(each)) for each in pictures]
-        self.detections = Detections.joined(tick_ns, pictures)
-        self.picture = np.repeat(np.arange(len(pictures)), [len(each) for each in pictures])
+        self.detections, self.picture = usable_of_all(tick_ns, pictures)
         self.camera = np.array(cameras, np.intp)[self.picture]
         stamp_ns = np.array([each.stamp_ns for each in pictures], np.int64)
         self.stamp_ns = stamp_ns[self.picture]

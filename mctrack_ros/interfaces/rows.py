@@ -121,10 +121,10 @@ class Rows:
             if name in columns:
                 given = np.array(columns[name], dtype)
                 arrays.append(given if given.size else given.reshape((-1, *shape)))
-            elif fill == 0.0:
-                arrays.append(np.zeros((count, *shape), dtype))
             else:
-                arrays.append(np.full((count, *shape), fill, dtype))
+                arrays.append(np.zeros((count, *shape), dtype))
+                if fill != 0.0:
+                    arrays[-1][...] = fill
         cls._check(arrays)
         return _made(cls, int(stamp_ns), _locked(arrays))
 

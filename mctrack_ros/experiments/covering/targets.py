@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.fusion.admission import usable_rows
+from mctrack_ros.fusion.admission import usable_of_all
 from mctrack_ros.fusion.parameters import LifeConfig
-from mctrack_ros.interfaces import Detections, Tick
+from mctrack_ros.interfaces import Tick
 from mctrack_ros.tracking.appearance import squared_hellinger
 from mctrack_ros.tracking.kalman import symmetric
 
@@ -59,14 +59,14 @@ class Sight:
     @classmethod
     def of(cls, tick: Tick, config: FusionConfig) -> Sight:
         """Return what a tick shows."""
-        rows = [each.detections.select(usable_rows(each.detections)) for each in tick.frames]
-        all_of = Detections.joined(tick.stamp_ns, rows)
+        pictures = [each.detections for each in tick.frames]
+        all_of, picture = usable_of_all(tick.stamp_ns, pictures)
         own = symmetric(all_of.covariance.astype(np.float64))
         return cls(
             all_of.position[:, :2].astype(np.float64),
             own + config.motion.sensor_sigma**2 * np.eye(2),
             all_of.template,
-            np.repeat(np.arange(len(rows)), [len(each) for each in rows]),
+            picture,
             all_of.member_count == 1,
         )
 
