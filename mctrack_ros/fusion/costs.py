@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, INTS_1D, compiled
 from mctrack_ros.fusion.likeness import likeness_costs
-from mctrack_ros.fusion.looks import Looks, described
+from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
 
@@ -46,18 +46,18 @@ def cost_parts(
 ) -> dict[str, Floats]:
     """Return the (k,) costs of tracks and detections, (k,) rows each, by what speaks."""
     told = looks.detections
-    is_known = described(table.template)[track] & looks.is_described[row]
-    difference = differences(
-        table.template, told.template, is_known, track, row, config.usual_difference
+    is_known, difference = differences(
+        table.template, told.template, looks.is_described, track, row, config.usual_difference
     )
-    disbelief = _disbelief(
-        told.track_id, told.local_id, looks.camera, table.track_id, table.local_id, track, row
-    )
-    trust = np.where(looks.is_overlapped[row], config.overlap_trust, 1.0)
+    trust = config.identity_bonus, config.identity_bonus * config.overlap_trust
+    belief = _beliefs(
+        told.track_id, told.local_id, looks.camera, looks.is_overlapped,
+        table.track_id, table.local_id, track, row, *trust,
+    )  # fmt: skip
     return {
         'appearance': config.appearance_weight * difference,
         'likeness': likeness_costs(table, looks, track, row, is_known, config),
-        'belief': config.identity_bonus * trust * disbelief,
+        'belief': belief,
         'doubt': np.where(table.confirmed[track], 0.0, config.tentative_cost),
     }
 
@@ -67,20 +67,20 @@ def clutter_cost(config: AssociationConfig) -> float:
     return float(2 * np.log(2 * np.pi * config.false_density))
 
 
-@compiled(types.f8[::1](_IDS, _IDS, INTS_1D, _TABLE_IDS, _MEMORY, INTS_1D, INTS_1D))
-def _disbelief(
-    global_id: Ids,
-    local_id: Ids,
-    camera: Indices,
-    track_id: Ids,
-    remembered: Ids,
-    track: Indices,
-    row: Indices,
-) -> Floats:
+@compiled(
+    types.f8[::1](
+        _IDS, _IDS, INTS_1D, BOOLS_1D, _TABLE_IDS, _MEMORY, INTS_1D, INTS_1D, types.f8, types.f8
+    )
+)
+def _beliefs(
+    global_id: Ids, local_id: Ids, camera: Indices, is_overlapped: Mask,
+    track_id: Ids, remembered: Ids, track: Indices, row: Indices, bonus: float, overlapped: float,
+) -> Floats:  # fmt: skip
     """
-    Return -1 where the camera takes the pair (k,) for one target, 1 for two, 0 unknown.
+    Return what pairs (k,) cost by what the camera believes: less for one target, more for two.
 
-    A global id that the camera was told goes before what it calls the target itself.
+    A global id that the camera was told goes before what it calls the target itself. Boxes that
+    are overlapped have a bonus of their own.
     """
     ids = np.sort(track_id)
     is_told, is_known = np.zeros(len(global_id), np.bool_), np.zeros(len(global_id), np.bool_)
@@ -98,21 +98,43 @@ def _disbelief(
             belief[pair] = -1.0
         is_known[one] |= believed or is_told[one]
     for pair in range(len(track)):
-        if belief[pair] == 0.0 and is_known[row[pair]]:
+        one = row[pair]
+        if belief[pair] == 0.0 and is_known[one]:
             belief[pair] = 1.0
+        belief[pair] *= overlapped if is_overlapped[one] else bonus
     return belief
 
 
-@compiled(types.f8[::1](_TABLE_TEMPLATES, _TEMPLATES, BOOLS_1D, INTS_1D, INTS_1D, types.f8))
+@compiled(
+    types.Tuple([types.b1[::1], types.f8[::1]])(
+        _TABLE_TEMPLATES, _TEMPLATES, BOOLS_1D, INTS_1D, INTS_1D, types.f8
+    )
+)
 def differences(
-    ours: Templates, theirs: Templates, is_known: Mask, track: Indices, row: Indices, usual: float
-) -> Floats:
-    """Return how much more than usual templates differ, (k,), 0 where one is not known."""
-    difference = np.zeros(len(track))
-    for pair in np.flatnonzero(is_known):
-        alike = 0.0
-        for bin in range(ours.shape[1]):
-            one, other = ours[track[pair], bin], theirs[row[pair], bin]
-            alike += np.sqrt(max(one, 0.0) * max(other, 0.0))
-        difference[pair] = min(max(1.0 - alike, 0.0), 1.0) - usual
-    return difference
+    ours: Templates,
+    theirs: Templates,
+    is_described: Mask,
+    track: Indices,
+    row: Indices,
+    usual: float,
+) -> tuple[Mask, Floats]:
+    """
+    Tell how templates of the tracks and of the detections, which are described or not, differ.
+
+    Returns
+    -------
+    is_known : (k,) bool array
+        Which pairs have both.
+    difference : (k,) array
+        How much more than usual they differ; 0 where one is not known.
+
+    """
+    is_known, difference = np.zeros(len(track), np.bool_), np.zeros(len(track))
+    for pair in range(len(track)):
+        if is_described[row[pair]] and ours[track[pair]].any():
+            is_known[pair], alike = True, 0.0
+            for bin in range(ours.shape[1]):
+                one, other = ours[track[pair], bin], theirs[row[pair], bin]
+                alike += np.sqrt(max(one, 0.0) * max(other, 0.0))
+            difference[pair] = min(max(1.0 - alike, 0.0), 1.0) - usual
+    return is_known, difference

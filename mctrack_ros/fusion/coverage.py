@@ -120,7 +120,7 @@ def _probability(
 @compiled(
     types.void(
         COLUMN_2D,
-        BOOLS_1D,
+        types.Array(types.b1, 1, 'A', readonly=True),
         BOOLS_2D,
         BOOLS_2D,
         types.f8,
@@ -139,8 +139,8 @@ def _learn(
     watched: Floats,
     cell: float,
 ) -> None:
-    for row in np.flatnonzero(sure):
-        for level in range(LEVELS):
+    for row in range(len(sure)):
+        for level in range(LEVELS if sure[row] else 0):
             slot = _slot(position[row], cell * COARSENESS**level)
             for camera in range(seen.shape[2]):
                 if is_watched[row, camera]:

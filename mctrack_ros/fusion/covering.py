@@ -24,7 +24,7 @@ from mctrack_ros.fusion.costs import differences
 from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
 from mctrack_ros.fusion.information import Told, updated
 from mctrack_ros.fusion.joint import slots
-from mctrack_ros.fusion.looks import Looks, described
+from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import inverse
@@ -74,9 +74,8 @@ class CoveringAssociation:
         track, detection = gated_pairs(*state, picture, config.gate)
         squared, metres = _distances(*state, picture, track, detection)
         row = looks.single[detection]
-        is_known = described(table.template)[track] & looks.is_described[row]
-        templates = table.template, looks.detections.template
-        difference = differences(*templates, is_known, track, row, config.usual_difference)
+        templates = table.template, looks.detections.template, looks.is_described
+        _, difference = differences(*templates, track, row, config.usual_difference)
         cost = COSTS[config.method](squared, metres, difference + config.usual_difference)
         near = np.flatnonzero(cost < np.inf)
         track, detection = track[near], detection[near]

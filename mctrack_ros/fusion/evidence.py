@@ -59,32 +59,36 @@ class Evidence:
         """
         life = self._life
         is_alone = table.cameras & (table.cameras - 1) == 0  # at most one camera's bit is set
-        gain, seen, told = _weighed(
+        confirmed, seen, told = _weighed(
             table.cameras,
             table.hidden_ns,
             table.confirmed,
+            table.evidence,
             present,
             tick_ns - round(seconds * 1e9),
             self._coverage.probability(table.mean, is_alone),
+            min(seconds / life.look_time, 1.0),
             life.hit_evidence,
             life.miss_weight,
+            life.most_evidence,
+            life.confirm_evidence,
         )
-        look, most = min(seconds / life.look_time, 1.0), life.most_evidence
-        table.evidence = np.minimum(np.maximum(table.evidence + look * gain, -most), most)
-        confirmed = ~table.confirmed & (table.evidence >= life.confirm_evidence)
-        table.confirmed = sure = table.confirmed | confirmed
-        self._coverage.learn(table.mean, sure, seen, told, min(seconds, life.look_time))
-        return np.asarray(confirmed)
+        self._coverage.learn(table.mean, table.confirmed, seen, told, min(seconds, life.look_time))
+        return confirmed
 
 
 @compiled(
-    types.Tuple([types.f8[::1], types.b1[:, ::1], types.b1[:, ::1]])(
+    types.Tuple([types.b1[::1], types.b1[:, ::1], types.b1[:, ::1]])(
         types.Array(types.u4, 1, 'A', readonly=True),
         types.Array(types.i8, 2, 'A', readonly=True),
-        types.Array(types.b1, 1, 'A', readonly=True),
+        types.Array(types.b1, 1, 'A'),
+        types.Array(types.f8, 1, 'A'),
         BOOLS_1D,
         types.i8,
         FLOATS_2D,
+        types.f8,
+        types.f8,
+        types.f8,
         types.f8,
         types.f8,
     )
@@ -93,27 +97,31 @@ def _weighed(
     cameras: NDArray[np.uint32],
     hidden_ns: NDArray[np.int64],
     confirmed: Mask,
+    evidence: Floats,
     present: Mask,
     begin_ns: int,
     probability: Floats,
+    look: float,
     hit: float,
     miss_weight: float,
-) -> tuple[Floats, Mask, Mask]:
+    most: float,
+    enough: float,
+) -> tuple[Mask, Mask, Mask]:
     """
-    Weigh a tick.
+    Weigh a tick, of which `look` is how much of a whole look it is, and confirm, in place.
 
     Returns
     -------
-    gain : (n,) array
-        What a whole look like this adds to the log-odds.
+    newly : (n,) bool array
+        Who was confirmed.
     seen, told : (n, cameras) bool arrays
         Which cameras saw each track, and which could have as another one did.
 
     """
-    gain = np.zeros(len(cameras))
+    newly = np.zeros(len(cameras), np.bool_)
     seen, told = np.zeros(hidden_ns.shape, np.bool_), np.zeros(hidden_ns.shape, np.bool_)
     for track in range(len(cameras)):
-        count = 0
+        count, gain = 0, 0.0
         for camera in range(len(present)):
             if cameras[track] >> camera & 1:
                 seen[track, camera] = True
@@ -124,7 +132,10 @@ def _weighed(
             watched = present[camera] and (own or hidden_ns[track, camera] <= begin_ns)
             told[track, camera] = watched and count > own
             if own:
-                gain[track] += hit
+                gain += hit
             elif watched and count == 1:
-                gain[track] += weight * np.log1p(-probability[track, camera])
-    return gain, seen, told
+                gain += weight * np.log1p(-probability[track, camera])
+        evidence[track] = min(max(evidence[track] + look * gain, -most), most)
+        newly[track] = not confirmed[track] and evidence[track] >= enough
+        confirmed[track] |= newly[track]
+    return newly, seen, told

@@ -37,19 +37,19 @@ def near_pairs(position: NDArray[np.float64], distance: float) -> tuple[Indices,
     """
     count = len(position)
     order = np.argsort(position[:, 0])
+    place = position[order, :2]
     keys = np.empty(4 * count + 16, np.int64)
     found = 0
     for i in range(count):
-        one = order[i]
         for j in range(i + 1, count):
-            other = order[j]
-            x = position[other, 0] - position[one, 0]
+            x = place[j, 0] - place[i, 0]
             if not x < distance:
                 break
-            y = position[other, 1] - position[one, 1]
+            y = place[j, 1] - place[i, 1]
             if x * x + y * y < distance * distance:
                 if found == len(keys):
                     keys = np.append(keys, np.empty(len(keys), np.int64))
+                one, other = order[i], order[j]
                 keys[found], found = min(one, other) * count + max(one, other), found + 1
     keys = np.sort(keys[:found])
     return keys // max(count, 1), keys % max(count, 1)
