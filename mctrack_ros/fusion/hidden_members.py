@@ -48,8 +48,6 @@ def keep_members(
     Where others of the group are seen, only for a while: it may be that nobody is behind them.
     """
     groups, detections = looks.groups, looks.detections
-    if len(groups) == 0:
-        return
     picture, noise = looks.picture[groups], looks.noise[groups] * GROUP_INFLATION
     named = (table.track_id[:, None] == detections.members[groups, None]).any(axis=2)
     taken = (named & ~free[picture]).sum(axis=1)

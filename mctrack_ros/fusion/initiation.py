@@ -64,22 +64,22 @@ def new_tracks(
     table = TrackTable.blank(int(label.max()) + 1, cameras, motion.modes)
     mean, covariance = _fused(position, noise, label)
     table.mean[:, :2], table.covariance[:, :2, :2] = mean, covariance
-    table.covariance[:, [2, 3], [2, 3]] = config.motion.initial_speed_sigma**2
+    table.covariance[:, 2, 2] = table.covariance[:, 3, 3] = config.motion.initial_speed_sigma**2
     motion.begin(table)
     note(table, looks, label, rows)
-    template = looks.detections.template[rows]
-    told = np.flatnonzero(template.any(axis=1))[::-1]
-    table.template[label[told]] = template[told]  # the first one's stays
+    told = np.flatnonzero(looks.is_described[rows])[::-1]
+    table.template[label[told]] = looks.detections.template[rows[told]]  # the first one's stays
     table.first_ns = table.seen_ns = table.kept_ns = tick_ns
     return table
 
 
 def with_room(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> TrackTable:
     """Return the new tracks that there is room for: in the table, and where they begin."""
+    room = max(config.life.most_tracks - len(table), 0)
     together = _together(fresh.mean, table.mean, config.life.crowd_distance)
-    rows = np.flatnonzero(together < MOST_TOGETHER)
-    rows = rows[: max(config.life.most_tracks - len(table), 0)]
-    return fresh if len(rows) == len(fresh) else fresh.select(rows)
+    if len(fresh) <= room and together.max() < MOST_TOGETHER:
+        return fresh
+    return fresh.select(np.flatnonzero(together < MOST_TOGETHER)[:room])
 
 
 def doubt_parts(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> None:

@@ -73,9 +73,10 @@ def match(
         learn_appearance(table, looks, rows, columns, config.life.template_time)
         look_at(table, looks, rows, columns, config.life.look_time)
     note(table, looks, rows, columns)
-    free = np.ones((len(looks.seconds), len(table)), bool)
-    free[looks.picture[columns], rows] = False
-    keep_members(table, looks, free, config, motion, account)
+    if len(looks.groups):
+        free = np.ones((len(looks.seconds), len(table)), bool)
+        free[looks.picture[columns], rows] = False
+        keep_members(table, looks, free, config, motion, account)
     left = np.ones(len(looks.picture), bool)
     left[columns] = False
     left[association.consumed] = False

@@ -116,14 +116,17 @@ class InteractingModels:
 
     def transition(self, seconds: float) -> Floats:
         """Return how probable each mode (column) is so long after each (row), (2, 2)."""
-        shares = np.array(self.times) / sum(self.times)
-        kept = np.exp(-seconds * sum(1 / time for time in self.times))
-        return np.asarray(kept * np.eye(2) + (1 - kept) * shares)
+        calm, manoeuvre = self.times
+        kept = float(np.exp(-seconds * (1 / calm + 1 / manoeuvre)))
+        to_calm = (1 - kept) * (calm / (calm + manoeuvre))
+        to_manoeuvre = (1 - kept) * (manoeuvre / (calm + manoeuvre))
+        return np.array([[kept + to_calm, to_manoeuvre], [to_calm, kept + to_manoeuvre]])
 
     def begin(self, fresh: TrackTable) -> None:
         """Let all modes begin at the state, each as probable as it is at any time."""
         fresh.mode_probability = np.array(self.times) / sum(self.times)
-        self.follow(fresh, np.arange(len(fresh)))
+        fresh.mode_mean = fresh.mean[:, None]
+        fresh.mode_covariance = fresh.covariance[:, None]
 
     def predict(self, table: TrackTable, seconds: float) -> None:
         """Mix the modes and move them on."""

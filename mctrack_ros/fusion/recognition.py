@@ -140,6 +140,8 @@ class Recognition:
         both = table.confirmed[one] & table.confirmed[other]
         one, other = one[both], other[both]
         table.in_contact = False
+        if not len(one):
+            return
         table.in_contact[one] = table.in_contact[other] = True
         touching = table.in_contact
         table.look[touching], table.look_s[touching] = 0.0, 0.0

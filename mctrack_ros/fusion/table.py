@@ -146,9 +146,11 @@ class TrackTable:
         return type(self)(_opaque(self.records)[index].view(self.records.dtype))
 
     def extended(self, other: Self) -> Self:
-        """Return these tracks and then the other ones, or themselves if there are none."""
+        """Return these tracks and then the other ones; where either are none, the others."""
         if not len(other):
             return self
+        if not len(self):
+            return other
         both = np.concatenate([_opaque(self.records), _opaque(other.records)])
         return type(self)(both.view(self.records.dtype))
 
