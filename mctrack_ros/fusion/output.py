@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,12 +22,38 @@ SEEN_MEMORY_NS = 500_000_000
 """A camera counts as seeing a target for so long after it did, ns."""
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class FusionOutput:
+    """
+    What one tick yields, all stamped with it.
+
+    Attributes
+    ----------
+    tracks : Tracks
+        Published tracks, and those that ended, sorted by id.
+    events : Events
+        What happened, sorted by code and track.
+    told : TrackTable
+        A copy of the published tracks as they are at the tick.
+
+    """
+
+    tracks: Tracks
+    events: Events
+    told: TrackTable
+
+    @property
+    def feedback(self) -> Feedback:
+        """What the cameras are told; made when asked for, as not everybody has cameras to tell."""
+        return feedback_of(self.told, self.tracks.stamp_ns)
+
+
 def tracks_of(table: TrackTable, deleted: TrackTable, stamp_ns: int) -> Tracks:
     """Return the published tracks and, once, those that ended, sorted by id."""
-    every, status = table, status_of(table)
+    every = table.extended(deleted)
+    status = status_of(every)
     if len(deleted):
-        every = table.extended(deleted)
-        status = np.append(status, np.full(len(deleted), TrackStatus.DELETED))
+        status[len(table) :] = TrackStatus.DELETED
         order = np.argsort(every.track_id)
         every, status = every.select(order), status[order]
     return Tracks.build(
@@ -99,6 +127,8 @@ class EventLog:
     def add_all(self, code: EventCode, table: TrackTable, mask: NDArray[np.bool_]) -> None:
         """Note one event for each track of a mask."""
         rows = np.flatnonzero(mask)
+        if not len(rows):
+            return
         places = map(tuple, table.mean[rows, :2].tolist())
         for track_id, place in zip(table.track_id[rows].tolist(), places):
             self._rows.append((code, track_id, place, 0, 0, []))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,42 +15,18 @@ from mctrack_ros.fusion.lineage import Lineage
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import match
 from mctrack_ros.fusion.motion import motion_of
-from mctrack_ros.fusion.output import EventLog, feedback_of, tracks_of
+from mctrack_ros.fusion.output import EventLog, FusionOutput, tracks_of
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.recognition import Recognition
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import (
     MAX_CAMERAS,
     EventCode,
-    Events,
-    Feedback,
     Tick,
-    Tracks,
 )
 
 RESET_S = 1.0
 """Time that steps back by more than this begins anew, s."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class FusionOutput:
-    """
-    What one tick yields, all stamped with it.
-
-    Attributes
-    ----------
-    tracks : Tracks
-        Published tracks, and those that ended, sorted by id.
-    feedback : Feedback
-        What the cameras are told.
-    events : Events
-        What happened, sorted by code and track.
-
-    """
-
-    tracks: Tracks
-    feedback: Feedback
-    events: Events
 
 
 class FusionPipeline:
@@ -177,11 +151,7 @@ class FusionPipeline:
     def _act(self, ended: TrackTable, stamp_ns: int, events: EventLog) -> FusionOutput:
         """Return what is published and told the cameras."""
         told = self._table.select(lifecycle.is_published(self._table, stamp_ns, self._config))
-        return FusionOutput(
-            tracks_of(told, ended, stamp_ns),
-            feedback_of(told, stamp_ns),
-            events.events(stamp_ns),
-        )
+        return FusionOutput(tracks_of(told, ended, stamp_ns), events.events(stamp_ns), told)
 
     def _begin(self, stamp_ns: int, events: EventLog) -> TrackTable:
         """Predict to the tick, or begin anew; return the tracks that end by that."""
@@ -210,6 +180,8 @@ class FusionPipeline:
 
     def _note_groups(self, before: NDArray[np.uint32], stamp_ns: int, events: EventLog) -> None:
         table = self._table
+        if not (before.any() or table.group.any()):
+            return
         lifecycle.leave_groups(table, stamp_ns)
         for row in np.flatnonzero((before == 0) & (table.group > 0)).tolist():
             group = table.group[row]
@@ -246,14 +218,19 @@ class FusionPipeline:
     def _announce(self, confirmed: NDArray[np.bool_], events: EventLog) -> None:
         """Note tracks that are new, or split from one whose past they share."""
         table = self._table
+        if not confirmed.any():
+            return
         events.add_all(EventCode.NEW, table, confirmed & (table.origin == 0))
         for row in np.flatnonzero(confirmed & (table.origin > 0)).tolist():
             events.add(EventCode.SPLIT, table, row, old_id=int(table.origin[row]))
 
     def _merge_duplicates(self, stamp_ns: int, events: EventLog) -> TrackTable:
         table = self._table
+        pairs = self._watch.find(table, stamp_ns)
+        if not pairs:
+            return self._none
         dropped = np.zeros(len(table), bool)
-        for keep, drop in self._watch.find(table, stamp_ns):
+        for keep, drop in pairs:
             if all(map(self._recognition.knows, table.track_id[[keep, drop]].tolist())):
                 continue
             lifecycle.absorb(table, keep, drop)

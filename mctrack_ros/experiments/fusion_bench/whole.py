@@ -81,10 +81,11 @@ class WholeTracker:
             ]
         with self._timed('fusion'):
             (output,) = [self._pipeline.step(tick) for tick in ticks]
+            feedback = output.feedback
         with self._timed('encoding'):
-            for rows in (output.tracks, output.feedback, output.events, ticks[0].record):
+            for rows in (output.tracks, feedback, output.events, ticks[0].record):
                 cloud_from_rows(rows, ROSBAGS_CLASSES, GROUND_FRAME)
-        self._feedback.append(output.feedback)
+        self._feedback.append(feedback)
         return reported(output.tracks)
 
     @contextmanager
