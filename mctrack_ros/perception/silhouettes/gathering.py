@@ -56,6 +56,12 @@ class GatheringConfig:
         'nobody; 0: whatever there is, as printed [m]',
         minimum=0.0,
     )
+    faint_sigmas: float = parameter(
+        3.0,
+        'standard deviations of the noise by which what is faint between the fragments of a small '
+        'body differs; 0: it does not count, as printed',
+        minimum=0.0,
+    )
     known_s: float = parameter(
         1.0, 'time after which an object that was seen whole and alone is known [s]', minimum=0.0
     )

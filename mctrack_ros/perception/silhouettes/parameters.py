@@ -51,7 +51,7 @@ def as_printed() -> SilhouetteConfig:
         holes=HoleConfig(edge_ratio=0.0),
         stains=StainConfig(still_s=0.0),
         tracker=SilhouetteTrackerConfig(
-            gathering=GatheringConfig(person_height_m=0.0, least_part_m=0.0),
+            gathering=GatheringConfig(person_height_m=0.0, least_part_m=0.0, faint_sigmas=0.0),
             comparison=ComparisonConfig(place_weight=0.0),
             match=MatchConfig(distance='centroids', only_valid=False, pedestrian_m=0.0),
             division=DivisionConfig(line='regression', body_height_m=0.0),

@@ -159,7 +159,7 @@ class SilhouettePipeline:
         """Match, put on the ground, report."""
         objects, log = self._tracker.objects, EventLog(stamp_ns)
         silhouettes = self._found(grey, mask)
-        component = self._tracker.step(silhouettes, stamp_ns, log)
+        component = self._tracker.step(silhouettes, self._background, stamp_ns, log)
         note_groups(self._groups, objects, component, stamp_ns, log)
         truncated = at_edge(objects.box, mask.shape, 1.0)
         extent = self._places.extent(objects.box)

@@ -8,6 +8,7 @@ import numpy as np
 
 from mctrack_ros.interfaces import ClassCode, EventCode
 from mctrack_ros.perception.local_events import EventLog
+from mctrack_ros.perception.silhouettes.background import LowPassBackground
 from mctrack_ros.perception.silhouettes.classes import ClassConfig, looks_like_vehicle
 from mctrack_ros.perception.silhouettes.components import Silhouettes
 from mctrack_ros.perception.silhouettes.duplicates import (
@@ -18,6 +19,7 @@ from mctrack_ros.perception.silhouettes.duplicates import (
     without_swollen,
     without_transient_duplicates,
 )
+from mctrack_ros.perception.silhouettes.faint import with_faint
 from mctrack_ros.perception.silhouettes.features import (
     HEIGHT,
     WIDTH,
@@ -102,7 +104,13 @@ class SilhouetteTracker:
         self.objects.clear()
         self._last_ns = None
 
-    def step(self, silhouettes: Silhouettes, stamp_ns: int, log: EventLog) -> Ints:
+    def step(
+        self,
+        silhouettes: Silhouettes,
+        background: LowPassBackground,
+        stamp_ns: int,
+        log: EventLog,
+    ) -> Ints:
         """
         Process the silhouettes of one picture.
 
@@ -110,6 +118,8 @@ class SilhouetteTracker:
         ----------
         silhouettes : Silhouettes
             Of the picture.
+        background : LowPassBackground
+            What they were told from.
         stamp_ns : int
             Its time, ns.
         log : EventLog
@@ -126,11 +136,7 @@ class SilhouetteTracker:
         self._last_ns = stamp_ns
         objects = self.objects
         objects.predict(seconds)
-        known = objects.shapes.select(
-            objects.established & (objects.alone_s >= self._config.gathering.known_s)
-        )
-        silhouettes = gathered(silhouettes, known, self._sizes, self._config.gathering)
-        silhouettes = without_crumbs(silhouettes, self._sizes, self._config.gathering)
+        silhouettes = self._bodies(silhouettes, background)
         found = self._assign(silhouettes, stamp_ns)
         covers = may_be_several(found.shapes, self._sizes, self._config.division)
         lost = objects.update(found.shapes, found.match, covers, stamp_ns, seconds)
@@ -145,6 +151,15 @@ class SilhouetteTracker:
         fresh = found.shapes.select(unclaimed & large)
         objects.start(fresh, stamp_ns)
         return np.asarray(np.r_[component[~lost], np.full(len(fresh), -1)])
+
+    def _bodies(self, silhouettes: Silhouettes, background: LowPassBackground) -> Silhouettes:
+        """Gather what belongs to one body; leave out what is too small to be one."""
+        sizes, config = self._sizes, self._config.gathering
+        is_known = self.objects.established & (self.objects.alone_s >= config.known_s)
+        silhouettes = gathered(silhouettes, self.objects.shapes.select(is_known), sizes, config)
+        small_px = self._config.objects.least_area_px
+        silhouettes = with_faint(silhouettes, background, sizes, config, small_px)
+        return without_crumbs(silhouettes, sizes, config)
 
     def _note_exits(self, lost: Mask, size: tuple[int, ...], log: EventLog) -> None:
         """Note established objects that were lost at the picture's edge."""

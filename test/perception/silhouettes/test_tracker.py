@@ -3,6 +3,7 @@ import pytest
 
 from mctrack_ros.interfaces import ClassCode, EventCode
 from mctrack_ros.perception.local_events import EventLog
+from mctrack_ros.perception.silhouettes.background import LowPassBackground, LowPassConfig
 from mctrack_ros.perception.silhouettes.components import ComponentConfig, find_silhouettes
 from mctrack_ros.perception.silhouettes.tracker import SilhouetteTracker, SilhouetteTrackerConfig
 from mctrack_ros.perception.sizes import SizeTable
@@ -17,6 +18,8 @@ class Film:
 
     def __init__(self, mapping):
         self.tracker = SilhouetteTracker(SilhouetteTrackerConfig(), SizeTable(mapping))
+        self.background = LowPassBackground(LowPassConfig())
+        self.background.restart_from(np.full(SIZE, 100, np.uint8))
         self.index, self.events = 0, []
 
     def show(self, *blocks):
@@ -27,7 +30,7 @@ class Film:
         self.index += 1
         log = EventLog(self.index * PERIOD_NS)
         found = find_silhouettes(mask, grey, ComponentConfig(1, 1))
-        self.tracker.step(found, self.index * PERIOD_NS, log)
+        self.tracker.step(found, self.background, self.index * PERIOD_NS, log)
         self.events += [EventCode(code) for code in log.rows().event]
         objects = self.tracker.objects
         large = objects.box[:, 2] > 60
