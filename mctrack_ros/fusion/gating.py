@@ -170,7 +170,7 @@ def _reached(
     x: float, y: float, reach: float, edge: float,
     first: Indices, following: Indices, cell: Indices, near: Indices,
 ) -> int:  # fmt: skip
-    """Write the detections of all cells that a square reaches, ascending; return their number."""
+    """Write the detections of all cells that a square reaches; return their number."""
     left, right = np.floor((x - reach) / edge), np.floor((x + reach) / edge)
     low, high = np.floor((y - reach) / edge), np.floor((y + reach) / edge)
     if (right - left + 1) * (high - low + 1) > len(near):
@@ -188,23 +188,33 @@ def _reached(
                 if cell[row, 0] == i and cell[row, 1] == j:
                     near[count], count = row, count + 1
                 row = following[row]
-    near[:count].sort()
     return count
 
 
 @inner
-def _by_picture(track: Indices, detection: Indices, picture: Indices) -> tuple[Indices, Indices]:
-    """Sort pairs by the picture that their detection is of, stably: by counting."""
-    place = np.zeros(picture[-1] + 2, np.int64)
-    for pair in range(len(track)):
-        place[picture[detection[pair]] + 1] += 1
-    place = np.cumsum(place)
-    tracks, detections = np.empty_like(track), np.empty_like(detection)
-    for pair in range(len(track)):
-        own = picture[detection[pair]]
-        tracks[place[own]], detections[place[own]] = track[pair], detection[pair]
-        place[own] += 1
-    return tracks, detections
+def _counted(key: Indices, keys: int) -> Indices:
+    """Return the order that sorts (k,) keys below a number, stably: by counting."""
+    place = np.zeros(keys + 1, np.int64)
+    for one in key:
+        place[one + 1] += 1
+    for one in range(keys):
+        place[one + 1] += place[one]
+    order = np.empty(len(key), np.int64)
+    for index in range(len(key)):
+        order[place[key[index]]] = index
+        place[key[index]] += 1
+    return order
+
+
+@inner
+def _sorted(
+    track: Indices, detection: Indices, picture: Indices, tracks: int
+) -> tuple[Indices, Indices]:
+    """Sort pairs by picture, then track, then detection; detections ascend by picture."""
+    order = _counted(detection, len(picture))
+    order = order[_counted(track[order], tracks)]
+    order = order[_counted(picture[detection[order]], picture[-1] + 1)]
+    return track[order], detection[order]
 
 
 @compiled(
@@ -251,4 +261,4 @@ def _gated(
             )
             if squared < gate:
                 tracks[found], detections[found], found = track, row, found + 1
-    return _by_picture(tracks[:found], detections[:found], picture)
+    return _sorted(tracks[:found], detections[:found], picture, len(mean))

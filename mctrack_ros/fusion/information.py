@@ -212,14 +212,18 @@ def updated(
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Add what all pairs tell to the predicted states, in the information filter's form."""
     told = gathered(mean, seconds, picture, track, detection, probability, position, information)
-    moved, spread = mean.copy(), covariance.copy()
+    moved, spread = np.empty(mean.shape), np.empty(covariance.shape)
     before = np.empty((4, 4))
     for own in range(len(mean)):
         if told[own, 0] > 0.0:
-            invert(spread[own], before)
+            invert(covariance[own], before)
             add(told[own], before)
             invert(before, spread[own])
             for i in range(4):
+                value = mean[own, i]
                 for j in range(4):
-                    moved[own, i] += spread[own, i, j] * told[own, 9 + j]
+                    value += spread[own, i, j] * told[own, 9 + j]
+                moved[own, i] = value
+        else:
+            moved[own], spread[own] = mean[own], covariance[own]
     return moved, spread
