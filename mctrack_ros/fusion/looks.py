@@ -8,7 +8,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, INTS_1D, compiled
 from mctrack_ros.fusion.admission import usable_of_all
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.portraits import Portraits
@@ -87,21 +87,20 @@ class Looks:
         )
         is_single = self.detections.member_count == 1
         self.single, self.groups = np.flatnonzero(is_single), np.flatnonzero(~is_single)
-        self.is_overlapped = ~is_single
-        self.is_overlapped[self.single] = overlapped(
-            self.detections.box[self.single], self.picture[self.single]
+        self.is_overlapped = overlapped(
+            np.ascontiguousarray(self.detections.box), self.picture, is_single
         )
 
 
-@compiled(types.b1[::1](types.Array(types.f4, 2, 'A', readonly=True)))
+@compiled(types.b1[::1](types.Array(types.f4, 2, 'C', readonly=True)))
 def described(template: NDArray[np.float32]) -> NDArray[np.bool_]:
     """Return which templates (n, 48) are not empty."""
     is_described = np.zeros(len(template), np.bool_)
     for row in range(len(template)):
+        filled = 0
         for bin in range(template.shape[1]):
-            if template[row, bin] != 0.0:
-                is_described[row] = True
-                break
+            filled += template[row, bin] != 0.0
+        is_described[row] = filled > 0
     return is_described
 
 
@@ -131,18 +130,23 @@ def _measured(
     return place, noise
 
 
-def overlapped(box: NDArray[np.float32], picture: Indices) -> NDArray[np.bool_]:
+@compiled(types.b1[::1](types.Array(types.f4, 2, 'C', readonly=True), INTS_1D, BOOLS_1D))
+def overlapped(
+    box: NDArray[np.float32], picture: Indices, is_single: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
     """
-    Return which (n, 4) boxes (left, top, width, height, px) meet one of the same picture.
+    Return which boxes meet that of another single one of the same picture, or are not single.
 
-    Pictures (n,) ascend.
+    Parameters
+    ----------
+    box : (m, 4) float32 array
+        Left, top, width, height, px.
+    picture : (m,) int64 array
+        Ascending.
+    is_single : (m,) bool array
+
     """
-    return _overlapped(np.ascontiguousarray(box), np.ascontiguousarray(picture))
-
-
-@compiled(types.b1[::1](types.Array(types.f4, 2, 'C', readonly=True), INTS_1D))
-def _overlapped(box: NDArray[np.float32], picture: Indices) -> NDArray[np.bool_]:
-    overlaps = np.zeros(len(box), np.bool_)
+    overlaps = ~is_single
     first = 0
     while first < len(box):
         last = first + 1
@@ -152,10 +156,11 @@ def _overlapped(box: NDArray[np.float32], picture: Indices) -> NDArray[np.bool_]
         for i in range(len(order)):
             one = box[order[i]]
             for other in order[i + 1 :]:
-                if not box[other, 0] < one[0] + one[2]:
+                if not (is_single[order[i]] and box[other, 0] < one[0] + one[2]):
                     break
                 if (
-                    one[0] < box[other, 0] + box[other, 2]
+                    is_single[other]
+                    and one[0] < box[other, 0] + box[other, 2]
                     and one[1] < box[other, 1] + box[other, 3]
                     and box[other, 1] < one[1] + one[3]
                 ):

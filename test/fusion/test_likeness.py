@@ -3,7 +3,7 @@ from fusion_scenes import PERIOD_NS, detections
 
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.likeness import MOST, OVERLAPPED_SHARE, likeness_costs
-from mctrack_ros.fusion.looks import Looks, described
+from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig, RecognitionConfig
 from mctrack_ros.fusion.portraits import Look, Portraits
 from mctrack_ros.fusion.table import TrackTable
@@ -41,7 +41,7 @@ def costs(table, *people, boxes=APART, template=None, config=CONFIG, portraits=P
     )
     looks = Looks([seen], [0], PERIOD_NS, FusionConfig(), portraits)
     track, row = np.indices((len(table), len(people))).reshape(2, -1)
-    is_known = described(table.template)[track] & looks.is_described[row]
+    is_known = table.template.any(axis=1)[track] & looks.is_described[row]
     return likeness_costs(table, looks, track, row, is_known, config).reshape(len(table), -1)
 
 
