@@ -47,6 +47,8 @@ class TrackTable:
     """
     All tracks at one instant, sorted by id.
 
+    Columns of one value come first in a record, so that those read together lie together.
+
     Parameters
     ----------
     records : (n,) structured array
@@ -100,31 +102,31 @@ class TrackTable:
     """
 
     track_id = Column(np.uint32)
+    group = Column(np.uint32)
+    cameras = Column(np.uint32)
+    origin = Column(np.uint32)
+    previous_id = Column(np.uint32)
+    class_id = Column(np.uint8)
+    kit = Column(np.uint8)
+    confirmed = Column(np.bool_)
+    in_contact = Column(np.bool_)
+    evidence = Column(np.float64)
+    first_ns = Column(np.int64)
+    seen_ns = Column(np.int64)
+    kept_ns = Column(np.int64)
+    group_ns = Column(np.int64, fill=NEVER_NS)
+    look_s = Column(np.float64)
+    judge_s = Column(np.float64)
     mean = Column(np.float64, 4)
     covariance = Column(np.float64, 4, 4)
     mode_probability = Column(np.float64, PER_MODE)
     mode_mean = Column(np.float64, PER_MODE, 4)
     mode_covariance = Column(np.float64, PER_MODE, 4, 4)
-    first_ns = Column(np.int64)
-    seen_ns = Column(np.int64)
-    kept_ns = Column(np.int64)
     seen_by_ns = Column(np.int64, PER_CAMERA, fill=NEVER_NS)
-    local_id = Column(np.uint32, PER_CAMERA)
-    evidence = Column(np.float64)
-    confirmed = Column(np.bool_)
-    template = Column(np.float32, TEMPLATE_SIZE)
-    class_id = Column(np.uint8)
-    kit = Column(np.uint8)
     hidden_ns = Column(np.int64, PER_CAMERA, fill=NEVER_NS)
-    group = Column(np.uint32)
-    group_ns = Column(np.int64, fill=NEVER_NS)
-    cameras = Column(np.uint32)
-    origin = Column(np.uint32)
-    previous_id = Column(np.uint32)
+    local_id = Column(np.uint32, PER_CAMERA)
+    template = Column(np.float32, TEMPLATE_SIZE)
     look = Column(np.float64, TEMPLATE_SIZE)
-    look_s = Column(np.float64)
-    judge_s = Column(np.float64)
-    in_contact = Column(np.bool_)
 
     __slots__ = ('records',)
 
