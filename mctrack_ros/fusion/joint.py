@@ -74,7 +74,7 @@ class JointAssociation:
         single = looks.single
         self._single, self._gate, self._seconds = single, config.gate, looks.seconds
         self._associator = ASSOCIATORS[config.method]()
-        self._position, self._noise = looks.position[single], looks.noise[single]
+        self._position, self._noise = looks.position.take(single, 0), looks.noise.take(single, 0)
         self._information = inverse(self._noise)
         self._mean, self._covariance = table.mean, table.covariance
         picture = looks.picture[single]
@@ -99,9 +99,9 @@ class JointAssociation:
         for _ in range(SWEEPS):
             self._judged_by = *state, self._probability
             probability = self._associated(*state)
-            change = np.abs(probability - self._probability).max(initial=0.0)
+            is_settled = (np.abs(probability - self._probability) < SETTLED).all()
             self._probability = probability
-            if change < SETTLED:
+            if is_settled:
                 break
             state = self._updated()
         return state

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import INTS_1D, compiled
 from mctrack_ros.fusion.neighbours import near_pairs
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -13,6 +15,9 @@ GROUP_MEMORY_S = 0.2
 """A track has left its group when no camera has seen it in one for so long, s."""
 
 Mask = NDArray[np.bool_]
+Ids = NDArray[np.uint32]
+Indices = NDArray[np.int64]
+_IDS = types.Array(types.u4, 1, 'A', readonly=True)
 
 
 def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
@@ -22,9 +27,9 @@ def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
 
 def is_over(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
     """Return the mask of the tracks that end now."""
-    life = config.life
-    limit = np.where(table.confirmed, life.coast_time, life.tentative_time)
-    silent = silence(table, stamp_ns) > np.maximum(limit, 1.5 * config.batching.period)
+    life, least = config.life, 1.5 * config.batching.period
+    limits = max(life.coast_time, least), max(life.tentative_time, least)
+    silent = silence(table, stamp_ns) > np.where(table.confirmed, *limits)
     return silent | (table.confirmed & (table.evidence < 0))
 
 
@@ -72,11 +77,26 @@ class DuplicateWatch:
         one, other = near_pairs(table.mean, self._distance)
         if not len(one):
             return []
-        bit = np.left_shift(1, np.arange(table.seen_by_ns.shape[1]))
-        same = table.seen_by_ns[one] == table.seen_by_ns[other]
-        both = table.cameras[one] & table.cameras[other] & (same * bit).sum(axis=1)
-        unresolved = (both == 0) & (table.group[one] == 0) & (table.group[other] == 0)
+        unresolved = _unresolved(table.seen_by_ns, table.cameras, table.group, one, other)
         return list(zip(one[unresolved].tolist(), other[unresolved].tolist()))
+
+
+@compiled(
+    types.b1[::1](types.Array(types.i8, 2, 'A', readonly=True), _IDS, _IDS, INTS_1D, INTS_1D)
+)
+def _unresolved(
+    seen_by_ns: NDArray[np.int64], cameras: Ids, group: Ids, one: Indices, other: Indices
+) -> Mask:
+    """Return which pairs (k,) no picture of the tick shows both of, and neither in a group."""
+    unresolved = np.empty(len(one), np.bool_)
+    for pair in range(len(one)):
+        first, second = one[pair], other[pair]
+        unresolved[pair] = group[first] == 0 and group[second] == 0
+        for camera in range(seen_by_ns.shape[1]):
+            both = (cameras[first] & cameras[second]) >> camera & 1
+            if both and seen_by_ns[first, camera] == seen_by_ns[second, camera]:
+                unresolved[pair] = False
+    return unresolved
 
 
 def absorb(table: TrackTable, kept: int, dropped: int) -> None:

@@ -33,42 +33,55 @@ class FusionOutput:
         Published tracks, and those that ended, sorted by id.
     events : Events
         What happened, sorted by code and track.
-    told : TrackTable
-        A copy of the published tracks as they are at the tick.
+    table : TrackTable
+        The same tracks as they are at the tick, a copy.
 
     """
 
     tracks: Tracks
     events: Events
-    told: TrackTable
+    table: TrackTable
 
     @property
     def feedback(self) -> Feedback:
-        """What the cameras are told; made when asked for, as not everybody has cameras to tell."""
-        return feedback_of(self.told, self.tracks.stamp_ns)
+        """What the cameras are told; made when asked for: not everybody has cameras to tell."""
+        told = self.table.confirmed & (self.tracks.status != TrackStatus.DELETED)
+        return feedback_of(self.table.select(told), self.tracks.stamp_ns)
 
 
-def tracks_of(table: TrackTable, deleted: TrackTable, stamp_ns: int) -> Tracks:
-    """Return the published tracks and, once, those that ended, sorted by id."""
-    every = table.extended(deleted)
-    status = status_of(every)
-    if len(deleted):
-        status[len(table) :] = TrackStatus.DELETED
-        order = np.argsort(every.track_id)
-        every, status = every.select(order), status[order]
+def output_of(
+    table: TrackTable,
+    is_published: NDArray[np.bool_],
+    ended: TrackTable,
+    events: Events,
+) -> FusionOutput:
+    """Return what a tick yields: the published tracks and, once, those that ended, by id."""
+    rows, count = np.flatnonzero(is_published), len(table)
+    if len(ended):
+        table = table.extended(ended)
+        rows = np.concatenate([rows, np.arange(count, len(table))])
+        rows = rows[np.argsort(table.track_id[rows])]
+    table = table.select(rows)
+    status = status_of(table)
+    status[rows >= count] = TrackStatus.DELETED
+    return FusionOutput(tracks_of(table, status, events.stamp_ns), events, table)
+
+
+def tracks_of(table: TrackTable, status: NDArray[np.uint8], stamp_ns: int) -> Tracks:
+    """Return tracks as they are published."""
     return Tracks.build(
         stamp_ns,
-        position=ground_points(every),
-        velocity=every.mean[:, 2:],
-        covariance=every.covariance,
-        age=(stamp_ns - every.first_ns) / 1e9,
-        score=1 / (1 + np.exp(-every.evidence)),
-        track_id=every.track_id,
-        group=every.group,
-        cameras=every.cameras,
+        position=ground_points(table),
+        velocity=table.mean[:, 2:],
+        covariance=table.covariance,
+        age=(stamp_ns - table.first_ns) / 1e9,
+        score=1 / (1 + np.exp(-table.evidence)),
+        track_id=table.track_id,
+        group=table.group,
+        cameras=table.cameras,
         status=status,
-        class_id=every.class_id,
-        kit=every.kit,
+        class_id=table.class_id,
+        kit=table.kit,
     )
 
 
@@ -81,8 +94,7 @@ def status_of(table: TrackTable) -> NDArray[np.uint8]:
 
 
 def feedback_of(table: TrackTable, stamp_ns: int) -> Feedback:
-    """Return what cameras are told: the confirmed tracks at the tick's stamp, sorted by id."""
-    table = table.select(table.confirmed)
+    """Return what cameras are told of tracks."""
     recent = table.seen_by_ns > stamp_ns - SEEN_MEMORY_NS
     bits = np.left_shift(np.uint32(1), np.arange(recent.shape[1], dtype=np.uint32))
     resolved = (table.group > 0) & (table.cameras > 0)

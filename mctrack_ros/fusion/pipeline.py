@@ -15,15 +15,11 @@ from mctrack_ros.fusion.lineage import Lineage
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import match
 from mctrack_ros.fusion.motion import motion_of
-from mctrack_ros.fusion.output import EventLog, FusionOutput, tracks_of
+from mctrack_ros.fusion.output import EventLog, FusionOutput, output_of
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.recognition import Recognition
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.interfaces import (
-    MAX_CAMERAS,
-    EventCode,
-    Tick,
-)
+from mctrack_ros.interfaces import MAX_CAMERAS, EventCode, Tick
 
 RESET_S = 1.0
 """Time that steps back by more than this begins anew, s."""
@@ -119,6 +115,8 @@ class FusionPipeline:
         if self._config.motion.compare_cameras:
             self.bias.learn(self._table, looks, rows, columns, tick.stamp_ns)
         cameras = self._cameras(tick)
+        if len(set(cameras)) == len(cameras):
+            return left
         last = np.zeros(len(self._index), np.intp)
         last[cameras] = np.arange(len(cameras))
         return np.asarray(left[looks.picture[left] == last[looks.camera[left]]])
@@ -150,8 +148,8 @@ class FusionPipeline:
 
     def _act(self, ended: TrackTable, stamp_ns: int, events: EventLog) -> FusionOutput:
         """Return what is published and told the cameras."""
-        told = self._table.select(lifecycle.is_published(self._table, stamp_ns, self._config))
-        return FusionOutput(tracks_of(told, ended, stamp_ns), events.events(stamp_ns), told)
+        is_published = lifecycle.is_published(self._table, stamp_ns, self._config)
+        return output_of(self._table, is_published, ended, events.events(stamp_ns))
 
     def _begin(self, stamp_ns: int, events: EventLog) -> TrackTable:
         """Predict to the tick, or begin anew; return the tracks that end by that."""
