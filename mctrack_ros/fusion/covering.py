@@ -22,7 +22,7 @@ from mctrack_ros.fusion.associators.covering_graph import flags, shared_out
 from mctrack_ros.fusion.candidates import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.costs import differences
 from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
-from mctrack_ros.fusion.information import Told, updated
+from mctrack_ros.fusion.information import gathered, updated
 from mctrack_ros.fusion.joint import slots
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
@@ -67,10 +67,9 @@ class CoveringAssociation:
     def __init__(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> None:
         self._single, self._seconds = looks.single, looks.seconds
         self._mean, self._covariance = table.mean, table.covariance
-        self._position, noise = looks.position[looks.single], looks.noise[looks.single]
-        self._noise, self._information = noise, inverse(noise)
+        self._position, self._noise = looks.position[looks.single], looks.noise[looks.single]
         picture = looks.picture[looks.single]
-        state = table.mean, table.covariance, looks.seconds, self._position, noise
+        state = table.mean, table.covariance, looks.seconds, self._position, self._noise
         track, detection = gated_pairs(*state, picture, config.gate)
         squared, metres = _distances(*state, picture, track, detection)
         row = looks.single[detection]
@@ -83,24 +82,20 @@ class CoveringAssociation:
         pairs = Pairs(track, detection, slots(where, track), np.exp(-cost[near] / 2), where)
         self._pairs = pairs
         self._chosen = ASSOCIATORS[config.method]().probabilities(pairs)
-
-    def solve(self) -> tuple[Floats, Floats]:
-        """Return the means (n, 4) and covariances (n, 4, 4), each updated once at most."""
-        return updated(self._mean, self._covariance, *self.told)
-
-    @property
-    def told(self) -> Told:
-        """Return what the states that `solve` returns are made of."""
-        pairs = self._pairs
-        return Told(
+        self.told = gathered(
+            self._mean,
             self._seconds,
             pairs.picture,
             pairs.track,
             pairs.detection,
             self._chosen,
             self._position,
-            self._information,
+            inverse(self._noise),
         )
+
+    def solve(self) -> tuple[Floats, Floats]:
+        """Return the means (n, 4) and covariances (n, 4, 4), each updated once at most."""
+        return updated(self._mean, self._covariance, self.told)
 
     def pairs(self) -> tuple[Indices, Indices]:
         """

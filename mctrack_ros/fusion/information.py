@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
@@ -21,34 +19,6 @@ from mctrack_ros.compiled import (
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-
-class Told(NamedTuple):
-    """
-    What the pairs of a tick measure.
-
-    Attributes
-    ----------
-    seconds : (pictures,) array
-        From the tracks' stamp to each picture's, s.
-    picture, track, detection : (k,) int64 arrays
-        Of which each pair is; sorted by picture, then track.
-    probability : (k,) array
-        How much each counts.
-    position : (m, 2) array
-        Where the detections are, m.
-    information : (m, 2, 2) array
-        The inverses of their covariances, 1/m².
-
-    """
-
-    seconds: Floats
-    picture: Indices
-    track: Indices
-    detection: Indices
-    probability: Floats
-    position: Floats
-    information: Floats
 
 
 @inner
@@ -141,12 +111,7 @@ def _note(
     told: Floats, own: int, later: float,
     xx: float, xy: float, yy: float, x: float, y: float,
 ) -> None:  # fmt: skip
-    """
-    Add what one picture says of a track to what is told of all, (n, 13).
-
-    The columns are information of the place, of place and velocity, of the velocity, each xx, xy,
-    yy; then what they pull the four components of the state by.
-    """
+    """Add what one picture says of a track to what is told of all, (n, 13)."""
     square = later**2
     told[own, 0] += xx
     told[own, 1] += xy
@@ -176,12 +141,40 @@ def add(told: Floats, matrix: Floats) -> None:
         matrix[row + 1, column + 1] += yy
 
 
-@inner
+@compiled(
+    types.f8[:, ::1](
+        COLUMN_2D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D, FLOATS_3D
+    )
+)
 def gathered(
     mean: Floats, seconds: Floats, picture: Indices, track: Indices, detection: Indices,
     probability: Floats, position: Floats, information: Floats,
 ) -> Floats:  # fmt: skip
-    """Return what is told of all tracks, (n, 13): see `_note`; it pulls from their means."""
+    """
+    Gather what the pairs of a tick tell of the tracks.
+
+    Parameters
+    ----------
+    mean : (n, 4) array
+        Predicted x, y, vx, vy of the tracks; m and m/s.
+    seconds : (pictures,) array
+        From the tracks' stamp to each picture's, s.
+    picture, track, detection : (k,) int64 arrays
+        Of which each pair is; sorted by picture, then track.
+    probability : (k,) array
+        How much each counts.
+    position : (m, 2) array
+        Where the detections are, m.
+    information : (m, 2, 2) array
+        The inverses of their covariances, 1/m².
+
+    Returns
+    -------
+    (n, 13) array
+        Information of the place, of place and velocity, of the velocity, each xx, xy, yy; then
+        what it pulls the four components of the state by, from the mean.
+
+    """
     told, count, first = np.zeros((len(mean), 13)), len(track), 0
     while first < count:
         last = first + 1
@@ -200,18 +193,9 @@ def gathered(
     return told
 
 
-@compiled(
-    types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(
-        COLUMN_2D, COLUMN_3D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D,
-        FLOATS_3D,
-    )
-)  # fmt: skip
-def updated(
-    mean: Floats, covariance: Floats, seconds: Floats, picture: Indices, track: Indices,
-    detection: Indices, probability: Floats, position: Floats, information: Floats,
-) -> tuple[Floats, Floats]:  # fmt: skip
-    """Add what all pairs tell to the predicted states, in the information filter's form."""
-    told = gathered(mean, seconds, picture, track, detection, probability, position, information)
+@compiled(types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(COLUMN_2D, COLUMN_3D, FLOATS_2D))
+def updated(mean: Floats, covariance: Floats, told: Floats) -> tuple[Floats, Floats]:
+    """Add what is told (see `gathered`) to predicted states, in the information filter's form."""
     moved, spread = np.empty(mean.shape), np.empty(covariance.shape)
     before = np.empty((4, 4))
     for own in range(len(mean)):

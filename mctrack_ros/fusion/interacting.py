@@ -6,8 +6,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
-from mctrack_ros.fusion.information import add, gathered, invert
+from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, compiled, inner
+from mctrack_ros.fusion.information import add, invert
 from mctrack_ros.tracking.kalman import moved_on
 
 Floats = NDArray[np.float64]
@@ -111,13 +111,10 @@ def _corrected(
     return float(value + np.log(determinant))
 
 
-@compiled(
-    types.void(*_COLUMNS, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D, FLOATS_3D)
-)
+@compiled(types.void(*_COLUMNS, FLOATS_2D))
 def judge(
     mean: Floats, covariance: Floats, mode_mean: Floats, mode_covariance: Floats,
-    mode_probability: Floats, seconds: Floats, picture: Indices, track: Indices,
-    detection: Indices, probability: Floats, position: Floats, information: Floats,
+    mode_probability: Floats, told: Floats,
 ) -> None:  # fmt: skip
     """
     Update the modes by what was measured, and judge them by how well they foresaw it.
@@ -131,11 +128,10 @@ def judge(
         Predicted; become the moments of the mixtures of who was measured.
     mode_mean, mode_covariance, mode_probability : (n, 2, 4), (n, 2, 4, 4), (n, 2) arrays
         Of the modes, predicted; changed in place.
-    seconds, picture, track, detection, probability, position, information
-        What was measured; see `Told`.
+    told : (n, 13) array
+        What was measured, see `gathered`.
 
     """
-    told = gathered(mean, seconds, picture, track, detection, probability, position, information)
     weight, pull, fit = np.empty((4, 4)), np.empty(4), np.empty(2)
     for own in range(len(mean)):
         if told[own, 0] > 0.0:

@@ -19,7 +19,7 @@ from mctrack_ros.fusion.associators import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.candidates import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.costs import prior_costs
 from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
-from mctrack_ros.fusion.information import Told, joined, updated, without
+from mctrack_ros.fusion.information import gathered, joined, updated, without
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -63,8 +63,8 @@ class JointAssociation:
     ----------
     consumed : (0,) int array
         No detections start no track but those that are paired.
-    told : Told
-        What the states that `solve` returned are made of.
+    told : (n, 13) array
+        What the states that `solve` returned are made of, see `gathered`.
 
     """
 
@@ -156,10 +156,11 @@ class JointAssociation:
     def _updated(self) -> tuple[Floats, Floats]:
         """Return the states that all pairs make of the prediction: the information filter."""
         self.told = self._told()
-        return updated(self._mean, self._covariance, *self.told)
+        return updated(self._mean, self._covariance, self.told)
 
-    def _told(self) -> Told:
-        return Told(
+    def _told(self) -> Floats:
+        return gathered(
+            self._mean,
             self._seconds,
             self._picture,
             self._track,

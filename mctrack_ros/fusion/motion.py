@@ -8,7 +8,6 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.information import Told
 from mctrack_ros.fusion.interacting import interact, judge
 from mctrack_ros.fusion.parameters import MotionConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -34,8 +33,12 @@ class Motion(Protocol):
         """Move the states of all tracks on."""
         ...
 
-    def update(self, table: TrackTable, state: tuple[Floats, Floats], told: Told) -> None:
-        """Give the tracks what was measured of them; a single filter would have that state."""
+    def update(self, table: TrackTable, state: tuple[Floats, Floats], told: Floats) -> None:
+        """
+        Give the tracks what was measured of them, (n, 13), see `gathered`.
+
+        A single filter would have that state.
+        """
         ...
 
     def follow(self, table: TrackTable, rows: Indices) -> None:
@@ -71,7 +74,7 @@ class ConstantVelocity:
         state = table.mean, table.covariance
         table.mean, table.covariance = predict(*state, seconds, self.density)
 
-    def update(self, table: TrackTable, state: tuple[Floats, Floats], told: Told) -> None:
+    def update(self, table: TrackTable, state: tuple[Floats, Floats], told: Floats) -> None:
         """Take the state as it is."""
         table.mean, table.covariance = state
 
@@ -141,7 +144,7 @@ class InteractingModels:
             np.array(self.densities),
         )
 
-    def update(self, table: TrackTable, state: tuple[Floats, Floats], told: Told) -> None:
+    def update(self, table: TrackTable, state: tuple[Floats, Floats], told: Floats) -> None:
         """Update each mode by what was measured, and judge it by how well it foresaw that."""
         judge(
             table.mean,
@@ -149,7 +152,7 @@ class InteractingModels:
             table.mode_mean,
             table.mode_covariance,
             table.mode_probability,
-            *told,
+            told,
         )
 
     def follow(self, table: TrackTable, rows: Indices) -> None:

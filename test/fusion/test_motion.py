@@ -1,4 +1,5 @@
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -7,10 +8,11 @@ from filterpy.kalman import IMMEstimator, KalmanFilter
 from fusion_scenes import tick
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from mctrack_ros.config import parameters_of
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
-from mctrack_ros.fusion.information import Told, updated
+from mctrack_ros.fusion.information import gathered, updated
 from mctrack_ros.fusion.lifecycle import absorb
 from mctrack_ros.fusion.motion import MODELS, ConstantVelocity, InteractingModels
 from mctrack_ros.fusion.table import TrackTable
@@ -20,6 +22,18 @@ from mctrack_ros.tracking.kalman import inverse, position_matrix, transition_mat
 TICK_S = 0.04
 MOTION = InteractingModels((0.2, 8.0), (2.0, 0.5))
 NOISE = np.array([[0.03, 0.01], [0.01, 0.02]])
+
+
+class Seen(NamedTuple):
+    """What `gathered` asks of detections."""
+
+    seconds: NDArray[np.float64]
+    picture: NDArray[np.int64]
+    track: NDArray[np.int64]
+    detection: NDArray[np.int64]
+    probability: NDArray[np.float64]
+    position: NDArray[np.float64]
+    information: NDArray[np.float64]
 
 
 def tracks(count, seed, motion=MOTION):
@@ -40,7 +54,12 @@ def told(table, rng, seconds=(0.0,), probability=1.0):
     rows = np.arange(pictures * count)
     information = inverse(np.tile(NOISE, (len(rows), 1, 1)))
     share = np.full(len(rows), probability)
-    return Told(np.array(seconds), picture, track, rows, share, place, information)
+    return Seen(np.array(seconds), picture, track, rows, share, place, information)
+
+
+def learn(motion, table, seen):
+    gains = gathered(table.mean, *seen)
+    motion.update(table, updated(table.mean, table.covariance, gains), gains)
 
 
 def oracle(table, row, motion):
@@ -65,7 +84,7 @@ def test_it_is_filterpys_estimator_where_every_detection_is_somebodys_for_certai
         for row, single in enumerate(singles):
             single.predict()
             single.update(seen.position[row])
-        MOTION.update(table, (table.mean, table.covariance), seen)
+        learn(MOTION, table, seen)
     for row, single in enumerate(singles):
         np.testing.assert_allclose(table.mode_probability[row], single.mu, atol=1e-9)
         np.testing.assert_allclose(table.mean[row], single.x, atol=1e-9)
@@ -81,7 +100,7 @@ def test_modes_that_are_alike_are_one_filter(probability):
         seen = told(plain, rng, (-0.01, 0.0), probability)
         for motion, some in ((alike, table), (single, plain)):
             motion.predict(some, TICK_S)
-            motion.update(some, updated(some.mean, some.covariance, *seen), seen)
+            learn(motion, some, seen)
     np.testing.assert_allclose(table.mean, plain.mean, atol=1e-9)
     np.testing.assert_allclose(table.covariance, plain.covariance, atol=1e-9)
     np.testing.assert_allclose(table.mode_probability, [[0.8, 0.2]] * 4, atol=1e-9)
@@ -102,7 +121,7 @@ def test_several_pictures_judge_the_modes_as_one_after_the_other_would():
             single.update(seen.position[pair])
             expected[row, mode] *= single.likelihood
             state = single.x, single.P
-    MOTION.update(table, (table.mean, table.covariance), seen)
+    learn(MOTION, table, seen)
     expected /= expected.sum(axis=1, keepdims=True)
     np.testing.assert_allclose(table.mode_probability, expected, atol=1e-9)
 
@@ -120,7 +139,7 @@ def test_whatever_is_told_the_mixture_stays_one(seed, seconds, probability, far)
         MOTION.predict(table, seconds)
         seen = told(table, rng, probability=probability)
         seen = seen._replace(position=seen.position + far)
-        MOTION.update(table, (table.mean, table.covariance), seen)
+        learn(MOTION, table, seen)
         np.testing.assert_allclose(table.mode_probability.sum(axis=1), 1.0)
         assert (table.mode_probability >= 0).all()
         assert (np.linalg.eigvalsh(table.covariance) > 0).all()
@@ -140,7 +159,7 @@ def test_of_whom_nothing_is_told_the_modes_are_only_predicted():
     MOTION.predict(table, TICK_S)
     before = table.records.copy()
     seen = told(table, rng)
-    MOTION.update(table, (table.mean, table.covariance), seen._replace(track=seen.track * 0))
+    learn(MOTION, table, seen._replace(track=seen.track * 0))
     assert table.records[1] == before[1]
     assert table.records[0] != before[0]
 
