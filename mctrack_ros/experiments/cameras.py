@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import tarfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,8 +16,6 @@ from mctrack_ros.ground import FitError, GroundMapping, fit_camera, read_calibra
 
 Floats = NDArray[np.float64]
 PETS_SIZE = (768, 576)
-WILDTRACK_FILES = ('CVLab1', 'CVLab2', 'CVLab3', 'CVLab4', 'IDIAP1', 'IDIAP2', 'IDIAP3')
-"""Calibrations of C1 to C7."""
 CLICKS = (4, 3)
 CLICK_NOISE_PX = 1.0
 SEEDS = 20
@@ -69,18 +65,14 @@ def pets_view1(folder: Path) -> tuple[GroundMapping, Floats, Floats]:
 
 def wildtrack_errors(folder: Path) -> Iterator[tuple[str, float]]:
     """Yield each camera's name and median error, m."""
-    seen = _wildtrack_feet(folder / 'annotations_positions_train.tar.gz')
-    calibrations = folder / 'calibrations'
-    for camera, name, rows in zip(wildtrack.CAMERAS, WILDTRACK_FILES, seen):
-        mapping = read_calibration(
-            calibrations / 'intrinsic_zero' / f'intr_{name}.xml',
-            wildtrack.IMAGE_SIZE,
-            calibrations / 'extrinsic' / f'extr_{name}.xml',
-            'cm',
-        )
+    seen: list[list[tuple[float, float, int]]] = [[] for _ in wildtrack.CAMERAS]
+    for _, camera, column, row, position_id in wildtrack.annotated_feet(folder):
+        seen[camera].append((column, row, position_id))
+    for index, rows in enumerate(seen):
         table = np.array(rows)
         truth = wildtrack.position_of(table[:, 2].astype(np.int64))
-        yield camera, _median_error(mapping, table[:, :2], truth)
+        mapping = wildtrack.read_mapping(folder, index)
+        yield wildtrack.CAMERAS[index], _median_error(mapping, table[:, :2], truth)
 
 
 def lab6p_error(folder: Path) -> float:
@@ -117,18 +109,3 @@ def _clicked_error(mapping: GroundMapping, feet: Floats, truth: Floats, seed: in
 
 def _median_error(mapping: GroundMapping, feet: Floats, truth: Floats) -> float:
     return float(np.median(np.linalg.norm(mapping.ground_from_image(feet) - truth, axis=1)))
-
-
-def _wildtrack_feet(path: Path) -> list[list[tuple[float, float, int]]]:
-    """Return, for each camera, feet (column, row, px) and position ids."""
-    seen: list[list[tuple[float, float, int]]] = [[] for _ in wildtrack.CAMERAS]
-    width, height = wildtrack.IMAGE_SIZE
-    with tarfile.open(path) as archive:
-        for member in archive.getmembers():
-            file = archive.extractfile(member) if member.name.endswith('.json') else None
-            for person in json.load(file) if file is not None else []:
-                for view in person['views']:
-                    foot = (view['xmin'] + view['xmax'] + 1) / 2, view['ymax'] + 0.5
-                    if view['xmax'] > 0 and 0 <= foot[0] < width and foot[1] < height - 0.5:
-                        seen[view['viewNum']].append((*foot, person['positionID']))
-    return seen

@@ -93,6 +93,8 @@ TARGETS = (
            'model-based trackers, test split: .70 to .75'),
     Target('wildtrack', 'wildtrack.idf1', 'WILDTRACK, training split, IDF1', None, None,
            'model-based trackers, test split: .73 to .82'),
+    Target('wildtrack', 'wildtrack.perfect.mota', 'WILDTRACK, annotated boxes, MOTA', 0.95),
+    Target('wildtrack', 'wildtrack.perfect.idf1', 'WILDTRACK, annotated boxes, IDF1', 0.90),
     Target('table3', 'fitted.rmse_max_m', 'Experiment I, fitted camera, worst RMSE, m', None, 0.06,
            "the paper's method, its own pose: 0.28 to 1.02"),
     Target('table3', 'fitted.crb_ratio_max', 'the same over the Cramer-Rao bound, paths pooled',

@@ -3,7 +3,7 @@ import pytest
 
 from mctrack_ros.experiments.datasets.boxes import BodyModel, boxes_to_detections
 from mctrack_ros.experiments.datasets.cmc import AREA, load_cmc
-from mctrack_ros.experiments.datasets.wildtrack import load_wildtrack
+from mctrack_ros.experiments.datasets.wildtrack import load_wildtrack, load_wildtrack_boxes
 from mctrack_ros.experiments.real_data import (
     reproduce_cmc,
     reproduce_lab6p,
@@ -98,3 +98,16 @@ def test_wildtrack_detections_lie_near_the_truth(data_root):
             gap = rows[index].position[:, None, :2] - truth
             near += np.linalg.norm(gap, axis=2).min(axis=1, initial=9.0).tolist()
     assert np.median(near) < 0.5
+
+
+def test_wildtrack_boxes_stand_at_the_annotated_places_in_no_order_of_people(data_root):
+    scene = load_wildtrack_boxes(data_root / 'wildtrack', 2.0)
+    near, sorts = [], []
+    for index in range(0, 360, 20):
+        truth = scene.truth.select(scene.truth.frame == index)
+        for rows in scene.detections.values():
+            gap = np.linalg.norm(rows[index].position[:, None, :2] - truth.position, axis=2)
+            near += gap.min(axis=1, initial=9.0).tolist()
+            sorts.append(np.diff(truth.id[gap.argmin(axis=1)]))
+    assert np.quantile(near, 0.95) < 0.25
+    assert 0.3 < np.mean(np.concatenate(sorts) > 0) < 0.7

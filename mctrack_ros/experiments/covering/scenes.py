@@ -151,7 +151,7 @@ def lab6p(data: Path) -> CoveringScene:
     return CoveringScene(stored, fusion, 0.5, everywhere, np.unique(stored.truth.frame))
 
 
-def _with(config: FusionConfig, settings: Mapping[str, float]) -> FusionConfig:
+def _with(config: FusionConfig, settings: Mapping[str, float | str]) -> FusionConfig:
     """Return a configuration with values changed by dotted name."""
     values = values_of(config)
     for name, value in settings.items():

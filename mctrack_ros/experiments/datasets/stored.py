@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import ClassCode, Detections
 
 Floats = NDArray[np.float64]
@@ -50,7 +50,7 @@ def stamp_of(index: int, rate: float) -> int:
 
 def feet_to_detections(
     feet: Floats,
-    mapping: ProjectiveMapping,
+    mapping: GroundMapping,
     stamp_ns: int,
     foot_sigma_px: float,
     score: Floats | None = None,
@@ -62,7 +62,7 @@ def feet_to_detections(
     ----------
     feet : (n, 2) array
         Pixels.
-    mapping : ProjectiveMapping
+    mapping : GroundMapping
         Of the camera.
     stamp_ns : int
         When the picture was taken.
