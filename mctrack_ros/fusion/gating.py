@@ -16,6 +16,7 @@ from mctrack_ros.compiled import (
     compiled,
     inner,
 )
+from mctrack_ros.fusion.counting import counted
 from mctrack_ros.fusion.neighbours import cell_slot
 
 Floats = NDArray[np.float64]
@@ -192,28 +193,13 @@ def _reached(
 
 
 @inner
-def _counted(key: Indices, keys: int) -> Indices:
-    """Return the order that sorts (k,) keys below a number, stably: by counting."""
-    place = np.zeros(keys + 1, np.int64)
-    for one in key:
-        place[one + 1] += 1
-    for one in range(keys):
-        place[one + 1] += place[one]
-    order = np.empty(len(key), np.int64)
-    for index in range(len(key)):
-        order[place[key[index]]] = index
-        place[key[index]] += 1
-    return order
-
-
-@inner
 def _sorted(
     track: Indices, detection: Indices, picture: Indices, tracks: int
 ) -> tuple[Indices, Indices]:
     """Sort pairs by picture, then track, then detection; detections ascend by picture."""
-    order = _counted(detection, len(picture))
-    order = order[_counted(track[order], tracks)]
-    order = order[_counted(picture[detection[order]], picture[-1] + 1)]
+    order = counted(detection, len(picture))
+    order = order[counted(track[order], tracks)]
+    order = order[counted(picture[detection[order]], picture[-1] + 1)]
     return track[order], detection[order]
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled, inner
 from mctrack_ros.fusion.associators.belief import LARGEST, beliefs
 from mctrack_ros.fusion.associators.pairs import Pairs, components, numbered
+from mctrack_ros.fusion.counting import counted
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -69,26 +70,12 @@ def _marginals(row: Indices, bit: Indices, rows: int, bits: int, likelihood: Flo
     return probability
 
 
-@inner
-def _by_part(part: Indices) -> Indices:
-    """Return the order that sorts pairs by their parts, which are numbered, stably."""
-    place = np.zeros(part.max() + 2 if len(part) else 1, np.int64)
-    for pair in range(len(part)):
-        place[part[pair] + 1] += 1
-    place = np.cumsum(place)
-    order = np.empty(len(part), np.int64)
-    for pair in range(len(part)):
-        order[place[part[pair]]] = pair
-        place[part[pair]] += 1
-    return order
-
-
 @compiled(types.f8[::1](INTS_1D, INTS_1D, FLOATS_1D))
 def _joint(slot: Indices, detection: Indices, likelihood: Floats) -> Floats:
     """Solve the small parts of the graph one by one, and all large ones together."""
     count = len(slot)
     part = components(slot, detection)
-    order = _by_part(part)
+    order = counted(part, part.max() + 1 if count else 0)
     probability, is_large = np.empty(count), np.zeros(count, np.bool_)
     slots, detections = np.empty(count, np.int64), np.empty(count, np.int64)
     likelihood = np.minimum(likelihood, LARGEST)
