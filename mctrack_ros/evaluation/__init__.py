@@ -1,7 +1,7 @@
 """Metrics: arrays in, numbers out."""
 
 from mctrack_ros.evaluation.scores import Scores, evaluate_boxes, evaluate_ground
-from mctrack_ros.evaluation.switches import Switches, identity_switches
+from mctrack_ros.evaluation.switches import Switches, identity_switches, while_isolated
 from mctrack_ros.evaluation.timeline import Timeline, ground_timeline
 from mctrack_ros.evaluation.trajectories import Trajectories
 
@@ -14,4 +14,5 @@ __all__ = [
     'evaluate_ground',
     'ground_timeline',
     'identity_switches',
+    'while_isolated',
 ]

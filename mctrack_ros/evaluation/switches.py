@@ -70,3 +70,38 @@ def identity_switches(truth: Trajectories, tracks: Trajectories, gate_m: float) 
         new_id=track_ids[switches.HId.to_numpy(np.int64)],
         position=truth.position[np.array(rows, np.intp)],
     )
+
+
+def while_isolated(
+    switches: Switches, truth: Trajectories, apart_m: float, before: int
+) -> NDArray[np.bool_]:
+    """
+    Tell which targets were alone when they were given another track.
+
+    Parameters
+    ----------
+    switches : Switches
+        Of n.
+    truth : Trajectories
+        Of all targets.
+    apart_m : float
+        Nobody else may be nearer than this, m.
+    before : int
+        From so many frames before the last match with the old track to the first with the new one.
+
+    Returns
+    -------
+    (n,) bool array
+
+    """
+    alone = np.ones(len(switches), np.bool_)
+    for row, (first, last, who) in enumerate(
+        zip(switches.last_frame - before, switches.frame, switches.truth_id)
+    ):
+        near = truth.select((truth.frame >= first) & (truth.frame <= last))
+        own = near.id == who
+        others = near.select(~own)
+        for frame, place in zip(near.frame[own], near.position[own]):
+            gap = np.linalg.norm(others.position[others.frame == frame] - place, axis=1)
+            alone[row] &= bool((gap >= apart_m).all())
+    return alone

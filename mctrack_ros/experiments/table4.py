@@ -9,7 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from mctrack_ros.evaluation import Trajectories, ground_timeline
+from mctrack_ros.evaluation import (
+    Trajectories,
+    evaluate_ground,
+    ground_timeline,
+    identity_switches,
+    while_isolated,
+)
 from mctrack_ros.evaluation.happenings import CODES, EventScore, Happening, score_events
 from mctrack_ros.evaluation.paths import matched_paths
 from mctrack_ros.experiments.figures import Figures
@@ -24,6 +30,8 @@ DURATION_S = 120.0
 WINDOW_S = 0.5
 GATE_M = 1.0
 MAJORITY = 0.5
+APART_M, APART_S = 3.0, 1.0
+"""Who has nobody nearer than this, from so long before on, is isolated."""
 
 Progress = Callable[[str], None]
 
@@ -47,7 +55,7 @@ def reproduce_table4(
 
     """
     scores = [{code: EventScore() for code in CODES} for _ in range(2)]
-    kept, correlations, kits = [], [], []
+    kept, correlations, kits, tracking = [], [], [], []
     for seed in seeds:
         with tempfile.TemporaryDirectory() as scratch:
             progress(f'seed {seed}: rendering and tracking {duration_s:g} s')
@@ -60,9 +68,11 @@ def reproduce_table4(
         switched = np.unique(ground_timeline(truth, tracks, GATE_M).switch_truth_id)
         kept.append(1 - len(switched) / len(np.unique(truth.id)))
         correlations.append(_correlation(truth, tracks))
+        tracking.append(_tracking(truth, tracks, world.scenario))
     figures: dict[str, float] = {}
     for code, exact, majority in zip(range(1, 6), scores[0].values(), scores[1].values()):
         figures |= _figures(f'e{code}', exact) | {f'e{code}.majority.f1': majority.f1}
+    figures |= {name: float(np.mean([one[name] for one in tracking])) for name in tracking[0]}
     figures |= {
         'correlation': float(np.mean(correlations)),
         'one_id_share': float(np.mean(kept)),
@@ -98,6 +108,21 @@ def _correlation(truth: Trajectories, tracks: Trajectories) -> float:
     return float(np.mean([path.correlation() for path in paths if len(path.frame) > 2]))
 
 
+def _tracking(truth: Trajectories, tracks: Trajectories, scenario: Scenario) -> dict[str, float]:
+    """Return the scores of one match on the ground."""
+    scores = evaluate_ground(truth, tracks, GATE_M)
+    switches = identity_switches(truth, tracks, GATE_M)
+    alone = while_isolated(switches, truth, APART_M, round(APART_S * scenario.rate_hz))
+    return {
+        'mota': scores.mota,
+        'idf1': scores.idf1,
+        'hota': scores.hota,
+        'error_m': scores.mean_distance,
+        'switches_a_minute': 60 * scores.switches / scenario.duration_s,
+        'switches_isolated': float(alone.sum()),
+    }
+
+
 def _figures(name: str, score: EventScore) -> dict[str, float]:
     return {
         f'{name}.true': score.true,
@@ -119,6 +144,8 @@ def _protocol(seeds: Sequence[int], duration_s: float) -> dict[str, Any]:
         'targets': 'a track is the person it is nearest to most often within '
         f'{MEMORY_S:g} s, at most {PEOPLE_GATE_M:g} m away',
         'correlation': f'of true and estimated x and y at {GATE_M:g} m, mean over players',
+        'mota': f'and others, on the ground at {GATE_M:g} m, means over the matches; '
+        f'switches_isolated: of those who had nobody within {APART_M:g} m for {APART_S:g} s',
         'one_id_share': 'players who are never switched to another id',
         'kits': f'of global tracks within {GATE_M:g} m of somebody; purity: share of those whose '
         'kit is known that wear what most of that kit do',

@@ -1,7 +1,12 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.evaluation import Trajectories, evaluate_ground, identity_switches
+from mctrack_ros.evaluation import (
+    Trajectories,
+    evaluate_ground,
+    identity_switches,
+    while_isolated,
+)
 
 
 def exchanged():
@@ -43,3 +48,16 @@ def test_there_are_as_many_as_are_scored(seed):
     assert len(switches) == evaluate_ground(truth, tracks, 1.0).switches > 0
     assert (switches.old_id != switches.new_id).all()
     assert (switches.last_frame < switches.frame).all()
+
+
+def test_who_was_alone_is_told_from_who_was_not_for_a_moment():
+    frame, who = np.repeat(np.arange(20), 3), np.tile([1, 2, 3], 20)
+    position = np.column_stack([10.0 * who, np.zeros(60)])
+    position[(who == 2) & (frame == 7)] = [11.0, 0.0]  # beside the first for one picture
+    truth = Trajectories(frame, who, position)
+    ids = np.where(frame >= 10, who + 20, who + 10)
+    switches = identity_switches(truth, Trajectories(frame, ids, position), 1.0)
+    assert switches.truth_id.tolist() == [1, 2, 3]
+    assert while_isolated(switches, truth, 3.0, 2).tolist() == [False, False, True]
+    assert while_isolated(switches, truth, 3.0, 1).tolist() == [True, True, True]
+    assert while_isolated(switches, truth, 0.5, 9).all()

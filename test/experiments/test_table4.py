@@ -9,5 +9,7 @@ def test_a_short_match_is_scored_event_by_event():
         assert figures[f'{code}.majority.f1'] >= figures[f'{code}.f1']
     assert figures['correlation'] > 0.9
     assert figures['one_id_share'] > 0.5
+    assert figures['mota'] > 0.8
+    assert 0 <= figures['switches_isolated'] <= figures['switches_a_minute']
     assert figures['kits.purity'] > 0.95
     assert figures['kits.found'] >= 2
