@@ -31,6 +31,6 @@ def test_evaluate_prints_a_table_and_writes_figures(tmp_path):
 
 
 def test_results_makes_the_page(tmp_path):
-    Figures('cmc', 'mctrack reproduce cmc', {}, {'cmc1.mota': 0.99}).write(tmp_path / 'cmc.json')
+    Figures('cmc', 'mctrack reproduce cmc', {}, {'cmc1.mota': 0.999}).write(tmp_path / 'cmc.json')
     mctrack('results', '--folder', tmp_path, '--page', tmp_path / 'page.md')
-    assert '| `cmc1.mota` | 0.990 | ≥ 0.98 | yes |' in (tmp_path / 'page.md').read_text()
+    assert '| `cmc1.mota` | 0.999 | ≥ 0.995 | yes |' in (tmp_path / 'page.md').read_text()

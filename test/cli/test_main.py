@@ -8,7 +8,7 @@ from drawn_hall import write_hall
 from typer.testing import CliRunner
 
 from mctrack_ros import __version__
-from mctrack_ros.cli.main import app
+from mctrack_ros.cli.main import app, main
 
 COMMANDS = [command.name for command in app.registered_commands]
 pytestmark = pytest.mark.xdist_group('replay')
@@ -91,12 +91,16 @@ def test_echo_prints_json_without_nan(tracked):
         (['run', 'nowhere.yaml'], 'nowhere.yaml: No such file'),
     ],
 )
-def test_bad_input_is_one_clear_line(tracked, tmp_path, arguments, reason):
+def test_bad_input_is_one_clear_line(tracked, tmp_path, arguments, reason, monkeypatch, capsys):
     names = {'bag': tracked / 'bag', 'out': tracked / 'out', 'site': tracked / 'site.yaml'}
     names = {key: str(value) for key, value in names.items()}
     filled = [a.format(**names) for a in arguments]
-    code, _, errors = mctrack(*[tmp_path / 'x' if a == 'x' else a for a in filled])
-    assert code == 1
+    filled = [str(tmp_path / 'x') if a == 'x' else a for a in filled]
+    monkeypatch.setattr(sys, 'argv', ['mctrack', *filled])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 1
+    errors = capsys.readouterr().err
     lines = [line for line in errors.splitlines() if line.startswith('mctrack: ')]
     assert len(lines) == 1
     assert reason in lines[0]

@@ -29,9 +29,6 @@ MOTION: dict[str, Any] = {
 }
 """Of the targets, m²/s³ and s."""
 
-LIFE: dict[str, Any] = {'tentative_time': 0.3, 'confirm_evidence': 2.5}
-"""Few detections are false, and in a crowd many are merged: s, log-odds."""
-
 
 class CoreTracker:
     """
@@ -78,7 +75,7 @@ def told_config(scenario: Any) -> FusionConfig:
     """
     Return what the benchmark tells every tracker, and what was tuned on its seeds 1 to 3.
 
-    Tuned are the associator, the motion and how tracks begin; all else is as it comes.
+    Tuned are the associator and the motion; all else is as it comes.
     """
     default = FusionConfig()
     density = scenario.sensors.clutter_density
@@ -87,7 +84,6 @@ def told_config(scenario: Any) -> FusionConfig:
         batching=replace(default.batching, period=scenario.tick_s),
         motion=replace(default.motion, sensor_sigma=SENSOR_SIGMA_M, **MOTION),
         association=replace(default.association, method='jpda', false_density=density),
-        life=replace(default.life, **LIFE),
     )
 
 
