@@ -19,7 +19,7 @@ from mctrack_ros.tracking.kalman import inverted
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-MOST_STARTS = 512
+MOST_STARTS = 256
 """So many detections start tracks in one tick; whoever is still there has the next one."""
 MOST_TOGETHER = 16
 """Where so many are within `crowd_distance` of it, no further track begins."""
