@@ -87,7 +87,7 @@ class PitchBench:
             if raw is None:
                 continue
             with clock.on('cleaning'):
-                mask = clean_mask(raw, config.blobs)
+                mask = clean_mask(raw, background.difference, background.threshold, config.blobs)
             with clock.on('blobs'):
                 find_blobs(mask, background.difference, mapping, sizes, 1.0, config.blobs)
         return clock.ms(self._count)

@@ -13,7 +13,8 @@ from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, compiled, inner
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.fragments import Joining, from_left_to_right, joined, trimmed
-from mctrack_ros.perception.runs import component_boxes, opened
+from mctrack_ros.perception.opening import opened
+from mctrack_ros.perception.runs import component_boxes
 from mctrack_ros.perception.sizes import SizeTable
 
 Booleans = NDArray[np.bool_]
@@ -30,6 +31,13 @@ class BlobConfig:
         choices=('as_found', 'laplacian'),
     )
     opening_px: int = parameter(3, 'what is narrower is noise [px]', minimum=1, maximum=31)
+    leg_contrast: float = parameter(
+        1.7,
+        'difference from which what is narrower and hangs below a blob is a leg, in thresholds '
+        'of the foreground; 25: none is',
+        minimum=1.0,
+        maximum=25.0,
+    )
     closing_px: int = parameter(
         1, 'gaps narrower than this are closed [px]', minimum=1, maximum=63
     )
@@ -112,9 +120,28 @@ class Blobs:
         )
 
 
-def clean_mask(mask: NDArray[np.uint8], config: BlobConfig) -> NDArray[np.uint8]:
-    """Remove specks and close gaps (event-tracking paper, section 4.2)."""
-    cleaned = opened(mask, config.opening_px)
+def clean_mask(
+    mask: NDArray[np.uint8], difference: NDArray[np.uint8], threshold: float, config: BlobConfig
+) -> NDArray[np.uint8]:
+    """
+    Remove specks and close gaps (event-tracking paper, section 4.2), but keep thin legs.
+
+    Parameters
+    ----------
+    mask, difference : (h, w) uint8 arrays
+        Foreground, not zero, and difference from the background.
+    threshold : float
+        Difference from which it is foreground, grey levels.
+    config : BlobConfig
+        Parameters.
+
+    Returns
+    -------
+    (h, w) uint8 array
+        Foreground, 255.
+
+    """
+    cleaned = opened(mask, difference, config.opening_px, config.leg_contrast * threshold)
     if config.closing_px > 1:
         kernel = np.ones((config.closing_px, config.closing_px), np.uint8)
         cv2.morphologyEx(cleaned, cv2.MORPH_CLOSE, kernel, cleaned)

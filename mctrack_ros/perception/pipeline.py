@@ -158,7 +158,7 @@ class CameraPipeline:
             raw = cv2.bitwise_and(raw, self._mask)  # type: ignore[assignment]
         if self._config.blobs.edges == 'laplacian':
             raw = inside_edges(raw, difference)
-        mask = clean_mask(raw, self._config.blobs)
+        mask = clean_mask(raw, difference, self._background.threshold, self._config.blobs)
         scale = float(self._config.reduction)
         blobs = find_blobs(
             mask,

@@ -1,4 +1,4 @@
-"""Foreground as runs of pixels along rows: opened and told apart where there is any; compiled."""
+"""Foreground as runs of pixels along rows, told apart where there is any; compiled."""
 
 from __future__ import annotations
 
@@ -117,61 +117,6 @@ def runs_of(mask: Bytes) -> Runs:
 
 
 @inner
-def eroded(runs: Runs, width: int) -> Runs:
-    """Return the pixels about which all 3 x 3, as far as in the picture, are foreground."""
-    height = len(runs.row) - 1
-    first = np.empty(3 * len(runs.first), np.int64)
-    last, row, count = np.empty_like(first), np.zeros(height + 1, np.int64), 0
-    for y in range(height):
-        above, below = max(y - 1, 0), min(y + 1, height - 1)
-        a, b, c = runs.row[above], runs.row[y], runs.row[below]
-        while a < runs.row[above + 1] and b < runs.row[y + 1] and c < runs.row[below + 1]:
-            low = max(runs.first[a], runs.first[b], runs.first[c])
-            high = min(runs.last[a], runs.last[b], runs.last[c])
-            a += runs.last[a] == high
-            b += runs.last[b] == high
-            c += runs.last[c] == high
-            low, high = low + (low > 0), high - (high < width)
-            if low < high:
-                first[count], last[count] = low, high
-                count += 1
-        row[y + 1] = count
-    return Runs(first[:count], last[:count], row)
-
-
-@inner
-def dilated(runs: Runs, width: int) -> Runs:
-    """Return the pixels about which any of 3 x 3 is foreground."""
-    height = len(runs.row) - 1
-    first = np.empty(3 * len(runs.first), np.int64)
-    last, row, count = np.empty_like(first), np.zeros(height + 1, np.int64), 0
-    for y in range(height):
-        above, below = max(y - 1, 0), min(y + 1, height - 1)
-        next_of = (runs.row[above], runs.row[y], runs.row[below])
-        end_of = (runs.row[above + 1], runs.row[y + 1], runs.row[below + 1])
-        a, b, c = next_of
-        while a < end_of[0] or b < end_of[1] or c < end_of[2]:
-            left_a = runs.first[a] if a < end_of[0] else width
-            left_b = runs.first[b] if b < end_of[1] else width
-            left_c = runs.first[c] if c < end_of[2] else width
-            left = min(left_a, left_b, left_c)
-            if left == left_a:
-                right, a = runs.last[a], a + 1
-            elif left == left_b:
-                right, b = runs.last[b], b + 1
-            else:
-                right, c = runs.last[c], c + 1
-            low, high = max(left - 1, 0), min(right + 1, width)
-            if count > row[y] and low <= last[count - 1]:
-                last[count - 1] = max(last[count - 1], high)
-            else:
-                first[count], last[count] = low, high
-                count += 1
-        row[y + 1] = count
-    return Runs(first[:count], last[:count], row)
-
-
-@inner
 def _unite(parent: Ints, one: int, other: int) -> None:
     """Let two runs be of one component; its first run is the root."""
     while parent[one] != one:
@@ -258,37 +203,6 @@ def strong_runs(
             inside = strong
         row[y + 1] = count
     return Runs(first[:count], last[:count], row)
-
-
-@compiled(types.u1[:, ::1](BYTES_2D, types.i8))
-def opened(mask: Bytes, size: int) -> Bytes:
-    """
-    Remove what is narrower than a square.
-
-    Parameters
-    ----------
-    mask : (h, w) uint8 array
-        Foreground; not zero.
-    size : int
-        Side of the square, odd, px.
-
-    Returns
-    -------
-    (h, w) uint8 array
-        Foreground, 255.
-
-    """
-    height, width = mask.shape
-    runs = runs_of(mask)
-    for _ in range(size // 2):
-        runs = eroded(runs, width)
-    for _ in range(size // 2):
-        runs = dilated(runs, width)
-    cleaned = np.zeros((height, width), np.uint8)
-    for y in range(height):
-        for index in range(runs.row[y], runs.row[y + 1]):
-            cleaned[y, runs.first[index] : runs.last[index]] = 255
-    return cleaned
 
 
 @compiled(types.f8[:, ::1](BYTES_2D))

@@ -88,7 +88,8 @@ def test_noise_is_removed_and_persons_stay(person):
     mask = np.where(rng.random(SHAPE) < 0.02, 255, 0).astype(np.uint8)
     left, top, width, height = person(0.0, 0.0)
     cv2.rectangle(mask, (left, top), (left + width - 1, top + height - 1), 255, -1)
-    cleaned = clean_mask(mask, BlobConfig())
+    difference = np.where(mask > 0, rng.integers(12, 20, SHAPE), 0).astype(np.uint8)
+    cleaned = clean_mask(mask, difference, 12.0, BlobConfig())
     assert (cleaned[top : top + height, left : left + width] == 255).all()
     assert (cleaned > 0).sum() < 1.2 * width * height
 

@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from mctrack_ros.perception.runs import component_boxes, opened
+from mctrack_ros.perception.runs import component_boxes
 
 SHAPES = [(40, 50), (37, 64), (1, 9), (7, 3), (120, 317)]
 
@@ -14,14 +14,6 @@ def masks(shape, seed=0):
     chosen = [rng.random(shape) < share for share in (0.02, 0.7, 0.95)]
     empty = np.zeros(shape, bool)
     return [255 * mask.astype(np.uint8) for mask in (*chosen, blotchy, empty, ~empty)]
-
-
-@pytest.mark.parametrize('shape', SHAPES)
-@pytest.mark.parametrize('size', [1, 3, 5])
-def test_opening_is_that_of_opencv(shape, size):
-    for mask in masks(shape):
-        expected = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((size, size), np.uint8))
-        assert np.array_equal(opened(mask, size), expected)
 
 
 @pytest.mark.parametrize('shape', SHAPES)
