@@ -1,6 +1,8 @@
 """Imports run one way through the package."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -21,7 +23,8 @@ ALLOWED = {
     'evaluation': {'interfaces'},
     'codec': {'interfaces'},
 }
-ALLOWED['site_config'] = {'interfaces', 'config', 'ground', 'tracking', 'perception', 'fusion'}
+ALLOWED['camera_settings'] = {'interfaces', 'config', 'ground', 'tracking', 'perception'}
+ALLOWED['site_config'] = ALLOWED['camera_settings'] | {'camera_settings', 'fusion'}
 ALLOWED['site_coverage'] = ALLOWED['site_config'] | {'site_config'}
 ALLOWED['recording'] = {'interfaces', 'config', 'codec'}
 ALLOWED['replay'] = ALLOWED['site_config'] | {'site_config', 'codec', 'recording', 'processes'}
@@ -58,3 +61,11 @@ def test_layer_imports_only_what_lies_below(layer):
                 assert rest[0] == layer or rest[0] in ALLOWED[layer], f'{path} imports {name}'
             is_ros = top in ROS_PACKAGES or top.endswith('_msgs')
             assert layer == 'ros' or not is_ros, f'{path} imports {name}'
+
+
+def test_camera_processes_load_no_fusion():
+    told = 'import mctrack_ros.replay.workers, sys; print("mctrack_ros.fusion" in sys.modules)'
+    done = subprocess.run(
+        [sys.executable, '-c', told], cwd=PACKAGE.parent, capture_output=True, text=True
+    )
+    assert done.stdout == 'False\n', done.stderr

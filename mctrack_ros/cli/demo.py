@@ -81,7 +81,7 @@ def _settings(site: SiteConfig) -> dict[str, Any]:
 def _track_offline(options: DemoOptions, site: SiteConfig) -> float:
     """Track in lock step; return how long it took, s."""
     from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.replay import track_bag
+    from mctrack_ros.replay.track import track_bag
 
     began_s = time.monotonic()
     with progress_bar('tracking') as progress:

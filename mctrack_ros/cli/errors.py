@@ -7,7 +7,7 @@ def expected_errors() -> tuple[type[BaseException], ...]:
     from mctrack_ros.config import ConfigError
     from mctrack_ros.ground import CalibrationError
     from mctrack_ros.recording import BagError, MotTextError
-    from mctrack_ros.replay import ReplayError
+    from mctrack_ros.replay.lockstep import ReplayError
 
     return (
         BagError,

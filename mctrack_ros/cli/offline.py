@@ -120,7 +120,7 @@ def track(
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.cli.sites import named_site
     from mctrack_ros.experiments.figures import Figures
-    from mctrack_ros.replay import track_bag
+    from mctrack_ros.replay.track import track_bag
 
     config = named_site(site)
     processes = processes or len(config.cameras)

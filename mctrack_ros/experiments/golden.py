@@ -15,7 +15,7 @@ from mctrack_ros.experiments.comparison import compare
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.simulate import simulate
 from mctrack_ros.recording import BagReader, BagWriter
-from mctrack_ros.replay import track_bag
+from mctrack_ros.replay.track import track_bag
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import Scenario
 from mctrack_ros.site_config import load_site

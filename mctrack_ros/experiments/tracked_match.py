@@ -21,7 +21,7 @@ from mctrack_ros.experiments.comparison import TRACKS_TOPIC, TRUTH_TOPIC, read_i
 from mctrack_ros.experiments.simulate import simulate
 from mctrack_ros.interfaces import Detections, Events, Tracks
 from mctrack_ros.recording import BagReader
-from mctrack_ros.replay import track_bag
+from mctrack_ros.replay.track import track_bag
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import CameraRenderer, World
 from mctrack_ros.site_config import SiteConfig, load_site

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.codec import image_from_message, rows_from_cloud, stamp_ns_of
 from mctrack_ros.interfaces import Detections, Events, Feedback
 from mctrack_ros.perception import FeedbackBuffer, check_picture
 from mctrack_ros.recording import BagError, BagReader
-from mctrack_ros.site_config import CameraSettings
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
 from mctrack_ros.fusion import Account, Batcher, FusionOutput, FusionPipeline
-from mctrack_ros.interfaces import Explanation, Tick
+from mctrack_ros.interfaces import Explanation, Feedback, Tick
 from mctrack_ros.replay.camera_source import CameraResult, CameraTask
 from mctrack_ros.replay.workers import NEVER, CameraWorkers, Progress
 from mctrack_ros.site_config import SiteConfig
@@ -38,6 +38,8 @@ class TickOutput:
         What the cameras published in this period, by camera and stamp.
     output : FusionOutput
         What fusion made of it.
+    feedback : Feedback
+        What it tells the cameras.
     explanation : Explanation, optional
         Why, if that was asked.
 
@@ -46,6 +48,7 @@ class TickOutput:
     tick: Tick
     results: tuple[CameraResult, ...]
     output: FusionOutput
+    feedback: Feedback
     explanation: Explanation | None
 
 
@@ -116,7 +119,8 @@ def run_lockstep(
                 account = Account() if explain else None
                 output = fusion.step(tick, account)
                 feedback.append(output.feedback)
-                yield TickOutput(tick, results, output, account.explanation if account else None)
+                explanation = account.explanation if account else None
+                yield TickOutput(tick, results, output, feedback[-1], explanation)
         if passed > complete_to:
             complete_to = passed
             workers.announce(complete_to, feedback)

@@ -121,7 +121,7 @@ def _write(writer: BagWriter, ticked: TickOutput, frame_id: str) -> None:
     writer.write_rows('/tracks', ticked.output.tracks, frame_id, now_ns)
     if len(ticked.output.events):
         writer.write_rows('/events', ticked.output.events, frame_id, now_ns)
-    writer.write_rows('/feedback', ticked.output.feedback, frame_id, now_ns)
+    writer.write_rows('/feedback', ticked.feedback, frame_id, now_ns)
     if ticked.explanation is not None:
         writer.write_rows(CANDIDATES_TOPIC, ticked.explanation.candidates, frame_id, now_ns)
         writer.write_rows(DECISIONS_TOPIC, ticked.explanation.decisions, frame_id, now_ns)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.config import parameter
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.ground.coverage import CoverageConfig
-from mctrack_ros.site_config import CameraSettings
 
 _AUTOSTART = 'configure and activate on start; false: wait for the lifecycle services'
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from fusion_scenes import PERIOD_NS, detections
 
+from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.config import ConfigError
 from mctrack_ros.experiments.explain import (
     COLUMNS,
@@ -22,8 +23,8 @@ from mctrack_ros.experiments.explain.words import reason_of
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.interfaces import Candidates, Decisions, Reason
 from mctrack_ros.recording import BagReader, BagWriter
-from mctrack_ros.replay import track_bag
-from mctrack_ros.site_config import CameraSettings, SiteConfig
+from mctrack_ros.replay.track import track_bag
+from mctrack_ros.site_config import SiteConfig
 
 CAMERAS = ('one', 'two')
 SITE = SiteConfig(

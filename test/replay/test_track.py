@@ -8,7 +8,8 @@ from mctrack_ros.codec import rows_from_cloud
 from mctrack_ros.fusion import FusionPipeline
 from mctrack_ros.interfaces import REPORTED, CameraDetections, Detections, Tick, Ticks, Tracks
 from mctrack_ros.recording import BagError, BagReader, BagWriter
-from mctrack_ros.replay import ReplayError, track_bag
+from mctrack_ros.replay.lockstep import ReplayError
+from mctrack_ros.replay.track import track_bag
 
 pytestmark = pytest.mark.xdist_group('replay')
 

@@ -1,0 +1,127 @@
+"""What a site says of one camera: its pictures, its calibration, its pipeline."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import ConfigError, parameter
+from mctrack_ros.ground import (
+    METHODS,
+    METRES,
+    CalibrationError,
+    GroundMapping,
+    first_look,
+    mapping_from_grid,
+    read_calibration,
+    read_grid,
+)
+from mctrack_ros.perception import CameraConfig, CameraTracker, open_camera
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSettings:
+    """One camera: its pictures, its calibration, its pipeline."""
+
+    image_topic: str = parameter(
+        'image_raw/compressed',
+        'pictures, relative to the camera; a name ending in /compressed holds JPEG or PNG',
+    )
+    image_width: int = parameter(768, 'width of the pictures [px]', minimum=16, maximum=16384)
+    image_height: int = parameter(576, 'height of the pictures [px]', minimum=16, maximum=16384)
+    grid: str = parameter('', 'transformation-grid XML file')
+    method: str = parameter('fitted', 'how the grid maps pixels to metres', choices=METHODS)
+    click_noise_px: float = parameter(
+        0.5, "standard deviation of the grid's pixels along one axis [px]", minimum=0.0
+    )
+    calibration: str = parameter(
+        '',
+        'instead of a grid: file with a matrix, a ROS camera info, or a camera of OpenCV or Tsai',
+    )
+    extrinsics: str = parameter('', "file with the camera's pose, if the calibration has none")
+    length_unit: str = parameter('m', 'of lengths in the calibration', choices=tuple(METRES))
+    mask: str = parameter('', 'picture whose black pixels are ignored; empty: none')
+    background: str = parameter(
+        '', 'picture without moving objects; empty: the background is learned first'
+    )
+    pipeline: CameraConfig = CameraConfig()
+
+    def open(self) -> CameraTracker:
+        """
+        Read the camera's files and return its tracker.
+
+        Raises
+        ------
+        ConfigError, CalibrationError
+            If a file cannot be used.
+
+        """
+        mask, background = self.ignore_mask(), None
+        if self.background:
+            background = self._picture('background', cv2.IMREAD_COLOR)
+        return open_camera(self.pipeline, self.mapping(), mask, background)
+
+    def mapping(self) -> GroundMapping:
+        """
+        Read the calibration.
+
+        Raises
+        ------
+        ConfigError
+            If neither a grid nor a calibration is named, or both.
+        CalibrationError
+            If the file cannot be used.
+
+        """
+        size = (self.image_width, self.image_height)
+        if bool(self.grid) == bool(self.calibration):
+            raise ConfigError('name either a grid or a calibration file of the camera')
+        if self.calibration:
+            return read_calibration(self.calibration, size, self.extrinsics, self.length_unit)
+        grid = read_grid(self.grid)
+        try:
+            return mapping_from_grid(grid, size, self.method, self.click_noise_px)
+        except CalibrationError as error:
+            raise type(error)(f'{self.grid}: {error}') from error
+
+    def doubt(self) -> str:
+        """
+        Return why the camera fitted to the grid is to be doubted; empty: it is not, or is none.
+
+        A first look, quick enough for a start: `mctrack check-calibration` looks closer.
+
+        Raises
+        ------
+        CalibrationError
+            If the grid cannot be read.
+
+        """
+        if not self.grid or self.method != 'fitted':
+            return ''
+        size = (self.image_width, self.image_height)
+        return first_look(read_grid(self.grid), size, self.click_noise_px)
+
+    def ignore_mask(self) -> NDArray[np.uint8] | None:
+        """
+        Read the mask, (height, width) uint8 with 0 where the picture is ignored.
+
+        Raises
+        ------
+        ConfigError
+            If the file is no picture or has another size than the camera's.
+
+        """
+        return self._picture('mask', cv2.IMREAD_GRAYSCALE) if self.mask else None
+
+    def _picture(self, key: str, mode: int) -> NDArray[np.uint8]:
+        """Read the picture that a key names, of the camera's size."""
+        path = getattr(self, key)
+        picture = cv2.imread(path, mode)
+        expected = (self.image_height, self.image_width)
+        if picture is None or picture.shape[:2] != expected:
+            found = 'no picture' if picture is None else f'a picture of shape {picture.shape[:2]}'
+            raise ConfigError(f'{key} {path} is {found}, expected shape {expected}')
+        return np.asarray(picture, np.uint8)
