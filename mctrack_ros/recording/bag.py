@@ -18,12 +18,11 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
-from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer, WriterError
 from rosbags.typesys import Stores, get_typestore
 
 from mctrack_ros.codec import CodecError, MessageClasses, cloud_from_rows, rows_from_cloud
 from mctrack_ros.interfaces import Rows
-from mctrack_ros.recording.indexed_mcap import IndexedReader
 
 AnyRows = TypeVar('AnyRows', bound=Rows)
 
@@ -151,7 +150,7 @@ class BagReader:
                 f'{self.path} is not a finished bag: it has no metadata.yaml '
                 '(was its recording cut off?)'
             )
-        self._reader = IndexedReader(self.path)
+        self._reader = Reader(self.path)
         self._guarded(self._reader.open)
         if self._reader.message_count == 0:
             self._reader.close()
