@@ -39,6 +39,8 @@ class Evidence:
 
         Misses speak only against what one camera alone sees: what two see is real, and what none
         sees is left to the time it may coast. What a camera sees in a group it does not miss.
+        Until it is confirmed a track is judged by a cumulative sum (Page 1954, "Continuous
+        inspection schemes"): what missed it long ago, before it came into view, does not count.
 
         Parameters
         ----------
@@ -70,6 +72,7 @@ class Evidence:
             min(seconds / life.look_time, 1.0),
             life.hit_evidence,
             life.miss_weight,
+            life.least_evidence,
             life.most_evidence,
             life.confirm_evidence,
         )
@@ -91,6 +94,7 @@ class Evidence:
         types.f8,
         types.f8,
         types.f8,
+        types.f8,
     )
 )
 def _weighed(
@@ -104,6 +108,7 @@ def _weighed(
     look: float,
     hit: float,
     miss_weight: float,
+    least: float,
     most: float,
     enough: float,
 ) -> tuple[Mask, Mask, Mask]:
@@ -135,7 +140,8 @@ def _weighed(
                 gain += hit
             elif watched and count == 1:
                 gain += weight * np.log1p(-probability[track, camera])
-        evidence[track] = min(max(evidence[track] + look * gain, -most), most)
+        lowest = -most if confirmed[track] else min(evidence[track], least)
+        evidence[track] = min(max(evidence[track] + look * gain, lowest), most)
         newly[track] = not confirmed[track] and evidence[track] >= enough
         confirmed[track] |= newly[track]
     return newly, seen, told

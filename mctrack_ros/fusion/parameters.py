@@ -177,6 +177,13 @@ class LifeConfig:
     most_evidence: float = parameter(
         8.0, 'Log-odds are counted no further than this', minimum=0.0, maximum=1000.0
     )
+    least_evidence: float = parameter(
+        0.0,
+        'Misses take the log-odds of a track that is not confirmed no lower, so that what comes '
+        'into view late is confirmed as fast as any other',
+        minimum=-1000.0,
+        maximum=0.0,
+    )
     coverage_cell: float = parameter(
         2.0, 'Edge of a cell of the learned coverage [m]', minimum=0.01, maximum=1000.0
     )

@@ -54,6 +54,24 @@ def test_one_camera_alone_must_see_longer():
     assert first[0] < first[1]
 
 
+def test_who_was_long_missed_is_confirmed_as_fast_as_who_just_came():
+    def ticks_until_known(seen_by_one_alone):
+        pipeline = FusionPipeline(FusionConfig(), (*CAMERAS, 'three'))
+        missed = run(
+            lambda index: {'one': [[0, 0]], 'two': [], 'three': []}, seen_by_one_alone, pipeline
+        )
+        assert not any(published(output) for output in missed)
+        seen = run(
+            lambda index: {'one': [[0, 0]], 'two': [[0.1, 0]], 'three': []},
+            30,
+            pipeline,
+            seen_by_one_alone,
+        )
+        return next(index for index, output in enumerate(seen) if published(output))
+
+    assert 0 < ticks_until_known(100) <= ticks_until_known(1)
+
+
 def test_short_loss_keeps_the_id_and_a_long_one_ends_it_once():
     pipeline = FusionPipeline(FusionConfig(), CAMERAS)
     before = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 25, pipeline)
