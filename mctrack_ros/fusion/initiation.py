@@ -61,10 +61,9 @@ def new_tracks(
         config.association.gate,
         config.life.cluster_distance,
     )
-    table = TrackTable.blank(int(label.max()) + 1, cameras, motion.modes)
-    mean, covariance = _fused(position, noise, label)
-    table.mean[:, :2], table.covariance[:, :2, :2] = mean, covariance
-    table.covariance[:, 2, 2] = table.covariance[:, 3, 3] = config.motion.initial_speed_sigma**2
+    mean, covariance = _fused(position, noise, label, config.motion.initial_speed_sigma**2)
+    table = TrackTable.blank(len(mean), cameras, motion.modes)
+    table.mean, table.covariance = mean, covariance
     motion.begin(table)
     note(table, looks, label, rows)
     told = np.flatnonzero(looks.is_described[rows])[::-1]
@@ -84,7 +83,7 @@ def with_room(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> Tra
 
 def doubt_parts(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> None:
     """Ask more evidence of new tracks that begin beside a confirmed one: blobs fall apart."""
-    _, gap = nearest(fresh.mean, table.mean[table.confirmed])
+    _, gap = nearest(fresh.mean, table.mean, table.confirmed)
     fresh.evidence[gap < config.life.crowd_distance] -= config.life.crowd_evidence
 
 
@@ -147,9 +146,13 @@ def _clusters(
     return number
 
 
-@compiled(types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(FLOATS_2D, FLOATS_3D, INTS_1D))
-def _fused(position: Floats, noise: Floats, label: Indices) -> tuple[Floats, Floats]:
-    """Return the information-weighted means (k, 2) and covariances (k, 2, 2) of clusters."""
+@compiled(
+    types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(FLOATS_2D, FLOATS_3D, INTS_1D, types.f8)
+)
+def _fused(
+    position: Floats, noise: Floats, label: Indices, speed_variance: float
+) -> tuple[Floats, Floats]:
+    """Return states (k, 4) and covariances (k, 4, 4): clusters' weighted means, at rest."""
     count = label.max() + 1
     information, weighted = np.zeros((count, 2, 2)), np.zeros((count, 2))
     weight = np.empty((2, 2))
@@ -159,10 +162,12 @@ def _fused(position: Floats, noise: Floats, label: Indices) -> tuple[Floats, Flo
             for j in range(2):
                 information[label[row], i, j] += weight[i, j]
                 weighted[label[row], i] += weight[i, j] * position[row, j]
-    mean, covariance = np.zeros((count, 2)), np.empty((count, 2, 2))
+    mean, covariance = np.zeros((count, 4)), np.zeros((count, 4, 4))
     for one in range(count):
-        inverted(information[one], covariance[one])
+        inverted(information[one], weight)
         for i in range(2):
+            covariance[one, 2 + i, 2 + i] = speed_variance
             for j in range(2):
-                mean[one, i] += covariance[one, i, j] * weighted[one, j]
+                covariance[one, i, j] = weight[i, j]
+                mean[one, i] += weight[i, j] * weighted[one, j]
     return mean, covariance

@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import INTS_1D, compiled
+from mctrack_ros.compiled import COLUMN_1D, INTS_1D, compiled
 from mctrack_ros.fusion.neighbours import near_pairs
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -28,9 +28,42 @@ def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
 def is_over(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
     """Return the mask of the tracks that end now."""
     life, least = config.life, 1.5 * config.batching.period
-    limits = max(life.coast_time, least), max(life.tentative_time, least)
-    silent = silence(table, stamp_ns) > np.where(table.confirmed, *limits)
-    return silent | (table.confirmed & (table.evidence < 0))
+    return _is_over(
+        table.confirmed,
+        table.evidence,
+        table.kept_ns,
+        stamp_ns,
+        max(life.tentative_time, least),
+        max(life.coast_time, least),
+    )
+
+
+@compiled(
+    types.b1[::1](
+        types.Array(types.b1, 1, 'A', readonly=True),
+        COLUMN_1D,
+        types.Array(types.i8, 1, 'A', readonly=True),
+        types.i8,
+        types.f8,
+        types.f8,
+    )
+)
+def _is_over(
+    confirmed: Mask,
+    evidence: NDArray[np.float64],
+    kept_ns: Indices,
+    stamp_ns: int,
+    tentative_s: float,
+    confirmed_s: float,
+) -> Mask:
+    over = np.empty(len(confirmed), np.bool_)
+    for row in range(len(confirmed)):
+        silent_s = (stamp_ns - kept_ns[row]) / 1e9
+        if confirmed[row]:
+            over[row] = silent_s > confirmed_s or evidence[row] < 0
+        else:
+            over[row] = silent_s > tentative_s
+    return over
 
 
 def is_published(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:

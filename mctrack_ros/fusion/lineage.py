@@ -47,14 +47,12 @@ class Lineage:
     def origins(self, fresh: TrackTable, table: TrackTable, stamp_ns: int) -> NDArray[np.uint32]:
         """Return the id of the track, (k,), that each fresh one comes out of; 0: of none."""
         present = table.confirmed & (stamp_ns - table.kept_ns <= RECENT_S * 1e9)
-        ids, place = table.track_id[present], table.mean[present, :2]
-        if not len(ids) or not len(fresh):
-            return np.zeros(len(fresh), np.uint32)
-        row, gap = nearest(fresh.mean, place)
-        beside = gap < self._beside_m
-        for index in np.flatnonzero(beside).tolist():
-            beside[index] = not self._may_be_found_again(fresh.mean[index, :2], stamp_ns)
-        return np.where(beside, ids[row], 0).astype(np.uint32)
+        row, gap = nearest(fresh.mean, table.mean, present)
+        origin = np.zeros(len(fresh), np.uint32)
+        for index in np.flatnonzero(gap < self._beside_m).tolist():
+            if not self._may_be_found_again(fresh.mean[index, :2], stamp_ns):
+                origin[index] = table.track_id[row[index]]
+        return origin
 
     def _may_be_found_again(self, place: NDArray[np.float64], stamp_ns: int) -> bool:
         while self._lost and not 0 <= stamp_ns - self._lost[0][0] <= MEMORY_S * 1e9:

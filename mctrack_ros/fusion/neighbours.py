@@ -55,24 +55,28 @@ def near_pairs(position: NDArray[np.float64], distance: float) -> tuple[Indices,
     return keys // max(count, 1), keys % max(count, 1)
 
 
-@compiled(types.Tuple([types.i8[::1], types.f8[::1]])(COLUMN_2D, COLUMN_2D))
+@compiled(
+    types.Tuple([types.i8[::1], types.f8[::1]])(
+        COLUMN_2D, COLUMN_2D, types.Array(types.b1, 1, 'A', readonly=True)
+    )
+)
 def nearest(
-    position: NDArray[np.float64], others: NDArray[np.float64]
+    position: NDArray[np.float64], others: NDArray[np.float64], wanted: NDArray[np.bool_]
 ) -> tuple[Indices, NDArray[np.float64]]:
     """
-    Find who of the others (m, 2 or more) is nearest to each position (n, 2 or more), m.
+    Find who is nearest to each position (n, 2 or more), of the others (m, 2 or more) wanted (m,).
 
     Returns
     -------
     row : (n,) int64 array
-        The first one of those; 0 where there is none.
+        The first one of those, among all others; 0 where there is none.
     distance : (n,) array
         Infinite where there is none, m.
 
     """
     row, squared = np.zeros(len(position), np.int64), np.full(len(position), np.inf)
     for one in range(len(position)):
-        for other in range(len(others)):
+        for other in np.flatnonzero(wanted):
             x = others[other, 0] - position[one, 0]
             y = others[other, 1] - position[one, 1]
             if x * x + y * y < squared[one]:

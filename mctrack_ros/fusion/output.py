@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import compiled
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import (
     MEMBERS,
@@ -87,9 +89,27 @@ def tracks_of(table: TrackTable, status: NDArray[np.uint8], stamp_ns: int) -> Tr
 
 def status_of(table: TrackTable) -> NDArray[np.uint8]:
     """Return the `TrackStatus` of tracks at a tick."""
-    status = np.where(table.group > 0, np.uint8(TrackStatus.GROUPED), TrackStatus.COASTING)
-    status[table.cameras > 0] = TrackStatus.CONFIRMED
-    status[~table.confirmed] = TrackStatus.TENTATIVE
+    return _status_of(table.confirmed, table.cameras, table.group)
+
+
+@compiled(
+    types.u1[::1](
+        types.Array(types.b1, 1, 'A', readonly=True),
+        types.Array(types.u4, 1, 'A', readonly=True),
+        types.Array(types.u4, 1, 'A', readonly=True),
+    )
+)
+def _status_of(
+    confirmed: NDArray[np.bool_], cameras: NDArray[np.uint32], group: NDArray[np.uint32]
+) -> NDArray[np.uint8]:
+    status = np.empty(len(confirmed), np.uint8)
+    for row in range(len(confirmed)):
+        if not confirmed[row]:
+            status[row] = TrackStatus.TENTATIVE
+        elif cameras[row]:
+            status[row] = TrackStatus.CONFIRMED
+        else:
+            status[row] = TrackStatus.GROUPED if group[row] else TrackStatus.COASTING
     return status
 
 

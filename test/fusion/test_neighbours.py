@@ -19,7 +19,10 @@ def test_many_in_one_place_are_all_near_each_other():
 
 
 def test_the_nearest_one_and_how_far_it_is():
-    row, distance = nearest(np.array([[0.0, 0.0], [5.0, 0.0]]), np.array([[1.0, 0.0], [5.0, 2.0]]))
-    assert row.tolist() == [0, 1]
+    position = np.array([[0.0, 0.0], [5.0, 0.0]])
+    others = np.array([[0.0, 0.5], [1.0, 0.0], [5.0, 2.0]])
+    row, distance = nearest(position, others, np.array([False, True, True]))
+    assert row.tolist() == [1, 2]
     assert distance.tolist() == [1.0, 2.0]
-    assert nearest(np.zeros((1, 2)), np.zeros((0, 2)))[1].tolist() == [np.inf]
+    assert nearest(position, others, np.zeros(3, bool))[1].tolist() == [np.inf, np.inf]
+    assert nearest(position, np.zeros((0, 2)), np.zeros(0, bool))[1].tolist() == [np.inf, np.inf]
