@@ -1,6 +1,7 @@
 """A bench for nodes: a private ROS domain, an observer, waiting on conditions."""
 
 import fcntl
+import gc
 import signal
 import subprocess
 import sys
@@ -159,6 +160,8 @@ class Bench:
             if not node.ended:
                 node.trigger_shutdown()
             node.destroy_node()
+        self.nodes.clear()
+        gc.collect()  # frees the services of lifecycles; after the shutdown DDS may wait forever
         if self.observer is not None:
             self.observer.destroy_node()
             rclpy.try_shutdown()
