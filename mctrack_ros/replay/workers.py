@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import pickle
 import resource
 from collections.abc import Sequence
@@ -103,6 +104,7 @@ def _work(connection: Connection, tasks: list[CameraTask]) -> None:
     cv2.setNumThreads(1)
     try:
         sources = {task.camera: CameraSource(task) for task in tasks}
+        gc.freeze()
         complete_to, tick = -1, -1
         results: list[CameraResult] = []
         while waiting := [
