@@ -48,32 +48,18 @@ def _eroded(runs: Runs, width: int) -> Runs:
 
 
 @inner
-def _dilated(runs: Runs, width: int) -> Runs:
-    """Return the pixels about which any of 3 x 3 is foreground."""
+def _complement(runs: Runs, width: int) -> Runs:
+    """Return the pixels that are not foreground."""
     height = len(runs.row) - 1
-    first = np.empty(3 * len(runs.first), np.int64)
+    first = np.empty(len(runs.first) + height, np.int64)
     last, row, count = np.empty_like(first), np.zeros(height + 1, np.int64), 0
     for y in range(height):
-        above, below = max(y - 1, 0), min(y + 1, height - 1)
-        next_of = (runs.row[above], runs.row[y], runs.row[below])
-        end_of = (runs.row[above + 1], runs.row[y + 1], runs.row[below + 1])
-        a, b, c = next_of
-        while a < end_of[0] or b < end_of[1] or c < end_of[2]:
-            left_a = runs.first[a] if a < end_of[0] else width
-            left_b = runs.first[b] if b < end_of[1] else width
-            left_c = runs.first[c] if c < end_of[2] else width
-            left = min(left_a, left_b, left_c)
-            if left == left_a:
-                right, a = runs.last[a], a + 1
-            elif left == left_b:
-                right, b = runs.last[b], b + 1
-            else:
-                right, c = runs.last[c], c + 1
-            low, high = max(left - 1, 0), min(right + 1, width)
-            if count > row[y] and low <= last[count - 1]:
-                last[count - 1] = max(last[count - 1], high)
-            else:
-                first[count], last[count] = low, high
+        begin, end = runs.row[y], runs.row[y + 1]
+        for index in range(begin, end + 1):
+            left = runs.last[index - 1] if index > begin else 0
+            right = runs.first[index] if index < end else width
+            if left < right:
+                first[count], last[count] = left, right
                 count += 1
         row[y + 1] = count
     return Runs(first[:count], last[:count], row)
@@ -108,8 +94,10 @@ def opened(mask: Bytes, difference: Bytes, size: int, clear: float) -> Bytes:
     found = runs = runs_of(mask)
     for _ in range(size // 2):
         runs = _eroded(runs, width)
-    for _ in range(size // 2):
-        runs = _dilated(runs, width)
+    runs = _complement(runs, width)
+    for _ in range(size // 2):  # eroding the background dilates the foreground
+        runs = _eroded(runs, width)
+    runs = _complement(runs, width)
     cleaned = np.zeros((height, width), np.uint8)
     for y in range(height):
         for index in range(runs.row[y], runs.row[y + 1]):
