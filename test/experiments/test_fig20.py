@@ -4,6 +4,8 @@ from matplotlib.image import imread
 
 from mctrack_ros.experiments.fig20 import reproduce_fig20
 
+pytestmark = pytest.mark.xdist_group('fig20')
+
 
 @pytest.fixture(scope='module')
 def drawn(tmp_path_factory):
