@@ -187,9 +187,7 @@ def _edges(place: Floats, mapping: ProjectiveMapping, body: BodyModel) -> Floats
 def _slope(
     place: Floats, mapping: ProjectiveMapping, body: BodyModel, step: float = 1e-4
 ) -> Floats:
-    columns = [
-        (_edges(place + offset, mapping, body) - _edges(place - offset, mapping, body))
-        / (2 * step)
-        for offset in step * np.eye(3)
-    ]
-    return np.stack(columns, axis=2)
+    offsets = step * np.concatenate([np.eye(3), -np.eye(3)])
+    around = (place + offsets[:, None]).reshape(-1, 3)
+    after, before = _edges(around, mapping, body).reshape(2, 3, len(place), 3)
+    return np.moveaxis(after - before, 0, 2) / (2 * step)
