@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 from collections.abc import Callable
 
 from nicegui import app, ui
 
 from mctrack_ros.web.guard import Guard, check_address
+
+_ASK_S = 0.05
 
 
 def serve(
@@ -35,7 +38,7 @@ def serve(
     show : bool
         Whether a browser is opened.
     tell : callable
-        Given the page's address.
+        Given the page's address as soon as it answers.
 
     Raises
     ------
@@ -50,7 +53,12 @@ def serve(
     app.add_middleware(Guard, host=host, token=token)
     path = f'/?token={token}' if token else '/'
     shown = f'[{host}]' if ':' in host else host
-    app.on_startup(lambda: tell(f'http://{shown}:{port}{path} (Ctrl-C ends)'))
+
+    async def tell_where() -> None:
+        await _answering(host, port)
+        tell(f'http://{shown}:{port}{path} (Ctrl-C ends)')
+
+    app.on_startup(tell_where)
     ui.run(
         page,
         host=host,
@@ -60,6 +68,18 @@ def serve(
         reload=False,
         show_welcome_message=False,
     )
+
+
+async def _answering(host: str, port: int) -> None:
+    """Wait until somebody listens: the server binds after its application has started."""
+    while True:
+        try:
+            _, writer = await asyncio.open_connection(host, port)
+        except OSError:
+            await asyncio.sleep(_ASK_S)
+        else:
+            writer.close()
+            return
 
 
 def _check_free(host: str, port: int) -> None:
