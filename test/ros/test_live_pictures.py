@@ -29,7 +29,7 @@ def film(tmp_path):
 def test_a_compressed_topic_is_found_by_the_name_of_the_camera(bench, walker_bag):
     with BagReader(walker_bag) as bag:
         message = next(bag.messages(['/cam2/image_raw/compressed']))[1]
-    bench.spawn('player', path=str(walker_bag), loop=True)
+    bench.spawn('player', path=str(walker_bag), loop=True, wait=0.0)
     picture = read_picture('live', 'cam2', patience_s=BUSY_S)
     assert picture.shape == (SIZE[1], SIZE[0], 3)
     assert np.median(np.abs(picture.astype(int) - image_from_message(message))) < 8
