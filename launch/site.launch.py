@@ -8,6 +8,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchDescription
+from mctrack_ros.cli.sites import site_path
 from mctrack_ros.ros.graph import ENVIRONMENT, coverage_node, site_nodes
 from mctrack_ros.site_config import load_site
 
@@ -15,7 +16,8 @@ from mctrack_ros.site_config import load_site
 def site(context):
     values = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     simulated = values['use_sim_time'] == 'true'
-    nodes = site_nodes(load_site(values['site']), simulated)
+    path = site_path(values['site'])
+    nodes = site_nodes(load_site(path), simulated)
     directory = Path(tempfile.mkdtemp(prefix='mctrack_'))
     return [
         Node(
@@ -28,12 +30,12 @@ def site(context):
             respawn_delay=1.0,
             output='screen',
         )
-        for spec in [*nodes, coverage_node(values['site'], simulated)]
+        for spec in [*nodes, coverage_node(path, simulated)]
     ]
 
 
 ARGUMENTS = {
-    'site': 'site YAML',
+    'site': 'site YAML, or the name of a shipped site',
     'namespace': 'namespace of all nodes',
     'use_sim_time': 'whether time comes from /clock',
     'respawn': 'start again what dies',
