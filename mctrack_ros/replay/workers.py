@@ -104,7 +104,7 @@ def _work(connection: Connection, tasks: list[CameraTask]) -> None:
     cv2.setNumThreads(1)
     try:
         sources = {task.camera: CameraSource(task) for task in tasks}
-        gc.freeze()
+        gc.freeze()  # what is here lives on: the collector need not look at it again
         complete_to, tick = -1, -1
         results: list[CameraResult] = []
         while waiting := [
