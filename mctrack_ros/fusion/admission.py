@@ -60,6 +60,18 @@ def usable_of_all(
     return detections.select(usable), picture[usable]
 
 
+def vacant_of_all(
+    pictures: Sequence[Detections], cameras: Sequence[int], track_id: NDArray[np.uint32], most: int
+) -> NDArray[np.bool_]:
+    """Return for which tracks, (n, most), a camera says that they are not where expected."""
+    vacant = np.zeros((len(track_id), most), np.bool_)
+    for picture, camera in zip(pictures, cameras):
+        rows = picture.is_vacant
+        if rows.any():
+            vacant[:, camera] |= np.isin(track_id, picture.track_id[rows])
+    return vacant
+
+
 def _is_sound(detections: Detections) -> NDArray[np.bool_]:
     return _usable(
         np.ascontiguousarray(detections.covariance), np.ascontiguousarray(detections.position)

@@ -176,7 +176,7 @@ class Batcher:
         pending = self._pending.setdefault(index, _Pending(now_ns))
         pending.frames[camera, stamp_ns] = detections
         self._admitted_ns = now_ns
-        state.dropped_detections += int((~usable_rows(detections)).sum())
+        state.dropped_detections += int((~usable_rows(detections) & ~detections.is_vacant).sum())
 
     def _is_live(self, state: _Camera, now_ns: int) -> bool:
         heard = self._started_ns if state.heard_ns is None else state.heard_ns

@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, compiled
+from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, FLOATS_2D, compiled
 from mctrack_ros.fusion.coverage import CoverageMap
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -33,12 +33,16 @@ class Evidence:
         life = config.life
         self._coverage = CoverageMap(cameras, life.coverage_cell, life.coverage_prior)
 
-    def count(self, table: TrackTable, tick_ns: int, seconds: float, present: Mask) -> Mask:
+    def count(
+        self, table: TrackTable, tick_ns: int, seconds: float, present: Mask, vacant: Mask
+    ) -> Mask:
         """
         Add one tick's evidence to the log-odds, and confirm.
 
         Misses speak only against what one camera alone sees: what two see is real, and what none
         sees is left to the time it may coast. What a camera sees in a group it does not miss.
+        Where a camera sees bare ground ("negative information", Koch 2004) that speaks against
+        every track whose place is well known, the more, the surer it sees who stands there.
         Until it is confirmed a track is judged by a cumulative sum (Page 1954, "Continuous
         inspection schemes"): what missed it long ago, before it came into view, does not count.
 
@@ -52,6 +56,8 @@ class Evidence:
             Time since the last tick, s.
         present : (cameras,) bool array
             Whose pictures are in the tick.
+        vacant : (n, cameras) bool array
+            Which cameras see bare ground where a track is expected.
 
         Returns
         -------
@@ -60,6 +66,9 @@ class Evidence:
 
         """
         life = self._life
+        if vacant.any():
+            spread = table.covariance[:, 0, 0] + table.covariance[:, 1, 1]
+            vacant = vacant & (spread < life.vacancy_distance**2)[:, None]
         is_alone = table.cameras & (table.cameras - 1) == 0  # at most one camera's bit is set
         confirmed, seen, told = _weighed(
             table.cameras,
@@ -68,10 +77,12 @@ class Evidence:
             table.evidence,
             present,
             tick_ns - round(seconds * 1e9),
-            self._coverage.probability(table.mean, is_alone),
+            vacant,
+            self._coverage.probability(table.mean, is_alone | vacant.any(axis=1)),
             min(seconds / life.look_time, 1.0),
             life.hit_evidence,
             life.miss_weight,
+            life.vacancy_weight,
             life.least_evidence,
             life.most_evidence,
             life.confirm_evidence,
@@ -88,7 +99,9 @@ class Evidence:
         types.Array(types.f8, 1, 'A'),
         BOOLS_1D,
         types.i8,
+        BOOLS_2D,
         FLOATS_2D,
+        types.f8,
         types.f8,
         types.f8,
         types.f8,
@@ -104,10 +117,12 @@ def _weighed(
     evidence: Floats,
     present: Mask,
     begin_ns: int,
+    vacant: Mask,
     probability: Floats,
     look: float,
     hit: float,
     miss_weight: float,
+    vacancy_weight: float,
     least: float,
     most: float,
     enough: float,
@@ -138,6 +153,8 @@ def _weighed(
             told[track, camera] = watched and count > own
             if own:
                 gain += hit
+            elif vacant[track, camera]:
+                gain += vacancy_weight * np.log1p(-probability[track, camera])
             elif watched and count == 1:
                 gain += weight * np.log1p(-probability[track, camera])
         lowest = -most if confirmed[track] else min(evidence[track], least)

@@ -156,6 +156,18 @@ class LifeConfig:
         minimum=0.0,
         maximum=1.0,
     )
+    vacancy_weight: float = parameter(
+        2.0,
+        'How much it counts, likewise, that a camera sees bare ground where a track is expected',
+        minimum=0.0,
+        maximum=10.0,
+    )
+    vacancy_distance: float = parameter(
+        0.5,
+        'What is less certain than this of its place is not expected anywhere [m]',
+        minimum=0.0,
+        maximum=100.0,
+    )
     confirm_evidence: float = parameter(
         4.0, 'Log-odds that confirm a track', minimum=0.0, maximum=100.0
     )

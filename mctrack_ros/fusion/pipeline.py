@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion import lifecycle
 from mctrack_ros.fusion.account import Account
+from mctrack_ros.fusion.admission import vacant_of_all
 from mctrack_ros.fusion.camera_bias import CameraBias
 from mctrack_ros.fusion.evidence import Evidence
 from mctrack_ros.fusion.initiation import doubt_parts, new_tracks, with_room
@@ -136,9 +137,7 @@ class FusionPipeline:
         self._initiate(looks, leftover, stamp_ns)
         if account is not None:
             account.left(leftover, self._table, looks)
-        present = np.zeros(len(self._index), bool)
-        present[self._cameras(tick)] = True
-        confirmed = self._evidence.count(self._table, stamp_ns, self._seconds, present)
+        confirmed = self._weigh(tick)
         confirmed = self._recognise(confirmed, stamp_ns, events)
         self._announce(confirmed, events)
         ended = self._merge_duplicates(stamp_ns, events)
@@ -198,6 +197,14 @@ class FusionPipeline:
         fresh.origin[:] = self._lineage.origins(fresh, self._table, stamp_ns)
         doubt_parts(fresh, self._table, self._config)
         self._table = self._table.extended(fresh)
+
+    def _weigh(self, tick: Tick) -> NDArray[np.bool_]:
+        """Weigh what the pictures show of each track; return the newly confirmed."""
+        cameras, present = self._cameras(tick), np.zeros(len(self._index), np.bool_)
+        present[cameras] = True
+        pictures = [frame.detections for frame in tick.frames]
+        vacant = vacant_of_all(pictures, cameras, self._table.track_id, len(self._index))
+        return self._evidence.count(self._table, tick.stamp_ns, self._seconds, present, vacant)
 
     def _recognise(
         self, confirmed: NDArray[np.bool_], stamp_ns: int, events: EventLog

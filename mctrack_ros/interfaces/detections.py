@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.interfaces.codes import MEMBERS, TEMPLATE_SIZE
 from mctrack_ros.interfaces.rows import POSITION, Column, Rows
@@ -16,6 +16,9 @@ from mctrack_ros.interfaces.rows import POSITION, Column, Rows
 class Detections(Rows):
     """
     Detections of one camera, one row each; an empty one is the camera's heartbeat.
+
+    A row without a position and of score 0 is vacant: it says that the target whose ``track_id``
+    it names is not in its box, where the camera sees nothing but background.
 
     Attributes
     ----------
@@ -77,3 +80,23 @@ class Detections(Rows):
     truncated: NDArray[np.uint8]
     class_id: NDArray[np.uint8]
     kit: NDArray[np.uint8]
+
+    @classmethod
+    def vacant(cls, stamp_ns: int, track_id: ArrayLike, box: ArrayLike) -> Self:
+        """Return one vacant row for each of (n,) targets that are not in their (n, 4) boxes."""
+        count = len(np.asarray(track_id))
+        return cls.build(
+            stamp_ns,
+            position=np.full((count, 3), np.nan),
+            box=box,
+            score=np.zeros(count),
+            track_id=track_id,
+        )
+
+    @property
+    def is_vacant(self) -> NDArray[np.bool_]:
+        """Tell which rows, (n,), are vacant."""
+        unseen: NDArray[np.bool_] = (self.score == 0) & (self.track_id > 0)
+        if unseen.any():
+            unseen &= np.isnan(self.position).any(axis=1)
+        return unseen

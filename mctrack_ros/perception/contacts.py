@@ -22,7 +22,7 @@ LEAST_COVER = 0.02
 MARGIN_PX = 2
 """Blobs whose boxes, grown by this, overlap may be connected by what cleaning has cut."""
 
-STRENGTH = types.NamedUniTuple(types.f8, 3, Strength)
+STRENGTH = types.NamedUniTuple(types.f8, 2, Strength)
 
 
 def contacts(box: Floats, blob_box: Floats, picture: Picture, strength: Strength) -> Ints:
@@ -56,7 +56,6 @@ def contacts(box: Floats, blob_box: Floats, picture: Picture, strength: Strength
         np.where(np.isfinite(box), box, 0.0),
         blob_box,
         picture.found,
-        picture.difference,
         picture.image,
         picture.background,
         strength,
@@ -111,11 +110,11 @@ def _regions(blob_box: Floats, width: int, height: int) -> Ints:
 
 
 @compiled(
-    types.i8[::1](FLOATS_2D, FLOATS_2D, BYTES_2D, BYTES_2D, BYTES_3D, BYTES_3D, STRENGTH)
+    types.i8[::1](FLOATS_2D, FLOATS_2D, BYTES_2D, BYTES_3D, BYTES_3D, STRENGTH)
 )  # fmt: skip
 def _contacts(
-    box: Floats, blob_box: Floats, mask: Bytes, difference: Bytes, image: Bytes,
-    background: Bytes, strength: Strength,
+    box: Floats, blob_box: Floats, mask: Bytes, image: Bytes, background: Bytes,
+    strength: Strength,
 ) -> Ints:  # fmt: skip
     """Return what `contacts` does; all boxes in pixels of the mask."""
     found, free, (height, width) = np.full(len(box), NOWHERE), 0, mask.shape
@@ -126,7 +125,7 @@ def _contacts(
         rows = [row for row in range(len(box)) if _meets(box[row], area)]
         if len(rows) == 0:
             continue
-        runs = strong_runs(mask, difference, image, background, part, strength)
+        runs = strong_runs(mask, image, background, part, strength)
         label, count = labels_of(runs)
         for row in rows:
             inside = box[row] - np.array([left, top, 0.0, 0.0])

@@ -22,18 +22,17 @@ class GroupConfig:
     """Parameters of `Groups`."""
 
     contact_share: float = parameter(
-        0.5,
-        "difference below which foreground joins nobody, as a share of its blob's mean",
+        0.4,
+        'contrast with the background below which foreground joins nobody, as a share of its '
+        "blob's mean",
         minimum=0.0,
         maximum=1.0,
     )
-    sure_share: float = parameter(
-        0.9, 'difference above which it joins however bright it is, likewise', minimum=0.0
-    )
-    contact_brightness: float = parameter(
-        10.0,
-        'what differs less joins only if it is brighter or darker by this [grey levels]',
+    contact_colour: float = parameter(
+        0.15,
+        'how much of the contrast a difference in colour is, as a share of one in brightness',
         minimum=0.0,
+        maximum=1.0,
     )
     part_s: float = parameter(
         0.4, 'time for which tracks must be apart to have parted [s]', minimum=0.0

@@ -30,7 +30,8 @@ class Overlay:
     Draws what a camera sees over its pictures, and for a while what happened.
 
     A box has the colour of its global track, the same in every camera, and its id; grey with
-    the local id in brackets: the fusion node's is not known. Orange frames hold groups, thin blue
+    the local id in brackets: the fusion node's is not known; grey with a minus and an id: the
+    fusion node expects that one there, and nothing is seen. Orange frames hold groups, thin blue
     boxes are predictions, lines of text are events.
 
     Parameters
@@ -97,10 +98,13 @@ def _draw_detection(canvas: Image, detections: Detections, row: int) -> None:
     members = [int(one) for one in detections.members[row] if one]
     first = track_id or next(iter(members), 0)
     red, green, blue = track_colour(first)
-    colour = (blue, green, red) if first else UNKNOWN
+    is_vacant = bool(detections.is_vacant[row])
+    colour = (blue, green, red) if first and not is_vacant else UNKNOWN
     box = detections.box[row]
     _rectangle(canvas, box, colour)
-    if count == 1:
+    if is_vacant:
+        label = f'-{track_id}'
+    elif count == 1:
         label = str(track_id or f'({detections.local_id[row]})')
     else:
         _draw_group(canvas, box[None])

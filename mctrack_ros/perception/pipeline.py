@@ -114,6 +114,7 @@ class CameraPipeline:
             config.presence,
             mapping,
             self._sizes,
+            mask,
         )
         self._last_ns: int | None = None
 
@@ -170,8 +171,9 @@ class CameraPipeline:
         )
         picture = Picture(small, raw, mask, background, difference, scale)
         detections, events = self._tracker.step(blobs, picture, stamp_ns, feedback, shift.noise_px)
-        persons = np.vstack([blobs.box, detections.box]) / scale
-        self._background.track(detections.box / scale)
+        seen = detections.box[~detections.is_vacant]
+        persons = np.vstack([blobs.box, seen]) / scale
+        self._background.track(seen / scale)
         if self._ghosts.look(background, small, mask, persons, stamp_ns).any():
             self._background.accept()
         return CameraOutput(detections, events, shift)

@@ -43,22 +43,19 @@ class Strength(NamedTuple):
     What of a blob joins persons: not its rim.
 
     JPEG keeps colour more coarsely than brightness, so that it bleeds over two pixels: what
-    differs little from the background counts if it is brighter or darker.
+    differs from the background in colour counts less than what is brighter or darker.
 
     Attributes
     ----------
     share : float
-        Difference from the background below which nothing counts, as a share of the blob's mean.
-    sure_share : float
-        Difference above which all counts, likewise.
-    brightness : float
-        Difference of the brightness above which the rest counts, grey levels.
+        Contrast with the background below which nothing joins, as a share of the blob's mean.
+    colour : float
+        How much a difference in colour counts, as a share of one in brightness.
 
     """
 
     share: float
-    sure_share: float
-    brightness: float
+    colour: float
 
 
 @inner
@@ -155,54 +152,56 @@ def labels_of(runs: Runs) -> tuple[Ints, int]:
 
 
 @inner
-def _brightness(pixel: Bytes) -> int:
-    """Return how bright blue, green, red are together (ITU-R BT.601), in 256ths."""
-    return 29 * int(pixel[0]) + 150 * int(pixel[1]) + 77 * int(pixel[2])
+def _contrast(blue: int, green: int, red: int, colour: int) -> int:
+    """
+    Return what changes of a pixel come to, in 256ths of a grey level.
+
+    The brightness is that of JPEG (ITU-R BT.601); the colour differs by as much as the changes
+    differ among themselves, and counts by so many 256ths.
+    """
+    spread = max(blue, green, red) - min(blue, green, red)
+    return abs(29 * blue + 150 * green + 77 * red) + colour * spread
 
 
 @inner
 def strong_runs(
-    mask: Bytes,
-    difference: Bytes,
-    image: Bytes,
-    background: Bytes,
-    part: Ints,
-    strength: Strength,
+    mask: Bytes, image: Bytes, background: Bytes, part: Ints, strength: Strength
 ) -> Runs:
     """
-    Return the runs of what differs strongly from the background.
+    Return the runs of what stands out from the background.
 
     Only in a part of the picture, and counted from there: left, top, right, bottom, px.
     """
     left, top, right, bottom = part
     height, width = max(bottom - top, 0), max(right - left, 0)
-    total, pixels = 0, 0
-    for y in range(top, bottom):
-        for x in range(left, right):
-            if mask[y, x]:
-                total += difference[y, x]
+    colour, change = round(256 * strength.colour), np.empty(3, np.int64)
+    contrast, total, pixels = np.zeros((height, width), np.int32), 0, 0
+    for y in range(height):
+        for x in range(width):
+            row, column = top + y, left + x
+            if mask[row, column]:
+                for channel in range(3):
+                    change[channel] = image[row, column, channel]
+                    change[channel] -= background[row, column, channel]
+                here = _contrast(change[0], change[1], change[2], colour)
+                contrast[y, x] = here
+                total += here
                 pixels += 1
-    mean = total / max(pixels, 1)
-    weak, sure = strength.share * mean, strength.sure_share * mean
-    brighter = 256 * strength.brightness
+    weak = strength.share * total / max(pixels, 1)
     first = np.empty(height * (width // 2 + 1), np.int64)
-    last, row, count = np.empty_like(first), np.zeros(height + 1, np.int64), 0
+    last, begin, count = np.empty_like(first), np.zeros(height + 1, np.int64), 0
     for y in range(height):
         inside = False
         for x in range(width):
-            here = (top + y, left + x)
-            strong = mask[here] > 0 and difference[here] > weak
-            if strong and difference[here] <= sure:
-                apart = _brightness(image[here]) - _brightness(background[here])
-                strong = abs(apart) > brighter
+            strong = contrast[y, x] > weak
             if strong and not inside:
                 first[count] = x
                 count += 1
             if strong:
                 last[count - 1] = x + 1
             inside = strong
-        row[y + 1] = count
-    return Runs(first[:count], last[:count], row)
+        begin[y + 1] = count
+    return Runs(first[:count], last[:count], begin)
 
 
 @compiled(types.f8[:, ::1](BYTES_2D))

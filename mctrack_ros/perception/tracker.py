@@ -31,6 +31,7 @@ from mctrack_ros.perception.runs import Strength
 from mctrack_ros.perception.shown import shown_persons, sighted
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.perception.steadiness import Steadiness
+from mctrack_ros.perception.vacancies import vacancies
 from mctrack_ros.perception.whole_blobs import NEW
 from mctrack_ros.tracking.appearance import PALETTES, colour_templates
 
@@ -88,6 +89,8 @@ class LocalTracker:
         Of the camera.
     sizes : SizeTable
         Of the camera.
+    ignored : (h, w) uint8 array or None
+        0 where the camera does not look.
 
     """
 
@@ -104,7 +107,9 @@ class LocalTracker:
         presence: PresenceConfig,
         mapping: GroundMapping,
         sizes: SizeTable,
+        ignored: NDArray[np.uint8] | None,
     ) -> None:
+        self._ignored = ignored
         self._config, self._matching, self._identity = config, matching, identity
         self._partition, self._mapping, self._sizes = partition, mapping, sizes
         self._palette, self._size_time_s = PALETTES[config.template], filtering.size_time_s
@@ -113,9 +118,7 @@ class LocalTracker:
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
         self._roll, self._company = Roll(company, usual, sizes, mapping), NOBODY
         self._groups, self._steadiness = Groups(groups), Steadiness(groups.stable_s)
-        self._strength = Strength(
-            groups.contact_share, groups.sure_share, groups.contact_brightness
-        )
+        self._strength = Strength(groups.contact_share, groups.contact_colour)
         self._presence = Presence(presence, usual, sizes, mapping)
         self._last_ns: int | None = None
 
@@ -182,9 +185,11 @@ class LocalTracker:
             begin_hidden(tracks, company, rows, feedback, stamp_ns)
         self._presence.announce(tracks, feedback, blobs.box, stamp_ns, log)
         detections = self._detections(seen, blobs, stamp_ns, shift_px)
-        merged = merged_detections(company, part, detections)
-        if len(merged):
-            detections = Detections.joined(stamp_ns, [detections, merged])
+        more = [merged_detections(company, part, detections)]
+        if feedback is not None:
+            more.append(vacancies(company, part, picture, self._ignored, stamp_ns))
+        if any(map(len, more)):
+            detections = Detections.joined(stamp_ns, [detections, *more])
         return detections, log.rows()
 
     def groups(self) -> list[tuple[int, ...]]:

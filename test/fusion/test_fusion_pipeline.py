@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.admission import MOST_DETECTIONS, usable_rows
 from mctrack_ros.fusion.initiation import MOST_TOGETHER
+from mctrack_ros.fusion.parameters import LifeConfig
 from mctrack_ros.interfaces import Detections, EventCode, Rows, TrackStatus
 
 CAMERAS = ('one', 'two')
@@ -127,6 +128,45 @@ def test_two_runs_agree_to_the_byte():
 def test_covariances_stay_positive_definite():
     for output in run(noisy, 40):
         assert (np.linalg.eigvalsh(output.tracks.covariance.astype(float)) > 0).all()
+
+
+def vacant(index, *track_ids):
+    stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+    return Detections.vacant(stamp_ns, track_ids, np.zeros((len(track_ids), 4)))
+
+
+def standing(ticks, pipeline, start=0, vacant_to_two=0, **others):
+    """Somebody stands at the origin; camera one sees him."""
+
+    def frames(index):
+        told = {'two': vacant(index, vacant_to_two)} if vacant_to_two else {}
+        return {'one': [[0, 0]]} | others | told
+
+    return run(frames, ticks, pipeline, start)
+
+
+def test_what_one_camera_sees_where_another_sees_bare_ground_soon_ends():
+    pipeline = FusionPipeline(FusionConfig(), (*CAMERAS, 'three'))
+    (name,) = published(standing(250, pipeline, two=[[0, 0]], three=[[0, 0]])[-1])
+    outputs = standing(40, pipeline, 250, name)
+    assert name in published(outputs[0])
+    ended = [name in output.tracks.track_id[output.tracks.status == 4] for output in outputs]
+    assert sum(ended) == 1
+
+
+def test_bare_ground_counts_little_where_the_camera_never_sees_anybody():
+    pipeline = FusionPipeline(FusionConfig(), (*CAMERAS, 'three'))
+    (name,) = published(standing(250, pipeline, two=[], three=[[0, 0]])[-1])
+    outputs = standing(50, pipeline, 250, name)
+    assert all(list(published(output)) == [name] for output in outputs)
+
+
+def test_who_is_not_where_he_is_hardly_expected_may_still_be_elsewhere():
+    config = FusionConfig(life=LifeConfig(vacancy_distance=0.05))
+    pipeline = FusionPipeline(config, (*CAMERAS, 'three'))
+    (name,) = published(standing(50, pipeline, two=[[0, 0]], three=[[0, 0]])[-1])
+    outputs = standing(20, pipeline, 50, name)
+    assert all(list(published(output)) == [name] for output in outputs)
 
 
 def group_row(stamp_ns, position, members):

@@ -18,19 +18,18 @@ def scene():
 
 
 BOXES = np.array([[20.0, 20, 6, 20], [28, 20, 6, 20]])
-STRENGTH = Strength(0.5, 0.9, 10.0)
+STRENGTH = Strength(0.4, 0.15)
 BLOB = np.array([[18.0, 20, 18, 20]])
 
 
-def picture_of(difference, scale=1.0, colour=(1, 1, 1)):
-    image = (difference[..., None] * np.array(colour)).astype(np.uint8)
+def picture_of(difference, scale=1.0):
+    image = np.repeat(difference[..., None], 3, axis=2)
     mask = 255 * (difference > 0).astype(np.uint8)
     return Picture(image, mask, mask, np.zeros_like(image), difference, scale)
 
 
-def parts(difference, strength=STRENGTH, scale=1.0, colour=(1, 1, 1), box=BOXES):
-    picture = picture_of(difference, scale, colour)
-    return contacts(box * scale, BLOB * scale, picture, strength)
+def parts(difference, strength=STRENGTH, scale=1.0, box=BOXES):
+    return contacts(box * scale, BLOB * scale, picture_of(difference, scale), strength)
 
 
 def test_a_dim_rim_joins_nobody(scene):
@@ -56,12 +55,16 @@ def test_an_arm_that_cleaning_has_cut_joins(scene):
     assert one != other
 
 
-def test_what_differs_less_joins_only_if_it_is_brighter_or_darker(scene):
+def test_what_differs_in_colour_alone_joins_less_than_what_is_brighter_or_darker(scene):
     scene[30, 26:28] = 60
     one, other = parts(scene)
     assert one == other
-    one, other = parts(scene, colour=(1, 0, 0))
+    picture = picture_of(scene)
+    picture.image[30, 26:28, 1:] = 0
+    one, other = contacts(BOXES, BLOB, picture, STRENGTH)
     assert one != other
+    one, other = contacts(BOXES, BLOB, picture, STRENGTH._replace(colour=1.0))
+    assert one == other
 
 
 def test_the_scale_does_not_matter(scene):
@@ -69,7 +72,7 @@ def test_the_scale_does_not_matter(scene):
 
 
 def test_without_a_share_the_blob_is_one_part(scene):
-    one, other = parts(scene, Strength(0.0, 0.0, 0.0))
+    one, other = parts(scene, Strength(0.0, 0.0))
     assert one == other
 
 
