@@ -61,10 +61,13 @@ def usable_of_all(
 
 
 def vacant_of_all(
-    pictures: Sequence[Detections], cameras: Sequence[int], track_id: NDArray[np.uint32], most: int
+    pictures: Sequence[Detections],
+    cameras: Sequence[int],
+    track_id: NDArray[np.uint32],
+    count: int,
 ) -> NDArray[np.bool_]:
-    """Return for which tracks, (n, most), a camera says that they are not where expected."""
-    vacant = np.zeros((len(track_id), most), np.bool_)
+    """Return which of so many cameras, (n, count), say that a track is not where expected."""
+    vacant = np.zeros((len(track_id), count), np.bool_)
     for picture, camera in zip(pictures, cameras):
         rows = picture.is_vacant
         if rows.any():

@@ -74,8 +74,8 @@ class Overlay:
         for box in np.zeros((0, 4)) if predicted is None else predicted:
             if np.isfinite(box).all():
                 _rectangle(canvas, box, PREDICTED)
-        for row in range(len(detections)):
-            _draw_detection(canvas, detections, row)
+        for row, is_vacant in enumerate(detections.is_vacant.tolist()):
+            _draw_detection(canvas, detections, row, is_vacant)
         for group in groups:
             _draw_group(canvas, detections.box[np.isin(detections.local_id, group)])
         self._note(events, detections.stamp_ns)
@@ -93,12 +93,11 @@ class Overlay:
             self._lines.popleft()
 
 
-def _draw_detection(canvas: Image, detections: Detections, row: int) -> None:
+def _draw_detection(canvas: Image, detections: Detections, row: int, is_vacant: bool) -> None:
     count, track_id = int(detections.member_count[row]), int(detections.track_id[row])
     members = [int(one) for one in detections.members[row] if one]
     first = track_id or next(iter(members), 0)
     red, green, blue = track_colour(first)
-    is_vacant = bool(detections.is_vacant[row])
     colour = (blue, green, red) if first and not is_vacant else UNKNOWN
     box = detections.box[row]
     _rectangle(canvas, box, colour)

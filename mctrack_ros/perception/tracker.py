@@ -155,7 +155,8 @@ class LocalTracker:
             The fusion node's.
         shift_px : float
             How far the camera has moved, px. What is published is by its square less certain
-            along each axis; the camera's own tracks lie in one picture and do not care.
+            along each axis, and nothing is said of who is not seen; the camera's own tracks lie
+            in one picture and do not care.
 
         """
         tracks, log = self.tracks, EventLog(stamp_ns)
@@ -186,7 +187,7 @@ class LocalTracker:
         self._presence.announce(tracks, feedback, blobs.box, stamp_ns, log)
         detections = self._detections(seen, blobs, stamp_ns, shift_px)
         more = [merged_detections(company, part, detections)]
-        if feedback is not None:
+        if feedback is not None and shift_px == 0.0:  # else it looks beside where they stand
             more.append(vacancies(company, part, picture, self._ignored, stamp_ns))
         if any(map(len, more)):
             detections = Detections.joined(stamp_ns, [detections, *more])
