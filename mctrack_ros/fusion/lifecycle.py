@@ -78,11 +78,24 @@ def leave_groups(table: TrackTable, stamp_ns: int) -> None:
 
 
 class DuplicateWatch:
-    """Notices two tracks that follow one target: near for a while, told apart by no camera."""
+    """
+    Notices two tracks that follow one target: near for a while, told apart by no camera.
 
-    def __init__(self, config: FusionConfig) -> None:
-        self._distance = config.life.merge_distance
-        self._time_ns = round(config.life.merge_time * 1e9)
+    Parameters
+    ----------
+    distance : float
+        How near, m.
+    seconds : float
+        For how long, s.
+    alone : float
+        Without any third confirmed track nearer than this to either, m; then it does not matter
+        that a camera has them in a group. 0: whoever is near, but in no group.
+
+    """
+
+    def __init__(self, distance: float, seconds: float, alone: float = 0.0) -> None:
+        self._distance, self._alone = distance, alone
+        self._time_ns = round(seconds * 1e9)
         self._since_ns: dict[tuple[int, int], int] = {}
 
     def find(self, table: TrackTable, stamp_ns: int) -> list[tuple[int, int]]:
@@ -110,21 +123,28 @@ class DuplicateWatch:
         one, other = near_pairs(table.mean, self._distance)
         if not len(one):
             return []
-        unresolved = _unresolved(table.seen_by_ns, table.cameras, table.group, one, other)
+        unresolved = _unresolved(table.seen_by_ns, table.cameras, one, other)
+        if self._alone:
+            count = _company(table, self._alone)
+            unresolved &= (count[one] == 1) & (count[other] == 1)
+        else:
+            unresolved &= (table.group[one] == 0) & (table.group[other] == 0)
         return list(zip(one[unresolved].tolist(), other[unresolved].tolist()))
 
 
-@compiled(
-    types.b1[::1](types.Array(types.i8, 2, 'A', readonly=True), _IDS, _IDS, INTS_1D, INTS_1D)
-)
-def _unresolved(
-    seen_by_ns: NDArray[np.int64], cameras: Ids, group: Ids, one: Indices, other: Indices
-) -> Mask:
-    """Return which pairs (k,) no picture of the tick shows both of, and neither in a group."""
+def _company(table: TrackTable, reach: float) -> Indices:
+    """Return how many confirmed tracks are within reach, m, of each that is confirmed itself."""
+    one, other = near_pairs(table.mean, reach)
+    firm = table.confirmed[one] & table.confirmed[other]
+    return np.bincount(np.append(one[firm], other[firm]), minlength=len(table))
+
+
+@compiled(types.b1[::1](types.Array(types.i8, 2, 'A', readonly=True), _IDS, INTS_1D, INTS_1D))
+def _unresolved(seen_by_ns: NDArray[np.int64], cameras: Ids, one: Indices, other: Indices) -> Mask:
+    """Return which pairs (k,) no picture of the tick shows both of."""
     unresolved = np.empty(len(one), np.bool_)
     for pair in range(len(one)):
-        first, second = one[pair], other[pair]
-        unresolved[pair] = group[first] == 0 and group[second] == 0
+        first, second, unresolved[pair] = one[pair], other[pair], True
         for camera in range(seen_by_ns.shape[1]):
             both = (cameras[first] & cameras[second]) >> camera & 1
             if both and seen_by_ns[first, camera] == seen_by_ns[second, camera]:

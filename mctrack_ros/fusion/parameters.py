@@ -226,6 +226,12 @@ class LifeConfig:
     merge_time: float = parameter(
         2.0, 'How long they must have been so near [s]', minimum=0.0, maximum=100.0
     )
+    twin_time: float = parameter(
+        3.0,
+        'How long, far from others, if each was seen alone before [s]',
+        minimum=0.0,
+        maximum=100.0,
+    )
     template_time: float = parameter(
         8.0, 'Time constant of the appearance template [s]', minimum=0.01, maximum=1000.0
     )

@@ -22,6 +22,8 @@ from mctrack_ros.fusion.recognition import Recognition
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import MAX_CAMERAS, EventCode, Tick
 
+TWINS_ALONE_M = 2.0
+"""Who is nearer than this to two that seem one may be one of them, m."""
 RESET_S = 1.0
 """Time that steps back by more than this begins anew, s."""
 
@@ -63,7 +65,9 @@ class FusionPipeline:
         self._evidence = Evidence(len(cameras), config)
         self._lineage = Lineage(config)
         self._recognition = Recognition(config)
-        self._watch = lifecycle.DuplicateWatch(config)
+        life = config.life
+        self._duplicates = lifecycle.DuplicateWatch(life.merge_distance, life.merge_time)
+        self._twins = lifecycle.DuplicateWatch(life.merge_distance, life.twin_time, TWINS_ALONE_M)
         self._kits = Kits(config)
         self.bias = CameraBias(len(cameras))
         self._stamp_ns: int | None = None
@@ -231,13 +235,16 @@ class FusionPipeline:
 
     def _merge_duplicates(self, stamp_ns: int, events: EventLog) -> TrackTable:
         table = self._table
-        pairs = self._watch.find(table, stamp_ns)
+        pairs = [
+            pair
+            for pair in self._duplicates.find(table, stamp_ns)
+            if not all(map(self._recognition.knows, table.track_id[list(pair)].tolist()))
+        ]
+        pairs += self._twins.find(table, stamp_ns)
         if not pairs:
             return self._none
         dropped = np.zeros(len(table), bool)
         for keep, drop in pairs:
-            if all(map(self._recognition.knows, table.track_id[[keep, drop]].tolist())):
-                continue
             lifecycle.absorb(table, keep, drop)
             self._recognition.forget(int(table.track_id[drop]))
             dropped[drop] = True

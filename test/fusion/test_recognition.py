@@ -150,3 +150,25 @@ def test_who_was_joined_with_another_is_found_again_if_he_was_somebody_before(pa
     joined.first_ns = now_ns - round((config.life.merge_time + past_s) * 1e9)
     recognition.note_joined(joined, now_ns)
     assert recognition.step(fresh, now_ns, np.ones(1, bool)) == changes
+
+
+@pytest.mark.parametrize('third', [False, True])
+def test_two_known_ones_who_share_one_body_become_one_unless_a_third_is_near(third):
+    def picture(index, camera):
+        gap = np.clip(3 - 0.06 * (index - 75), 0.05, 3)
+        people = [[-gap, 0], [gap, 0]] if gap > 0.3 else [[0, 0]]
+        people += [[0, 1.8]] if third else []
+        noise = np.random.default_rng([camera, index]).normal(0, 0.2, (len(people), 2))
+        colours = [template(RED, index)] * len(people)
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        return detections(stamp_ns, people + noise, template=colours)
+
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    outputs = [
+        pipeline.step(tick(index, {name: picture(index, k) for k, name in enumerate(CAMERAS)}))
+        for index in range(260)
+    ]
+    codes = np.concatenate([output.events.event for output in outputs])
+    assert len(published(outputs[170])) == 2 + third
+    assert len(published(outputs[-1])) == (3 if third else 1)
+    assert (codes == EventCode.CORRECTION).sum() == (not third)
