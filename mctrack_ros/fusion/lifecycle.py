@@ -13,6 +13,8 @@ from mctrack_ros.fusion.table import TrackTable
 
 GROUP_MEMORY_S = 0.2
 """A track has left its group when no camera has seen it in one for so long, s."""
+WITNESSES, WITNESS_S = 3, 0.5
+"""From so many sides, each within this time, s, one person cannot hide another."""
 
 Mask = NDArray[np.bool_]
 Ids = NDArray[np.uint32]
@@ -88,8 +90,9 @@ class DuplicateWatch:
     seconds : float
         For how long, s.
     alone : float
-        Without any third confirmed track nearer than this to either, m; then it does not matter
-        that a camera has them in a group. 0: whoever is near, but in no group.
+        Without any third confirmed track nearer than this to either, m, and seen by three cameras
+        or more; then it does not matter that one has them in a group. 0: whoever is near, but in
+        no group.
 
     """
 
@@ -102,7 +105,7 @@ class DuplicateWatch:
         """Return pairs of rows (kept, dropped) that are one target by now."""
         near = [
             (int(table.track_id[one]), int(table.track_id[other]), one, other)
-            for one, other in self._near_pairs(table)
+            for one, other in self._near_pairs(table, stamp_ns)
         ]
         self._since_ns = {pair[:2]: self._since_ns.get(pair[:2], stamp_ns) for pair in near}
         due = [
@@ -118,13 +121,15 @@ class DuplicateWatch:
                 chosen.append((other, one) if newer_is_better else (one, other))
         return chosen
 
-    def _near_pairs(self, table: TrackTable) -> list[tuple[int, int]]:
+    def _near_pairs(self, table: TrackTable, stamp_ns: int) -> list[tuple[int, int]]:
         """Return the pairs of rows that are near, and that no picture of the tick tells apart."""
         one, other = near_pairs(table.mean, self._distance)
         if not len(one):
             return []
         unresolved = _unresolved(table.seen_by_ns, table.cameras, one, other)
         if self._alone:
+            seen = stamp_ns - table.seen_by_ns < WITNESS_S * 1e9
+            unresolved &= (seen[one] | seen[other]).sum(axis=1) >= WITNESSES
             count = _company(table, self._alone)
             unresolved &= (count[one] == 1) & (count[other] == 1)
         else:

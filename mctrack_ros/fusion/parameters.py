@@ -228,7 +228,7 @@ class LifeConfig:
     )
     twin_time: float = parameter(
         3.0,
-        'How long, far from others, if each was seen alone before [s]',
+        'How long, if each was seen alone before: far from others, by three cameras [s]',
         minimum=0.0,
         maximum=100.0,
     )

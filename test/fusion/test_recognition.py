@@ -152,8 +152,12 @@ def test_who_was_joined_with_another_is_found_again_if_he_was_somebody_before(pa
     assert recognition.step(fresh, now_ns, np.ones(1, bool)) == changes
 
 
-@pytest.mark.parametrize('third', [False, True])
-def test_two_known_ones_who_share_one_body_become_one_unless_a_third_is_near(third):
+@pytest.mark.parametrize(
+    ('third', 'cameras', 'joined'), [(False, 3, 1), (True, 3, 0), (False, 2, 0)]
+)
+def test_two_known_ones_who_share_one_body_are_one_if_alone_and_seen_from_all_sides(
+    third, cameras, joined
+):
     def picture(index, camera):
         gap = np.clip(3 - 0.06 * (index - 75), 0.05, 3)
         people = [[-gap, 0], [gap, 0]] if gap > 0.3 else [[0, 0]]
@@ -163,12 +167,13 @@ def test_two_known_ones_who_share_one_body_become_one_unless_a_third_is_near(thi
         stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
         return detections(stamp_ns, people + noise, template=colours)
 
-    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    names = ('one', 'two', 'three')[:cameras]
+    pipeline = FusionPipeline(FusionConfig(), names)
     outputs = [
-        pipeline.step(tick(index, {name: picture(index, k) for k, name in enumerate(CAMERAS)}))
+        pipeline.step(tick(index, {name: picture(index, k) for k, name in enumerate(names)}))
         for index in range(260)
     ]
     codes = np.concatenate([output.events.event for output in outputs])
     assert len(published(outputs[170])) == 2 + third
-    assert len(published(outputs[-1])) == (3 if third else 1)
-    assert (codes == EventCode.CORRECTION).sum() == (not third)
+    assert (codes == EventCode.CORRECTION).sum() == joined
+    assert not joined or len(published(outputs[-1])) == 1
