@@ -236,11 +236,9 @@ class FusionPipeline:
     def _merge_duplicates(self, stamp_ns: int, events: EventLog) -> TrackTable:
         table = self._table
         pairs = [
-            pair
-            for pair in self._duplicates.find(table, stamp_ns)
-            if not all(map(self._recognition.knows, table.track_id[list(pair)].tolist()))
+            pair for pair in self._duplicates.find(table, stamp_ns) if not self._are_known(pair)
         ]
-        pairs += self._twins.find(table, stamp_ns)
+        pairs += [pair for pair in self._twins.find(table, stamp_ns) if self._are_known(pair)]
         if not pairs:
             return self._none
         dropped = np.zeros(len(table), bool)
@@ -254,6 +252,10 @@ class FusionPipeline:
         joined = self._remove(dropped, events)
         self._recognition.note_joined(joined, stamp_ns)
         return joined
+
+    def _are_known(self, pair: tuple[int, int]) -> bool:
+        """Tell whether both have been seen alone."""
+        return all(map(self._recognition.knows, self._table.track_id[list(pair)].tolist()))
 
     def _delete(self, stamp_ns: int, events: EventLog) -> TrackTable:
         lost = self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)
