@@ -139,7 +139,8 @@ class _Loop:
             output = self._pipeline.step(picture, stamp_ns, feedback)
         ticks = [*self._batcher.add(CAMERA, output.detections, stamp_ns), *self._batcher.flush()]
         for tick in ticks:
-            self._buffer.push(self._fusion.step(tick).feedback)
+            self._fusion.step(tick)
+            self._buffer.push(self._fusion.feedback())
         return len(output.detections)
 
 

@@ -134,7 +134,7 @@ def track(
         detections = camera.step(image, stamp_ns, feedback).detections
         for tick in [*batcher.add(CAMERA, detections, stamp_ns), *batcher.flush()]:
             output = fusion.step(tick)
-            buffer.push(output.feedback)
+            buffer.push(fusion.feedback())
             yield output.tracks
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numba import types
@@ -34,45 +35,54 @@ def usable_rows(detections: Detections) -> NDArray[np.bool_]:
     return usable
 
 
-def usable_of_all(
-    stamp_ns: int, pictures: Sequence[Detections]
-) -> tuple[Detections, NDArray[np.intp]]:
+class Admitted:
     """
-    Join the usable detections of several pictures.
+    The usable detections of several pictures, one after the other, m rows.
 
-    Returns
-    -------
-    detections : Detections
-        Those of one picture after the other, m rows, under that stamp, ns.
+    Their columns, as those of `Detections`, are put together when they are first asked for.
+
+    Parameters
+    ----------
+    pictures : sequence of Detections
+        One each.
+
+    Attributes
+    ----------
     picture : (m,) int array
         Which picture each is of.
+    vacant_id : (v,) uint32 array
+        Targets of which pictures say that they are not where they are expected.
+    vacant_picture : (v,) int array
+        Which picture says so of each.
 
     """
-    pictures = [
-        each.select(usable_rows(each)) if len(each) > MOST_DETECTIONS else each
-        for each in pictures
-    ]
-    detections = Detections.joined(stamp_ns, pictures)
-    picture = np.arange(len(pictures)).repeat([len(each) for each in pictures])
-    usable = _is_sound(detections)
-    if usable.all():
-        return detections, picture
-    return detections.select(usable), picture[usable]
 
+    def __init__(self, pictures: Sequence[Detections]) -> None:
+        self._pictures = [
+            each.select(usable_rows(each)) if len(each) > MOST_DETECTIONS else each
+            for each in pictures
+        ] or [Detections.build(0)]
+        self.picture = np.arange(len(self._pictures)).repeat(list(map(len, self._pictures)))
+        self._usable: NDArray[np.bool_] | None = None
+        self.vacant_id, self.vacant_picture = np.empty(0, np.uint32), self.picture[:0]
+        usable = _usable(self.covariance, self.position)
+        if np.count_nonzero(usable) < len(usable):
+            vacant = np.concatenate([each.is_vacant for each in self._pictures])
+            self.vacant_id, self.vacant_picture = self.track_id[vacant], self.picture[vacant]
+            self._usable, self.picture = usable, self.picture[usable]
+            del self.covariance, self.position, self.track_id
 
-def vacant_of_all(
-    pictures: Sequence[Detections],
-    cameras: Sequence[int],
-    track_id: NDArray[np.uint32],
-    count: int,
-) -> NDArray[np.bool_]:
-    """Return which of so many cameras, (n, count), say that a track is not where expected."""
-    vacant = np.zeros((len(track_id), count), np.bool_)
-    for picture, camera in zip(pictures, cameras):
-        rows = picture.is_vacant
-        if rows.any():
-            vacant[:, camera] |= np.isin(track_id, picture.track_id[rows])
-    return vacant
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.picture)
+
+    def __getattr__(self, name: str) -> NDArray[Any]:
+        """Put a column together, and keep it."""
+        if name not in Detections.COLUMNS:
+            raise AttributeError(name)
+        column = np.concatenate([getattr(each, name) for each in self._pictures])
+        self.__dict__[name] = column if self._usable is None else column[self._usable]
+        return self.__dict__[name]  # type: ignore[no-any-return]
 
 
 def _is_sound(detections: Detections) -> NDArray[np.bool_]:

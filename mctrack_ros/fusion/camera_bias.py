@@ -75,7 +75,7 @@ class CameraBias:
 
     def correct(self, looks: Looks) -> None:
         """Move the detections of a tick by what is known, and make them less certain."""
-        if self.offset.any() or self.variance.any():
+        if np.count_nonzero(self.offset) or np.count_nonzero(self.variance):
             looks.position -= self.offset[looks.camera]
             looks.noise[:, [0, 1], [0, 1]] += self.variance[looks.camera, None]
 

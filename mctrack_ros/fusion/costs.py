@@ -46,20 +46,36 @@ def cost_parts(
 ) -> dict[str, Floats]:
     """Return the (k,) costs of tracks and detections, (k,) rows each, by what speaks."""
     told = looks.detections
-    is_known, difference = differences(
-        table.template, told.template, looks.is_described, track, row, config.usual_difference
-    )
+    appearance, likeness = _looks_costs(table, looks, track, row, config)
     trust = config.identity_bonus, config.identity_bonus * config.overlap_trust
     belief = _beliefs(
         told.track_id, told.local_id, looks.camera, looks.is_overlapped,
         table.track_id, table.local_id, track, row, *trust,
     )  # fmt: skip
     return {
-        'appearance': config.appearance_weight * difference,
-        'likeness': likeness_costs(table, looks, track, row, is_known, config),
+        'appearance': appearance,
+        'likeness': likeness,
         'belief': belief,
         'doubt': np.where(table.confirmed[track], 0.0, config.tentative_cost),
     }
+
+
+def _looks_costs(
+    table: TrackTable, looks: Looks, track: Indices, row: Indices, config: AssociationConfig
+) -> tuple[Floats, Floats]:
+    """Return what pairs (k,) cost by how unlike they are, and by who is more alike."""
+    if not looks.has_templates:
+        return np.zeros(len(track)), np.zeros(len(track))
+    is_known, difference = differences(
+        table.template,
+        looks.detections.template,
+        looks.is_described,
+        track,
+        row,
+        config.usual_difference,
+    )
+    likeness = likeness_costs(table, looks, track, row, is_known, config)
+    return config.appearance_weight * difference, likeness
 
 
 def clutter_cost(config: AssociationConfig) -> float:

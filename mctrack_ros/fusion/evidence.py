@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, FLOATS_2D, compiled
 from mctrack_ros.fusion.coverage import CoverageMap
+from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
 
@@ -29,13 +30,11 @@ class Evidence:
     """
 
     def __init__(self, cameras: int, config: FusionConfig) -> None:
-        self._life = config.life
-        life = config.life
+        self._life = life = config.life
+        self._cameras = cameras
         self._coverage = CoverageMap(cameras, life.coverage_cell, life.coverage_prior)
 
-    def count(
-        self, table: TrackTable, tick_ns: int, seconds: float, present: Mask, vacant: Mask
-    ) -> Mask:
+    def count(self, table: TrackTable, looks: Looks, tick_ns: int, seconds: float) -> Mask:
         """
         Add one tick's evidence to the log-odds, and confirm.
 
@@ -50,14 +49,12 @@ class Evidence:
         ----------
         table : TrackTable
             Changed in place.
+        looks : Looks
+            The tick's pictures.
         tick_ns : int
             The tick's stamp, ns.
         seconds : float
             Time since the last tick, s.
-        present : (cameras,) bool array
-            Whose pictures are in the tick.
-        vacant : (n, cameras) bool array
-            Which cameras see bare ground where a track is expected.
 
         Returns
         -------
@@ -66,10 +63,13 @@ class Evidence:
 
         """
         life = self._life
-        if vacant.any():
-            spread = table.covariance[:, 0, 0] + table.covariance[:, 1, 1]
-            vacant = vacant & (spread < life.vacancy_distance**2)[:, None]
-        is_alone = table.cameras & (table.cameras - 1) == 0  # at most one camera's bit is set
+        present = np.zeros(self._cameras, np.bool_)
+        present[looks.cameras] = True
+        vacant = np.zeros((len(table), self._cameras), np.bool_)
+        is_judged = table.cameras & (table.cameras - 1) == 0  # at most one camera's bit is set
+        if len(looks.detections.vacant_id):
+            self._note_vacant(vacant, table, looks)
+            is_judged |= vacant.any(axis=1)
         confirmed, seen, told = _weighed(
             table.cameras,
             table.hidden_ns,
@@ -78,7 +78,7 @@ class Evidence:
             present,
             tick_ns - round(seconds * 1e9),
             vacant,
-            self._coverage.probability(table.mean, is_alone | vacant.any(axis=1)),
+            self._coverage.probability(table.mean, is_judged),
             min(seconds / life.look_time, 1.0),
             life.hit_evidence,
             life.miss_weight,
@@ -89,6 +89,14 @@ class Evidence:
         )
         self._coverage.learn(table.mean, table.confirmed, seen, told, min(seconds, life.look_time))
         return confirmed
+
+    def _note_vacant(self, vacant: Mask, table: TrackTable, looks: Looks) -> None:
+        """Note which cameras, (n, cameras), see bare ground where a track is surely expected."""
+        spread = table.covariance[:, 0, 0] + table.covariance[:, 1, 1]
+        known = spread < self._life.vacancy_distance**2
+        told = looks.detections
+        track, row = np.nonzero(known[:, None] & (table.track_id[:, None] == told.vacant_id))
+        vacant[track, looks.cameras[told.vacant_picture[row]]] = True
 
 
 @compiled(

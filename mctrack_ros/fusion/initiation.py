@@ -66,8 +66,9 @@ def new_tracks(
     table.mean, table.covariance = mean, covariance
     motion.begin(table)
     note(table, looks, label, rows)
-    told = np.flatnonzero(looks.is_described[rows])[::-1]
-    table.template[label[told]] = looks.detections.template[rows[told]]  # the first one's stays
+    if looks.has_templates:
+        told = np.flatnonzero(looks.is_described[rows])[::-1]  # the first one's stays
+        table.template[label[told]] = looks.detections.template[rows[told]]
     table.first_ns = table.seen_ns = table.kept_ns = tick_ns
     return table
 

@@ -99,7 +99,7 @@ class JointAssociation:
         for _ in range(SWEEPS):
             self._judged_by = *state, self._probability
             probability = self._associated(*state)
-            is_settled = (np.abs(probability - self._probability) < SETTLED).all()
+            is_settled = _is_settled(self._probability, probability)
             self._probability = probability
             if is_settled:
                 break
@@ -132,7 +132,7 @@ class JointAssociation:
 
     def _associated(self, mean: Floats, covariance: Floats) -> Floats:
         """Return how probable the pairs are, given states that what they told is part of."""
-        near, slot, likelihood = _likelihoods(
+        near, track, detection, slot, likelihood, picture = _likelihoods(
             mean,
             covariance,
             self._seconds,
@@ -146,10 +146,8 @@ class JointAssociation:
             self._prior,
             self._gate,
         )
-        pairs = Pairs(
-            self._track[near], self._detection[near], slot, likelihood, self._picture[near]
-        )
         probability = np.zeros(len(self._track))
+        pairs = Pairs(track, detection, slot, likelihood, picture)
         probability[near] = self._associator.probabilities(pairs)
         return probability
 
@@ -182,8 +180,19 @@ def slots(picture: Indices, track: Indices) -> Indices:
     return slot
 
 
+@compiled(types.b1(FLOATS_1D, FLOATS_1D))
+def _is_settled(before: Floats, probability: Floats) -> bool:
+    """Tell whether no probability (k,) has changed much."""
+    for pair in range(len(probability)):
+        if not np.abs(probability[pair] - before[pair]) < SETTLED:
+            return False
+    return True
+
+
 @compiled(
-    types.Tuple([types.i8[::1], types.i8[::1], types.f8[::1]])(
+    types.Tuple(
+        [types.i8[::1], types.i8[::1], types.i8[::1], types.i8[::1], types.f8[::1], types.i8[::1]]
+    )(
         COLUMN_2D, COLUMN_3D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D,
         FLOATS_3D, FLOATS_3D, FLOATS_1D, types.f8,
     )
@@ -192,7 +201,7 @@ def _likelihoods(
     mean: Floats, covariance: Floats, seconds: Floats, picture: Indices, track: Indices,
     detection: Indices, probability: Floats, position: Floats, noise: Floats,
     information: Floats, prior: Floats, gate: float,
-) -> tuple[Indices, Indices, Floats]:  # fmt: skip
+) -> tuple[Indices, Indices, Indices, Indices, Floats, Indices]:  # fmt: skip
     """
     Judge the pairs by what prediction and the other pictures say of the tracks.
 
@@ -200,14 +209,14 @@ def _likelihoods(
     -------
     near : (m,) int64 array
         Those of the pairs that pass the gate.
-    slot : (m,) int64 array
-        Which slot each is of.
-    likelihood : (m,) array
-        Relative to the track being missed and the detection being false.
+    track, detection, slot, likelihood, picture : (m,) arrays
+        See `Pairs`.
 
     """
     count = len(track)
     near, slot, cost = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
+    of_track, of_detection = np.empty(count, np.int64), np.empty(count, np.int64)
+    of_picture = np.empty(count, np.int64)
     found, slots, first = 0, 0, 0
     while first < count:
         last = first + 1
@@ -231,10 +240,19 @@ def _likelihoods(
             )
             if squared < gate:
                 near[found], slot[found] = pair, slots
+                of_track[found], of_detection[found] = track[pair], row
+                of_picture[found] = picture[pair]
                 cost[found], found = squared + np.log(determinant) + prior[pair], found + 1
         slots += found > before
         first = last
-    return near[:found], slot[:found], np.exp(-cost[:found] / 2)
+    return (
+        near[:found],
+        of_track[:found],
+        of_detection[:found],
+        slot[:found],
+        np.exp(-cost[:found] / 2),
+        of_picture[:found],
+    )
 
 
 @compiled(types.b1[::1](INTS_1D, INTS_1D, FLOATS_1D, types.f8))

@@ -13,6 +13,8 @@ from mctrack_ros.fusion.table import TrackTable
 
 GROUP_MEMORY_S = 0.2
 """A track has left its group when no camera has seen it in one for so long, s."""
+TWINS_ALONE_M = 2.0
+"""Who is nearer than this to two that seem one may be one of them, m."""
 WITNESSES, WITNESS_S = 3, 0.5
 """From so many sides, each within this time, s, one person cannot hide another."""
 
@@ -85,56 +87,68 @@ class DuplicateWatch:
 
     Parameters
     ----------
-    distance : float
-        How near, m.
     seconds : float
         For how long, s.
-    alone : float
-        Without any third confirmed track nearer than this to either, m, and seen by three cameras
-        or more; then it does not matter that one has them in a group. 0: whoever is near, but in
-        no group.
 
     """
 
-    def __init__(self, distance: float, seconds: float, alone: float = 0.0) -> None:
-        self._distance, self._alone = distance, alone
+    def __init__(self, seconds: float) -> None:
         self._time_ns = round(seconds * 1e9)
         self._since_ns: dict[tuple[int, int], int] = {}
 
-    def find(self, table: TrackTable, stamp_ns: int) -> list[tuple[int, int]]:
-        """Return pairs of rows (kept, dropped) that are one target by now."""
-        near = [
-            (int(table.track_id[one]), int(table.track_id[other]), one, other)
-            for one, other in self._near_pairs(table, stamp_ns)
-        ]
-        self._since_ns = {pair[:2]: self._since_ns.get(pair[:2], stamp_ns) for pair in near}
-        due = [
-            (one, other)
-            for first, second, one, other in near
-            if stamp_ns - self._since_ns[first, second] >= self._time_ns
-        ]
+    def find(
+        self, table: TrackTable, one: Indices, other: Indices, stamp_ns: int
+    ) -> list[tuple[int, int]]:
+        """Return which pairs of rows (k,), (k,) are one target by now: (kept, dropped)."""
+        if not len(one):
+            self._since_ns.clear()
+            return []
+        rows = list(zip(one.tolist(), other.tolist()))
+        names = list(zip(table.track_id[one].tolist(), table.track_id[other].tolist()))
+        self._since_ns = {pair: self._since_ns.get(pair, stamp_ns) for pair in names}
         chosen, used = [], set[int]()
-        for one, other in due:
-            if not used & {one, other}:
-                used |= {one, other}
-                newer_is_better = table.confirmed[other] and not table.confirmed[one]
-                chosen.append((other, one) if newer_is_better else (one, other))
+        for pair, (first, second) in zip(names, rows):
+            is_due = stamp_ns - self._since_ns[pair] >= self._time_ns
+            if is_due and not used & {first, second}:
+                used |= {first, second}
+                newer_is_better = table.confirmed[second] and not table.confirmed[first]
+                chosen.append((second, first) if newer_is_better else (first, second))
         return chosen
 
-    def _near_pairs(self, table: TrackTable, stamp_ns: int) -> list[tuple[int, int]]:
-        """Return the pairs of rows that are near, and that no picture of the tick tells apart."""
-        one, other = near_pairs(table.mean, self._distance)
-        if not len(one):
-            return []
-        unresolved = _unresolved(table.seen_by_ns, table.cameras, one, other)
-        if self._alone:
-            seen = stamp_ns - table.seen_by_ns < WITNESS_S * 1e9
-            unresolved &= (seen[one] | seen[other]).sum(axis=1) >= WITNESSES
-            count = _company(table, self._alone)
-            unresolved &= (count[one] == 1) & (count[other] == 1)
-        else:
-            unresolved &= (table.group[one] == 0) & (table.group[other] == 0)
-        return list(zip(one[unresolved].tolist(), other[unresolved].tolist()))
+
+def unresolved_pairs(table: TrackTable, distance: float) -> tuple[Indices, Indices]:
+    """Return the pairs of rows (k,), (k,) that are near, and told apart by no camera."""
+    one, other = near_pairs(table.mean, distance)
+    if not len(one):
+        return one, other
+    unresolved = _unresolved(table.seen_by_ns, table.cameras, one, other)
+    return one[unresolved], other[unresolved]
+
+
+def ungrouped(table: TrackTable, one: Indices, other: Indices) -> tuple[Indices, Indices]:
+    """Return those pairs of rows (k,), (k,) of which neither is in a group."""
+    if not len(one):
+        return one, other
+    wanted = (table.group[one] == 0) & (table.group[other] == 0)
+    return one[wanted], other[wanted]
+
+
+def alone(
+    table: TrackTable, one: Indices, other: Indices, stamp_ns: int
+) -> tuple[Indices, Indices]:
+    """
+    Return those pairs of rows (k,), (k,) that are by themselves and seen from many sides.
+
+    No third confirmed track is within `TWINS_ALONE_M` of either, and `WITNESSES` see them.
+    """
+    if not len(one):
+        return one, other
+    last_ns = np.maximum(table.seen_by_ns[one], table.seen_by_ns[other])
+    wanted = (stamp_ns - last_ns < WITNESS_S * 1e9).sum(axis=1) >= WITNESSES
+    if wanted.any():
+        count = _company(table, TWINS_ALONE_M)
+        wanted &= (count[one] == 1) & (count[other] == 1)
+    return one[wanted], other[wanted]
 
 
 def _company(table: TrackTable, reach: float) -> Indices:

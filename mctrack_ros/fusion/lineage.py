@@ -49,7 +49,7 @@ class Lineage:
         present = table.confirmed & (stamp_ns - table.kept_ns <= RECENT_S * 1e9)
         row, gap = nearest(fresh.mean, table.mean, present)
         origin = np.zeros(len(fresh), np.uint32)
-        for index in np.flatnonzero(gap < self._beside_m).tolist():
+        for index in (gap < self._beside_m).nonzero()[0].tolist():
             if not self._may_be_found_again(fresh.mean[index, :2], stamp_ns):
                 origin[index] = table.track_id[row[index]]
         return origin

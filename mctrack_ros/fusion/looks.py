@@ -9,7 +9,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, INTS_1D, compiled
-from mctrack_ros.fusion.admission import usable_of_all
+from mctrack_ros.fusion.admission import Admitted
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.portraits import Portraits
 from mctrack_ros.interfaces import Detections
@@ -40,8 +40,8 @@ class Looks:
 
     Attributes
     ----------
-    detections : Detections
-        Of all pictures, m rows; their stamp is the tick's.
+    detections : Admitted
+        Of all pictures, m rows.
     picture, camera : (m,) int arrays
         Which picture, and which camera, each is of.
     stamp_ns : (m,) int64 array
@@ -54,10 +54,14 @@ class Looks:
         Their covariances, m².
     is_described : (m,) bool array
         Who has an appearance template.
+    has_templates : bool
+        Whether anybody has.
     is_overlapped : (m,) bool array
         Whose box meets that of another single one of its picture.
     single, groups : (k,) int arrays
         Rows of ordinary detections, and of those that stand for several targets.
+    cameras : (pictures,) int array
+        As given.
     portraits : Portraits
         As given.
 
@@ -72,12 +76,15 @@ class Looks:
         portraits: Portraits,
     ) -> None:
         self.portraits = portraits
-        self.detections, self.picture = usable_of_all(tick_ns, pictures)
-        self.camera = np.array(cameras, np.intp)[self.picture]
+        self.cameras = np.array(cameras, np.intp)
+        self.detections = Admitted(pictures)
+        self.picture = self.detections.picture
+        self.camera = self.cameras[self.picture]
         stamp_ns = np.array([each.stamp_ns for each in pictures], np.int64)
         self.stamp_ns = stamp_ns[self.picture]
         self.seconds = (stamp_ns - tick_ns) / 1e9
         self.is_described = described(self.detections.template)
+        self.has_templates = np.count_nonzero(self.is_described) > 0
         drift = config.motion.acceleration_density * np.abs(self.seconds) ** 3 / 3
         self.position, self.noise = _measured(
             self.detections.position,
@@ -86,10 +93,9 @@ class Looks:
             config.motion.sensor_sigma**2 + drift,
         )
         is_single = self.detections.member_count == 1
-        self.single, self.groups = np.flatnonzero(is_single), np.flatnonzero(~is_single)
-        self.is_overlapped = overlapped(
-            np.ascontiguousarray(self.detections.box), self.picture, is_single
-        )
+        self.single: Indices = is_single.nonzero()[0]
+        self.groups: Indices = (~is_single).nonzero()[0]
+        self.is_overlapped = overlapped(self.detections.box, self.picture, is_single)
 
 
 @compiled(types.b1[::1](types.Array(types.f4, 2, 'C', readonly=True)))

@@ -69,7 +69,7 @@ def match(
         account.pairs(association.judged(table, looks, config.association), table, looks)
     motion.update(table, state, association.told)
     rows, columns = association.pairs()
-    if looks.is_described.any():
+    if looks.has_templates:
         learn_appearance(table, looks, rows, columns, config.life.template_time)
         look_at(table, looks, rows, columns, config.life.look_time)
     note(table, looks, rows, columns)

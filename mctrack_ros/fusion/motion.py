@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol, Self
 
 import numpy as np
@@ -82,6 +83,16 @@ class ConstantVelocity:
         """Need nothing."""
 
 
+@lru_cache(maxsize=64)  # ticks are regular, mostly
+def _transition(calm: float, manoeuvre: float, seconds: float) -> Floats:
+    kept = float(np.exp(-seconds * (1 / calm + 1 / manoeuvre)))
+    to_calm = (1 - kept) * (calm / (calm + manoeuvre))
+    to_manoeuvre = (1 - kept) * (manoeuvre / (calm + manoeuvre))
+    transition = np.array([[kept + to_calm, to_manoeuvre], [to_calm, kept + to_manoeuvre]])
+    transition.setflags(write=False)
+    return transition
+
+
 @dataclass(frozen=True)
 class InteractingModels:
     """
@@ -119,11 +130,7 @@ class InteractingModels:
 
     def transition(self, seconds: float) -> Floats:
         """Return how probable each mode (column) is so long after each (row), (2, 2)."""
-        calm, manoeuvre = self.times
-        kept = float(np.exp(-seconds * (1 / calm + 1 / manoeuvre)))
-        to_calm = (1 - kept) * (calm / (calm + manoeuvre))
-        to_manoeuvre = (1 - kept) * (manoeuvre / (calm + manoeuvre))
-        return np.array([[kept + to_calm, to_manoeuvre], [to_calm, kept + to_manoeuvre]])
+        return _transition(*self.times, seconds)
 
     def begin(self, fresh: TrackTable) -> None:
         """Let all modes begin at the state, each as probable as it is at any time."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import compiled
+from mctrack_ros.compiled import COLUMN_1D, COLUMN_2D, COLUMN_3D, INTS_1D, compiled, inner
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import (
     MEMBERS,
@@ -19,6 +20,16 @@ from mctrack_ros.interfaces import (
     Tracks,
     TrackStatus,
 )
+
+Floats = NDArray[np.float64]
+Told = NDArray[np.float32]
+Indices = NDArray[np.intp]
+Ids = NDArray[np.uint32]
+Bytes = NDArray[np.uint8]
+_STAMPS = types.Array(types.i8, 1, 'A', readonly=True)
+_FLAGS = types.Array(types.b1, 1, 'A', readonly=True)
+_IDS = types.Array(types.u4, 1, 'A', readonly=True)
+_BYTES = types.Array(types.u1, 1, 'A', readonly=True)
 
 SEEN_MEMORY_NS = 500_000_000
 """A camera counts as seeing a target for so long after it did, ns."""
@@ -35,56 +46,89 @@ class FusionOutput:
         Published tracks, and those that ended, sorted by id.
     events : Events
         What happened, sorted by code and track.
-    table : TrackTable
-        The same tracks as they are at the tick, a copy.
 
     """
 
     tracks: Tracks
     events: Events
-    table: TrackTable
-
-    @property
-    def feedback(self) -> Feedback:
-        """What the cameras are told; made when asked for: not everybody has cameras to tell."""
-        told = self.table.confirmed & (self.tracks.status != TrackStatus.DELETED)
-        return feedback_of(self.table.select(told), self.tracks.stamp_ns)
 
 
-def output_of(
-    table: TrackTable,
-    is_published: NDArray[np.bool_],
-    ended: TrackTable,
-    events: Events,
-) -> FusionOutput:
-    """Return what a tick yields: the published tracks and, once, those that ended, by id."""
-    rows, count = np.flatnonzero(is_published), len(table)
+def tracks_of(
+    table: TrackTable, is_published: NDArray[np.bool_], ended: TrackTable, stamp_ns: int
+) -> Tracks:
+    """Return the published tracks and, once, those that ended, by id."""
+    (rows,) = is_published.nonzero()
+    names = table.track_id[rows]
     if len(ended):
-        table = table.extended(ended)
-        rows = np.concatenate([rows, np.arange(count, len(table))])
-        rows = rows[np.argsort(table.track_id[rows])]
-    table = table.select(rows)
-    status = status_of(table)
-    status[rows >= count] = TrackStatus.DELETED
-    return FusionOutput(tracks_of(table, status, events.stamp_ns), events, table)
+        names = np.concatenate([names, ended.track_id])
+    place = np.empty(len(names), np.intp)
+    place[names.argsort()] = np.arange(len(names))
+    columns = Tracks.unset(len(names))
+    _tell(table, rows, place, columns, stamp_ns)
+    if len(ended):
+        over = place[len(rows) :]
+        _tell(ended, np.arange(len(ended)), over, columns, stamp_ns)
+        columns['status'][over] = TrackStatus.DELETED
+    return Tracks.adopt(stamp_ns, columns)
 
 
-def tracks_of(table: TrackTable, status: NDArray[np.uint8], stamp_ns: int) -> Tracks:
-    """Return tracks as they are published."""
-    return Tracks.build(
-        stamp_ns,
-        position=ground_points(table),
-        velocity=table.mean[:, 2:],
-        covariance=table.covariance,
-        age=(stamp_ns - table.first_ns) / 1e9,
-        score=1 / (1 + np.exp(-table.evidence)),
-        track_id=table.track_id,
-        group=table.group,
-        cameras=table.cameras,
-        status=status,
-        class_id=table.class_id,
-        kit=table.kit,
+def _tell(
+    table: TrackTable, rows: Indices, place: Indices, columns: dict[str, Any], stamp_ns: int
+) -> None:
+    """Write what is published of tracks (k,) into columns of `Tracks`, to places (k, at least)."""
+    _write(
+        rows, place, stamp_ns,
+        table.mean, table.covariance, table.first_ns, table.evidence, table.confirmed,
+        table.track_id, table.group, table.cameras, table.class_id, table.kit,
+        columns['position'], columns['velocity'], columns['covariance'], columns['extent'],
+        columns['age'], columns['score'], columns['track_id'], columns['group'],
+        columns['cameras'], columns['member_count'], columns['status'], columns['class_id'],
+        columns['kit'],
+    )  # fmt: skip
+
+
+@inner
+def _status(is_confirmed: bool, cameras: int, group: int) -> int:
+    if not is_confirmed:
+        return TrackStatus.TENTATIVE.value
+    if cameras:
+        return TrackStatus.CONFIRMED.value
+    return TrackStatus.GROUPED.value if group else TrackStatus.COASTING.value
+
+
+@compiled(
+    types.void(
+        INTS_1D, INTS_1D, types.i8,
+        COLUMN_2D, COLUMN_3D, _STAMPS, COLUMN_1D, _FLAGS, _IDS, _IDS, _IDS, _BYTES, _BYTES,
+        types.f4[:, ::1], types.f4[:, ::1], types.f4[:, :, ::1], types.f4[:, ::1],
+        types.f4[::1], types.f4[::1], types.u4[::1], types.u4[::1], types.u4[::1],
+        types.u1[::1], types.u1[::1], types.u1[::1], types.u1[::1],
     )
+)  # fmt: skip
+def _write(
+    rows: Indices, place: Indices, stamp_ns: int,
+    mean: Floats, covariance: Floats, first_ns: NDArray[np.int64], evidence: Floats,
+    confirmed: NDArray[np.bool_], track_id: Ids, group: Ids, cameras: Ids, class_id: Bytes,
+    kit: Bytes,
+    to_position: Told, to_velocity: Told, to_covariance: Told, to_extent: Told, to_age: Told,
+    to_score: Told, to_track_id: Ids, to_group: Ids, to_cameras: Ids, to_member_count: Bytes,
+    to_status: Bytes, to_class_id: Bytes, to_kit: Bytes,
+) -> None:  # fmt: skip
+    for index in range(len(rows)):
+        row, to = rows[index], place[index]
+        for i in range(2):
+            to_position[to, i], to_velocity[to, i] = mean[row, i], mean[row, 2 + i]
+            to_extent[to, i] = np.nan
+        to_position[to, 2] = 0.0
+        for i in range(4):
+            for j in range(4):
+                to_covariance[to, i, j] = covariance[row, i, j]
+        to_age[to] = (stamp_ns - first_ns[row]) / 1e9
+        to_score[to] = 1.0 / (1.0 + np.exp(-evidence[row]))
+        to_track_id[to], to_group[to], to_cameras[to] = track_id[row], group[row], cameras[row]
+        to_member_count[to] = 1
+        to_status[to] = _status(confirmed[row], cameras[row], group[row])
+        to_class_id[to], to_kit[to] = class_id[row], kit[row]
 
 
 def status_of(table: TrackTable) -> NDArray[np.uint8]:
@@ -92,24 +136,11 @@ def status_of(table: TrackTable) -> NDArray[np.uint8]:
     return _status_of(table.confirmed, table.cameras, table.group)
 
 
-@compiled(
-    types.u1[::1](
-        types.Array(types.b1, 1, 'A', readonly=True),
-        types.Array(types.u4, 1, 'A', readonly=True),
-        types.Array(types.u4, 1, 'A', readonly=True),
-    )
-)
-def _status_of(
-    confirmed: NDArray[np.bool_], cameras: NDArray[np.uint32], group: NDArray[np.uint32]
-) -> NDArray[np.uint8]:
+@compiled(types.u1[::1](_FLAGS, _IDS, _IDS))
+def _status_of(confirmed: NDArray[np.bool_], cameras: Ids, group: Ids) -> Bytes:
     status = np.empty(len(confirmed), np.uint8)
     for row in range(len(confirmed)):
-        if not confirmed[row]:
-            status[row] = TrackStatus.TENTATIVE
-        elif cameras[row]:
-            status[row] = TrackStatus.CONFIRMED
-        else:
-            status[row] = TrackStatus.GROUPED if group[row] else TrackStatus.COASTING
+        status[row] = _status(confirmed[row], cameras[row], group[row])
     return status
 
 
@@ -158,7 +189,7 @@ class EventLog:
 
     def add_all(self, code: EventCode, table: TrackTable, mask: NDArray[np.bool_]) -> None:
         """Note one event for each track of a mask."""
-        rows = np.flatnonzero(mask)
+        (rows,) = mask.nonzero()
         if not len(rows):
             return
         places = map(tuple, table.mean[rows, :2].tolist())

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion import lifecycle
 from mctrack_ros.fusion.account import Account
-from mctrack_ros.fusion.admission import vacant_of_all
 from mctrack_ros.fusion.camera_bias import CameraBias
 from mctrack_ros.fusion.evidence import Evidence
 from mctrack_ros.fusion.initiation import doubt_parts, new_tracks, with_room
@@ -16,14 +15,12 @@ from mctrack_ros.fusion.lineage import Lineage
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import match
 from mctrack_ros.fusion.motion import motion_of
-from mctrack_ros.fusion.output import EventLog, FusionOutput, output_of
+from mctrack_ros.fusion.output import EventLog, FusionOutput, feedback_of, tracks_of
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.recognition import Recognition
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.interfaces import MAX_CAMERAS, EventCode, Tick
+from mctrack_ros.interfaces import MAX_CAMERAS, EventCode, Feedback, Tick
 
-TWINS_ALONE_M = 2.0
-"""Who is nearer than this to two that seem one may be one of them, m."""
 RESET_S = 1.0
 """Time that steps back by more than this begins anew, s."""
 
@@ -65,9 +62,8 @@ class FusionPipeline:
         self._evidence = Evidence(len(cameras), config)
         self._lineage = Lineage(config)
         self._recognition = Recognition(config)
-        life = config.life
-        self._duplicates = lifecycle.DuplicateWatch(life.merge_distance, life.merge_time)
-        self._twins = lifecycle.DuplicateWatch(life.merge_distance, life.twin_time, TWINS_ALONE_M)
+        self._duplicates = lifecycle.DuplicateWatch(config.life.merge_time)
+        self._twins = lifecycle.DuplicateWatch(config.life.twin_time)
         self._kits = Kits(config)
         self.bias = CameraBias(len(cameras))
         self._stamp_ns: int | None = None
@@ -104,13 +100,20 @@ class FusionPipeline:
             account.end(self._table, ended, self._recognition)
         return self._act(ended, tick.stamp_ns, events)
 
+    def feedback(self) -> Feedback:
+        """Return what the cameras are told after the last tick: a prediction of every target."""
+        if self._stamp_ns is None:
+            return Feedback.build(0)
+        is_published = lifecycle.is_published(self._table, self._stamp_ns, self._config)
+        told = self._table.select(self._table.confirmed & is_published)
+        return feedback_of(told, self._stamp_ns)
+
     def _observe(self, tick: Tick, events: EventLog) -> tuple[Looks, TrackTable]:
         """Take up the pictures of a tick and predict the tracks to it; return who ends by that."""
         ended = self._begin(tick.stamp_ns, events)
         pictures = [frame.detections for frame in tick.frames]
-        cameras = self._cameras(tick)
         portraits = self._recognition.portraits
-        looks = Looks(pictures, cameras, tick.stamp_ns, self._config, portraits)
+        looks = Looks(pictures, self._cameras(tick), tick.stamp_ns, self._config, portraits)
         self.bias.correct(looks)
         return looks, ended
 
@@ -119,11 +122,11 @@ class FusionPipeline:
         left, rows, columns = match(self._table, looks, self._config, self._motion, account)
         if self._config.motion.compare_cameras:
             self.bias.learn(self._table, looks, rows, columns, tick.stamp_ns)
-        cameras = self._cameras(tick)
-        if len(set(cameras)) == len(cameras):
+        count = len(looks.cameras)
+        if len(set(looks.cameras.tolist())) == count:
             return left
         last = np.zeros(len(self._index), np.intp)
-        last[cameras] = np.arange(len(cameras))
+        last[looks.cameras] = np.arange(count)
         return np.asarray(left[looks.picture[left] == last[looks.camera[left]]])
 
     def _decide(
@@ -141,7 +144,7 @@ class FusionPipeline:
         self._initiate(looks, leftover, stamp_ns)
         if account is not None:
             account.left(leftover, self._table, looks)
-        confirmed = self._weigh(tick)
+        confirmed = self._evidence.count(self._table, looks, stamp_ns, self._seconds)
         confirmed = self._recognise(confirmed, stamp_ns, events)
         self._announce(confirmed, events)
         ended = self._merge_duplicates(stamp_ns, events)
@@ -150,9 +153,10 @@ class FusionPipeline:
         return ended
 
     def _act(self, ended: TrackTable, stamp_ns: int, events: EventLog) -> FusionOutput:
-        """Return what is published and told the cameras."""
+        """Return what is published; the cameras are told by `feedback`."""
         is_published = lifecycle.is_published(self._table, stamp_ns, self._config)
-        return output_of(self._table, is_published, ended, events.events(stamp_ns))
+        tracks = tracks_of(self._table, is_published, ended, stamp_ns)
+        return FusionOutput(tracks, events.events(stamp_ns))
 
     def _begin(self, stamp_ns: int, events: EventLog) -> TrackTable:
         """Predict to the tick, or begin anew; return the tracks that end by that."""
@@ -181,7 +185,7 @@ class FusionPipeline:
 
     def _note_groups(self, before: NDArray[np.uint32], stamp_ns: int, events: EventLog) -> None:
         table = self._table
-        if not (before.any() or table.group.any()):
+        if not (np.count_nonzero(before) or np.count_nonzero(table.group)):
             return
         lifecycle.leave_groups(table, stamp_ns)
         for row in np.flatnonzero((before == 0) & (table.group > 0)).tolist():
@@ -202,14 +206,6 @@ class FusionPipeline:
         doubt_parts(fresh, self._table, self._config)
         self._table = self._table.extended(fresh)
 
-    def _weigh(self, tick: Tick) -> NDArray[np.bool_]:
-        """Weigh what the pictures show of each track; return the newly confirmed."""
-        cameras, present = self._cameras(tick), np.zeros(len(self._index), np.bool_)
-        present[cameras] = True
-        pictures = [frame.detections for frame in tick.frames]
-        vacant = vacant_of_all(pictures, cameras, self._table.track_id, len(self._index))
-        return self._evidence.count(self._table, tick.stamp_ns, self._seconds, present, vacant)
-
     def _recognise(
         self, confirmed: NDArray[np.bool_], stamp_ns: int, events: EventLog
     ) -> NDArray[np.bool_]:
@@ -227,7 +223,7 @@ class FusionPipeline:
     def _announce(self, confirmed: NDArray[np.bool_], events: EventLog) -> None:
         """Note tracks that are new, or split from one whose past they share."""
         table = self._table
-        if not confirmed.any():
+        if not np.count_nonzero(confirmed):
             return
         events.add_all(EventCode.NEW, table, confirmed & (table.origin == 0))
         for row in np.flatnonzero(confirmed & (table.origin > 0)).tolist():
@@ -235,10 +231,7 @@ class FusionPipeline:
 
     def _merge_duplicates(self, stamp_ns: int, events: EventLog) -> TrackTable:
         table = self._table
-        pairs = [
-            pair for pair in self._duplicates.find(table, stamp_ns) if not self._are_known(pair)
-        ]
-        pairs += [pair for pair in self._twins.find(table, stamp_ns) if self._are_known(pair)]
+        pairs = self._duplicate_pairs(stamp_ns)
         if not pairs:
             return self._none
         dropped = np.zeros(len(table), bool)
@@ -253,18 +246,28 @@ class FusionPipeline:
         self._recognition.note_joined(joined, stamp_ns)
         return joined
 
+    def _duplicate_pairs(self, stamp_ns: int) -> list[tuple[int, int]]:
+        """Return pairs of rows (kept, dropped) that are one; those long known only if alone."""
+        table = self._table
+        near = lifecycle.unresolved_pairs(table, self._config.life.merge_distance)
+        pairs = self._duplicates.find(table, *lifecycle.ungrouped(table, *near), stamp_ns)
+        twins = self._twins.find(table, *lifecycle.alone(table, *near, stamp_ns), stamp_ns)
+        pairs = [pair for pair in pairs if not self._are_known(pair)]
+        return pairs + [pair for pair in twins if self._are_known(pair)]
+
     def _are_known(self, pair: tuple[int, int]) -> bool:
         """Tell whether both have been seen alone."""
         return all(map(self._recognition.knows, self._table.track_id[list(pair)].tolist()))
 
     def _delete(self, stamp_ns: int, events: EventLog) -> TrackTable:
         lost = self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)
-        self._lineage.note_lost(lost, stamp_ns)
-        self._recognition.note_lost(lost, self._table, stamp_ns)
+        if np.count_nonzero(lost.confirmed):
+            self._lineage.note_lost(lost, stamp_ns)
+            self._recognition.note_lost(lost, self._table, stamp_ns)
         return lost
 
     def _remove(self, mask: NDArray[np.bool_], events: EventLog) -> TrackTable:
-        if not mask.any():
+        if not np.count_nonzero(mask):
             return self._none
         removed = self._table.select(mask)
         events.add_all(EventCode.EXIT, removed, removed.confirmed)

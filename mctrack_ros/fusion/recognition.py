@@ -118,10 +118,10 @@ class Recognition:
         """
         self._forget_the_lost(stamp_ns)
         self._note_contacts(table, stamp_ns)
-        changes = self._found_again(table, np.flatnonzero(confirmed), stamp_ns)
+        changes = self._found_again(table, confirmed.nonzero()[0], stamp_ns)
         table.judge_s[table.look_s == 0.0] = self._config.look_time
         due = table.confirmed & (table.look_s >= table.judge_s)
-        if not due.any():
+        if not np.count_nonzero(due):
             return changes
         table.judge_s[due] *= 2.0
         return changes or self._judged(table, np.flatnonzero(due), stamp_ns)
@@ -137,9 +137,10 @@ class Recognition:
     def _note_contacts(self, table: TrackTable, stamp_ns: int) -> None:
         """Whoever is near another may be him from now on; a new look at him begins."""
         one, other = near_pairs(table.mean, self._config.contact_distance)
-        both = table.confirmed[one] & table.confirmed[other]
-        one, other = one[both], other[both]
         table.in_contact = False
+        if len(one):
+            both = table.confirmed[one] & table.confirmed[other]
+            one, other = one[both], other[both]
         if not len(one):
             return
         table.in_contact[one] = table.in_contact[other] = True

@@ -118,7 +118,7 @@ def run_lockstep(
             for tick in batched(batcher, results):
                 account = Account() if explain else None
                 output = fusion.step(tick, account)
-                feedback.append(output.feedback)
+                feedback.append(fusion.feedback())
                 explanation = account.explanation if account else None
                 yield TickOutput(tick, results, output, feedback[-1], explanation)
         if passed > complete_to:

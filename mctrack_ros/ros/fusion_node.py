@@ -142,7 +142,7 @@ class FusionNode(GraphNode):
             account = Account() if self.is_asked_why() else None
             output = self.pipeline.step(tick, account)
             self.send(self.tracks, output.tracks)
-            self.send(self.feedback, output.feedback)
+            self.send(self.feedback, self.pipeline.feedback())
             if len(output.events):
                 self.send(self.events, output.events)
             self.send(self.ticks, tick.record)

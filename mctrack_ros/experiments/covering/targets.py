@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.fusion.admission import usable_of_all
+from mctrack_ros.fusion.admission import Admitted
 from mctrack_ros.fusion.parameters import LifeConfig
 from mctrack_ros.interfaces import Tick
 from mctrack_ros.tracking.appearance import squared_hellinger
@@ -60,13 +60,13 @@ class Sight:
     def of(cls, tick: Tick, config: FusionConfig) -> Sight:
         """Return what a tick shows."""
         pictures = [each.detections for each in tick.frames]
-        all_of, picture = usable_of_all(tick.stamp_ns, pictures)
+        all_of = Admitted(pictures)
         own = symmetric(all_of.covariance.astype(np.float64))
         return cls(
             all_of.position[:, :2].astype(np.float64),
             own + config.motion.sensor_sigma**2 * np.eye(2),
             all_of.template,
-            picture,
+            all_of.picture,
             all_of.member_count == 1,
         )
 

@@ -81,7 +81,7 @@ class WholeTracker:
             ]
         with self._timed('fusion'):
             (output,) = [self._pipeline.step(tick) for tick in ticks]
-            feedback = output.feedback
+            feedback = self._pipeline.feedback()
         with self._timed('encoding'):
             for rows in (output.tracks, feedback, output.events, ticks[0].record):
                 cloud_from_rows(rows, ROSBAGS_CLASSES, GROUND_FRAME)

@@ -134,7 +134,7 @@ def play(
         if haunting:
             messages = haunting.seen(messages, on_its_way[0])
         outputs.append(pipeline.step(Tick(stamp_ns, tuple(messages), Ticks.build(stamp_ns))))
-        feedback = outputs[-1].feedback
+        feedback = pipeline.feedback()
         on_its_way.append(haunting.told(tick, feedback) if haunting else feedback)
     return Played(stage.paths, outputs)
 
