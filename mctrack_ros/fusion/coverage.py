@@ -107,14 +107,17 @@ def _probability(
     cell: float,
     prior: float,
 ) -> Floats:
-    probability = np.full((len(position), seen.shape[2]), prior)
+    probability = np.full((len(position), seen.shape[2]), min(prior, LARGEST_PROBABILITY))
     for row in np.flatnonzero(wanted):
+        probability[row] = prior
         for level in range(LEVELS - 1, -1, -1):
             slot = _slot(position[row], cell * COARSENESS**level)
             for camera in range(seen.shape[2]):
                 known = seen[level, slot, camera] + PRIOR_SECONDS * probability[row, camera]
                 probability[row, camera] = known / (watched[level, slot, camera] + PRIOR_SECONDS)
-    return np.asarray(np.minimum(probability, LARGEST_PROBABILITY))
+        for camera in range(seen.shape[2]):
+            probability[row, camera] = min(probability[row, camera], LARGEST_PROBABILITY)
+    return probability
 
 
 @compiled(

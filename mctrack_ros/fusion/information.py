@@ -20,6 +20,9 @@ from mctrack_ros.compiled import (
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+TOLD = 13
+"""So many numbers are what a tick tells of a track, see `gathered`."""
+
 
 @inner
 def joined(
@@ -175,7 +178,7 @@ def gathered(
         what it pulls the four components of the state by, from the mean.
 
     """
-    told, count, first = np.zeros((len(mean), 13)), len(track), 0
+    told, count, first = np.zeros((len(mean), TOLD)), len(track), 0
     while first < count:
         last = first + 1
         while last < count and track[last] == track[first] and picture[last] == picture[first]:

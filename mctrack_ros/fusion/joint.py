@@ -19,7 +19,7 @@ from mctrack_ros.fusion.associators import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.candidates import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.costs import prior_costs
 from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
-from mctrack_ros.fusion.information import gathered, joined, updated, without
+from mctrack_ros.fusion.information import TOLD, gathered, joined, updated, without
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -91,7 +91,7 @@ class JointAssociation:
         self._slot = slots(self._picture, self._track)
         self._prior = prior_costs(table, looks, self._track, self._detection, config)
         self._probability = np.zeros(len(self._track))
-        self.told = self._told()
+        self.told = np.zeros((len(table), TOLD))
 
     def solve(self) -> tuple[Floats, Floats]:
         """Return the updated means (n, 4) and covariances (n, 4, 4)."""
@@ -153,11 +153,7 @@ class JointAssociation:
 
     def _updated(self) -> tuple[Floats, Floats]:
         """Return the states that all pairs make of the prediction: the information filter."""
-        self.told = self._told()
-        return updated(self._mean, self._covariance, self.told)
-
-    def _told(self) -> Floats:
-        return gathered(
+        self.told = gathered(
             self._mean,
             self._seconds,
             self._picture,
@@ -167,6 +163,7 @@ class JointAssociation:
             self._position,
             self._information,
         )
+        return updated(self._mean, self._covariance, self.told)
 
 
 @compiled(types.i8[::1](INTS_1D, INTS_1D))

@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import COLUMN_2D, compiled, inner
+from mctrack_ros.compiled import COLUMN_2D, INTS_1D, compiled, inner
 
 Indices = NDArray[np.int64]
 
@@ -17,7 +17,6 @@ def cell_slot(x: int, y: int, slots: int) -> int:
     return (x * 73_856_093 ^ y * 19_349_663) & (slots - 1)
 
 
-@compiled(types.Tuple([types.i8[::1], types.i8[::1]])(COLUMN_2D, types.f8))
 def near_pairs(position: NDArray[np.float64], distance: float) -> tuple[Indices, Indices]:
     """
     Find the pairs that are nearer to each other than a distance.
@@ -35,8 +34,15 @@ def near_pairs(position: NDArray[np.float64], distance: float) -> tuple[Indices,
         Rows, the smaller one first; sorted by it, then by the other.
 
     """
+    return _near_pairs(position, position[:, 0].argsort(), distance)
+
+
+@compiled(types.Tuple([types.i8[::1], types.i8[::1]])(COLUMN_2D, INTS_1D, types.f8))
+def _near_pairs(
+    position: NDArray[np.float64], order: Indices, distance: float
+) -> tuple[Indices, Indices]:
+    """Find them, given the order of the rows along x."""
     count = len(position)
-    order = np.argsort(position[:, 0])
     place = position[order, :2]
     keys = np.empty(4 * count + 16, np.int64)
     found = 0
@@ -75,8 +81,9 @@ def nearest(
 
     """
     row, squared = np.zeros(len(position), np.int64), np.full(len(position), np.inf)
+    candidates = np.flatnonzero(wanted)
     for one in range(len(position)):
-        for other in np.flatnonzero(wanted):
+        for other in candidates:
             x = others[other, 0] - position[one, 0]
             y = others[other, 1] - position[one, 1]
             if x * x + y * y < squared[one]:
