@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
@@ -48,15 +50,15 @@ def cost_parts(
     told = looks.detections
     appearance, likeness = _looks_costs(table, looks, track, row, config)
     trust = config.identity_bonus, config.identity_bonus * config.overlap_trust
-    belief = _beliefs(
+    belief, doubt = _beliefs(
         told.track_id, told.local_id, looks.camera, looks.is_overlapped,
-        table.track_id, table.local_id, track, row, *trust,
+        table.track_id, table.local_id, table.confirmed, track, row, *trust, config.tentative_cost,
     )  # fmt: skip
     return {
         'appearance': appearance,
         'likeness': likeness,
         'belief': belief,
-        'doubt': np.where(table.confirmed[track], 0.0, config.tentative_cost),
+        'doubt': doubt,
     }
 
 
@@ -80,30 +82,41 @@ def _looks_costs(
 
 def clutter_cost(config: AssociationConfig) -> float:
     """Return what false detections cost a pair, per unit of area of its uncertainty."""
-    return float(2 * np.log(2 * np.pi * config.false_density))
+    return 2 * math.log(2 * math.pi * config.false_density)
 
 
 @compiled(
-    types.f8[::1](
-        _IDS, _IDS, INTS_1D, BOOLS_1D, _TABLE_IDS, _MEMORY, INTS_1D, INTS_1D, types.f8, types.f8
+    types.Tuple([types.f8[::1], types.f8[::1]])(
+        _IDS, _IDS, INTS_1D, BOOLS_1D, _TABLE_IDS, _MEMORY,
+        types.Array(types.b1, 1, 'A', readonly=True), INTS_1D, INTS_1D,
+        types.f8, types.f8, types.f8,
     )
-)
+)  # fmt: skip
 def _beliefs(
     global_id: Ids, local_id: Ids, camera: Indices, is_overlapped: Mask,
-    track_id: Ids, remembered: Ids, track: Indices, row: Indices, bonus: float, overlapped: float,
-) -> Floats:  # fmt: skip
+    track_id: Ids, remembered: Ids, confirmed: Mask, track: Indices, row: Indices,
+    bonus: float, overlapped: float, tentative: float,
+) -> tuple[Floats, Floats]:  # fmt: skip
     """
-    Return what pairs (k,) cost by what the camera believes: less for one target, more for two.
+    Return what pairs (k,) cost by who the cameras and we believe that they are.
 
     A global id that the camera was told goes before what it calls the target itself. Boxes that
     are overlapped have a bonus of their own.
+
+    Returns
+    -------
+    belief : (k,) array
+        Less for what the camera takes for one target, more for two.
+    doubt : (k,) array
+        More for a track that is not confirmed.
+
     """
     ids = np.sort(track_id)
     is_told, is_known = np.zeros(len(global_id), np.bool_), np.zeros(len(global_id), np.bool_)
     for one in range(len(global_id)):
         at = np.searchsorted(ids, global_id[one]) if global_id[one] else len(ids)
         is_told[one] = at < len(ids) and ids[at] == global_id[one]
-    belief = np.zeros(len(track))
+    belief, doubt = np.zeros(len(track)), np.zeros(len(track))
     for pair in range(len(track)):
         own, one = track[pair], row[pair]
         if is_told[one]:
@@ -118,7 +131,9 @@ def _beliefs(
         if belief[pair] == 0.0 and is_known[one]:
             belief[pair] = 1.0
         belief[pair] *= overlapped if is_overlapped[one] else bonus
-    return belief
+        if not confirmed[track[pair]]:
+            doubt[pair] = tentative
+    return belief, doubt
 
 
 @compiled(

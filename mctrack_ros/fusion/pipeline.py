@@ -247,17 +247,15 @@ class FusionPipeline:
         return joined
 
     def _duplicate_pairs(self, stamp_ns: int) -> list[tuple[int, int]]:
-        """Return pairs of rows (kept, dropped) that are one; those long known only if alone."""
+        """Return pairs of rows (kept, dropped) that are one; two who are known only if alone."""
         table = self._table
-        near = lifecycle.unresolved_pairs(table, self._config.life.merge_distance)
-        pairs = self._duplicates.find(table, *lifecycle.ungrouped(table, *near), stamp_ns)
-        twins = self._twins.find(table, *lifecycle.alone(table, *near, stamp_ns), stamp_ns)
-        pairs = [pair for pair in pairs if not self._are_known(pair)]
-        return pairs + [pair for pair in twins if self._are_known(pair)]
-
-    def _are_known(self, pair: tuple[int, int]) -> bool:
-        """Tell whether both have been seen alone."""
-        return all(map(self._recognition.knows, self._table.track_id[list(pair)].tolist()))
+        one, other = lifecycle.unresolved_pairs(table, self._config.life.merge_distance)
+        known = self._recognition.knows(table.track_id[one])
+        known &= self._recognition.knows(table.track_id[other])
+        fresh = lifecycle.ungrouped(table, one[~known], other[~known])
+        twins = lifecycle.alone(table, one[known], other[known], stamp_ns)
+        pairs = self._duplicates.find(table, *fresh, stamp_ns)
+        return pairs + self._twins.find(table, *twins, stamp_ns)
 
     def _delete(self, stamp_ns: int, events: EventLog) -> TrackTable:
         lost = self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)

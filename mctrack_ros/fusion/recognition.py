@@ -88,9 +88,9 @@ class Recognition:
         self.portraits.forget(name)
         self._suspects.erase([name])
 
-    def knows(self, name: int) -> bool:
-        """Tell whether one has been seen alone, so that he is nobody else's duplicate."""
-        return name in self.portraits
+    def knows(self, names: NDArray[np.uint32]) -> Mask:
+        """Tell who, (k,), has been seen alone, so that he is hardly another's duplicate."""
+        return np.array([name in self.portraits for name in names.tolist()], np.bool_)
 
     @property
     def found(self) -> dict[int, float]:
