@@ -22,7 +22,7 @@ from mctrack_ros.fusion.associators.covering_graph import flags, shared_out
 from mctrack_ros.fusion.candidates import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.costs import differences
 from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
-from mctrack_ros.fusion.information import gathered, updated
+from mctrack_ros.fusion.information import gathered
 from mctrack_ros.fusion.joint import slots
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
@@ -82,7 +82,7 @@ class CoveringAssociation:
         pairs = Pairs(track, detection, slots(where, track), np.exp(-cost[near] / 2), where)
         self._pairs = pairs
         self._chosen = ASSOCIATORS[config.method]().probabilities(pairs)
-        self.told = gathered(
+        self._told = gathered(
             self._mean,
             self._seconds,
             pairs.picture,
@@ -93,9 +93,9 @@ class CoveringAssociation:
             inverse(self._noise),
         )
 
-    def solve(self) -> tuple[Floats, Floats]:
-        """Return the means (n, 4) and covariances (n, 4, 4), each updated once at most."""
-        return updated(self._mean, self._covariance, self.told)
+    def solve(self) -> Floats:
+        """Return what the pictures tell of the tracks, (n, 13), of each one picture at most."""
+        return self._told
 
     def pairs(self) -> tuple[Indices, Indices]:
         """

@@ -26,6 +26,8 @@ USUAL = 4.0
 """A detection up to so many times less certain (variance) than the median is found by its cell;
 any other is tried with every track."""
 NOTHING = -1
+FEW = 16
+"""So many values are sorted by insertion."""
 
 
 def gated_pairs(
@@ -193,14 +195,17 @@ def _reached(
 
 
 @inner
-def _sorted(
-    track: Indices, detection: Indices, picture: Indices, tracks: int
-) -> tuple[Indices, Indices]:
-    """Sort pairs by picture, then track, then detection; detections ascend by picture."""
-    order = counted(detection, len(picture))
-    order = order[counted(track[order], tracks)]
-    order = order[counted(picture[detection[order]], picture[-1] + 1)]
-    return track[order], detection[order]
+def _sort(values: Indices) -> None:
+    """Sort in place what is mostly a few values."""
+    if len(values) > FEW:
+        values[:] = np.sort(values)
+        return
+    for index in range(1, len(values)):
+        value, before = values[index], index - 1
+        while before >= 0 and values[before] > value:
+            values[before + 1] = values[before]
+            before -= 1
+        values[before + 1] = value
 
 
 @compiled(
@@ -232,7 +237,7 @@ def _gated(
         if found + count > len(tracks):
             tracks = np.append(tracks, np.empty(len(tracks) + count, np.int64))
             detections = np.append(detections, np.empty(len(tracks) - len(detections), np.int64))
-        seen_in = -1
+        begin, seen_in = found, -1
         for index in range(count):
             row = near[index]
             if picture[row] != seen_in:
@@ -247,4 +252,6 @@ def _gated(
             )
             if squared < gate:
                 tracks[found], detections[found], found = track, row, found + 1
-    return _sorted(tracks[:found], detections[:found], picture, len(mean))
+        _sort(detections[begin:found])
+    order = counted(picture[detections[:found]], picture[-1] + 1)
+    return tracks[order], detections[order]

@@ -91,12 +91,16 @@ def doubt_parts(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> N
 @compiled(types.i8[::1](COLUMN_2D, COLUMN_2D, types.f8))
 def _together(fresh: Floats, others: Floats, reach: float) -> Indices:
     """Count who of the others, or of those before it, is within reach of each fresh one."""
-    count = np.zeros(len(fresh), np.int64)
+    count, before = np.zeros(len(fresh), np.int64), len(others)
+    place = np.empty((before + len(fresh), 2))  # the others are far apart in memory
+    for row in range(before):
+        place[row, 0], place[row, 1] = others[row, 0], others[row, 1]
     for row in range(len(fresh)):
-        for some in (others, fresh[:row]):
-            for place in some:
-                x, y = place[0] - fresh[row, 0], place[1] - fresh[row, 1]
-                count[row] += x * x + y * y < reach * reach
+        own_x, own_y = fresh[row, 0], fresh[row, 1]
+        for other in range(before + row):
+            x, y = place[other, 0] - own_x, place[other, 1] - own_y
+            count[row] += x * x + y * y < reach * reach
+        place[before + row, 0], place[before + row, 1] = own_x, own_y
     return count
 
 

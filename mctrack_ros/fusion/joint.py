@@ -63,8 +63,6 @@ class JointAssociation:
     ----------
     consumed : (0,) int array
         No detections start no track but those that are paired.
-    told : (n, 13) array
-        What the states that `solve` returned are made of, see `gathered`.
 
     """
 
@@ -91,20 +89,21 @@ class JointAssociation:
         self._slot = slots(self._picture, self._track)
         self._prior = prior_costs(table, looks, self._track, self._detection, config)
         self._probability = np.zeros(len(self._track))
-        self.told = np.zeros((len(table), TOLD))
 
-    def solve(self) -> tuple[Floats, Floats]:
-        """Return the updated means (n, 4) and covariances (n, 4, 4)."""
-        state = self._mean, self._covariance
-        for _ in range(SWEEPS):
+    def solve(self) -> Floats:
+        """Return what the pictures tell of the tracks, (n, 13), see `gathered`."""
+        told, state = np.zeros((len(self._mean), TOLD)), (self._mean, self._covariance)
+        for sweep in range(SWEEPS):
+            if sweep > 0:
+                state = updated(self._mean, self._covariance, told)
             self._judged_by = *state, self._probability
             probability = self._associated(*state)
             is_settled = _is_settled(self._probability, probability)
             self._probability = probability
             if is_settled:
                 break
-            state = self._updated()
-        return state
+            told = self._told()
+        return told
 
     def pairs(self) -> tuple[Indices, Indices]:
         """
@@ -151,9 +150,8 @@ class JointAssociation:
         probability[near] = self._associator.probabilities(pairs)
         return probability
 
-    def _updated(self) -> tuple[Floats, Floats]:
-        """Return the states that all pairs make of the prediction: the information filter."""
-        self.told = gathered(
+    def _told(self) -> Floats:
+        return gathered(
             self._mean,
             self._seconds,
             self._picture,
@@ -163,7 +161,6 @@ class JointAssociation:
             self._position,
             self._information,
         )
-        return updated(self._mean, self._covariance, self.told)
 
 
 @compiled(types.i8[::1](INTS_1D, INTS_1D))

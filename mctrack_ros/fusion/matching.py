@@ -64,10 +64,10 @@ def match(
     """
     kind = ASSOCIATIONS.get(config.association.method, JointAssociation)
     association = kind(table, looks, config.association)
-    state = association.solve()
+    told = association.solve()
     if account is not None:
         account.pairs(association.judged(table, looks, config.association), table, looks)
-    motion.update(table, state, association.told)
+    motion.update(table, told)
     rows, columns = association.pairs()
     if looks.has_templates:
         learn_appearance(table, looks, rows, columns, config.life.template_time)

@@ -9,6 +9,7 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.fusion.information import updated
 from mctrack_ros.fusion.interacting import interact, judge
 from mctrack_ros.fusion.parameters import MotionConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -34,12 +35,8 @@ class Motion(Protocol):
         """Move the states of all tracks on."""
         ...
 
-    def update(self, table: TrackTable, state: tuple[Floats, Floats], told: Floats) -> None:
-        """
-        Give the tracks what was measured of them, (n, 13), see `gathered`.
-
-        A single filter would have that state.
-        """
+    def update(self, table: TrackTable, told: Floats) -> None:
+        """Give the tracks what was measured of them, (n, 13), see `gathered`."""
         ...
 
     def follow(self, table: TrackTable, rows: Indices) -> None:
@@ -75,9 +72,9 @@ class ConstantVelocity:
         state = table.mean, table.covariance
         table.mean, table.covariance = predict(*state, seconds, self.density)
 
-    def update(self, table: TrackTable, state: tuple[Floats, Floats], told: Floats) -> None:
-        """Take the state as it is."""
-        table.mean, table.covariance = state
+    def update(self, table: TrackTable, told: Floats) -> None:
+        """Update the state by what was measured."""
+        table.mean, table.covariance = updated(table.mean, table.covariance, told)
 
     def follow(self, table: TrackTable, rows: Indices) -> None:
         """Need nothing."""
@@ -151,7 +148,7 @@ class InteractingModels:
             np.array(self.densities),
         )
 
-    def update(self, table: TrackTable, state: tuple[Floats, Floats], told: Floats) -> None:
+    def update(self, table: TrackTable, told: Floats) -> None:
         """Update each mode by what was measured, and judge it by how well it foresaw that."""
         judge(
             table.mean,

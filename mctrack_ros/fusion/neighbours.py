@@ -82,10 +82,12 @@ def nearest(
     """
     row, squared = np.zeros(len(position), np.int64), np.full(len(position), np.inf)
     candidates = np.flatnonzero(wanted)
+    place = np.empty((len(candidates), 2))  # the others are far apart in memory
+    for index, other in enumerate(candidates):
+        place[index, 0], place[index, 1] = others[other, 0], others[other, 1]
     for one in range(len(position)):
-        for other in candidates:
-            x = others[other, 0] - position[one, 0]
-            y = others[other, 1] - position[one, 1]
+        for index in range(len(candidates)):
+            x, y = place[index, 0] - position[one, 0], place[index, 1] - position[one, 1]
             if x * x + y * y < squared[one]:
-                row[one], squared[one] = other, x * x + y * y
+                row[one], squared[one] = candidates[index], x * x + y * y
     return row, np.sqrt(squared)

@@ -6,6 +6,7 @@ from fusion_scenes import PERIOD_NS, detections, published, tick
 
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.covering import COSTS, CoveringAssociation
+from mctrack_ros.fusion.information import updated
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.portraits import Portraits
 from mctrack_ros.fusion.table import TrackTable
@@ -46,7 +47,7 @@ def tracks(positions):
 def test_a_track_is_updated_by_its_primary_sensor_alone(config):
     table = tracks([[0.0, 0.0]])
     association, looks = associated(table, [[[0.2, 0.0]], [[-0.3, 0.1]]], config)
-    mean, covariance = association.solve()
+    mean, covariance = updated(table.mean, table.covariance, association.solve())
     expected = update(
         table.mean, table.covariance, np.array([[0.2, 0.0]]), looks.noise[:1], position_matrix()
     )
@@ -58,8 +59,9 @@ def test_a_track_is_updated_by_its_primary_sensor_alone(config):
 
 
 def test_a_sensor_without_a_valid_detection_does_not_block_the_others(config):
-    association, _ = associated(tracks([[0.0, 0.0]]), [[[9.0, 9.0]], [[0.2, 0.0]]], config)
-    assert association.solve()[0][0, 0] > 0.05
+    table = tracks([[0.0, 0.0]])
+    association, _ = associated(table, [[[9.0, 9.0]], [[0.2, 0.0]]], config)
+    assert updated(table.mean, table.covariance, association.solve())[0][0, 0] > 0.05
     assert association.pairs()[1].tolist() == [1]
 
 

@@ -3,6 +3,7 @@ import pytest
 from fusion_scenes import PERIOD_NS, detections
 
 from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion.information import updated
 from mctrack_ros.fusion.joint import JointAssociation
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
@@ -36,7 +37,7 @@ def assigned(table, pictures, config=CONFIG.association):
     """Return each picture's pairs, track: place in the picture, and the updated states."""
     looks = together(pictures)
     joint = JointAssociation(table, looks, config)
-    mean, covariance = joint.solve()
+    mean, covariance = updated(table.mean, table.covariance, joint.solve())
     first = np.searchsorted(looks.picture, np.arange(len(pictures)))
     pairs = [{} for _ in pictures]
     for track, row in zip(*joint.pairs()):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import parameters_of
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
-from mctrack_ros.fusion.information import gathered, updated
+from mctrack_ros.fusion.information import gathered
 from mctrack_ros.fusion.lifecycle import absorb
 from mctrack_ros.fusion.motion import MODELS, ConstantVelocity, InteractingModels
 from mctrack_ros.fusion.table import TrackTable
@@ -59,7 +59,7 @@ def told(table, rng, seconds=(0.0,), probability=1.0):
 
 def learn(motion, table, seen):
     gains = gathered(table.mean, *seen)
-    motion.update(table, updated(table.mean, table.covariance, gains), gains)
+    motion.update(table, gains)
 
 
 def oracle(table, row, motion):
