@@ -13,8 +13,6 @@ from mctrack_ros.fusion.table import TrackTable
 
 GROUP_MEMORY_S = 0.2
 """A track has left its group when no camera has seen it in one for so long, s."""
-TENTATIVE_S = 0.15
-"""Two of whom neither is confirmed are one when they were at one place for so long, s."""
 TWINS_ALONE_M = 2.0
 """Who is nearer than this to two that seem one may be one of them, m."""
 WITNESSES, WITNESS_S = 3, 0.5
@@ -87,53 +85,30 @@ class DuplicateWatch:
     """
     Notices two tracks that follow one target: near for a while, told apart by no camera.
 
-    The nearer they are, the more a moment counts: two targets keep some distance, two estimates
-    of one do not. Of two that are tentative nobody's identity is at stake: they would only share
-    what confirms one, and are one at once.
-
     Parameters
     ----------
-    distance : float
-        Where a moment counts for nothing, m.
     seconds : float
-        For how long they must be at one place, s.
+        For how long, s.
 
     """
 
-    def __init__(self, distance: float, seconds: float) -> None:
-        self._distance, self._enough_s = distance, seconds
-        self._near_s: dict[tuple[int, int], float] = {}
+    def __init__(self, seconds: float) -> None:
+        self._time_ns = round(seconds * 1e9)
+        self._since_ns: dict[tuple[int, int], int] = {}
 
     def find(
-        self, table: TrackTable, one: Indices, other: Indices, seconds: float
+        self, table: TrackTable, one: Indices, other: Indices, stamp_ns: int
     ) -> list[tuple[int, int]]:
-        """
-        Return which pairs of rows are one target by now: (kept, dropped).
-
-        Parameters
-        ----------
-        table : TrackTable
-            The tracks.
-        one, other : (k,) int arrays
-            The pairs that may be.
-        seconds : float
-            Since the last tick, s.
-
-        """
+        """Return which pairs of rows (k,), (k,) are one target by now: (kept, dropped)."""
         if not len(one):
-            self._near_s.clear()
+            self._since_ns.clear()
             return []
-        apart = table.mean[one, :2] - table.mean[other, :2]
-        gained = seconds * (1 - np.hypot(apart[:, 0], apart[:, 1]) / self._distance)
+        rows = list(zip(one.tolist(), other.tolist()))
         names = list(zip(table.track_id[one].tolist(), table.track_id[other].tolist()))
-        before_s, self._near_s = self._near_s, dict.fromkeys(names, 0.0)
-        for pair, more in zip(names, gained.tolist()):
-            if pair in before_s:
-                self._near_s[pair] = before_s[pair] + more
+        self._since_ns = {pair: self._since_ns.get(pair, stamp_ns) for pair in names}
         chosen, used = [], set[int]()
-        for pair, first, second in zip(names, one.tolist(), other.tolist()):
-            is_known = table.confirmed[first] or table.confirmed[second]
-            is_due = self._near_s[pair] >= (self._enough_s if is_known else TENTATIVE_S)
+        for pair, (first, second) in zip(names, rows):
+            is_due = stamp_ns - self._since_ns[pair] >= self._time_ns
             if is_due and not used & {first, second}:
                 used |= {first, second}
                 newer_is_better = table.confirmed[second] and not table.confirmed[first]

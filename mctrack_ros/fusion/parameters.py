@@ -224,15 +224,11 @@ class LifeConfig:
         maximum=100.0,
     )
     merge_time: float = parameter(
-        1.3,
-        'How long they must have been at one place; what is between counts the less, the farther '
-        'they are apart [s]',
-        minimum=0.0,
-        maximum=100.0,
+        2.0, 'How long they must have been so near [s]', minimum=0.0, maximum=100.0
     )
     twin_time: float = parameter(
-        2.5,
-        'The same, if each was seen alone before: far from others, by three cameras [s]',
+        3.0,
+        'How long, if each was seen alone before: far from others, by three cameras [s]',
         minimum=0.0,
         maximum=100.0,
     )

@@ -62,9 +62,8 @@ class FusionPipeline:
         self._evidence = Evidence(len(cameras), config)
         self._lineage = Lineage(config)
         self._recognition = Recognition(config)
-        life = config.life
-        self._duplicates = lifecycle.DuplicateWatch(life.merge_distance, life.merge_time)
-        self._twins = lifecycle.DuplicateWatch(life.merge_distance, life.twin_time)
+        self._duplicates = lifecycle.DuplicateWatch(config.life.merge_time)
+        self._twins = lifecycle.DuplicateWatch(config.life.twin_time)
         self._kits = Kits(config)
         self.bias = CameraBias(len(cameras))
         self._stamp_ns: int | None = None
@@ -255,8 +254,8 @@ class FusionPipeline:
         known &= self._recognition.knows(table.track_id[other])
         fresh = lifecycle.ungrouped(table, one[~known], other[~known])
         twins = lifecycle.alone(table, one[known], other[known], stamp_ns)
-        pairs = self._duplicates.find(table, *fresh, self._seconds)
-        return pairs + self._twins.find(table, *twins, self._seconds)
+        pairs = self._duplicates.find(table, *fresh, stamp_ns)
+        return pairs + self._twins.find(table, *twins, stamp_ns)
 
     def _delete(self, stamp_ns: int, events: EventLog) -> TrackTable:
         lost = self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)

@@ -24,7 +24,7 @@ IMPOSSIBLE = 1e6
 MOST_MEETINGS = 300
 """So many pairs of who was lost and who was near him met in one tick at most: more is a flood."""
 
-PAST_S = 2.0
+PAST_S = 1.0
 """Who was tracked for longer before he came near another was somebody of his own, s."""
 
 
