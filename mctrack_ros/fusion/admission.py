@@ -59,7 +59,9 @@ class Admitted:
 
     def __init__(self, pictures: Sequence[Detections]) -> None:
         self._pictures = [
-            each.select(usable_rows(each)) if len(each) > MOST_DETECTIONS else each
+            each.select(usable_rows(each) | each.is_vacant)
+            if len(each) > MOST_DETECTIONS
+            else each
             for each in pictures
         ] or [Detections.build(0)]
         self.picture = np.arange(len(self._pictures)).repeat(list(map(len, self._pictures)))

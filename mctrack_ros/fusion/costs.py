@@ -8,7 +8,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, INTS_1D, compiled
+from mctrack_ros.compiled import BOOLS_1D, COLUMN_FLAGS, COLUMN_IDS, INTS_1D, compiled
 from mctrack_ros.fusion.likeness import likeness_costs
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
@@ -22,7 +22,6 @@ Mask = NDArray[np.bool_]
 _TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
 _TABLE_TEMPLATES = types.Array(types.f4, 2, 'A', readonly=True)
 _IDS = types.Array(types.u4, 1, 'C', readonly=True)
-_TABLE_IDS = types.Array(types.u4, 1, 'A', readonly=True)
 _MEMORY = types.Array(types.u4, 2, 'A', readonly=True)
 
 
@@ -87,8 +86,8 @@ def clutter_cost(config: AssociationConfig) -> float:
 
 @compiled(
     types.Tuple([types.f8[::1], types.f8[::1]])(
-        _IDS, _IDS, INTS_1D, BOOLS_1D, _TABLE_IDS, _MEMORY,
-        types.Array(types.b1, 1, 'A', readonly=True), INTS_1D, INTS_1D,
+        _IDS, _IDS, INTS_1D, BOOLS_1D, COLUMN_IDS, _MEMORY, COLUMN_FLAGS,
+        INTS_1D, INTS_1D,
         types.f8, types.f8, types.f8,
     )
 )  # fmt: skip

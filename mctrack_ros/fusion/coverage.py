@@ -6,7 +6,15 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, COLUMN_2D, FLOATS_3D, compiled, inner
+from mctrack_ros.compiled import (
+    BOOLS_1D,
+    BOOLS_2D,
+    COLUMN_2D,
+    COLUMN_FLAGS,
+    FLOATS_3D,
+    compiled,
+    inner,
+)
 from mctrack_ros.fusion.neighbours import cell_slot
 
 Floats = NDArray[np.float64]
@@ -123,7 +131,7 @@ def _probability(
 @compiled(
     types.void(
         COLUMN_2D,
-        types.Array(types.b1, 1, 'A', readonly=True),
+        COLUMN_FLAGS,
         BOOLS_2D,
         BOOLS_2D,
         types.f8,

@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, FLOATS_2D, compiled
+from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, COLUMN_IDS, FLOATS_2D, compiled
 from mctrack_ros.fusion.coverage import CoverageMap
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
@@ -101,7 +101,7 @@ class Evidence:
 
 @compiled(
     types.Tuple([types.b1[::1], types.b1[:, ::1], types.b1[:, ::1]])(
-        types.Array(types.u4, 1, 'A', readonly=True),
+        COLUMN_IDS,
         types.Array(types.i8, 2, 'A', readonly=True),
         types.Array(types.b1, 1, 'A'),
         types.Array(types.f8, 1, 'A'),

@@ -6,7 +6,15 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, INTS_1D, compiled, inner
+from mctrack_ros.compiled import (
+    BOOLS_1D,
+    COLUMN_IDS,
+    FLOATS_1D,
+    FLOATS_2D,
+    INTS_1D,
+    compiled,
+    inner,
+)
 from mctrack_ros.fusion.account import Account
 from mctrack_ros.fusion.gating import distances
 from mctrack_ros.fusion.looks import Looks
@@ -106,8 +114,8 @@ def _corrected(
 @compiled(
     types.void(
         types.Array(types.f8, 2, 'A'), types.Array(types.f8, 3, 'A'), _STAMPS, _STAMPS,
-        types.Array(types.u4, 1, 'A', readonly=True), _IDS, _STAMPS,
-        types.Array(types.u4, 1, 'A', readonly=True), INTS_1D, BOOLS_1D, FLOATS_1D, FLOATS_2D,
+        COLUMN_IDS, _IDS, _STAMPS,
+        COLUMN_IDS, INTS_1D, BOOLS_1D, FLOATS_1D, FLOATS_2D,
         types.f8, types.i8, types.f8,
     )
 )  # fmt: skip

@@ -6,7 +6,14 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import COLUMN_1D, INTS_1D, compiled
+from mctrack_ros.compiled import (
+    COLUMN_1D,
+    COLUMN_FLAGS,
+    COLUMN_IDS,
+    COLUMN_STAMPS,
+    INTS_1D,
+    compiled,
+)
 from mctrack_ros.fusion.neighbours import near_pairs
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -21,7 +28,6 @@ WITNESSES, WITNESS_S = 3, 0.5
 Mask = NDArray[np.bool_]
 Ids = NDArray[np.uint32]
 Indices = NDArray[np.int64]
-_IDS = types.Array(types.u4, 1, 'A', readonly=True)
 
 
 def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
@@ -44,9 +50,9 @@ def is_over(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
 
 @compiled(
     types.b1[::1](
-        types.Array(types.b1, 1, 'A', readonly=True),
+        COLUMN_FLAGS,
         COLUMN_1D,
-        types.Array(types.i8, 1, 'A', readonly=True),
+        COLUMN_STAMPS,
         types.i8,
         types.f8,
         types.f8,
@@ -158,7 +164,9 @@ def _company(table: TrackTable, reach: float) -> Indices:
     return np.bincount(np.append(one[firm], other[firm]), minlength=len(table))
 
 
-@compiled(types.b1[::1](types.Array(types.i8, 2, 'A', readonly=True), _IDS, INTS_1D, INTS_1D))
+@compiled(
+    types.b1[::1](types.Array(types.i8, 2, 'A', readonly=True), COLUMN_IDS, INTS_1D, INTS_1D)
+)
 def _unresolved(seen_by_ns: NDArray[np.int64], cameras: Ids, one: Indices, other: Indices) -> Mask:
     """Return which pairs (k,) no picture of the tick shows both of."""
     unresolved = np.empty(len(one), np.bool_)

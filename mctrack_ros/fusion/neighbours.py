@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import COLUMN_2D, INTS_1D, compiled, inner
+from mctrack_ros.compiled import COLUMN_2D, COLUMN_FLAGS, INTS_1D, compiled, inner
 
 Indices = NDArray[np.int64]
 
@@ -61,11 +61,7 @@ def _near_pairs(
     return keys // max(count, 1), keys % max(count, 1)
 
 
-@compiled(
-    types.Tuple([types.i8[::1], types.f8[::1]])(
-        COLUMN_2D, COLUMN_2D, types.Array(types.b1, 1, 'A', readonly=True)
-    )
-)
+@compiled(types.Tuple([types.i8[::1], types.f8[::1]])(COLUMN_2D, COLUMN_2D, COLUMN_FLAGS))
 def nearest(
     position: NDArray[np.float64], others: NDArray[np.float64], wanted: NDArray[np.bool_]
 ) -> tuple[Indices, NDArray[np.float64]]:

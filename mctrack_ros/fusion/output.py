@@ -9,7 +9,18 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import COLUMN_1D, COLUMN_2D, COLUMN_3D, INTS_1D, compiled, inner
+from mctrack_ros.compiled import (
+    COLUMN_1D,
+    COLUMN_2D,
+    COLUMN_3D,
+    COLUMN_BYTES,
+    COLUMN_FLAGS,
+    COLUMN_IDS,
+    COLUMN_STAMPS,
+    INTS_1D,
+    compiled,
+    inner,
+)
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import (
     MEMBERS,
@@ -26,10 +37,6 @@ Told = NDArray[np.float32]
 Indices = NDArray[np.intp]
 Ids = NDArray[np.uint32]
 Bytes = NDArray[np.uint8]
-_STAMPS = types.Array(types.i8, 1, 'A', readonly=True)
-_FLAGS = types.Array(types.b1, 1, 'A', readonly=True)
-_IDS = types.Array(types.u4, 1, 'A', readonly=True)
-_BYTES = types.Array(types.u1, 1, 'A', readonly=True)
 
 SEEN_MEMORY_NS = 500_000_000
 """A camera counts as seeing a target for so long after it did, ns."""
@@ -80,10 +87,7 @@ def _tell(
         rows, place, stamp_ns,
         table.mean, table.covariance, table.first_ns, table.evidence, table.confirmed,
         table.track_id, table.group, table.cameras, table.class_id, table.kit,
-        columns['position'], columns['velocity'], columns['covariance'], columns['extent'],
-        columns['age'], columns['score'], columns['track_id'], columns['group'],
-        columns['cameras'], columns['member_count'], columns['status'], columns['class_id'],
-        columns['kit'],
+        *columns.values(),
     )  # fmt: skip
 
 
@@ -99,7 +103,8 @@ def _status(is_confirmed: bool, cameras: int, group: int) -> int:
 @compiled(
     types.void(
         INTS_1D, INTS_1D, types.i8,
-        COLUMN_2D, COLUMN_3D, _STAMPS, COLUMN_1D, _FLAGS, _IDS, _IDS, _IDS, _BYTES, _BYTES,
+        COLUMN_2D, COLUMN_3D, COLUMN_STAMPS, COLUMN_1D, COLUMN_FLAGS, COLUMN_IDS, COLUMN_IDS,
+        COLUMN_IDS, COLUMN_BYTES, COLUMN_BYTES,
         types.f4[:, ::1], types.f4[:, ::1], types.f4[:, :, ::1], types.f4[:, ::1],
         types.f4[::1], types.f4[::1], types.u4[::1], types.u4[::1], types.u4[::1],
         types.u1[::1], types.u1[::1], types.u1[::1], types.u1[::1],
@@ -136,7 +141,7 @@ def status_of(table: TrackTable) -> NDArray[np.uint8]:
     return _status_of(table.confirmed, table.cameras, table.group)
 
 
-@compiled(types.u1[::1](_FLAGS, _IDS, _IDS))
+@compiled(types.u1[::1](COLUMN_FLAGS, COLUMN_IDS, COLUMN_IDS))
 def _status_of(confirmed: NDArray[np.bool_], cameras: Ids, group: Ids) -> Bytes:
     status = np.empty(len(confirmed), np.uint8)
     for row in range(len(confirmed)):

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
-from mctrack_ros.fusion.admission import MOST_DETECTIONS, usable_rows
+from mctrack_ros.fusion.admission import MOST_DETECTIONS, Admitted, usable_rows
 from mctrack_ros.fusion.initiation import MOST_TOGETHER
 from mctrack_ros.fusion.parameters import LifeConfig
 from mctrack_ros.interfaces import Detections, EventCode, Rows, TrackStatus
@@ -329,3 +329,12 @@ def test_of_a_picture_the_highest_scores_are_used():
     assert np.flatnonzero(~usable_rows(flood)).tolist() == list(range(5))
     far = flood.select(np.arange(1)).replace(position=[[1e9, 0.0, 0.0]])
     assert not usable_rows(far).any()
+
+
+def test_who_is_not_seen_is_told_of_in_a_flood_too():
+    flood = detections(0, np.zeros((3 * MOST_DETECTIONS, 2)))
+    gone = Detections.vacant(0, [7], [[0, 0, 10, 20]])
+    admitted = Admitted([detections(0, [[1, 1]]), Detections.joined(0, [flood, gone])])
+    assert len(admitted) == 1 + MOST_DETECTIONS
+    assert admitted.vacant_id.tolist() == [7]
+    assert admitted.vacant_picture.tolist() == [1]
