@@ -51,6 +51,12 @@ def inner(function: F) -> F:
     return decorated
 
 
+def inlined(function: F) -> F:
+    """Compile a short function into its callers: to hand it arrays costs more than it does."""
+    decorated: F = njit(function, inline='always')  # type: ignore[assignment]
+    return decorated
+
+
 def _cache_folder() -> str:
     """Return a folder for these very sources and libraries; numba looks at one file only."""
     digest = hashlib.sha256(f'numba {numba.__version__}, numpy {numpy.__version__}'.encode())

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
+from mctrack_ros.compiled import COLUMN_1D, COLUMN_2D, COLUMN_3D, FLOATS_1D, compiled
+from mctrack_ros.fusion.information import invert
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.portraits import Portraits
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.appearance import squared_hellinger
-from mctrack_ros.tracking.kalman import predict
+from mctrack_ros.tracking.kalman import moved_on
 
 Floats = NDArray[np.float64]
 
@@ -80,12 +83,14 @@ class Absence:
         """Return -2 log, (k,), of how much likelier each would be there, going so, than a new."""
         motion, mean, absent = self._config.motion, table.mean[row], self._absent
         seconds = (stamp_ns - self._ended_ns) / 1e9
-        place, spread = predict(
-            absent.mean, absent.covariance, seconds, motion.acceleration_density
+        his = _unlikely(
+            absent.mean,
+            absent.covariance,
+            seconds,
+            motion.acceleration_density,
+            mean,
+            table.covariance[row],
         )
-        change, spread = mean - place, spread + table.covariance[row]
-        squared = (change * np.linalg.solve(spread, change[..., None])[..., 0]).sum(axis=1)
-        his = squared + np.linalg.slogdet(2 * np.pi * spread)[1]
         variance = motion.initial_speed_sigma**2
         new = mean[2:] @ mean[2:] / variance + 2 * np.log(2 * np.pi * variance)
         arrival = 2 * np.log(self._config.recognition.arrival_density)
@@ -108,3 +113,23 @@ class Absence:
         else:
             return 0.0
         return float(association.appearance_weight * more)
+
+
+@compiled(types.f8[::1](COLUMN_2D, COLUMN_3D, FLOATS_1D, types.f8, COLUMN_1D, COLUMN_2D))
+def _unlikely(
+    mean: Floats, covariance: Floats, seconds: Floats, density: float, seen: Floats, spread: Floats
+) -> Floats:
+    """Return -2 log, (k,), of how likely states are, so much later, the one that is seen."""
+    cost = np.empty(len(mean))
+    there, sure, weight = np.empty(4), np.empty((4, 4)), np.empty((4, 4))
+    for row in range(len(mean)):
+        moved_on(mean[row], covariance[row], seconds[row], density, there, sure)
+        for i in range(4):
+            there[i] = seen[i] - there[i]
+            for j in range(4):
+                sure[i, j] += spread[i, j]
+        cost[row] = 4 * np.log(2 * np.pi) - np.log(invert(sure, weight))
+        for i in range(4):
+            for j in range(4):
+                cost[row] += there[i] * weight[i, j] * there[j]
+    return cost

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -82,9 +83,19 @@ class Admitted:
         """Put a column together, and keep it."""
         if name not in Detections.COLUMNS:
             raise AttributeError(name)
-        column = np.concatenate([getattr(each, name) for each in self._pictures])
-        self.__dict__[name] = column if self._usable is None else column[self._usable]
-        return self.__dict__[name]  # type: ignore[no-any-return]
+        column = self._joined([getattr(each, name) for each in self._pictures])
+        self.__dict__[name] = column
+        return column
+
+    @cached_property
+    def is_described(self) -> NDArray[np.bool_]:
+        """Tell which rows, (m,), have an appearance template; the templates stay apart."""
+        return self._joined([_described(each.template) for each in self._pictures])
+
+    def _joined(self, columns: list[NDArray[Any]]) -> NDArray[Any]:
+        """Put columns of all pictures together, the usable rows of them."""
+        column = np.concatenate(columns)
+        return column if self._usable is None else column[self._usable]
 
 
 def _is_sound(detections: Detections) -> NDArray[np.bool_]:
@@ -109,3 +120,15 @@ def _usable(covariance: NDArray[np.float32], position: NDArray[np.float32]) -> N
         known = known and abs(position[row, 1]) < LARGEST_DISTANCE
         usable[row] = sound and known
     return usable
+
+
+@compiled(types.b1[::1](types.Array(types.f4, 2, 'C', readonly=True)))
+def _described(template: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Return which templates (n, 48) are not empty."""
+    is_described = np.zeros(len(template), np.bool_)
+    for row in range(len(template)):
+        filled = 0
+        for bin in range(template.shape[1]):
+            filled += template[row, bin] != 0.0
+        is_described[row] = filled > 0
+    return is_described

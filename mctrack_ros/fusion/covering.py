@@ -13,7 +13,6 @@ from mctrack_ros.compiled import (
     COLUMN_3D,
     FLOATS_1D,
     FLOATS_2D,
-    FLOATS_3D,
     INTS_1D,
     compiled,
 )
@@ -25,9 +24,9 @@ from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
 from mctrack_ros.fusion.information import gathered
 from mctrack_ros.fusion.joint import slots
 from mctrack_ros.fusion.looks import Looks
+from mctrack_ros.fusion.measured import XX, XY, YY, X, Y, measured
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -67,11 +66,11 @@ class CoveringAssociation:
     def __init__(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> None:
         self._single, self._seconds = looks.single, looks.seconds
         self._mean, self._covariance = table.mean, table.covariance
-        self._position, self._noise = looks.position[looks.single], looks.noise[looks.single]
         picture = looks.picture[looks.single]
-        state = table.mean, table.covariance, looks.seconds, self._position, self._noise
-        track, detection = gated_pairs(*state, picture, config.gate)
-        squared, metres = _distances(*state, picture, track, detection)
+        seen = measured(looks.position, looks.noise, looks.single)
+        state = table.mean, table.covariance, looks.seconds, seen, picture
+        track, detection = gated_pairs(*state, config.gate)
+        squared, metres = _distances(*state, track, detection)
         row = looks.single[detection]
         templates = table.template, looks.detections.template, looks.is_described
         _, difference = differences(*templates, track, row, config.usual_difference)
@@ -89,8 +88,7 @@ class CoveringAssociation:
             pairs.track,
             pairs.detection,
             self._chosen,
-            self._position,
-            inverse(self._noise),
+            seen,
         )
 
     def solve(self) -> Floats:
@@ -125,8 +123,8 @@ class CoveringAssociation:
             pairs.track,
             row,
             pairs.slot,
-            self._position[pairs.detection],
-            self._noise[pairs.detection],
+            looks.position[row],
+            looks.noise[row],
             self._chosen,
             np.array(taken, np.bool_),
         )
@@ -160,19 +158,19 @@ where there is no pair."""
 
 @compiled(
     types.Tuple([types.f8[::1], types.f8[::1]])(
-        COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, INTS_1D, INTS_1D
+        COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, INTS_1D, INTS_1D, INTS_1D
     )
 )
 def _distances(
-    mean: Floats, covariance: Floats, seconds: Floats, position: Floats, noise: Floats,
-    picture: Indices, track: Indices, detection: Indices,
+    mean: Floats, covariance: Floats, seconds: Floats, seen: Floats, picture: Indices,
+    track: Indices, detection: Indices,
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Return the squared Mahalanobis distances (k,) of pairs, and the Euclidean ones, m."""
     squared, metres = np.empty(len(track)), np.empty(len(track))
     for pair in range(len(track)):
         row = detection[pair]
         x, y, xx, xy, yy = seen_at(mean, covariance, track[pair], seconds[picture[row]])
-        x, y = position[row, 0] - x, position[row, 1] - y
-        xx, xy, yy = xx + noise[row, 0, 0], xy + noise[row, 0, 1], yy + noise[row, 1, 1]
+        x, y = seen[row, X] - x, seen[row, Y] - y
+        xx, xy, yy = xx + seen[row, XX], xy + seen[row, XY], yy + seen[row, YY]
         squared[pair], metres[pair] = distance(x, y, xx, xy, yy)[0], np.hypot(x, y)
     return squared, metres

@@ -17,6 +17,7 @@ from mctrack_ros.compiled import (
     inner,
 )
 from mctrack_ros.fusion.counting import counted
+from mctrack_ros.fusion.measured import XX, XY, YY, X, Y
 from mctrack_ros.fusion.neighbours import cell_slot
 
 Floats = NDArray[np.float64]
@@ -26,7 +27,7 @@ USUAL = 4.0
 """A detection up to so many times less certain (variance) than the median is found by its cell;
 any other is tried with every track."""
 NOTHING = -1
-FEW = 16
+FEW = 48
 """So many values are sorted by insertion."""
 
 
@@ -34,8 +35,7 @@ def gated_pairs(
     mean: Floats,
     covariance: Floats,
     seconds: Floats,
-    position: Floats,
-    noise: Floats,
+    seen: Floats,
     picture: Indices,
     gate: float,
 ) -> tuple[Indices, Indices]:
@@ -53,10 +53,8 @@ def gated_pairs(
         Their covariances.
     seconds : (pictures,) array
         From the tracks' stamp to each picture's, s.
-    position : (m, 2) array
-        Detections, m.
-    noise : (m, 2, 2) array
-        Their covariances, m².
+    seen : (m, 8) array
+        What the detections say, see `measured`.
     picture : (m,) int64 array
         Which picture each is of; ascending.
     gate : float
@@ -68,9 +66,9 @@ def gated_pairs(
         Sorted by picture, then track, then detection.
 
     """
-    if not len(position) or not len(mean):
+    if not len(seen) or not len(mean):
         return np.empty(0, np.int64), np.empty(0, np.int64)
-    return _gated(mean, covariance, seconds, position, noise, picture, gate)
+    return _gated(mean, covariance, seconds, seen, picture, gate)
 
 
 @inner
@@ -127,9 +125,7 @@ def _largest(xx: float, xy: float, yy: float) -> float:
 
 
 @inner
-def _grid(
-    position: Floats, noise: Floats, gate: float
-) -> tuple[float, float, Indices, Indices, Indices]:
+def _grid(seen: Floats, gate: float) -> tuple[float, float, Indices, Indices, Indices]:
     """
     Sort detections into the hashed cells of a grid.
 
@@ -148,19 +144,19 @@ def _grid(
         Which cell each is in: cells may share a bucket.
 
     """
-    count, buckets = len(position), 1
+    count, buckets = len(seen), 1
     while buckets < count:
         buckets *= 2
     variance = np.empty(count)
     for row in range(count):
-        variance[row] = _largest(noise[row, 0, 0], noise[row, 0, 1], noise[row, 1, 1])
+        variance[row] = _largest(seen[row, XX], seen[row, XY], seen[row, YY])
     usual = USUAL * np.median(variance)
     edge = np.sqrt(gate * usual)
     first, following = np.full(buckets + 1, NOTHING), np.empty(count, np.int64)
     cell = np.empty((count, 2), np.int64)
     for row in range(count - 1, -1, -1):
-        for axis in range(2):
-            cell[row, axis] = int(np.floor(position[row, axis] / edge))
+        for axis, column in enumerate((X, Y)):
+            cell[row, axis] = int(np.floor(seen[row, column] / edge))
         bucket = cell_slot(cell[row, 0], cell[row, 1], buckets)
         if variance[row] > usual:
             bucket = buckets
@@ -210,21 +206,20 @@ def _sort(values: Indices) -> None:
 
 @compiled(
     types.Tuple([types.i8[::1], types.i8[::1]])(
-        COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, types.f8
+        COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, INTS_1D, types.f8
     )
 )
 def _gated(
     mean: Floats,
     covariance: Floats,
     seconds: Floats,
-    position: Floats,
-    noise: Floats,
+    seen: Floats,
     picture: Indices,
     gate: float,
 ) -> tuple[Indices, Indices]:
     """Compare each track with the detections of the cells that its gate reaches."""
-    usual, edge, first, following, cell = _grid(position, noise, gate)
-    near = np.empty(len(position), np.int64)
+    usual, edge, first, following, cell = _grid(seen, gate)
+    near = np.empty(len(seen), np.int64)
     tracks, detections = np.empty(len(near), np.int64), np.empty(len(near), np.int64)
     longest, found = np.abs(seconds).max(), 0
     for track in range(len(mean)):
@@ -237,18 +232,18 @@ def _gated(
         if found + count > len(tracks):
             tracks = np.append(tracks, np.empty(len(tracks) + count, np.int64))
             detections = np.append(detections, np.empty(len(tracks) - len(detections), np.int64))
-        begin, seen_in = found, -1
+        begin, later = found, np.nan
         for index in range(count):
             row = near[index]
-            if picture[row] != seen_in:
-                seen_in = picture[row]
-                x, y, xx, xy, yy = seen_at(mean, covariance, track, seconds[seen_in])
+            if seconds[picture[row]] != later:
+                later = seconds[picture[row]]
+                x, y, xx, xy, yy = seen_at(mean, covariance, track, later)
             squared, _ = distance(
-                position[row, 0] - x,
-                position[row, 1] - y,
-                xx + noise[row, 0, 0],
-                xy + noise[row, 0, 1],
-                yy + noise[row, 1, 1],
+                seen[row, X] - x,
+                seen[row, Y] - y,
+                xx + seen[row, XX],
+                xy + seen[row, XY],
+                yy + seen[row, YY],
             )
             if squared < gate:
                 tracks[found], detections[found], found = track, row, found + 1

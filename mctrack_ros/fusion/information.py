@@ -11,11 +11,12 @@ from mctrack_ros.compiled import (
     COLUMN_3D,
     FLOATS_1D,
     FLOATS_2D,
-    FLOATS_3D,
     INTS_1D,
     compiled,
+    inlined,
     inner,
 )
+from mctrack_ros.fusion.measured import OF_XX, OF_XY, OF_YY, X, Y
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -24,11 +25,10 @@ TOLD = 13
 """So many numbers are what a tick tells of a track, see `gathered`."""
 
 
-@inner
+@inlined
 def joined(
-    first: int, last: int, detection: Indices, probability: Floats,
-    position: Floats, information: Floats,
-) -> tuple[bool, float, float, float, float, float]:  # fmt: skip
+    first: int, last: int, detection: Indices, probability: Floats, seen: Floats
+) -> tuple[bool, float, float, float, float, float]:
     """
     Join what the pairs of a slot measure.
 
@@ -47,11 +47,11 @@ def joined(
         share, row = probability[pair], detection[pair]
         if share > 0.0:
             told = True
-            own_xx, own_yy = share * information[row, 0, 0], share * information[row, 1, 1]
-            own_xy = share * information[row, 0, 1]
+            own_xx, own_yy = share * seen[row, OF_XX], share * seen[row, OF_YY]
+            own_xy = share * seen[row, OF_XY]
             xx, xy, yy = xx + own_xx, xy + own_xy, yy + own_yy
-            x = x + own_xx * position[row, 0] + own_xy * position[row, 1]
-            y = y + own_xy * position[row, 0] + own_yy * position[row, 1]
+            x = x + own_xx * seen[row, X] + own_xy * seen[row, Y]
+            y = y + own_xy * seen[row, X] + own_yy * seen[row, Y]
     return told, xx, xy, yy, x, y
 
 
@@ -144,14 +144,10 @@ def add(told: Floats, matrix: Floats) -> None:
         matrix[row + 1, column + 1] += yy
 
 
-@compiled(
-    types.f8[:, ::1](
-        COLUMN_2D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D, FLOATS_3D
-    )
-)
+@compiled(types.f8[:, ::1](COLUMN_2D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D))
 def gathered(
     mean: Floats, seconds: Floats, picture: Indices, track: Indices, detection: Indices,
-    probability: Floats, position: Floats, information: Floats,
+    probability: Floats, seen: Floats,
 ) -> Floats:  # fmt: skip
     """
     Gather what the pairs of a tick tell of the tracks.
@@ -166,10 +162,8 @@ def gathered(
         Of which each pair is; sorted by picture, then track.
     probability : (k,) array
         How much each counts.
-    position : (m, 2) array
-        Where the detections are, m.
-    information : (m, 2, 2) array
-        The inverses of their covariances, 1/m².
+    seen : (m, 8) array
+        What the detections say, see `measured`.
 
     Returns
     -------
@@ -184,9 +178,7 @@ def gathered(
         while last < count and track[last] == track[first] and picture[last] == picture[first]:
             last += 1
         own, later = track[first], seconds[picture[first]]
-        is_told, xx, xy, yy, x, y = joined(
-            first, last, detection, probability, position, information
-        )
+        is_told, xx, xy, yy, x, y = joined(first, last, detection, probability, seen)
         if is_told:
             there_x = mean[own, 0] + later * mean[own, 2]
             there_y = mean[own, 1] + later * mean[own, 3]

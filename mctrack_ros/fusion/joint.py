@@ -11,7 +11,6 @@ from mctrack_ros.compiled import (
     COLUMN_3D,
     FLOATS_1D,
     FLOATS_2D,
-    FLOATS_3D,
     INTS_1D,
     compiled,
 )
@@ -21,9 +20,9 @@ from mctrack_ros.fusion.costs import prior_costs
 from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
 from mctrack_ros.fusion.information import TOLD, gathered, joined, updated, without
 from mctrack_ros.fusion.looks import Looks
+from mctrack_ros.fusion.measured import XX, XY, YY, X, Y, measured
 from mctrack_ros.fusion.parameters import AssociationConfig
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -72,16 +71,14 @@ class JointAssociation:
         single = looks.single
         self._single, self._gate, self._seconds = single, config.gate, looks.seconds
         self._associator = ASSOCIATORS[config.method]()
-        self._position, self._noise = looks.position.take(single, 0), looks.noise.take(single, 0)
-        self._information = inverse(self._noise)
+        self._seen = measured(looks.position, looks.noise, single)
         self._mean, self._covariance = table.mean, table.covariance
         picture = looks.picture[single]
         self._track, self._detection = gated_pairs(
             self._mean,
             self._covariance,
             self._seconds,
-            self._position,
-            self._noise,
+            self._seen,
             picture,
             NEAR * config.gate,
         )
@@ -122,8 +119,8 @@ class JointAssociation:
             self._track,
             self._single[self._detection],
             self._slot,
-            self._position[self._detection],
-            self._noise[self._detection],
+            looks.position[self._single[self._detection]],
+            looks.noise[self._single[self._detection]],
             self._probability,
             _mutual(self._slot, self._detection, self._probability, LEAST),
         )
@@ -139,9 +136,7 @@ class JointAssociation:
             self._track,
             self._detection,
             self._probability,
-            self._position,
-            self._noise,
-            self._information,
+            self._seen,
             self._prior,
             self._gate,
         )
@@ -158,8 +153,7 @@ class JointAssociation:
             self._track,
             self._detection,
             self._probability,
-            self._position,
-            self._information,
+            self._seen,
         )
 
 
@@ -188,13 +182,12 @@ def _is_settled(before: Floats, probability: Floats) -> bool:
         [types.i8[::1], types.i8[::1], types.i8[::1], types.i8[::1], types.f8[::1], types.i8[::1]]
     )(
         COLUMN_2D, COLUMN_3D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D,
-        FLOATS_3D, FLOATS_3D, FLOATS_1D, types.f8,
+        FLOATS_1D, types.f8,
     )
 )  # fmt: skip
 def _likelihoods(
     mean: Floats, covariance: Floats, seconds: Floats, picture: Indices, track: Indices,
-    detection: Indices, probability: Floats, position: Floats, noise: Floats,
-    information: Floats, prior: Floats, gate: float,
+    detection: Indices, probability: Floats, seen: Floats, prior: Floats, gate: float,
 ) -> tuple[Indices, Indices, Indices, Indices, Floats, Indices]:  # fmt: skip
     """
     Judge the pairs by what prediction and the other pictures say of the tracks.
@@ -217,20 +210,18 @@ def _likelihoods(
         while last < count and track[last] == track[first] and picture[last] == picture[first]:
             last += 1
         x, y, xx, xy, yy = seen_at(mean, covariance, track[first], seconds[picture[first]])
-        told, w_xx, w_xy, w_yy, pull_x, pull_y = joined(
-            first, last, detection, probability, position, information
-        )
+        told, w_xx, w_xy, w_yy, pull_x, pull_y = joined(first, last, detection, probability, seen)
         if told:
             x, y, xx, xy, yy = without(x, y, xx, xy, yy, w_xx, w_xy, w_yy, pull_x, pull_y)
         before = found
         for pair in range(first, last):
             row = detection[pair]
             squared, determinant = distance(
-                position[row, 0] - x,
-                position[row, 1] - y,
-                xx + noise[row, 0, 0],
-                xy + noise[row, 0, 1],
-                yy + noise[row, 1, 1],
+                seen[row, X] - x,
+                seen[row, Y] - y,
+                xx + seen[row, XX],
+                xy + seen[row, XY],
+                yy + seen[row, YY],
             )
             if squared < gate:
                 near[found], slot[found] = pair, slots

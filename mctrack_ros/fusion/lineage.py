@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
 import numpy as np
@@ -38,11 +39,12 @@ class Lineage:
 
     def __init__(self, config: FusionConfig) -> None:
         self._beside_m = config.life.crowd_distance
-        self._lost: deque[tuple[int, NDArray[np.float64]]] = deque()
+        self._lost: deque[tuple[int, list[float]]] = deque()
 
     def note_lost(self, removed: TrackTable, stamp_ns: int) -> None:
         """Remember where confirmed tracks ended."""
-        self._lost += [(stamp_ns, mean[:2]) for mean in removed.mean[removed.confirmed]]
+        places = removed.mean[removed.confirmed, :2].tolist()
+        self._lost += [(stamp_ns, place) for place in places]
 
     def origins(self, fresh: TrackTable, table: TrackTable, stamp_ns: int) -> NDArray[np.uint32]:
         """Return the id of the track, (k,), that each fresh one comes out of; 0: of none."""
@@ -50,14 +52,14 @@ class Lineage:
         row, gap = nearest(fresh.mean, table.mean, present)
         origin = np.zeros(len(fresh), np.uint32)
         for index in (gap < self._beside_m).nonzero()[0].tolist():
-            if not self._may_be_found_again(fresh.mean[index, :2], stamp_ns):
+            if not self._may_be_found_again(fresh.mean[index, :2].tolist(), stamp_ns):
                 origin[index] = table.track_id[row[index]]
         return origin
 
-    def _may_be_found_again(self, place: NDArray[np.float64], stamp_ns: int) -> bool:
+    def _may_be_found_again(self, place: list[float], stamp_ns: int) -> bool:
         while self._lost and not 0 <= stamp_ns - self._lost[0][0] <= MEMORY_S * 1e9:
             self._lost.popleft()
         return any(
-            np.linalg.norm(place - there) < self._beside_m + SPEED * (stamp_ns - when_ns) * 1e-9
+            math.dist(place, there) < self._beside_m + SPEED * (stamp_ns - when_ns) * 1e-9
             for when_ns, there in self._lost
         )

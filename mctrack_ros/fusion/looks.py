@@ -80,34 +80,23 @@ class Looks:
         self.detections = Admitted(pictures)
         self.picture = self.detections.picture
         self.camera = self.cameras[self.picture]
-        stamp_ns = np.array([each.stamp_ns for each in pictures], np.int64)
-        self.stamp_ns = stamp_ns[self.picture]
-        self.seconds = (stamp_ns - tick_ns) / 1e9
-        self.is_described = described(self.detections.template)
+        stamp_ns = [each.stamp_ns for each in pictures]
+        self.stamp_ns = np.array(stamp_ns, np.int64)[self.picture]
+        seconds = [(stamp - tick_ns) / 1e9 for stamp in stamp_ns]
+        self.seconds = np.array(seconds)
+        self.is_described = self.detections.is_described
         self.has_templates = np.count_nonzero(self.is_described) > 0
-        drift = config.motion.acceleration_density * np.abs(self.seconds) ** 3 / 3
+        known, density = config.motion.sensor_sigma**2, config.motion.acceleration_density
         self.position, self.noise = _measured(
             self.detections.position,
             self.detections.covariance,
             self.picture,
-            config.motion.sensor_sigma**2 + drift,
+            np.array([known + density * abs(each) ** 3 / 3 for each in seconds]),
         )
         is_single = self.detections.member_count == 1
         self.single: Indices = is_single.nonzero()[0]
         self.groups: Indices = (~is_single).nonzero()[0]
         self.is_overlapped = overlapped(self.detections.box, self.picture, is_single)
-
-
-@compiled(types.b1[::1](types.Array(types.f4, 2, 'C', readonly=True)))
-def described(template: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Return which templates (n, 48) are not empty."""
-    is_described = np.zeros(len(template), np.bool_)
-    for row in range(len(template)):
-        filled = 0
-        for bin in range(template.shape[1]):
-            filled += template[row, bin] != 0.0
-        is_described[row] = filled > 0
-    return is_described
 
 
 @compiled(
@@ -155,10 +144,11 @@ def overlapped(
     overlaps = ~is_single
     first = 0
     while first < len(box):
-        last = first + 1
+        last, is_boxed = first + 1, box[first, 2] > 0.0
         while last < len(box) and picture[last] == picture[first]:
+            is_boxed |= box[last, 2] > 0.0
             last += 1
-        order = first + np.argsort(box[first:last, 0])
+        order = first + np.argsort(box[first:last, 0]) if is_boxed else np.empty(0, np.int64)
         for i in range(len(order)):
             one = box[order[i]]
             for other in order[i + 1 :]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
@@ -156,11 +158,11 @@ class Recognition:
         found: dict[int, int] = {}
         self._absence.found.clear()
         for row in fresh.tolist():
-            name, place = int(table.track_id[row]), table.mean[row, :2]
+            name, place = int(table.track_id[row]), table.mean[row, :2].tolist()
             since = {
                 other: stamp_ns - when_ns
                 for other, (when_ns, there) in self._lost.items()
-                if np.linalg.norm(place - there) < self._reach(stamp_ns - when_ns)
+                if math.dist(place, there) < self._reach(stamp_ns - when_ns)
             }
             self._suspects.settle(name, self._suspects.of(name).union(since))
             look = first_look(table, row)

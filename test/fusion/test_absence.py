@@ -1,11 +1,13 @@
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.absence import MOST_ABSENT, Absence
 from mctrack_ros.fusion.portraits import Portraits
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
+from mctrack_ros.tracking.kalman import predict
 
 SECOND_NS = 1_000_000_000
 RED, BLUE = np.eye(TEMPLATE_SIZE)[[0, 30]]
@@ -42,6 +44,21 @@ def test_who_comes_out_where_and_when_one_should_is_he(absence):
 def test_who_comes_out_too_soon_or_elsewhere_is_somebody_new(absence):
     assert found(absence, [4.2, 0, 1.4, 0], seconds=0.4) == 0
     assert found(absence, [40, 0, 1.4, 0]) == 0
+
+
+def test_what_it_costs_to_be_him_is_how_unlikely_his_state_is():
+    """Against scipy's density of where he would be by now and of how surely both are known."""
+    config, state, seconds = FusionConfig(), np.array([4.2, 0.3, 1.1, 0.2]), 3.0
+    absence = Absence(config, Portraits(config.recognition))
+    lost = tracks([[0, 0, 1.4, 0]], [1], [NOTHING])
+    absence.note(lost, 0)
+    assert found(absence, state, seconds=seconds) == 1
+    motion = config.motion
+    there, spread = predict(lost.mean, lost.covariance, seconds, motion.acceleration_density)
+    his = multivariate_normal(there[0], spread[0] + lost.covariance[0]).logpdf(state)
+    speed = multivariate_normal(cov=motion.initial_speed_sigma**2 * np.eye(2))
+    new = speed.logpdf(state[2:]) + np.log(config.recognition.arrival_density)
+    assert absence.found[1] == pytest.approx(2 * (new - his))
 
 
 def test_colours_tell_those_apart_who_come_out_together(absence):

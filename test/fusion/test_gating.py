@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.fusion.gating import gated_pairs
+from mctrack_ros.fusion.measured import measured
 
 GATE = 13.8
 
@@ -26,6 +27,11 @@ def scene(rng, tracks, detections, pictures, width):
     )
 
 
+def gated(mean, covariance, seconds, position, noise, picture):
+    seen = measured(position, noise, np.arange(len(position)))
+    return gated_pairs(mean, covariance, seconds, seen, picture, GATE)
+
+
 def every_pair(mean, covariance, seconds, position, noise, picture):
     """Try all pairs: slow and obvious."""
     found = []
@@ -43,7 +49,7 @@ def every_pair(mean, covariance, seconds, position, noise, picture):
 def test_the_cells_find_what_trying_all_pairs_finds(seed):
     rng = np.random.default_rng(seed)
     given = scene(rng, rng.integers(1, 30), rng.integers(1, 60), 4, rng.choice([2, 10, 1000]))
-    track, detection = gated_pairs(*given, GATE)
+    track, detection = gated(*given)
     picture = given[-1][detection]
     assert list(zip(picture, track, detection)) == every_pair(*given)
 
@@ -51,5 +57,5 @@ def test_the_cells_find_what_trying_all_pairs_finds(seed):
 def test_without_tracks_or_detections_there_are_no_pairs():
     rng = np.random.default_rng(0)
     for tracks, detections in ((0, 3), (3, 0), (0, 0)):
-        track, detection = gated_pairs(*scene(rng, tracks, detections, 2, 5.0), GATE)
+        track, detection = gated(*scene(rng, tracks, detections, 2, 5.0))
         assert track.size == detection.size == 0

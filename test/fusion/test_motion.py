@@ -14,10 +14,11 @@ from mctrack_ros.config import parameters_of
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.information import gathered
 from mctrack_ros.fusion.lifecycle import absorb
+from mctrack_ros.fusion.measured import measured
 from mctrack_ros.fusion.motion import MODELS, ConstantVelocity, InteractingModels
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import REPORTED
-from mctrack_ros.tracking.kalman import inverse, position_matrix, transition_matrix
+from mctrack_ros.tracking.kalman import position_matrix, transition_matrix
 
 TICK_S = 0.04
 MOTION = InteractingModels((0.2, 8.0), (2.0, 0.5))
@@ -32,8 +33,7 @@ class Seen(NamedTuple):
     track: NDArray[np.int64]
     detection: NDArray[np.int64]
     probability: NDArray[np.float64]
-    position: NDArray[np.float64]
-    information: NDArray[np.float64]
+    measured: NDArray[np.float64]
 
 
 def tracks(count, seed, motion=MOTION):
@@ -52,9 +52,9 @@ def told(table, rng, seconds=(0.0,), probability=1.0):
     picture, track = (each.ravel() for each in np.mgrid[:pictures, :count])
     place = np.tile(table.mean[:, :2], (pictures, 1)) + rng.normal(0, 0.3, (pictures * count, 2))
     rows = np.arange(pictures * count)
-    information = inverse(np.tile(NOISE, (len(rows), 1, 1)))
+    seen = measured(place, np.tile(NOISE, (len(rows), 1, 1)), rows)
     share = np.full(len(rows), probability)
-    return Seen(np.array(seconds), picture, track, rows, share, place, information)
+    return Seen(np.array(seconds), picture, track, rows, share, seen)
 
 
 def learn(motion, table, seen):
@@ -83,7 +83,7 @@ def test_it_is_filterpys_estimator_where_every_detection_is_somebodys_for_certai
         seen = told(table, rng)
         for row, single in enumerate(singles):
             single.predict()
-            single.update(seen.position[row])
+            single.update(seen.measured[row, :2])
         learn(MOTION, table, seen)
     for row, single in enumerate(singles):
         np.testing.assert_allclose(table.mode_probability[row], single.mu, atol=1e-9)
@@ -118,7 +118,7 @@ def test_several_pictures_judge_the_modes_as_one_after_the_other_would():
             single = KalmanFilter(dim_x=4, dim_z=2)
             single.x, single.P = state
             single.H, single.R = position_matrix(seconds[seen.picture[pair]]), NOISE
-            single.update(seen.position[pair])
+            single.update(seen.measured[pair, :2])
             expected[row, mode] *= single.likelihood
             state = single.x, single.P
     learn(MOTION, table, seen)
@@ -138,7 +138,7 @@ def test_whatever_is_told_the_mixture_stays_one(seed, seconds, probability, far)
     for _ in range(5):
         MOTION.predict(table, seconds)
         seen = told(table, rng, probability=probability)
-        seen = seen._replace(position=seen.position + far)
+        seen.measured[:, :2] += far
         learn(MOTION, table, seen)
         np.testing.assert_allclose(table.mode_probability.sum(axis=1), 1.0)
         assert (table.mode_probability >= 0).all()

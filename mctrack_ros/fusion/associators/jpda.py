@@ -70,6 +70,15 @@ def _marginals(row: Indices, bit: Indices, rows: int, bits: int, likelihood: Flo
     return probability
 
 
+@inner
+def _is_star(end: Indices, pairs: Indices) -> bool:
+    """Tell whether all pairs have one of their ends in common: only one of them can be true."""
+    for pair in pairs:  # noqa: SIM110 - not compiled otherwise
+        if end[pair] != end[pairs[0]]:
+            return False
+    return True
+
+
 @compiled(types.f8[::1](INTS_1D, INTS_1D, FLOATS_1D))
 def _joint(slot: Indices, detection: Indices, likelihood: Floats) -> Floats:
     """Solve the small parts of the graph one by one, and all large ones together."""
@@ -86,9 +95,12 @@ def _joint(slot: Indices, detection: Indices, likelihood: Floats) -> Floats:
             last += 1
         here = order[first:last]
         first = last
-        if len(here) == 1:
-            own = likelihood[here[0]]
-            probability[here[0]] = own / (1.0 + own)
+        if _is_star(slot, here) or _is_star(detection, here):
+            none = 1.0
+            for pair in here:
+                none += likelihood[pair]
+            for pair in here:
+                probability[pair] = likelihood[pair] / none
             continue
         rows = numbered(slot[here], slots[: len(here)])
         bits = numbered(detection[here], detections[: len(here)])
