@@ -120,7 +120,7 @@ def _unlikely(
     mean: Floats, covariance: Floats, seconds: Floats, density: float, seen: Floats, spread: Floats
 ) -> Floats:
     """Return -2 log, (k,), of how likely states are, so much later, the one that is seen."""
-    cost = np.empty(len(mean))
+    cost = np.full(len(mean), np.inf)
     there, sure, weight = np.empty(4), np.empty((4, 4)), np.empty((4, 4))
     for row in range(len(mean)):
         moved_on(mean[row], covariance[row], seconds[row], density, there, sure)
@@ -128,7 +128,10 @@ def _unlikely(
             there[i] = seen[i] - there[i]
             for j in range(4):
                 sure[i, j] += spread[i, j]
-        cost[row] = 4 * np.log(2 * np.pi) - np.log(invert(sure, weight))
+        certainty = invert(sure, weight)
+        if not certainty > 0.0:
+            continue
+        cost[row] = 4 * np.log(2 * np.pi) - np.log(certainty)
         for i in range(4):
             for j in range(4):
                 cost[row] += there[i] * weight[i, j] * there[j]

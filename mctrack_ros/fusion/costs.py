@@ -8,7 +8,14 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, COLUMN_FLAGS, COLUMN_IDS, INTS_1D, compiled
+from mctrack_ros.compiled import (
+    BOOLS_1D,
+    COLUMN_FLAGS,
+    COLUMN_IDS,
+    COLUMN_SINGLES_2D,
+    INTS_1D,
+    compiled,
+)
 from mctrack_ros.fusion.likeness import likeness_costs
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
@@ -20,7 +27,6 @@ Templates = NDArray[np.float32]
 Ids = NDArray[np.uint32]
 Mask = NDArray[np.bool_]
 _TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
-_TABLE_TEMPLATES = types.Array(types.f4, 2, 'A', readonly=True)
 _IDS = types.Array(types.u4, 1, 'C', readonly=True)
 _MEMORY = types.Array(types.u4, 2, 'A', readonly=True)
 
@@ -137,7 +143,7 @@ def _beliefs(
 
 @compiled(
     types.Tuple([types.b1[::1], types.f8[::1]])(
-        _TABLE_TEMPLATES, _TEMPLATES, BOOLS_1D, INTS_1D, INTS_1D, types.f8
+        COLUMN_SINGLES_2D, _TEMPLATES, BOOLS_1D, INTS_1D, INTS_1D, types.f8
     )
 )
 def differences(

@@ -193,4 +193,6 @@ def absorb(table: TrackTable, kept: int, dropped: int) -> None:
             getattr(table, name)[kept] = getattr(table, name)[dropped]
     if not table.template[kept].any():
         table.template[kept] = table.template[dropped]
+    own, other = table.extent[kept], table.extent[dropped]
+    table.extent[kept] = np.where(np.isnan(own), other, own)
     table.previous_id[kept] = table.track_id[dropped]

@@ -25,6 +25,11 @@ Ids = NDArray[np.uint32]
 Bytes = NDArray[np.uint8]
 _STAMPS = types.Array(types.i8, 1, 'A')
 _IDS = types.Array(types.u4, 1, 'A')
+Sizes = NDArray[np.float32]
+EXTENT_NS, MOST_AT_ONCE = 8e9, 0.5
+"""Time constant of a track's size, ns; share of it that one detection is at most."""
+LARGEST_M = 100.0
+"""Nobody is larger than this, m."""
 TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
 
 ASSOCIATIONS = dict.fromkeys(COSTS, CoveringAssociation)
@@ -92,30 +97,39 @@ def note(table: TrackTable, looks: Looks, rows: Indices, columns: Indices) -> No
         table.local_id,
         table.cameras,
         table.class_id,
+        table.extent,
         rows,
         columns,
         looks.stamp_ns,
         looks.camera,
         looks.detections.local_id,
         looks.detections.class_id,
+        looks.detections.extent,
     )
 
 
 @compiled(
     types.void(
         _STAMPS, _STAMPS, types.Array(types.i8, 2, 'A'), types.Array(types.u4, 2, 'A'), _IDS,
-        types.Array(types.u1, 1, 'A'), INTS_1D, INTS_1D, INTS_1D, INTS_1D,
-        types.Array(types.u4, 1, 'C', readonly=True), types.Array(types.u1, 1, 'C', readonly=True),
+        types.Array(types.u1, 1, 'A'), types.Array(types.f4, 2, 'A'), INTS_1D, INTS_1D, INTS_1D,
+        INTS_1D, types.Array(types.u4, 1, 'C', readonly=True),
+        types.Array(types.u1, 1, 'C', readonly=True), TEMPLATES,
     )
 )  # fmt: skip
 def _note(
     seen_ns: Stamps, kept_ns: Stamps, seen_by_ns: Stamps, local_id: Ids, cameras: Ids,
-    class_id: Bytes, rows: Indices, columns: Indices, stamp_ns: Stamps, camera: Indices,
-    told_id: Ids, told_class: Bytes,
+    class_id: Bytes, extent: Sizes, rows: Indices, columns: Indices, stamp_ns: Stamps,
+    camera: Indices, told_id: Ids, told_class: Bytes, told_extent: Sizes,
 ) -> None:  # fmt: skip
     for index in range(len(rows)):
         row, column = rows[index], columns[index]
         own = camera[column]
+        share = min((stamp_ns[column] - seen_by_ns[row, own]) / EXTENT_NS, MOST_AT_ONCE)
+        for axis in range(2):
+            told = told_extent[column, axis]
+            if 0.0 < told < LARGEST_M:
+                known = extent[row, axis]
+                extent[row, axis] = known + share * (told - known) if known > 0.0 else told
         seen_ns[row] = max(seen_ns[row], stamp_ns[column])
         kept_ns[row] = seen_ns[row]
         seen_by_ns[row, own] = stamp_ns[column]

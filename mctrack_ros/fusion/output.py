@@ -16,6 +16,7 @@ from mctrack_ros.compiled import (
     COLUMN_BYTES,
     COLUMN_FLAGS,
     COLUMN_IDS,
+    COLUMN_SINGLES_2D,
     COLUMN_STAMPS,
     INTS_1D,
     compiled,
@@ -85,8 +86,8 @@ def _tell(
     """Write what is published of tracks (k,) into columns of `Tracks`, to places (k, at least)."""
     _write(
         rows, place, stamp_ns,
-        table.mean, table.covariance, table.first_ns, table.evidence, table.confirmed,
-        table.track_id, table.group, table.cameras, table.class_id, table.kit,
+        table.mean, table.covariance, table.extent, table.first_ns, table.evidence,
+        table.confirmed, table.track_id, table.group, table.cameras, table.class_id, table.kit,
         *columns.values(),
     )  # fmt: skip
 
@@ -103,8 +104,8 @@ def _status(is_confirmed: bool, cameras: int, group: int) -> int:
 @compiled(
     types.void(
         INTS_1D, INTS_1D, types.i8,
-        COLUMN_2D, COLUMN_3D, COLUMN_STAMPS, COLUMN_1D, COLUMN_FLAGS, COLUMN_IDS, COLUMN_IDS,
-        COLUMN_IDS, COLUMN_BYTES, COLUMN_BYTES,
+        COLUMN_2D, COLUMN_3D, COLUMN_SINGLES_2D, COLUMN_STAMPS, COLUMN_1D, COLUMN_FLAGS,
+        COLUMN_IDS, COLUMN_IDS, COLUMN_IDS, COLUMN_BYTES, COLUMN_BYTES,
         types.f4[:, ::1], types.f4[:, ::1], types.f4[:, :, ::1], types.f4[:, ::1],
         types.f4[::1], types.f4[::1], types.u4[::1], types.u4[::1], types.u4[::1],
         types.u1[::1], types.u1[::1], types.u1[::1], types.u1[::1],
@@ -112,7 +113,7 @@ def _status(is_confirmed: bool, cameras: int, group: int) -> int:
 )  # fmt: skip
 def _write(
     rows: Indices, place: Indices, stamp_ns: int,
-    mean: Floats, covariance: Floats, first_ns: NDArray[np.int64], evidence: Floats,
+    mean: Floats, covariance: Floats, extent: Told, first_ns: NDArray[np.int64], evidence: Floats,
     confirmed: NDArray[np.bool_], track_id: Ids, group: Ids, cameras: Ids, class_id: Bytes,
     kit: Bytes,
     to_position: Told, to_velocity: Told, to_covariance: Told, to_extent: Told, to_age: Told,
@@ -123,7 +124,7 @@ def _write(
         row, to = rows[index], place[index]
         for i in range(2):
             to_position[to, i], to_velocity[to, i] = mean[row, i], mean[row, 2 + i]
-            to_extent[to, i] = np.nan
+            to_extent[to, i] = extent[row, i]
         to_position[to, 2] = 0.0
         for i in range(4):
             for j in range(4):
@@ -161,6 +162,7 @@ def feedback_of(table: TrackTable, stamp_ns: int) -> Feedback:
         position=ground_points(table),
         velocity=table.mean[:, 2:],
         covariance=table.covariance,
+        extent=table.extent,
         template=table.template,
         track_id=table.track_id,
         previous_id=table.previous_id,

@@ -21,7 +21,7 @@ Scalar = TypeVar('Scalar', bound=np.generic)
 class Column(Generic[Scalar]):
     """One value of every track: read as a view of the records, assigned by copying into them."""
 
-    def __init__(self, kind: type[Scalar], *shape: int, fill: int = 0) -> None:
+    def __init__(self, kind: type[Scalar], *shape: int, fill: float = 0) -> None:
         self._kind, self._shape, self.fill = kind, shape, fill
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -77,6 +77,8 @@ class TrackTable:
     evidence : (n,) array
         Log-odds of being a target.
     confirmed : (n,) bool array
+    extent : (n, 2) float32 array
+        Width and height, m; NaN: not told yet.
     template : (n, 48) float32 array
         Appearance; zero: none yet.
     class_id, kit : (n,) uint8 array
@@ -125,6 +127,7 @@ class TrackTable:
     seen_by_ns = Column(np.int64, PER_CAMERA, fill=NEVER_NS)
     hidden_ns = Column(np.int64, PER_CAMERA, fill=NEVER_NS)
     local_id = Column(np.uint32, PER_CAMERA)
+    extent = Column(np.float32, 2, fill=np.nan)
     template = Column(np.float32, TEMPLATE_SIZE)
     look = Column(np.float64, TEMPLATE_SIZE)
 

@@ -32,6 +32,8 @@ class Detections(Rows):
         Foreground area, px².
     score : (n,) float32 array
         Confidence, 0 to 1.
+    extent : (n, 2) float32 array
+        Width and height of the target, m; NaN where not known.
     template : (n, 48) float32 array
         Appearance histogram, zero where there is none.
     local_id : (n,) uint32 array
@@ -57,6 +59,7 @@ class Detections(Rows):
         'box': Column('f4', (4,)),
         'area': Column('f4'),
         'score': Column('f4', (), 1.0),
+        'extent': Column('f4', (2,), float('nan'), is_late=True),
         'template': Column('f4', (TEMPLATE_SIZE,)),
         'local_id': Column('u4'),
         'track_id': Column('u4'),
@@ -72,6 +75,7 @@ class Detections(Rows):
     box: NDArray[np.float32]
     area: NDArray[np.float32]
     score: NDArray[np.float32]
+    extent: NDArray[np.float32]
     template: NDArray[np.float32]
     local_id: NDArray[np.uint32]
     track_id: NDArray[np.uint32]

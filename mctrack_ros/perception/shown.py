@@ -8,8 +8,9 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, INTS_1D, compiled
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
 from mctrack_ros.perception.observations import OBSERVATIONS, Observations
+from mctrack_ros.perception.sizes import metre_at
 
 Booleans = NDArray[np.bool_]
 Floats = NDArray[np.float64]
@@ -51,6 +52,7 @@ class Shown(NamedTuple):
     box: NDArray[np.float32]
     area: NDArray[np.float32]
     score: NDArray[np.float32]
+    extent: NDArray[np.float32]
     template: NDArray[np.float32]
     local_id: NDArray[np.uint32]
     track_id: NDArray[np.uint32]
@@ -60,7 +62,7 @@ class Shown(NamedTuple):
 _SINGLES, _SINGLE_TABLE = types.f4[::1], types.f4[:, ::1]
 SHOWN = types.NamedTuple(
     [
-        _SINGLE_TABLE, _SINGLE_TABLE, _SINGLES, _SINGLES, _SINGLE_TABLE,
+        _SINGLE_TABLE, _SINGLE_TABLE, _SINGLES, _SINGLES, _SINGLE_TABLE, _SINGLE_TABLE,
         types.u4[::1], types.u4[::1], types.u1[::1],
     ],
     Shown,
@@ -70,13 +72,14 @@ LEAST_SCORE = 0.1
 
 @compiled(
     SHOWN(
-        OBSERVATIONS, FLOATS_1D, BOOLS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_2D, types.i8,
-        types.f8, types.f8,
+        OBSERVATIONS, FLOATS_1D, BOOLS_1D, FLOATS_3D, INTS_1D, INTS_1D, INTS_1D, FLOATS_2D,
+        types.i8, types.f8, types.f8,
     )
 )  # fmt: skip
 def shown_persons(
-    seen: Observations, blob_area: Floats, truncated: Booleans, first_ns: Ints, local_id: Ints,
-    track_id: Ints, template: Floats, stamp_ns: int, confirm_s: float, least_coloured: float,
+    seen: Observations, blob_area: Floats, truncated: Booleans, sizes: Floats, first_ns: Ints,
+    local_id: Ints, track_id: Ints, template: Floats, stamp_ns: int, confirm_s: float,
+    least_coloured: float,
 ) -> Shown:  # fmt: skip
     """
     Write one row a person.
@@ -87,6 +90,8 @@ def shown_persons(
         The persons, every one with a track.
     blob_area, truncated : (m,) arrays
         Foreground of the blobs, px², and which touch the picture's edge.
+    sizes : (r, c, 3) array
+        The camera's `SizeTable.table`: who is alone in a whole blob is as large as that.
     first_ns, local_id, track_id, template : (t, ...) arrays
         Of the tracks: when they began, ns, their ids and colours.
     stamp_ns : int
@@ -103,6 +108,7 @@ def shown_persons(
         seen.box.astype(np.float32),
         np.empty(count, np.float32),
         np.empty(count, np.float32),
+        np.full((count, 2), np.float32(np.nan)),
         np.empty((count, template.shape[1]), np.float32),
         np.empty(count, np.uint32),
         np.empty(count, np.uint32),
@@ -117,6 +123,9 @@ def shown_persons(
         shown.score[row] = min(max(age / confirm_s, LEAST_SCORE), 1.0)
         is_coloured = not is_body or seen.visible[row] >= least_coloured
         shown.template[row] = seen.template[row] if is_coloured else template[track]
+        if not is_body and not truncated[blob]:
+            metre = metre_at(sizes, seen.foot[row, 0], seen.foot[row, 1])
+            shown.extent[row] = seen.box[row, 2:] / metre[:2]
         shown.local_id[row], shown.track_id[row] = local_id[track], track_id[track]
         shown.truncated[row] = truncated[blob]
     return shown

@@ -305,6 +305,7 @@ class LocalTracker:
             seen,
             blobs.area,
             blobs.truncated,
+            self._sizes.table,
             tracks.first_ns,
             tracks.local_id,
             tracks.track_id,

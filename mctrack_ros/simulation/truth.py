@@ -62,6 +62,7 @@ def _detections(world: World, step: int, view: View, who: NDArray[np.bool_]) -> 
         box=view.box[order],
         area=view.pixels[order],
         score=view.visible[order],
+        extent=world.extent[person],
         track_id=world.ids[person],
         truncated=view.truncated[order],
         class_id=world.class_id[person],

@@ -235,6 +235,26 @@ def test_a_member_whom_nobody_sees_is_kept_a_while_beside_one_who_is_seen():
     assert alive[-1] == ids[:1]
 
 
+def test_a_track_is_as_large_as_the_cameras_say_together():
+    sizes = {'one': [0.6, 1.9], 'two': [0.5, 1.7]}
+    useless = [[np.nan, np.nan], [np.inf, -1.0], [0.0, 1e30]]
+
+    def sized(index):
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        unknown = useless[index // 4 % len(useless)] if index % 4 == 3 else None
+        return {
+            name: detections(stamp_ns, [[0, 0]], extent=[unknown or size])
+            for name, size in sizes.items()
+        }
+
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    tracks = run(sized, 400, pipeline)[-1].tracks
+    np.testing.assert_allclose(tracks.extent, [[0.55, 1.8]], atol=0.02)
+    np.testing.assert_array_equal(pipeline.feedback().extent, tracks.extent)
+    bare = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 20)[-1].tracks
+    assert np.isnan(bare.extent).all()
+
+
 def test_a_group_starts_no_track():
     def merged(index):
         stamp_ns = index * PERIOD_NS + PERIOD_NS // 2

@@ -23,12 +23,13 @@ def person(fitted=False, visible=1.0):
     )
 
 
-def told(seen, age_s=1.0):
+def told(seen, age_s=1.0, truncated=True):
     first_ns = np.array([0, round((5 - age_s) * SECOND_NS)])
     return shown_persons(
         seen,
         np.array([33.0]),
-        np.array([True]),
+        np.array([truncated]),
+        np.tile([8.0, 5.0, 0.0], (9, 9, 1)),
         first_ns,
         np.array([5, 6]),
         np.array([0, 70]),
@@ -47,6 +48,13 @@ def test_a_blob_is_told_with_its_own_area_and_the_ids_of_its_track():
 
 def test_a_body_is_told_with_the_area_that_is_seen_of_it():
     assert told(person(fitted=True, visible=0.5)).area[0] == 20
+
+
+def test_who_is_alone_in_a_whole_blob_is_told_with_his_size():
+    """His box is 4 px wide and 10 px high where a metre is 8 px across and 5 px upright."""
+    assert told(person(), truncated=False).extent.tolist() == [[0.5, 2.0]]
+    assert np.isnan(told(person()).extent).all()
+    assert np.isnan(told(person(fitted=True), truncated=False).extent).all()
 
 
 @pytest.mark.parametrize(('visible', 'colour'), [(0.2, 0.5), (0.9, 0.25)])

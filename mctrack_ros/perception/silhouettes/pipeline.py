@@ -172,7 +172,7 @@ class SilhouettePipeline:
         self._pass_on(stamp_ns)
         template = colour_templates(image, mask, objects.box.astype(np.int64))
         report = self._config.report
-        detections = detections_of(objects, template, truncated, stamp_ns, report)
+        detections = detections_of(objects, extent, template, truncated, stamp_ns, report)
         resting = self._rest.insert_resting(
             objects, self._background, grey, mask, silhouettes.labels, stamp_ns
         )

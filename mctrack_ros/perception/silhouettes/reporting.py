@@ -114,6 +114,7 @@ def passes(objects: ObjectList, stamp_ns: int, config: ReportConfig) -> NDArray[
 
 def detections_of(
     objects: ObjectList,
+    extent: Floats,
     template: Floats,
     truncated: NDArray[np.bool_],
     stamp_ns: int,
@@ -126,6 +127,8 @@ def detections_of(
     ----------
     objects : ObjectList
         After this picture.
+    extent : (n, 2) array
+        Widths and heights that their boxes have on the ground, m.
     template : (n, 48) array
         Their colours.
     truncated : (n,) bool array
@@ -147,6 +150,7 @@ def detections_of(
         box=objects.box[rows],
         area=objects.vector[rows, AREA],
         score=np.clip(age / max(config.coherent_s, 1e-9), 0.1, 1.0),
+        extent=np.where(truncated[rows, None], np.nan, extent[rows]),
         template=template[rows],
         local_id=objects.local_id[rows],
         track_id=objects.track_id[rows],

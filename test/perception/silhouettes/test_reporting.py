@@ -91,7 +91,16 @@ def test_detections_are_of_those_who_are_seen_and_stand_on_the_ground(objects):
     objects.matched[0] = False
     objects.mean[1, :2] = np.nan
 
-    rows = detections_of(objects, np.zeros((3, 48)), np.zeros(3, np.bool_), 0, ReportConfig())
+    rows = detections_of(
+        objects, np.full((3, 2), 1.5), np.zeros((3, 48)), np.zeros(3, np.bool_), 0, ReportConfig()
+    )
 
     assert rows.local_id.tolist() == [3]
+    assert rows.extent.tolist() == [[1.5, 1.5]]
     assert rows.class_id.tolist() == [ClassCode.PERSON]
+
+
+def test_what_the_pictures_edge_cuts_off_is_of_unknown_size(objects):
+    truncated = np.array([True, False, False])
+    rows = detections_of(objects, np.ones((3, 2)), np.zeros((3, 48)), truncated, 0, ReportConfig())
+    assert np.isnan(rows.extent).all(axis=1).tolist() == truncated.tolist()
