@@ -23,6 +23,7 @@ _LIFETIME = Duration(seconds=1)
 _WIDTH_M, _HEIGHT_M = 0.5, 1.8
 _POINTS_A_DISC = 12
 _DISC_M = 0.3
+"""Radius that a disc has at least, m."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,11 +57,13 @@ def pose_array(tracks: Tracks, frame_id: str) -> PoseArray:
 
 
 def obstacle_cloud(tracks: Tracks, frame_id: str, height: float) -> PointCloud2:
-    """Return a disc of points at obstacle height (m) for every track."""
+    """Return a disc of points at obstacle height (m) for every track, as wide as that is."""
     angle = np.arange(_POINTS_A_DISC) * (2 * np.pi / _POINTS_A_DISC)
-    disc = np.column_stack([np.cos(angle), np.sin(angle)]) * _DISC_M
-    centre = tracks.position[_alive(tracks), :2]
-    around = (centre[:, None] + disc[None]).reshape(-1, 2)
+    disc = np.column_stack([np.cos(angle), np.sin(angle)])
+    alive = _alive(tracks)
+    radius = np.fmax(tracks.extent[alive, 0] / 2, _DISC_M)
+    centre = tracks.position[alive, :2]
+    around = (centre[:, None] + radius[:, None, None] * disc).reshape(-1, 2)
     points = np.column_stack([around, np.full(len(around), height)])
     return cloud_from_rows(
         _Points.build(tracks.stamp_ns, position=points), RCLPY_CLASSES, frame_id
