@@ -83,7 +83,7 @@ def numbers(text: str) -> tuple[int, ...]:
     listed: list[int] = []
     for item in text.split(','):
         found = re.fullmatch(r'(\d+)(?:-(\d+))?', item)
-        if found is None:
+        if found is None or int(found[2] or found[1]) < int(found[1]):
             raise ValueError(f'{text!r} lists no numbers, expected for example 11-34 or 1,2,3')
         first, last = found.groups()
         listed += range(int(first), int(last or first) + 1)

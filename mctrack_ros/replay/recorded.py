@@ -73,6 +73,11 @@ def _admitted(
         for result in periods.pop(index, []):
             waiting[result.camera].append(result.detections)
         frames = []
+        if record.camera.max(initial=0) >= len(cameras):
+            raise BagError(
+                f'{reader.path} was recorded with more cameras than the site has: '
+                f'{", ".join(cameras)}'
+            )
         for camera, count in zip(record.camera.tolist(), record.admitted.tolist()):
             name = cameras[camera]
             if len(waiting[name]) < count:

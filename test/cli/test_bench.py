@@ -18,7 +18,7 @@ def test_numbers_are_listed_singly_or_in_ranges(text, listed):
     assert numbers(text) == listed
 
 
-@pytest.mark.parametrize('text', ['', '1-', '3,x', '-2', '1.5'])
+@pytest.mark.parametrize('text', ['', '1-', '3,x', '-2', '1.5', '5-3'])
 def test_what_lists_no_numbers_is_refused(text):
     with pytest.raises(ValueError, match='lists no numbers'):
         numbers(text)

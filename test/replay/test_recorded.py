@@ -19,7 +19,7 @@ def write(path, stamps, ticks=()):
             rows = detections(period * PERIOD_NS + offset_ns, [[number, 0.0]])
             bag.write_rows(f'/{camera}/detections', rows, 'map', number)
         for stamp_ns, admitted in ticks:
-            record = Ticks.build(stamp_ns, camera=np.arange(2), admitted=admitted)
+            record = Ticks.build(stamp_ns, camera=np.arange(len(admitted)), admitted=admitted)
             bag.write_rows('/ticks', record, 'map', stamp_ns)
     return path
 
@@ -57,6 +57,12 @@ def test_what_came_late_is_left_out_as_it_was(tmp_path):
 def test_detections_that_were_fused_and_not_recorded_are_missed(tmp_path):
     path = write(tmp_path / 'bag', [('one', 5, 3)], [(5 * PERIOD_NS + 3, [1, 1])])
     with pytest.raises(BagError, match='lacks detections of two that were fused'):
+        given(path)
+
+
+def test_a_bag_of_more_cameras_than_the_site_has_is_refused(tmp_path):
+    path = write(tmp_path / 'bag', [('one', 5, 3)], [(5 * PERIOD_NS + 3, [1, 0, 1])])
+    with pytest.raises(BagError, match='more cameras than the site has: one, two'):
         given(path)
 
 

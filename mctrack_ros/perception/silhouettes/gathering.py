@@ -167,16 +167,6 @@ def _claims(shapes: Shapes, expected: Floats) -> Ints:
 
 
 @inner
-def _within(both: Floats, expected: Floats) -> bool:
-    return bool(
-        both[0] >= expected[0]
-        and both[1] >= expected[1]
-        and both[0] + both[2] <= expected[0] + expected[2]
-        and both[1] + both[3] <= expected[1] + expected[3]
-    )
-
-
-@inner
 def _united(one: Floats, other: Floats) -> NDArray[np.float64]:
     left, top = min(one[0], other[0]), min(one[1], other[1])
     right = max(one[0] + one[2], other[0] + other[2])

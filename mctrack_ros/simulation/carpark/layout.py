@@ -19,7 +19,6 @@ BAY_WIDTH_M, BAY_DEPTH_M = 2.6, 5.0
 LANES_Y = (8.25, 24.75)
 """Middles of the two driving lanes, m."""
 
-LANE_HALF_M = 3.25
 PAVEMENT_Y, FOOTWAY_Y = (-3.0, -0.4), (28.6, 30.8)
 """Where only pedestrians walk, nearest and farthest from the camera, m."""
 
