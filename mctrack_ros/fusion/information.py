@@ -16,7 +16,7 @@ from mctrack_ros.compiled import (
     inlined,
     inner,
 )
-from mctrack_ros.fusion.measured import OF_XX, OF_XY, OF_YY, X, Y
+from mctrack_ros.fusion.measured import OF_XX, OF_XY, OF_YY, X, Y, inverted
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -56,21 +56,13 @@ def joined(
 
 
 @inner
-def _inverted(xx: float, xy: float, yy: float) -> tuple[float, float, float]:
-    """Return the inverse of a symmetric (2, 2) matrix, infinite where there is none."""
-    determinant = xx * yy - xy * xy
-    scale = 1.0 / determinant if determinant != 0.0 else np.inf
-    return yy * scale, -xy * scale, xx * scale
-
-
-@inner
 def without(
     x: float, y: float, xx: float, xy: float, yy: float,
     weight_xx: float, weight_xy: float, weight_yy: float, pull_x: float, pull_y: float,
 ) -> tuple[float, float, float, float, float]:  # fmt: skip
     """Take what measurements have told out of a place and its covariance."""
-    own_xx, own_xy, own_yy = _inverted(xx, xy, yy)
-    xx, xy, yy = _inverted(own_xx - weight_xx, own_xy - weight_xy, own_yy - weight_yy)
+    own_xx, own_xy, own_yy = inverted(xx, xy, yy)
+    xx, xy, yy = inverted(own_xx - weight_xx, own_xy - weight_xy, own_yy - weight_yy)
     back_x = weight_xx * x + weight_xy * y - pull_x
     back_y = weight_xy * x + weight_yy * y - pull_y
     return x + (xx * back_x + xy * back_y), y + (xy * back_x + yy * back_y), xx, xy, yy
@@ -83,12 +75,12 @@ def invert(matrix: Floats, result: Floats) -> float:
 
     Returns the inverse's determinant.
     """
-    xx, xy, yy = _inverted(matrix[0, 0], matrix[0, 1], matrix[1, 1])
+    xx, xy, yy = inverted(matrix[0, 0], matrix[0, 1], matrix[1, 1])
     mixed_00 = xx * matrix[0, 2] + xy * matrix[1, 2]
     mixed_01 = xx * matrix[0, 3] + xy * matrix[1, 3]
     mixed_10 = xy * matrix[0, 2] + yy * matrix[1, 2]
     mixed_11 = xy * matrix[0, 3] + yy * matrix[1, 3]
-    own_xx, own_xy, own_yy = _inverted(
+    own_xx, own_xy, own_yy = inverted(
         matrix[2, 2] - (matrix[0, 2] * mixed_00 + matrix[1, 2] * mixed_10),
         matrix[2, 3] - (matrix[0, 2] * mixed_01 + matrix[1, 2] * mixed_11),
         matrix[3, 3] - (matrix[0, 3] * mixed_01 + matrix[1, 3] * mixed_11),

@@ -26,12 +26,14 @@ Bytes = NDArray[np.uint8]
 _STAMPS = types.Array(types.i8, 1, 'A')
 _IDS = types.Array(types.u4, 1, 'A')
 Sizes = NDArray[np.float32]
-EXTENT_NS, MOST_AT_ONCE = 8e9, 0.5
-"""Time constant of a track's size, ns; share of it that one detection is at most."""
-LARGEST_M = 100.0
-"""Nobody is larger than this, m."""
 TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
 
+MOST_AT_ONCE = 0.5
+"""Share of a track's size and colours that one detection is at most."""
+EXTENT_NS = 8e9
+"""Time constant of its size, ns."""
+LARGEST_M = 100.0
+"""Nobody is larger than this, m."""
 ASSOCIATIONS = dict.fromkeys(COSTS, CoveringAssociation)
 """By method, what associates the pictures of a tick; that of all others is `JointAssociation`."""
 
@@ -146,7 +148,7 @@ def learn_appearance(
     apart = ~looks.is_overlapped[columns]
     rows, columns = rows[apart], columns[apart]
     since = (looks.stamp_ns[columns] - table.seen_by_ns[rows, looks.camera[columns]]) / 1e9
-    weight = np.minimum(since / template_time, 0.5)
+    weight = np.minimum(since / template_time, MOST_AT_ONCE)
     _mix_in(table.template, rows, looks.detections.template[columns], weight)
 
 
