@@ -11,14 +11,14 @@ def coverage(
     site: str = typer.Argument(..., help='Site YAML, or the name of a shipped site.'),
     area: str = typer.Option(
         '',
-        help='What is to be covered [m]: x0,y0,x1,y1 or the corners x,y of a polygon. By default '
+        help='What is to be covered, m: x0,y0,x1,y1 or the corners x,y of a polygon. By default '
         "the site's `area`, or else the rectangle around all that is seen.",
     ),
     cell: float = typer.Option(
-        0.5, min=0.01, max=100.0, help='Edge of a cell of the error map [m].'
+        0.5, min=0.01, max=100.0, help='Edge of a cell of the error map, m.'
     ),
     reach: float = typer.Option(
-        200.0, min=1.0, max=10000.0, help='How far from its foot a camera is of use [m].'
+        200.0, min=1.0, max=10000.0, help='How far from its foot a camera is of use, m.'
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
     picture: Path | None = typer.Option(

@@ -12,10 +12,8 @@ _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what 
 def explain(
     bag: Path = typer.Argument(..., help='Bag with the detections of every camera.'),
     track: int = typer.Option(..., '--track', min=1, help='Id of the track.'),
-    at: float = typer.Option(..., '--at', help="When, since the bag's first tick [s]."),
-    length: float = typer.Option(
-        0.0, '--for', min=0.0, help='Also what changed in that time [s].'
-    ),
+    at: float = typer.Option(..., '--at', help="When, since the bag's first tick, s."),
+    length: float = typer.Option(0.0, '--for', min=0.0, help='Also what changed in that time, s.'),
     site: str = typer.Option(
         '', help='Site YAML, or the name of a shipped site; unless given, what the bag says.'
     ),

@@ -57,7 +57,7 @@ def play(
         ['.*'], '--topic', help='Regular expression of topics to play; may be repeated.'
     ),
     rate: float = typer.Option(1.0, min=0.001, max=1000.0, help='Speed; 1: as recorded.'),
-    start: float = typer.Option(0.0, min=0.0, help='Where in the bag to begin [s].'),
+    start: float = typer.Option(0.0, min=0.0, help='Where in the bag to begin, s.'),
     loop: bool = typer.Option(False, '--loop', help='Begin again at the end.'),
     restamp: bool = typer.Option(
         False, '--restamp', help='Shift all stamps as if captured now, and publish no /clock.'

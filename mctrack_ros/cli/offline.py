@@ -35,12 +35,12 @@ def simulate(
         SceneName.PITCH5, help='Five cameras about a football pitch, or one over a car park.'
     ),
     seconds: float | None = typer.Option(
-        None, min=0.04, help='Length [s]; unless given, 120 of the match, 600 of the car park.'
+        None, min=0.04, help='Length, s; unless given, 120 of the match, 600 of the car park.'
     ),
     seed: int = typer.Option(1, min=0, help='The same seed gives the same bytes.'),
     cameras: int | None = typer.Option(None, min=1, max=5, help='How many of the five cameras.'),
     noise: float | None = typer.Option(
-        None, min=0.1, max=50.0, help='Sensor noise [grey levels]; pitch5: 2, carpark: 2.6.'
+        None, min=0.1, max=50.0, help='Sensor noise, grey levels; pitch5: 2, carpark: 2.6.'
     ),
     shadows: bool | None = typer.Option(
         None, '--shadows/--no-shadows', help='Whether shadows fall: on the car park they do.'
@@ -57,7 +57,7 @@ def simulate(
     gain_step: float = typer.Option(
         0.0, min=-0.9, max=2.0, help="Change of the camera's gain at --step-at, as a share."
     ),
-    step_at: float = typer.Option(20.0, min=0.0, help='When light or gain change [s].'),
+    step_at: float = typer.Option(20.0, min=0.0, help='When light or gain change, s.'),
     processes: int = _PROCESSES,
     overwrite: bool = _OVERWRITE,
     calibration: Path | None = typer.Option(

@@ -55,7 +55,12 @@ def reproduce(
         None, help='table3, fig18, fig20: also draw them, as PNG.'
     ),
 ) -> None:
-    """Measure on real data, the pitch, the car park, the ground mappings or the watchdog."""
+    """
+    Measure on real data, matches, the car park, staged scenarios, mappings or the watchdog.
+
+    pets, terrace, lab6p, cmc, wildtrack, cameras, intel, watchdog and covering need the real data,
+    biased the fusion benchmark; all others are simulated. docs/results.md has what each one gave.
+    """
     if picture is not None and experiment not in DRAWN:
         raise ValueError(f'{experiment} has no picture: leave --picture away')
     figures = _experiment(experiment, data, picture)
