@@ -58,8 +58,9 @@ def reproduce(
     """
     Measure on real data, matches, the car park, staged scenarios, mappings or the watchdog.
 
-    pets, terrace, lab6p, cmc, wildtrack, cameras, intel, watchdog and covering need the real data,
-    biased the fusion benchmark; all others are simulated. docs/results.md has what each one gave.
+    Real data is needed by pets, terrace, lab6p, cmc, wildtrack, cameras, intel,
+    watchdog and covering, the fusion benchmark by biased; the others are simulated.
+    docs/results.md has what each one gave.
     """
     if picture is not None and experiment not in DRAWN:
         raise ValueError(f'{experiment} has no picture: leave --picture away')
