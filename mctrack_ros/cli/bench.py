@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from mctrack_ros.experiments.bench_parts import Part
+
 if TYPE_CHECKING:
     from mctrack_ros.experiments.figures import Figures
+
 
 app = typer.Typer(no_args_is_help=True)
 _JSON = typer.Option(None, '--json', help='Also write the figures here.')
@@ -41,9 +44,7 @@ def camera(json_file: Path | None = _JSON) -> None:
 
 @app.command()
 def fusion(
-    part: list[str] = typer.Option(
-        [], help='Measure this alone: speed, whole, accuracy or hostile.'
-    ),
+    part: list[Part] = typer.Option([], help='Measure this alone; may be repeated.'),
     seeds: str = typer.Option(
         '11-34', help='Scenes whose accuracy is measured: 11-34 are held out, 1-3 for tuning.'
     ),
@@ -58,14 +59,18 @@ def fusion(
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.experiments import fusion_bench
 
-    parts = tuple(map(fusion_bench.Part, part)) or tuple(fusion_bench.Part)
     peers = () if alone else fusion_bench.installed_peers()
     missing = [name for name in fusion_bench.PEERS if name not in peers and not alone]
     if missing:
         names = ', '.join(missing)
         typer.echo(f'measuring without {names}; to have them: {fusion_bench.INSTALL}', err=True)
     figures = fusion_bench.bench_fusion(
-        fusion_bench.toolkit_folder(folder), peers, parts, numbers(seeds), quick, progress_bar
+        fusion_bench.toolkit_folder(folder),
+        peers,
+        tuple(part or Part),
+        numbers(seeds),
+        quick,
+        progress_bar,
     )
     _tell(figures, json_file)
 

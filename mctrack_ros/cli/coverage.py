@@ -6,6 +6,8 @@ from pathlib import Path
 
 import typer
 
+from mctrack_ros.cli.options import picture_file
+
 
 def coverage(
     site: str = typer.Argument(..., help='Site YAML, or the name of a shipped site.'),
@@ -22,7 +24,10 @@ def coverage(
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
     picture: Path | None = typer.Option(
-        None, '--picture', help='Also draw it here, as .png, .svg or .pdf.'
+        None,
+        '--picture',
+        callback=picture_file,
+        help='Also draw it here, as .png, .svg or .pdf.',
     ),
     web: bool = typer.Option(
         False, '--web', help='Show it in the browser, where fields of view are drawn and saved.'

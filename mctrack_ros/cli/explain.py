@@ -6,18 +6,26 @@ from pathlib import Path
 
 import typer
 
+from mctrack_ros.cli.options import finite, picture_file
+
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 
 
 def explain(
     bag: Path = typer.Argument(..., help='Bag with the detections of every camera.'),
     track: int = typer.Option(..., '--track', min=1, help='Id of the track.'),
-    at: float = typer.Option(..., '--at', help="When, since the bag's first tick, s."),
-    length: float = typer.Option(0.0, '--for', min=0.0, help='Also what changed in that time, s.'),
+    at: float = typer.Option(
+        ..., '--at', callback=finite, help="When, since the bag's first tick, s."
+    ),
+    length: float = typer.Option(
+        0.0, '--for', min=0.0, callback=finite, help='Also what changed in that time, s.'
+    ),
     site: str = typer.Option(
         '', help='Site YAML, or the name of a shipped site; unless given, what the bag says.'
     ),
-    out: Path | None = typer.Option(None, help='Picture to write, for example why.png.'),
+    out: Path | None = typer.Option(
+        None, callback=picture_file, help='Picture to write, for example why.png.'
+    ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write all numbers here.'),
 ) -> None:
     """Say why a track took what it took, coasted, changed its id, began or ended."""

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from mctrack_ros.cli.options import picture_file
+
 if TYPE_CHECKING:
     from mctrack_ros.experiments.figures import Figures
 
@@ -52,7 +54,7 @@ def reproduce(
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
     picture: Path | None = typer.Option(
-        None, help='table3, fig18, fig20: also draw them, as PNG.'
+        None, callback=picture_file, help='table3, fig18, fig20: also draw them, as PNG.'
     ),
 ) -> None:
     """

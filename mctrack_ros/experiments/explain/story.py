@@ -90,7 +90,8 @@ def tell(
     BagError
         If the bag cannot be read, or holds neither explanations nor detections.
     ConfigError
-        If the bag does not say how fusion was set and no site is given.
+        If the bag does not say how fusion was set and no site is given, or the site has other
+        cameras than the bag.
     ValueError
         If the time is not within the bag, or there is no such track then.
 
@@ -125,11 +126,17 @@ def tell(
 
 def _settings(reader: BagReader, site: SiteConfig | None) -> tuple[tuple[str, ...], FusionConfig]:
     """Return the cameras' names and how fusion was set."""
-    if site is not None:
-        return site.camera_names, site.fusion
     said: dict[str, Any] = {}
     if reader.count('/site'):
         said = next(json.loads(message.data) for _, message, _ in reader.messages(['/site']))
+    if site is not None:
+        cameras = tuple(said.get('cameras', site.camera_names))
+        if site.camera_names != cameras:
+            raise ConfigError(
+                f'{reader.path} was made by the cameras {", ".join(cameras)}; '
+                f'the site has {", ".join(site.camera_names)}'
+            )
+        return site.camera_names, site.fusion
     if 'fusion' not in said:
         raise ConfigError(
             f'{reader.path} does not say how fusion was set: name the site, for example '

@@ -1,7 +1,7 @@
 """Fusion on the shared benchmark: time, accuracy beside other trackers, bad input."""
 
 from mctrack_ros.experiments.fusion_bench.accuracy import HELD_OUT
-from mctrack_ros.experiments.fusion_bench.bench import Part, bench_fusion
+from mctrack_ros.experiments.fusion_bench.bench import bench_fusion
 from mctrack_ros.experiments.fusion_bench.toolkit import (
     INSTALL,
     PEERS,
@@ -13,7 +13,6 @@ __all__ = [
     'HELD_OUT',
     'INSTALL',
     'PEERS',
-    'Part',
     'bench_fusion',
     'installed_peers',
     'toolkit_folder',

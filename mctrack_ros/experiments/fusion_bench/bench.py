@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
-from enum import StrEnum
 from pathlib import Path
 
+from mctrack_ros.experiments.bench_parts import Part
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.fusion_bench.accuracy import FRAMES, HELD_OUT, measure_accuracy
 from mctrack_ros.experiments.fusion_bench.hostile import (
@@ -20,16 +20,6 @@ from mctrack_ros.experiments.fusion_bench.speed import measure_speed
 from mctrack_ros.experiments.fusion_bench.toolkit import WARM_UP, Toolkit, peer_version
 from mctrack_ros.experiments.fusion_bench.whole import measure_whole
 from mctrack_ros.experiments.fusion_bench.workers import Progress
-
-
-class Part(StrEnum):
-    """What can be measured alone."""
-
-    SPEED = 'speed'
-    WHOLE = 'whole'
-    ACCURACY = 'accuracy'
-    HOSTILE = 'hostile'
-
 
 ShowProgress = Callable[[str], AbstractContextManager[Progress]]
 

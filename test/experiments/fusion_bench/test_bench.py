@@ -1,6 +1,7 @@
 from contextlib import contextmanager
 
-from mctrack_ros.experiments.fusion_bench import Part, bench_fusion
+from mctrack_ros.experiments.bench_parts import Part
+from mctrack_ros.experiments.fusion_bench import bench_fusion
 
 
 def test_figures_name_the_command_that_measures_them_again(folder):

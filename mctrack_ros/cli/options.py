@@ -1,0 +1,26 @@
+"""What options are checked for before the work begins."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import typer
+
+PICTURES = ('.png', '.svg', '.pdf')
+
+
+def finite(value: float) -> float:
+    """Refuse a number that is none, or without end."""
+    if not math.isfinite(value):
+        raise typer.BadParameter(f'{value} is no time, expected a number of seconds')
+    return value
+
+
+def picture_file(path: Path | None) -> Path | None:
+    """Refuse a picture that could not be written, by its ending and its folder."""
+    if path is not None and path.suffix.lower() not in PICTURES:
+        raise typer.BadParameter(f'{path} ends in {path.suffix!r}, expected {", ".join(PICTURES)}')
+    if path is not None and not path.resolve().parent.is_dir():
+        raise typer.BadParameter(f'{path}: there is no folder {path.resolve().parent}')
+    return path
