@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from mctrack_ros.interfaces import Detections, EventCode, Events, Tracks
 
 CODES = (EventCode.NEW, EventCode.ENTER, EventCode.SPLIT, EventCode.EXIT, EventCode.MERGE)
 """E1 to E5."""
+
+DOUBTFUL = 0.8
+"""Events that are told as less probable are counted apart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,12 +33,15 @@ class Happening:
         An `EventCode`.
     targets : frozenset of int
         Everybody concerned: whom it is about and the others of the group; true ids.
+    probability : float
+        How probable it was told to be.
 
     """
 
     stamp_ns: int
     event: int
     targets: frozenset[int]
+    probability: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,16 +53,23 @@ class EventScore:
     ----------
     true, told, hits : int
         True events, told events, and pairs of both.
+    expected : float
+        Hits that the told events promised: the sum of their probabilities.
+    doubted, doubted_hits : int
+        Told events that were less probable than `DOUBTFUL`, and pairs of them.
 
     """
 
     true: int = 0
     told: int = 0
     hits: int = 0
+    expected: float = 0.0
+    doubted: int = 0
+    doubted_hits: int = 0
 
     def __add__(self, other: EventScore) -> EventScore:
         """Return the score of both together."""
-        return EventScore(self.true + other.true, self.told + other.told, self.hits + other.hits)
+        return EventScore(*(one + more for one, more in zip(astuple(self), astuple(other))))
 
     @property
     def ratio(self) -> float:
@@ -67,6 +80,16 @@ class EventScore:
     def precision(self) -> float:
         """Share of the told events that are true."""
         return self.hits / self.told if self.told else float('nan')
+
+    @property
+    def promised(self) -> float:
+        """Share of the told events that would be true, had each been as probable as told."""
+        return self.expected / self.told if self.told else float('nan')
+
+    @property
+    def doubted_precision(self) -> float:
+        """Share of those told as less probable than `DOUBTFUL` that are true."""
+        return self.doubted_hits / self.doubted if self.doubted else float('nan')
 
     @property
     def recall(self) -> float:
@@ -96,15 +119,20 @@ def score_events(
         Least share of the targets of either that both name; 1: the same targets.
 
     """
+    probability = np.array([one.probability for one in told])
+    doubted = probability < DOUBTFUL
+    counts = len(true), len(told)
     if not true or not told:
-        return EventScore(len(true), len(told), 0)
+        return EventScore(*counts, 0, float(probability.sum()), int(doubted.sum()))
     apart = np.abs(np.subtract.outer(_stamps(true), _stamps(told)))
     usable = apart <= round(window_s * 1e9)
     for row, column in np.argwhere(usable).tolist():
         one, other = true[row].targets, told[column].targets
         usable[row, column] = len(one & other) >= alike * len(one | other)
     rows, columns = linear_sum_assignment(usable, maximize=True)
-    return EventScore(len(true), len(told), int(usable[rows, columns].sum()))
+    hit = columns[usable[rows, columns]]
+    promised = float(probability.sum())
+    return EventScore(*counts, len(hit), promised, int(doubted.sum()), int(doubted[hit].sum()))
 
 
 def true_happenings(events: Iterable[Events]) -> list[Happening]:
@@ -145,7 +173,8 @@ def told_happenings(
                 for local, track in zip(local_ids, track_ids)
                 if local or track
             )
-            told.append(Happening(rows.stamp_ns, int(rows.event[row]), named))
+            code, probability = int(rows.event[row]), float(rows.probability[row])
+            told.append(Happening(rows.stamp_ns, code, named, probability))
     return told
 
 

@@ -16,7 +16,13 @@ from mctrack_ros.evaluation import (
     identity_switches,
     while_isolated,
 )
-from mctrack_ros.evaluation.happenings import CODES, EventScore, Happening, score_events
+from mctrack_ros.evaluation.happenings import (
+    CODES,
+    DOUBTFUL,
+    EventScore,
+    Happening,
+    score_events,
+)
 from mctrack_ros.evaluation.paths import matched_paths
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.tracked_match import MEMORY_S, PEOPLE_GATE_M, TrackedMatch
@@ -72,6 +78,9 @@ def reproduce_table4(
     figures: dict[str, float] = {}
     for code, exact, majority in zip(range(1, 6), scores[0].values(), scores[1].values()):
         figures |= _figures(f'e{code}', exact) | {f'e{code}.majority.f1': majority.f1}
+        if exact.doubted:
+            figures[f'e{code}.doubted'] = exact.doubted
+            figures[f'e{code}.doubted.precision'] = exact.doubted_precision
     figures |= {name: float(np.mean([one[name] for one in tracking])) for name in tracking[0]}
     figures |= {
         'correlation': float(np.mean(correlations)),
@@ -131,6 +140,7 @@ def _figures(name: str, score: EventScore) -> dict[str, float]:
         f'{name}.precision': score.precision,
         f'{name}.recall': score.recall,
         f'{name}.f1': score.f1,
+        f'{name}.promised': score.promised,
     }
 
 
@@ -143,6 +153,8 @@ def _protocol(seeds: Sequence[int], duration_s: float) -> dict[str, Any]:
         'majority: at least half of all that either names',
         'targets': 'a track is the person it is nearest to most often within '
         f'{MEMORY_S:g} s, at most {PEOPLE_GATE_M:g} m away',
+        'promised': 'share that would be true had each been as probable as told; doubted: those '
+        f'told as less probable than {DOUBTFUL:g}, and the share of them that is true',
         'correlation': f'of true and estimated x and y at {GATE_M:g} m, mean over players',
         'mota': f'and others, on the ground at {GATE_M:g} m, means over the matches; '
         f'switches_isolated: of those who had nobody within {APART_M:g} m for {APART_S:g} s',

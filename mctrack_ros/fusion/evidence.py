@@ -16,6 +16,13 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
+ANNOUNCED_S = 1.0
+"""Who comes into a camera's view is announced for so long before, s."""
+
+IN_VIEW = 0.5
+"""Where a camera sees people more probably, it has a view."""
+
+
 class Evidence:
     """
     Weighs what the cameras see of each track against what they should see.
@@ -89,6 +96,18 @@ class Evidence:
         )
         self._coverage.learn(table.mean, table.confirmed, seen, told, min(seconds, life.look_time))
         return confirmed
+
+    def entering(self, table: TrackTable) -> Mask:
+        """
+        Tell which tracks, (n,), are about to come into a camera's view (R2 of the paper).
+
+        They are where it usually sees nobody, and go where it does.
+        """
+        ahead = table.mean[:, :2] + ANNOUNCED_S * table.mean[:, 2:]
+        everybody = np.ones(len(table), np.bool_)
+        here = np.ascontiguousarray(table.mean[:, :2])
+        now, soon = (self._coverage.probability(place, everybody) for place in (here, ahead))
+        return np.asarray(((now < IN_VIEW) & (soon >= IN_VIEW)).any(axis=1))
 
     def _note_vacant(self, vacant: Mask, table: TrackTable, looks: Looks) -> None:
         """Note which cameras, (n, cameras), see bare ground where a track is surely expected."""

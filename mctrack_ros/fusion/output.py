@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from mctrack_ros.compiled import (
     COLUMN_1D,
@@ -150,13 +151,14 @@ def _status_of(confirmed: NDArray[np.bool_], cameras: Ids, group: Ids) -> Bytes:
     return status
 
 
-def feedback_of(table: TrackTable, stamp_ns: int) -> Feedback:
-    """Return what cameras are told of tracks."""
+def feedback_of(table: TrackTable, entering: NDArray[np.bool_], stamp_ns: int) -> Feedback:
+    """Return what cameras are told of tracks, (n,) of which may be entering a view."""
     recent = table.seen_by_ns > stamp_ns - SEEN_MEMORY_NS
     bits = np.left_shift(np.uint32(1), np.arange(recent.shape[1], dtype=np.uint32))
     resolved = (table.group > 0) & (table.cameras > 0)
     flags = resolved * np.uint8(FeedbackFlag.GROUP_RESOLVED)
     flags |= (table.previous_id > 0) * np.uint8(FeedbackFlag.CORRECTED)
+    flags |= entering * np.uint8(FeedbackFlag.ENTERING)
     return Feedback.build(
         stamp_ns,
         position=ground_points(table),
@@ -172,11 +174,14 @@ def feedback_of(table: TrackTable, stamp_ns: int) -> Feedback:
     )
 
 
+_Row = tuple[EventCode, int, tuple[float, float], int, int, list[int], float]
+
+
 class EventLog:
     """Collects the events of one tick."""
 
     def __init__(self) -> None:
-        self._rows: list[tuple[EventCode, int, tuple[float, float], int, int, list[int]]] = []
+        self._rows: list[_Row] = []
 
     def add(
         self,
@@ -186,22 +191,24 @@ class EventLog:
         *,
         old_id: int = 0,
         others: NDArray[np.uint32] | None = None,
+        probability: float | None = None,
     ) -> None:
-        """Note an event of one track; a correction says what it was called."""
+        """Note an event, as probable as its track unless told; a correction names the old id."""
         track_id = int(table.track_id[row])
         x, y = table.mean[row, :2].tolist()
         rest = [] if others is None else others[others != track_id][:MEMBERS].tolist()
         new_id = track_id if old_id else 0
-        self._rows.append((code, track_id, (x, y), old_id, new_id, rest))
+        told = float(expit(table.evidence[row])) if probability is None else probability
+        self._rows.append((code, track_id, (x, y), old_id, new_id, rest, told))
 
     def add_all(self, code: EventCode, table: TrackTable, mask: NDArray[np.bool_]) -> None:
         """Note one event for each track of a mask."""
         (rows,) = mask.nonzero()
         if not len(rows):
             return
-        places = map(tuple, table.mean[rows, :2].tolist())
-        for track_id, place in zip(table.track_id[rows].tolist(), places):
-            self._rows.append((code, track_id, place, 0, 0, []))
+        names, places = table.track_id[rows].tolist(), table.mean[rows, :2].tolist()
+        for track_id, (x, y), told in zip(names, places, expit(table.evidence[rows]).tolist()):
+            self._rows.append((code, track_id, (x, y), 0, 0, [], told))
 
     def events(self, stamp_ns: int) -> Events:
         """Return the events sorted by code, then track."""
@@ -211,6 +218,7 @@ class EventLog:
         return Events.build(
             stamp_ns,
             position=[(*row[2], 0.0) for row in rows],
+            probability=[row[6] for row in rows],
             track_id=[row[1] for row in rows],
             old_id=[row[3] for row in rows],
             new_id=[row[4] for row in rows],

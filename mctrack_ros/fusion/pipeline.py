@@ -106,7 +106,7 @@ class FusionPipeline:
             return Feedback.build(0)
         is_published = lifecycle.is_published(self._table, self._stamp_ns, self._config)
         told = self._table.select(self._table.confirmed & is_published)
-        return feedback_of(told, self._stamp_ns)
+        return feedback_of(told, self._evidence.entering(told), self._stamp_ns)
 
     def _observe(self, tick: Tick, events: EventLog) -> tuple[Looks, TrackTable]:
         """Take up the pictures of a tick and predict the tracks to it; return who ends by that."""
@@ -217,7 +217,9 @@ class FusionPipeline:
         self._table = table = self._table.select(order)
         changed = np.isin(table.previous_id, list(changes))
         for row in np.flatnonzero(changed).tolist():
-            events.add(EventCode.CORRECTION, table, row, old_id=int(table.previous_id[row]))
+            old_id = int(table.previous_id[row])
+            certainty = self._recognition.certainty[old_id]
+            events.add(EventCode.CORRECTION, table, row, old_id=old_id, probability=certainty)
         return np.asarray(confirmed[order] & ~changed)
 
     def _announce(self, confirmed: NDArray[np.bool_], events: EventLog) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
+from scipy.special import expit
 
 from mctrack_ros.fusion.absence import Absence
 from mctrack_ros.fusion.glances import first_look, look_of
@@ -48,6 +49,8 @@ class Recognition:
     ----------
     portraits : Portraits
         What those who are tracked look like.
+    certainty : dict of int to float
+        Of the changes of the last step, by old id: how probable each is, against the next best.
 
     """
 
@@ -58,6 +61,7 @@ class Recognition:
         self._absence = Absence(config, self.portraits)
         self._lost: dict[int, tuple[int, Floats]] = {}
         self._met: dict[int, tuple[int, Floats]] = {}
+        self.certainty: dict[int, float] = {}
 
     def note_lost(self, removed: TrackTable, table: TrackTable, stamp_ns: int) -> None:
         """Remember confirmed tracks that end; whoever is where they may have gone may be them."""
@@ -118,6 +122,7 @@ class Recognition:
             Old ids to new ones, all to be changed at once.
 
         """
+        self.certainty.clear()
         self._forget_the_lost(stamp_ns)
         self._note_contacts(table, stamp_ns)
         changes = self._found_again(table, confirmed.nonzero()[0], stamp_ns)
@@ -167,17 +172,27 @@ class Recognition:
             self._suspects.settle(name, self._suspects.of(name).union(since))
             look = first_look(table, row)
             soon = [one for one, ago in since.items() if ago < self._config.soon_time * 1e9]
-            best = self._absence.find(table, row, look, stamp_ns) or self._alike(look, soon)
+            best = self._absence.find(table, row, look, stamp_ns)
+            lead = -0.5 * self._absence.found[best] if best else 0.0
+            if not best:
+                best, lead = self._alike(look, soon)
             if best:
                 found[name] = best
+                self.certainty[name] = float(expit(lead))
                 self._replace({name: best})
         return found
 
-    def _alike(self, look: Floats, lost: list[int]) -> int:
-        """Return who of some that were lost looks so, (48,), the most; 0: nobody enough."""
+    def _alike(self, look: Floats, lost: list[int]) -> tuple[int, float]:
+        """
+        Return who of some that were lost looks so, (48,), the most; 0: nobody enough.
+
+        And by how much that is likelier than somebody new, log.
+        """
         alike = {one: self.portraits.distance(look, one) for one in lost if look.any()}
         best = min(alike, key=alike.__getitem__, default=0)
-        return best if best and alike[best] < self._config.new else 0
+        if best and alike[best] < self._config.new:
+            return best, float(np.log1p(self._config.new) - np.log1p(alike[best]))
+        return 0, 0.0
 
     def _judged(self, table: TrackTable, due: Indices, stamp_ns: int) -> dict[int, int]:
         """Learn what those due look like who are surely themselves, and judge the others."""
@@ -235,7 +250,9 @@ class Recognition:
         self._replace(dict(zip(circle, chosen)))
         for name, may in zip(chosen, may_be):
             self._suspects.settle(name, () if name in settled else may - settled)
-        return {old: new for old, new in zip(circle, chosen) if old != new}
+        changed = [index for index, old in enumerate(circle) if old != chosen[index]]
+        self.certainty |= {circle[index]: float(expit(margin[index])) for index in changed}
+        return {circle[index]: chosen[index] for index in changed}
 
     def _replace(self, names: dict[int, int]) -> None:
         """Let those who were called one thing be called another, all at once."""

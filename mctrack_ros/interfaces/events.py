@@ -25,7 +25,9 @@ class Events(Rows):
     position : (n, 3) float32 array
         Where, m; NaN where not known.
     probability : (n,) float32 array
-        Of the event, 0 to 1.
+        Of the event, 0 to 1. Of a camera's: that all whom it names are the right ones. On
+        `/events`: the track's score, of an exit the last one; of a correction that the new id is
+        the right one, against the next best.
     track_id : (n,) uint32 array
         The global track it is about; 0: not known.
     old_id, new_id : (n,) uint32 array

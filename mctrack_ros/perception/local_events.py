@@ -13,6 +13,12 @@ from mctrack_ros.perception.identity import Identified
 
 Ints = NDArray[np.int64]
 
+SEEN = 0.977
+"""How probable it is that whom an event names by a track of the camera's own is the right one."""
+
+HIDDEN = 0.82
+"""And of a group who is named because the fusion node expects him there."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Row:
@@ -27,6 +33,10 @@ class _Row:
 class EventLog:
     """
     Collects the events of one picture.
+
+    An event is as probable as that all whom it names are the right ones. On tuning matches (1 to
+    4 and 6, 12,000 merges and splits) the product over its members tells how often it is true
+    within .02 wherever it is above .5.
 
     Parameters
     ----------
@@ -73,12 +83,18 @@ class EventLog:
         return Events.build(
             self._stamp_ns,
             position=[row.position for row in self._rows],
+            probability=[_probability(row) for row in self._rows],
             event=[row.event for row in self._rows],
             local_id=[row.local_id for row in self._rows],
             track_id=[row.track_id for row in self._rows],
             others=others[0],
             other_tracks=others[1],
         )
+
+
+def _probability(row: _Row) -> float:
+    hidden = [row.local_id, *row.others].count(0) if row.others else 0
+    return SEEN ** (1 + len(row.others) - hidden) * HIDDEN**hidden
 
 
 def feedback_missed(stamp_ns: int) -> Events:

@@ -95,12 +95,17 @@ class LocalTracks:
         Last time that enough of it was seen to be sure that it is there.
     confirmed : (n,) bool array
         Old enough to be believed.
+    class_id : (n,) uint8 array
+        A `ClassCode`; unknown until it was seen as a whole.
+    near_px : (n, 2) float64 array
+        From where it stands in the picture to its foot point: 0, but a vehicle stands in the
+        middle of the ground that it covers, and its foot point is at the near end.
 
     """
 
     ARRAYS = (
         'local_id', 'mean', 'covariance', 'extent', 'template', 'track_id', 'first_ns',
-        'seen_ns', 'clear_ns', 'confirmed',
+        'seen_ns', 'clear_ns', 'confirmed', 'class_id', 'near_px',
     )  # fmt: skip
 
     def __init__(self, config: FilterConfig, mapping: GroundMapping, sizes: SizeTable) -> None:
@@ -124,6 +129,8 @@ class LocalTracks:
         self.seen_ns: Ints = np.zeros(0, np.int64)
         self.clear_ns: Ints = np.zeros(0, np.int64)
         self.confirmed: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        self.class_id: NDArray[np.uint8] = np.zeros(0, np.uint8)
+        self.near_px: Floats = np.zeros((0, 2))
 
     def predict(self, seconds: float) -> None:
         """Move all tracks on with constant velocity and white acceleration."""
@@ -133,7 +140,7 @@ class LocalTracks:
     def prediction(self) -> Prediction:
         """Return where the tracks are expected in the picture (the paper's KBB)."""
         place = np.ascontiguousarray(self.mean[:, :2])
-        foot = np.ascontiguousarray(self._mapping.image_from_ground(place))
+        foot = np.ascontiguousarray(self._mapping.image_from_ground(place) + self.near_px)
         slope = np.ascontiguousarray(self._mapping.image_jacobian(place))
         box, spread = _expected(
             self._sizes.table,
@@ -184,11 +191,34 @@ class LocalTracks:
             'seen_ns': np.full(count, stamp_ns, np.int64),
             'clear_ns': np.full(count, stamp_ns, np.int64),
             'confirmed': np.zeros(count, np.bool_),
+            'class_id': np.zeros(count, np.uint8),
+            'near_px': np.zeros((count, 2)),
         }
         for name in self.ARRAYS:
             setattr(self, name, np.concatenate([getattr(self, name), added[name]]))
         self._next_id += count
         return np.arange(old, old + count)
+
+    def stand(self, rows: Ints, position: Floats, foot: Floats) -> None:
+        """
+        Let vehicles stand in the middle of their ground; their near ends stay where expected.
+
+        Parameters
+        ----------
+        rows : (k,) int array
+            Tracks.
+        position : (k, 2) array
+            Where they are seen to stand, m.
+        foot : (k, 2) array
+            Foot points of their near ends, px.
+
+        """
+        near_px = foot - self._mapping.image_from_ground(position)
+        end = self._mapping.image_from_ground(self.mean[rows, :2]) + self.near_px[rows]
+        place = self._mapping.ground_from_image(end - near_px)
+        known = np.isfinite(place).all(axis=1) & np.isfinite(near_px).all(axis=1)
+        self.near_px[rows[known]] = near_px[known]
+        self.mean[rows[known], :2] = place[known]
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Keep some tracks and drop the others."""

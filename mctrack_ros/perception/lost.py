@@ -28,6 +28,8 @@ def lost_tracks(
     """
     Tell which tracks have left the picture, and which were not seen for too long.
 
+    However slowly pictures come, nobody is lost before the next one.
+
     Parameters
     ----------
     foot : (n, 2) array
@@ -62,7 +64,7 @@ def lost_tracks(
         obscure = (stamp_ns - clear_ns[row]) * 1e-9 - seconds
         left[row] = not inside and unseen > 0.0
         if confirmed[row]:
-            lost[row] = unseen > coast_s or obscure > hidden_s
+            lost[row] = unseen > max(coast_s, seconds) or obscure > hidden_s
         else:
-            lost[row] = unseen > confirm_s or obscure > 0.0
+            lost[row] = unseen > max(confirm_s, seconds) or obscure > 0.0
     return left, lost

@@ -33,7 +33,7 @@ class Observations(NamedTuple):
     foot : (n, 2) float64 array
         Foot point, px.
     position : (n, 2) float64 array
-        Where that stands, m.
+        Where that stands, m; of a vehicle, the middle of the ground that it covers.
     noise : (n, 2, 2) float64 array
         Covariance of the foot point, px².
     visible : (n,) float64 array
@@ -44,6 +44,8 @@ class Observations(NamedTuple):
         Colours of what is seen of it.
     fitted : (n,) bool array
         A body was placed in the blob; else the blob is the person.
+    depth : (n, 2) float64 array
+        How far the ground that a vehicle covers reaches from its foot point, m; 0: a person.
 
     """
 
@@ -57,6 +59,7 @@ class Observations(NamedTuple):
     proven: Floats
     template: Floats
     fitted: Booleans
+    depth: Floats
 
     def select(self, mask: Booleans) -> Observations:
         """Return the rows that a mask picks."""
@@ -69,7 +72,7 @@ _TABLE = types.f8[:, ::1]
 OBSERVATIONS = types.NamedTuple(
     [
         types.i8[::1], types.i8[::1], _TABLE, _TABLE, _TABLE, types.f8[:, :, ::1],
-        types.f8[::1], types.f8[::1], _TABLE, types.b1[::1],
+        types.f8[::1], types.f8[::1], _TABLE, types.b1[::1], _TABLE,
     ],
     Observations,
 )  # fmt: skip
@@ -156,8 +159,10 @@ def gathered(
             if hidden:
                 proven[row] = 0.0
             row, body = row + 1, body + 1
-    nowhere, none = np.empty((count, 2)), np.zeros((count, 2, 2))
-    return Observations(track, blob, box, nowhere, nowhere, none, visible, proven, colours, fitted)
+    nowhere, none, flat = np.empty((count, 2)), np.zeros((count, 2, 2)), np.zeros((count, 2))
+    return Observations(
+        track, blob, box, nowhere, nowhere, none, visible, proven, colours, fitted, flat
+    )
 
 
 @compiled(

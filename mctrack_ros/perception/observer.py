@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.blobs import BlobConfig, Blobs
+from mctrack_ros.perception.depth import ground_depth
 from mctrack_ros.perception.local_tracks import FilterConfig, LocalTracks, Prediction
 from mctrack_ros.perception.observations import Footing, Observations, footed, gathered
 from mctrack_ros.perception.partition import PartitionConfig, partition
@@ -37,6 +38,8 @@ class Observer:
         Parameters.
     palette : Palette
         What templates count.
+    vehicle_height_m : float
+        Height of vehicles, m.
 
     """
 
@@ -48,9 +51,11 @@ class Observer:
         filtering: FilterConfig,
         config: PartitionConfig,
         palette: Palette,
+        vehicle_height_m: float,
     ) -> None:
         self._mapping, self._sizes = mapping, sizes
         self._config, self._palette = config, palette
+        self._vehicle_height_m = vehicle_height_m
         self._footing = Footing(
             filtering.foot_noise_px,
             filtering.foot_noise_share,
@@ -67,9 +72,10 @@ class Observer:
         blobs: Blobs,
         template: Floats,
         picture: Picture,
+        vehicle: NDArray[np.bool_],
     ) -> Observations:
         """
-        Return the persons in the blobs of a picture, by blob; none at the horizon or above it.
+        Return who is in the blobs of a picture, by blob; nobody at the horizon or above it.
 
         Parameters
         ----------
@@ -85,6 +91,8 @@ class Observer:
             Colours of the blobs.
         picture : Picture
             With its foreground.
+        vehicle : (n,) bool array
+            Which blobs are one vehicle each.
 
         """
         config = self._config
@@ -94,6 +102,7 @@ class Observer:
             blobs.box,
             blobs.expected,
             blobs.truncated,
+            vehicle,
             config.odd_width,
             config.odd_height,
             config.single_width,
@@ -113,13 +122,21 @@ class Observer:
             config,
         )
         seen = gathered(by_size, bodies, shared, rows, blobs.box, template)
-        return self._on_ground(seen, blobs)
+        return self._on_ground(seen, blobs, vehicle)
 
-    def _on_ground(self, seen: Observations, blobs: Blobs) -> Observations:
+    def _on_ground(
+        self, seen: Observations, blobs: Blobs, vehicle: NDArray[np.bool_]
+    ) -> Observations:
         """Look up where the feet of persons stand; leave out who stands nowhere."""
         foot, noise, near = footed(
             seen, self._sizes.table, blobs.truncated, blobs.expected, blobs.box, self._footing
         )
         position = np.ascontiguousarray(self._mapping.ground_from_image(foot))
         near &= np.isfinite(position[:, 0]) & np.isfinite(position[:, 1])
-        return seen._replace(foot=foot, position=position, noise=noise).select(near)
+        seen = seen._replace(foot=foot, position=position, noise=noise)
+        large = vehicle[seen.blob] & near
+        if large.any():
+            box, height_m = seen.box[large], self._vehicle_height_m
+            seen.depth[large] = ground_depth(box, height_m, self._sizes, self._mapping)
+            position += seen.depth / 2
+        return seen.select(near)

@@ -26,7 +26,7 @@ class Told(NamedTuple):
     ----------
     alone : (n,) bool array
         Which look like one whole person and hold at most one track, or look like one person, but
-        like none of their tracks.
+        like none of their tracks, or are a vehicle.
     single : (n,) bool array
         Which others are no larger than one person: who else is in it must be hidden.
     track : (n,) int64 array
@@ -46,14 +46,15 @@ TOLD = types.NamedTuple([types.b1[::1], types.b1[::1], types.i8[::1], types.i8[:
 
 
 @compiled(
-    TOLD(INTS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, BOOLS_1D, *[types.f8] * 4)
+    TOLD(INTS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, BOOLS_1D, BOOLS_1D, *[types.f8] * 4)
 )  # fmt: skip
 def told(
     blob_of: Ints, predicted: Floats, box: Floats, expected: Floats, truncated: Booleans,
-    odd_width: float, odd_height: float, single_width: float, least_alike: float,
+    vehicle: Booleans, odd_width: float, odd_height: float, single_width: float,
+    least_alike: float,
 ) -> Told:  # fmt: skip
     """
-    Tell which blobs are one person each.
+    Tell which blobs are one person or vehicle each.
 
     Parameters
     ----------
@@ -63,8 +64,8 @@ def told(
         Boxes of the tracks, px.
     box, expected : (n, 4) and (n, 2) arrays
         Of the blobs, px, and the size of one person there.
-    truncated : (n,) bool array
-        Which touch the picture's edge.
+    truncated, vehicle : (n,) bool arrays
+        Which touch the picture's edge, and which are one vehicle each.
     odd_width, odd_height, single_width, least_alike : float
         See `PartitionConfig`.
 
@@ -85,6 +86,7 @@ def told(
         small = width <= odd_width * usual_width and height <= odd_height * usual_height
         not_halved = height * odd_height > min(least, usual_height)
         whole = members < 2 and (truncated[blob] or (small and not_halved))
+        whole = whole or vehicle[blob]
         fits_one = width / usual_width < single_width and height / usual_height < odd_height
         single[blob] = not whole and fits_one
         strange = single[blob] and most < least_alike

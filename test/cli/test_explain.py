@@ -1,11 +1,17 @@
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from fusion_scenes import PERIOD_NS, detections
 from typer.testing import CliRunner
 
 from mctrack_ros.cli.main import app
+from mctrack_ros.config import ConfigError
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import BagWriter
+
+ROOT = Path(__file__).parents[2]
 
 SITE = """
 name: hall
@@ -37,6 +43,36 @@ def tracked(tmp_path):
         'track', tmp_path / 'seen', '--out', tmp_path / 'out', '--site', tmp_path / 'site.yaml'
     )
     return tmp_path
+
+
+def test_the_example_of_the_documentation_is_what_the_command_prints():
+    page = (ROOT / 'docs' / 'explain.md').read_text()
+    command, shown = re.findall(r'```\n(.*?)```', page, re.DOTALL)[:2]
+    words = [ROOT / word if word.startswith('bags/') else word for word in command.split()[1:]]
+    printed = [line.rstrip() for line in mctrack(*words[: words.index('--out')]).splitlines()]
+    missing = [line for line in shown.splitlines() if line and line.rstrip() not in printed]
+    assert not missing
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'said'),
+    [
+        (('--at', 'nan'), 'expected a number'),
+        (('--at', 1, '--out', 'why.foo'), 'expected .png'),
+        (('--at', 1, '--out', 'nowhere/why.png'), 'there is no folder'),
+    ],
+)
+def test_what_cannot_be_is_refused_before_the_work(wrong, said):
+    result = CliRunner().invoke(app, ['explain', 'bag', '--track', '1', *map(str, wrong)])
+    assert result.exit_code == 2
+    assert said in ' '.join(result.output.replace('│', ' ').split())
+
+
+def test_a_site_with_other_cameras_than_the_bag_is_refused(tracked):
+    (tracked / 'other.yaml').write_text('name: hall\ncameras:\n  one: {}\n  six: {}\n')
+    words = ['explain', tracked / 'out' / 'bag', '--track', 1, '--at', 0.5]
+    with pytest.raises(ConfigError, match='one, two; the site has one, six'):
+        mctrack(*words, '--site', tracked / 'other.yaml')
 
 
 def test_explain_says_why_and_draws_it(tracked):

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -20,7 +22,7 @@ def merge(seconds, *targets):
 
 def test_the_same_targets_in_time_are_a_hit():
     true, told = [merge(1, 3, 4), merge(5, 3, 4)], [merge(1.5, 3, 4), merge(5.6, 3, 4)]
-    assert score_events(true, told, 0.5, 1.0) == EventScore(2, 2, 1)
+    assert score_events(true, told, 0.5, 1.0) == EventScore(2, 2, 1, 2.0)
 
 
 def test_a_group_told_in_part_is_a_hit_of_the_majority_only():
@@ -32,12 +34,24 @@ def test_a_group_told_in_part_is_a_hit_of_the_majority_only():
 def test_each_event_is_used_once_and_as_many_as_possible():
     true = [merge(1.0, 3, 4), merge(1.4, 3, 4)]
     told = [merge(1.2, 3, 4), merge(0.6, 3, 4)]
-    assert score_events(true, told, 0.5, 1.0) == EventScore(2, 2, 2)
+    assert score_events(true, told, 0.5, 1.0) == EventScore(2, 2, 2, 2.0)
 
 
 def test_ratio_is_flattered_by_false_events_and_f1_is_not():
     score = EventScore(true=10, told=10, hits=5)
     assert (score.ratio, score.precision, score.recall, score.f1) == (1.0, 0.5, 0.5, 0.5)
+
+
+def test_probabilities_promise_hits_and_the_doubted_are_counted_apart():
+    true = [merge(1, 3, 4), merge(5, 3, 4), merge(9, 3, 4)]
+    told = [
+        replace(merge(when, 3, 4), probability=probability)
+        for when, probability in ((1, 0.9), (3, 0.9), (5, 0.5), (7, 0.7))
+    ]
+    score = score_events(true, told, 0.5, 1.0) + score_events(true, [], 0.5, 1.0)
+    assert (score.true, score.told, score.hits) == (6, 4, 2)
+    assert score.promised == pytest.approx(0.75)
+    assert (score.doubted, score.doubted_precision) == (2, 0.5)
 
 
 @pytest.mark.parametrize('name', ['ratio', 'recall', 'f1'])

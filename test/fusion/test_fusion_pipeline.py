@@ -8,7 +8,7 @@ from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.admission import MOST_DETECTIONS, Admitted, usable_rows
 from mctrack_ros.fusion.initiation import MOST_TOGETHER
 from mctrack_ros.fusion.parameters import LifeConfig
-from mctrack_ros.interfaces import Detections, EventCode, Rows, TrackStatus
+from mctrack_ros.interfaces import Detections, EventCode, FeedbackFlag, Rows, TrackStatus
 
 CAMERAS = ('one', 'two')
 
@@ -101,8 +101,35 @@ def test_who_comes_back_where_he_was_soon_after_his_track_ended_is_himself():
     run(lambda index: {'one': [], 'two': []}, 60, pipeline, 25)
     after = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 25, pipeline, 85)
     assert published(after[-1]).keys() == published(before[-1]).keys()
-    corrected = [out.events.event == EventCode.CORRECTION for out in after]
-    assert np.concatenate(corrected).sum() == 1
+    (corrected,) = [
+        out.events.select(out.events.event == EventCode.CORRECTION)
+        for out in after
+        if EventCode.CORRECTION in out.events.event
+    ]
+    assert len(corrected) == 1
+    assert 0.5 < corrected.probability[0] <= 1.0
+
+
+def test_an_event_is_as_probable_as_its_track():
+    outputs = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 25)
+    output = next(out for out in outputs if EventCode.NEW in out.events.event)
+    assert output.events.probability.tolist() == output.tracks.score.tolist()
+    assert 0.9 < output.events.probability[0] < 1.0
+
+
+def test_who_is_about_to_come_into_a_cameras_view_is_announced():
+    """One sees everything, the other from x = 5 m on; two walk along x, one after the other."""
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    announced = {lap: [] for lap in range(2)}
+    for step in range(400):
+        lap, x = step // 200, step % 200 * 0.08
+        place = [[x, 0.0]] if x < 8 else []
+        pipeline.step(tick(step, {'one': place, 'two': place if x > 5 else []}))
+        if (pipeline.feedback().flags & FeedbackFlag.ENTERING).any():
+            announced[lap].append(x)
+    assert announced[1]
+    assert 1.0 < announced[1][0] < 5.0
+    assert 4.0 < announced[1][-1] < 6.5
 
 
 def test_everything_is_sorted_by_id_and_stamped_with_the_tick():

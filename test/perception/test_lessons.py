@@ -28,6 +28,7 @@ class Pupils:
             np.array([proven]),
             np.ones((1, 48)),
             np.array([fitted]),
+            np.zeros((1, 2)),
         )
         measured = learn(
             seen,

@@ -20,6 +20,7 @@ def person(fitted=False, visible=1.0):
         np.ones(1),
         np.full((1, 48), 0.25),
         np.array([fitted]),
+        np.zeros((1, 2)),
     )
 
 

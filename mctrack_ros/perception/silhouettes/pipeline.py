@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import ClassCode, Feedback
+from mctrack_ros.perception.classes import ClassVotes
 from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.identity import learn_identities
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture, has_jumped
 from mctrack_ros.perception.picture_state import is_blank
 from mctrack_ros.perception.silhouettes.background import LowPassBackground
-from mctrack_ros.perception.silhouettes.classes import ClassVotes
 from mctrack_ros.perception.silhouettes.components import Silhouettes, find_silhouettes
 from mctrack_ros.perception.silhouettes.features import Floats
 from mctrack_ros.perception.silhouettes.holes import patched, without_still_holes
@@ -72,7 +72,7 @@ class SilhouettePipeline:
         if background is not None:
             check_picture(background, mapping.image_size)
             self._background.restart_from(self._grey(background))
-        self._places = Places(config.places, mapping)
+        self._places = Places(config.places, config.tracker.classes.vehicle_height_m, mapping)
         self._tracker = SilhouetteTracker(config.tracker, self._places.sizes)
         self._rest = RestWatch(config.rest)
         self._classes = ClassVotes(config.tracker.classes)

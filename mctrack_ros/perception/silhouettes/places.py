@@ -8,10 +8,9 @@ import numpy as np
 
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
+from mctrack_ros.perception.depth import ground_depth
 from mctrack_ros.perception.silhouettes.features import Floats, Mask
 from mctrack_ros.perception.sizes import SizeTable
-
-ROUNDS = 4
 
 
 @dataclass(frozen=True)
@@ -25,7 +24,6 @@ class PlaceConfig:
     foot_noise_share: float = parameter(
         0.04, 'part that grows with the box, as a share of its height', minimum=0.0
     )
-    vehicle_height_m: float = parameter(1.5, 'height of vehicles [m]', minimum=0.1)
 
 
 class Places:
@@ -36,13 +34,18 @@ class Places:
     ----------
     config : PlaceConfig
         Parameters.
+    vehicle_height_m : float
+        Height of vehicles, m.
     mapping : GroundMapping
         Of the camera.
 
     """
 
-    def __init__(self, config: PlaceConfig, mapping: GroundMapping) -> None:
+    def __init__(
+        self, config: PlaceConfig, vehicle_height_m: float, mapping: GroundMapping
+    ) -> None:
         self._config, self._mapping = config, mapping
+        self._vehicle_height_m = vehicle_height_m
         self.sizes = SizeTable(mapping)
 
     def extent(self, box: Floats) -> Floats:
@@ -53,8 +56,8 @@ class Places:
         """
         Return where boxes stand.
 
-        A person stands at the bottom centre. A vehicle covers ground: from there back to the spot
-        above which its roof ends, so it stands between the two.
+        A person stands at the bottom centre of the box, a vehicle in the middle of the ground
+        that it covers.
 
         Parameters
         ----------
@@ -74,19 +77,10 @@ class Places:
 
         """
         near = self._mapping.ground_from_image(self.sizes.foot_of(box))
-        far = self._far_end(box)
-        depth = np.where(vehicle[:, None] & np.isfinite(far), far - near, 0.0)
+        depth = ground_depth(box, self._vehicle_height_m, self.sizes, self._mapping)
+        depth[~vehicle] = 0.0
         position = near + depth / 2
         deviation = self._config.foot_noise_px + self._config.foot_noise_share * box[:, 3]
         noise = (deviation**2 + shift_px**2)[:, None, None] * np.eye(2)
         covariance = self._mapping.ground_covariance(position, noise)
         return position, covariance + depth[:, :, None] * depth[:, None] / 12
-
-    def _far_end(self, box: Floats) -> Floats:
-        """Return the ground, (n, 2) m, below the top centre of boxes, at a vehicle's height."""
-        top = box[:, :2] + box[:, 2:] * [0.5, 0.0]
-        foot, bottom = top.copy(), box[:, 1] + box[:, 3]
-        for _ in range(ROUNDS):
-            height = self.sizes.per_metre(foot)[:, 1] * self._config.vehicle_height_m
-            foot[:, 1] = np.fmin(top[:, 1] + height, bottom)
-        return self._mapping.ground_from_image(foot)

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mctrack_ros.interfaces import ClassCode, EventCode
+from mctrack_ros.perception.classes import ClassConfig, looks_like_vehicle
 from mctrack_ros.perception.local_events import EventLog
 from mctrack_ros.perception.silhouettes.background import LowPassBackground
-from mctrack_ros.perception.silhouettes.classes import ClassConfig, looks_like_vehicle
 from mctrack_ros.perception.silhouettes.components import Silhouettes
 from mctrack_ros.perception.silhouettes.duplicates import (
     secure_silhouettes,

@@ -6,7 +6,7 @@ from mctrack_ros.perception.silhouettes.places import PlaceConfig, Places
 
 @pytest.fixture(scope='module')
 def places(mapping):
-    return Places(PlaceConfig(), mapping)
+    return Places(PlaceConfig(), 1.5, mapping)
 
 
 def boxed(mapping, points):

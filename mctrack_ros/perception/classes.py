@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import ClassCode
-from mctrack_ros.perception.silhouettes.features import Floats, Ints, Mask
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -24,9 +28,14 @@ class ClassConfig:
         'width to height of the rectangle above which half that area will do',
         minimum=0.0,
     )
+    vehicle_height_m: float = parameter(1.5, 'height of vehicles [m]', minimum=0.1)
     memory_s: float = parameter(
         3.0, 'time of one class that outweighs all before it [s]', minimum=0.0
     )
+
+
+PROVEN_S = 0.3
+"""Whoever has looked like a person for so long is one, also in a blob as large as a vehicle, s."""
 
 
 def looks_like_vehicle(extent: Floats, config: ClassConfig) -> Mask:
@@ -68,6 +77,10 @@ class ClassVotes:
         self._config = config
         self._votes: dict[int, float] = {}
 
+    def balance(self, local_id: Ints) -> Floats:
+        """Return for how long, (n,) s, each looked like a vehicle; below 0: like a person."""
+        return np.array([self._votes.get(one, 0.0) for one in local_id.tolist()])
+
     def count(self, local_id: Ints, extent: Floats, whole: Mask, seconds: float) -> Ints:
         """
         Count one picture and return the classes.
@@ -101,6 +114,30 @@ class ClassVotes:
         total = np.array(list(votes.values()))
         is_vehicle = np.where(total == 0.0, vehicle, total > 0.0)
         return np.where(is_vehicle, int(ClassCode.VEHICLE), int(ClassCode.PERSON))
+
+
+def vehicles_among(blob_of: Ints, balance: Floats, large: Mask, truncated: Mask) -> Mask:
+    """
+    Tell which blobs are one vehicle: what is as large as one, and no group of people.
+
+    People who meet were seen apart, a vehicle comes as a whole: through the edge of the picture,
+    as one track that never looked like a person.
+
+    Parameters
+    ----------
+    blob_of : (t,) int array
+        Row of the blob that each track is in; -1: none.
+    balance : (t,) array
+        Of the tracks, see `ClassVotes.balance`.
+    large, truncated : (n,) bool arrays
+        Which blobs look like a vehicle, and which touch the picture's edge.
+
+    """
+    people, known = np.zeros(len(large), np.bool_), np.zeros(len(large), np.bool_)
+    inside = blob_of >= 0
+    people[blob_of[inside & (balance <= -PROVEN_S)]] = True
+    known[blob_of[inside & (balance > 0.0)]] = True
+    return np.where(known, large | truncated, large & ~truncated & ~people)
 
 
 def _capped(value: float, size: float) -> float:

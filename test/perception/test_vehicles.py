@@ -1,0 +1,92 @@
+"""The default tracker with `vehicles`: what is as large as a car is one object, and said so."""
+
+import cv2
+import numpy as np
+import pytest
+
+from mctrack_ros.config import config_from
+from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.perception import CameraConfig, CameraPipeline
+
+GROUND = (60, 120, 60)
+
+
+class Road:
+    """Draws cars and people on a noisy ground, so many pictures a second."""
+
+    def __init__(self, mapping, rate_hz=25.0, **tracker):
+        self.mapping, self.rate_hz = mapping, rate_hz
+        self.pipeline = CameraPipeline(config_from(CameraConfig, {'tracker': tracker}), mapping)
+        self.rng = np.random.default_rng(0)
+        self.index = 0
+        for _ in range(round(1.6 * rate_hz)):
+            self.show([])
+
+    def outline(self, place, size):
+        """Return where the corners of a box of width, length and height, m, are seen."""
+        x, y, z = (np.array(ends) for ends in ((-0.5, 0.5), (-0.5, 0.5), (0.0, 1.0)))
+        corner = np.stack(np.meshgrid(x, y, z), axis=-1).reshape(-1, 3) * size
+        corner[:, :2] += place
+        pixel = self.mapping.image_from_ground(corner[:, :2], corner[:, 2])
+        return cv2.convexHull(np.rint(pixel).astype(np.int32))
+
+    def show(self, bodies):
+        self.index += 1
+        width, height = self.mapping.image_size
+        image = np.full((height, width, 3), GROUND, np.uint8)
+        for place, size, colour in bodies:
+            cv2.fillConvexPoly(image, self.outline(place, size), colour)
+        noisy = np.clip(image + self.rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
+        return self.pipeline.step(noisy, round(self.index / self.rate_hz * 1e9), None)
+
+
+CAR, PERSON = (4.2, 1.8, 1.5), (0.5, 0.3, 1.75)
+
+
+def drive(road, seconds=3.0, speed=4.0, start=-8.0):
+    """Return the detections of a car that passes, 10 m from the camera."""
+    steps = round(seconds * road.rate_hz)
+    place = start + speed * np.arange(steps) / road.rate_hz
+    return [road.show([((x, -1.0), CAR, (200, 60, 30))]).detections for x in place], place
+
+
+@pytest.mark.parametrize('rate_hz', [4.0, 25.0])
+def test_a_car_is_one_object_that_stands_in_the_middle_of_its_ground(mapping, rate_hz):
+    seen, place = drive(Road(mapping, rate_hz, vehicles=True))
+    whole = [
+        (detections, x)
+        for detections, x in zip(seen, place)
+        if len(detections) and not detections.truncated.any()
+    ]
+    assert len(whole) > rate_hz / 2
+    assert {len(detections) for detections, _ in whole} == {1}
+    assert len({int(detections.local_id[0]) for detections, _ in whole}) == 1
+    late = whole[len(whole) // 2 :]
+    assert {int(detections.class_id[0]) for detections, _ in late} == {ClassCode.VEHICLE}
+    for detections, x in late:
+        assert np.allclose(detections.position[0, :2], (x, -1.0), atol=0.7)
+        assert detections.extent[0, 0] == pytest.approx(CAR[0], rel=0.25)
+        assert detections.covariance[0, 1, 1] > 0.1
+
+
+def test_people_who_meet_are_no_vehicle(mapping):
+    road = Road(mapping, vehicles=True)
+    for step in range(50):
+        gap = max(2.5 - 0.06 * step, 0.35)
+        people = [((side * gap, 0.0), PERSON, (30, 30, 220)) for side in (-2, -1, 0, 1, 2)]
+        detections = road.show(people).detections
+    assert ClassCode.VEHICLE not in detections.class_id
+    assert len(detections) > 2
+
+
+def test_unless_vehicles_come_all_are_people(mapping):
+    seen, _ = drive(Road(mapping))
+    kinds = {int(kind) for detections in seen for kind in detections.class_id}
+    assert kinds == {ClassCode.PERSON}
+
+
+def test_a_person_keeps_one_track_at_four_pictures_a_second(mapping):
+    road = Road(mapping, 4.0)
+    seen = [road.show([((0.25 * step, 0.0), PERSON, (30, 30, 220))]) for step in range(12)]
+    ids = {int(name) for output in seen for name in output.detections.local_id}
+    assert ids == {1}
