@@ -338,6 +338,8 @@ class LocalTracker:
         self, seen: Observations, rows: NDArray[np.bool_], truncated: NDArray[np.bool_]
     ) -> None:
         """Let vehicles among some tracks stand where these do, if they are seen as a whole."""
+        if not self._config.vehicles:
+            return
         whole = rows & ~truncated[seen.blob] & (seen.depth != 0.0).any(axis=1)
         if whole.any():
             self.tracks.stand(seen.track[whole], seen.position[whole], seen.foot[whole])
@@ -382,7 +384,8 @@ class LocalTracker:
             self._partition.least_coloured,
         )
         covariance = self._mapping.ground_covariance(seen.position, noise)
-        covariance = covariance + seen.depth[:, :, None] * seen.depth[:, None] / 12
+        if self._config.vehicles:
+            covariance = covariance + seen.depth[:, :, None] * seen.depth[:, None] / 12
         class_id = tracks.class_id[seen.track]
         return Detections.build(
             stamp_ns, covariance=covariance, class_id=class_id, **shown._asdict()
