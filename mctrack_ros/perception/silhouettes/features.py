@@ -98,11 +98,6 @@ class Shapes:
         return Shapes(vector[None], np.concatenate([low, high - low])[None])
 
 
-def no_shapes() -> Shapes:
-    """Return shapes without a row."""
-    return Shapes(np.zeros((0, SIZE)), np.zeros((0, 4)))
-
-
 def stacked(*parts: Shapes) -> Shapes:
     """Return the rows of several shapes one after another."""
     return Shapes(

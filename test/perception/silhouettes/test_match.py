@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mctrack_ros.perception.silhouettes.components import shapes_of
-from mctrack_ros.perception.silhouettes.features import ComparisonConfig, no_shapes, stacked
+from mctrack_ros.perception.silhouettes.features import ComparisonConfig, Shapes, stacked
 from mctrack_ros.perception.silhouettes.match import (
     MatchConfig,
     gaps,
@@ -61,5 +61,7 @@ def test_as_printed_the_best_may_be_out_of_reach_and_then_there_is_none():
 
 
 def test_nothing_matches_nothing():
-    assert matched(no_shapes(), block(0, 0, 2, 2)).shape == (0, 1)
-    assert matched(block(0, 0, 2, 2), no_shapes()).shape == (1, 0)
+    one = block(0, 0, 2, 2)
+    nothing = Shapes(one.vector[:0], one.box[:0])
+    assert matched(nothing, one).shape == (0, 1)
+    assert matched(one, nothing).shape == (1, 0)
