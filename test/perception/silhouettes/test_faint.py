@@ -4,12 +4,13 @@ import pytest
 from mctrack_ros.perception.silhouettes.background import LowPassBackground, LowPassConfig
 from mctrack_ros.perception.silhouettes.components import ComponentConfig, find_silhouettes
 from mctrack_ros.perception.silhouettes.faint import with_faint
-from mctrack_ros.perception.silhouettes.features import AREA, BINS, HISTOGRAM, no_shapes
+from mctrack_ros.perception.silhouettes.features import AREA, BINS, HISTOGRAM, Shapes
 from mctrack_ros.perception.silhouettes.gathering import GatheringConfig, gathered
 from mctrack_ros.perception.sizes import SizeTable
 
 SIZE, GROUND, COAT, SKIN = (480, 640), 100, 106, 160
 SMALL_PX = 60.0
+NOBODY = Shapes(np.zeros((0, 21)), np.zeros((0, 4)))
 
 
 @pytest.fixture
@@ -37,7 +38,7 @@ def somebody(foot_row=380, left=300, shown=4):
 
 def found(grey, mask, background, sizes, config):
     silhouettes = find_silhouettes(mask, grey, ComponentConfig(1, 1))
-    silhouettes = gathered(silhouettes, no_shapes(), sizes, config)
+    silhouettes = gathered(silhouettes, NOBODY, sizes, config)
     return silhouettes, with_faint(silhouettes, background, sizes, config, SMALL_PX)
 
 

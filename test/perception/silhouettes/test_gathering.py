@@ -2,11 +2,12 @@ import numpy as np
 import pytest
 
 from mctrack_ros.perception.silhouettes.components import ComponentConfig, find_silhouettes
-from mctrack_ros.perception.silhouettes.features import no_shapes
+from mctrack_ros.perception.silhouettes.features import Shapes
 from mctrack_ros.perception.silhouettes.gathering import GatheringConfig, gathered
 from mctrack_ros.perception.sizes import SizeTable
 
 BOTTOM = 380
+NOBODY = Shapes(np.zeros((0, 21)), np.zeros((0, 4)))
 
 
 @pytest.fixture(scope='module')
@@ -31,7 +32,7 @@ def drawn(parts, metre):
 
 
 def boxes_after(parts, metre, sizes, known=None, config=None):
-    found = gathered(drawn(parts, metre), known or no_shapes(), sizes, config or GatheringConfig())
+    found = gathered(drawn(parts, metre), known or NOBODY, sizes, config or GatheringConfig())
     assert found.shapes.area.sum() == (found.labels > 0).sum()
     assert set(found.row_of[1:].tolist()) == set(range(len(found.shapes)))
     return found.shapes.box
