@@ -54,7 +54,9 @@ def reproduce(
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
     picture: Path | None = typer.Option(
-        None, callback=picture_file, help='table3, fig18, fig20: also draw them, as PNG.'
+        None,
+        callback=picture_file,
+        help='table3, fig18, fig20: also draw them, as .png, .svg or .pdf.',
     ),
 ) -> None:
     """

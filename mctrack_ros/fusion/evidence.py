@@ -15,7 +15,6 @@ from mctrack_ros.fusion.table import TrackTable
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-
 ANNOUNCED_S = 1.0
 """Who comes into a camera's view is announced for so long before, s."""
 
@@ -99,14 +98,14 @@ class Evidence:
 
     def entering(self, table: TrackTable) -> Mask:
         """
-        Tell which tracks, (n,), are about to come into a camera's view (R2 of the paper).
+        Tell which tracks, (n,), are about to come into a camera's view.
 
-        They are where it usually sees nobody, and go where it does.
+        They are where it usually sees nobody, and go where it does (event-tracking paper,
+        section 4.3).
         """
         ahead = table.mean[:, :2] + ANNOUNCED_S * table.mean[:, 2:]
         everybody = np.ones(len(table), np.bool_)
-        here = np.ascontiguousarray(table.mean[:, :2])
-        now, soon = (self._coverage.probability(place, everybody) for place in (here, ahead))
+        now, soon = (self._coverage.probability(place, everybody) for place in (table.mean, ahead))
         return np.asarray(((now < IN_VIEW) & (soon >= IN_VIEW)).any(axis=1))
 
     def _note_vacant(self, vacant: Mask, table: TrackTable, looks: Looks) -> None:

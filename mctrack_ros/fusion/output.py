@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -174,7 +174,14 @@ def feedback_of(table: TrackTable, entering: NDArray[np.bool_], stamp_ns: int) -
     )
 
 
-_Row = tuple[EventCode, int, tuple[float, float], int, int, list[int], float]
+class _Row(NamedTuple):
+    event: EventCode
+    track_id: int
+    position: tuple[float, float, float]
+    old_id: int
+    new_id: int
+    others: list[int]
+    probability: float
 
 
 class EventLog:
@@ -199,7 +206,7 @@ class EventLog:
         rest = [] if others is None else others[others != track_id][:MEMBERS].tolist()
         new_id = track_id if old_id else 0
         told = float(expit(table.evidence[row])) if probability is None else probability
-        self._rows.append((code, track_id, (x, y), old_id, new_id, rest, told))
+        self._rows.append(_Row(code, track_id, (x, y, 0.0), old_id, new_id, rest, told))
 
     def add_all(self, code: EventCode, table: TrackTable, mask: NDArray[np.bool_]) -> None:
         """Note one event for each track of a mask."""
@@ -208,7 +215,7 @@ class EventLog:
             return
         names, places = table.track_id[rows].tolist(), table.mean[rows, :2].tolist()
         for track_id, (x, y), told in zip(names, places, expit(table.evidence[rows]).tolist()):
-            self._rows.append((code, track_id, (x, y), 0, 0, [], told))
+            self._rows.append(_Row(code, track_id, (x, y, 0.0), 0, 0, [], told))
 
     def events(self, stamp_ns: int) -> Events:
         """Return the events sorted by code, then track."""
@@ -217,13 +224,13 @@ class EventLog:
             return Events.build(stamp_ns)
         return Events.build(
             stamp_ns,
-            position=[(*row[2], 0.0) for row in rows],
-            probability=[row[6] for row in rows],
-            track_id=[row[1] for row in rows],
-            old_id=[row[3] for row in rows],
-            new_id=[row[4] for row in rows],
-            others=[row[5] + [0] * (MEMBERS - len(row[5])) for row in rows],
-            event=[row[0] for row in rows],
+            position=[row.position for row in rows],
+            probability=[row.probability for row in rows],
+            track_id=[row.track_id for row in rows],
+            old_id=[row.old_id for row in rows],
+            new_id=[row.new_id for row in rows],
+            others=[row.others + [0] * (MEMBERS - len(row.others)) for row in rows],
+            event=[row.event for row in rows],
         )
 
 

@@ -34,10 +34,6 @@ class ClassConfig:
     )
 
 
-PROVEN_S = 0.3
-"""Whoever has looked like a person for so long is one, also in a blob as large as a vehicle, s."""
-
-
 def looks_like_vehicle(extent: Floats, config: ClassConfig) -> Mask:
     """
     Tell which boxes are vehicles'.
@@ -114,30 +110,6 @@ class ClassVotes:
         total = np.array(list(votes.values()))
         is_vehicle = np.where(total == 0.0, vehicle, total > 0.0)
         return np.where(is_vehicle, int(ClassCode.VEHICLE), int(ClassCode.PERSON))
-
-
-def vehicles_among(blob_of: Ints, balance: Floats, large: Mask, truncated: Mask) -> Mask:
-    """
-    Tell which blobs are one vehicle: what is as large as one, and no group of people.
-
-    People who meet were seen apart, a vehicle comes as a whole: through the edge of the picture,
-    as one track that never looked like a person.
-
-    Parameters
-    ----------
-    blob_of : (t,) int array
-        Row of the blob that each track is in; -1: none.
-    balance : (t,) array
-        Of the tracks, see `ClassVotes.balance`.
-    large, truncated : (n,) bool arrays
-        Which blobs look like a vehicle, and which touch the picture's edge.
-
-    """
-    people, known = np.zeros(len(large), np.bool_), np.zeros(len(large), np.bool_)
-    inside = blob_of >= 0
-    people[blob_of[inside & (balance <= -PROVEN_S)]] = True
-    known[blob_of[inside & (balance > 0.0)]] = True
-    return np.where(known, large | truncated, large & ~truncated & ~people)
 
 
 def _capped(value: float, size: float) -> float:

@@ -44,3 +44,8 @@ def ground_depth(box: Floats, height_m: float, sizes: SizeTable, mapping: Ground
         foot[:, 1] = np.fmin(top[:, 1] + height, bottom)
     reach = mapping.ground_from_image(foot) - mapping.ground_from_image(sizes.foot_of(box))
     return np.where(np.isfinite(reach), reach, 0.0)
+
+
+def depth_covariance(depth: Floats) -> Floats:
+    """Return the (n, 2, 2) covariance, m², of what is anywhere along (n, 2) depths, m."""
+    return depth[:, :, None] * depth[:, None] / 12

@@ -35,8 +35,8 @@ class EventLog:
     Collects the events of one picture.
 
     An event is as probable as that all whom it names are the right ones. On tuning matches (1 to
-    4 and 6, 12,000 merges and splits) the product over its members tells how often it is true
-    within .02 wherever it is above .5.
+    4 and 6, 12,000 merges and splits of the default tracker) the product over its members tells
+    how often it is true within .02 wherever it is above .5.
 
     Parameters
     ----------

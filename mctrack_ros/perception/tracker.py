@@ -9,16 +9,12 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.interfaces import ClassCode, Detections, EventCode, Events, Feedback
+from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
 from mctrack_ros.perception.blobs import BlobConfig, Blobs
-from mctrack_ros.perception.classes import (
-    ClassConfig,
-    ClassVotes,
-    looks_like_vehicle,
-    vehicles_among,
-)
+from mctrack_ros.perception.classes import ClassConfig
 from mctrack_ros.perception.company import NOBODY, Company, CompanyConfig, Roll, Sighting
 from mctrack_ros.perception.contacts import contacts
+from mctrack_ros.perception.depth import depth_covariance
 from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.hidden import begin_hidden, hidden_members
 from mctrack_ros.perception.identity import IdentityConfig, learn_identities
@@ -38,10 +34,10 @@ from mctrack_ros.perception.shown import shown_persons, sighted
 from mctrack_ros.perception.sizes import SizeTable
 from mctrack_ros.perception.steadiness import Steadiness
 from mctrack_ros.perception.vacancies import vacancies
+from mctrack_ros.perception.vehicles import Vehicles
 from mctrack_ros.perception.whole_blobs import NEW
 from mctrack_ros.tracking.appearance import PALETTES, colour_templates
 
-Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
@@ -127,7 +123,6 @@ class LocalTracker:
         self._config, self._matching, self._identity = config, matching, identity
         self._partition, self._mapping, self._sizes = partition, mapping, sizes
         self._palette, self._size_time_s = PALETTES[config.template], filtering.size_time_s
-        self._classes, self._votes = classes, ClassVotes(classes)
         self._observer = Observer(
             mapping,
             sizes,
@@ -138,7 +133,8 @@ class LocalTracker:
             classes.vehicle_height_m,
         )
         self.tracks = LocalTracks(filtering, mapping, sizes)
-        self._usual = usual = np.array([blobs.person_width_m, blobs.person_height_m])
+        usual = np.array([blobs.person_width_m, blobs.person_height_m])
+        self._vehicles = Vehicles(classes, config.vehicles, usual)
         self._roll, self._company = Roll(company, usual, sizes, mapping), NOBODY
         self._groups, self._steadiness = Groups(groups), Steadiness(groups.stable_s)
         self._strength = Strength(groups.contact_share, groups.contact_colour)
@@ -190,7 +186,7 @@ class LocalTracker:
         cells = np.rint(blobs.box / picture.scale).astype(int)
         template = colour_templates(picture.image, picture.mask, cells, self._palette)
         blob_of = match(tracks, predicted, blobs, template, self._matching)
-        vehicle = self._vehicles(blob_of, blobs)
+        vehicle = self._vehicles.among(blobs, blob_of, tracks)
         seen = self._observer.observe(
             blob_of, tracks, predicted, blobs, template, picture, vehicle
         )
@@ -200,8 +196,8 @@ class LocalTracker:
         part = contacts(company.box, blobs.box, picture, self._strength)
         self._note_groups(company, part, stamp_ns, log)
         self._update(seen, predicted, blobs, seconds, stamp_ns)
-        seen = self._start(seen, blobs.truncated, stamp_ns)
-        self._classify(seen, blobs, seconds)
+        seen = self._start(seen, blobs, stamp_ns)
+        self._vehicles.classify(tracks, seen, blobs, seconds)
         seen = seen.select(
             (seen.visible >= self._partition.least_visible)
             & (seen.proven >= self._partition.least_proven)
@@ -278,32 +274,6 @@ class LocalTracker:
             )
         )
 
-    def _vehicles(self, blob_of: Ints, blobs: Blobs) -> NDArray[np.bool_]:
-        """Tell which blobs are one vehicle each."""
-        if not self._config.vehicles:
-            return np.zeros(len(blobs), np.bool_)
-        large = looks_like_vehicle(self._extent(blobs), self._classes)
-        balance = self._votes.balance(self.tracks.local_id)
-        return vehicles_among(blob_of, balance, large, blobs.truncated)
-
-    def _extent(self, blobs: Blobs) -> Floats:
-        """Return the (n, 2) widths and heights of blobs, m, as if upright."""
-        return np.asarray(blobs.box[:, 2:] / blobs.expected * self._usual)
-
-    def _classify(self, seen: Observations, blobs: Blobs, seconds: float) -> None:
-        """Let the tracks that are seen as a whole, and alone, say what they are by their size."""
-        tracks = self.tracks
-        if not self._config.vehicles:
-            tracks.class_id[:] = ClassCode.PERSON
-            return
-        whole = ~(seen.fitted | blobs.truncated[seen.blob])
-        rows = seen.track[whole]
-        extent = np.full((len(tracks), 2), np.nan)
-        extent[rows] = self._extent(blobs)[seen.blob[whole]]
-        kind = self._votes.count(tracks.local_id, extent, np.isfinite(extent[:, 0]), seconds)
-        told = self._votes.balance(tracks.local_id) != 0.0
-        tracks.class_id[:] = np.where(told, kind, ClassCode.UNKNOWN)
-
     def _update(
         self,
         seen: Observations,
@@ -331,22 +301,10 @@ class LocalTracker:
             tracks.extent,
             tracks.template,
         )
-        self._stand(seen, seen.track != NEW, blobs.truncated)
+        self._vehicles.stand(tracks, seen, seen.track != NEW, blobs)
         tracks.update(predicted, measured, seen.foot, seen.noise)
 
-    def _stand(
-        self, seen: Observations, rows: NDArray[np.bool_], truncated: NDArray[np.bool_]
-    ) -> None:
-        """Let vehicles among some tracks stand where these do, if they are seen as a whole."""
-        if not self._config.vehicles:
-            return
-        whole = rows & ~truncated[seen.blob] & (seen.depth != 0.0).any(axis=1)
-        if whole.any():
-            self.tracks.stand(seen.track[whole], seen.position[whole], seen.foot[whole])
-
-    def _start(
-        self, seen: Observations, truncated: NDArray[np.bool_], stamp_ns: int
-    ) -> Observations:
+    def _start(self, seen: Observations, blobs: Blobs, stamp_ns: int) -> Observations:
         """Start a track for each person or vehicle that has none."""
         new = seen.track == NEW
         if not new.any():
@@ -357,7 +315,7 @@ class LocalTracker:
         near = seen.position[new] - seen.depth[new] / 2
         track[new] = self.tracks.start(near, seen.box[new], noise, colours, stamp_ns)
         seen = seen._replace(track=track)
-        self._stand(seen, new, truncated)
+        self._vehicles.stand(self.tracks, seen, new, blobs)
         return seen
 
     def _confirm(self, stamp_ns: int) -> None:
@@ -384,8 +342,8 @@ class LocalTracker:
             self._partition.least_coloured,
         )
         covariance = self._mapping.ground_covariance(seen.position, noise)
-        if self._config.vehicles:
-            covariance = covariance + seen.depth[:, :, None] * seen.depth[:, None] / 12
+        if seen.depth.any():
+            covariance = covariance + depth_covariance(seen.depth)
         class_id = tracks.class_id[seen.track]
         return Detections.build(
             stamp_ns, covariance=covariance, class_id=class_id, **shown._asdict()

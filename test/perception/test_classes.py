@@ -5,7 +5,6 @@ from mctrack_ros.perception.classes import (
     ClassConfig,
     ClassVotes,
     looks_like_vehicle,
-    vehicles_among,
 )
 
 SIZES = {
@@ -42,13 +41,3 @@ def test_a_long_past_does_not_count_for_ever():
     votes = ClassVotes(ClassConfig(memory_s=3.0))
     counted(votes, (4.2, 1.9), times=400)
     assert counted(votes, (0.5, 1.7), times=13) == ClassCode.PERSON
-
-
-def test_a_vehicle_came_as_a_whole_and_people_gathered():
-    # one that is known, one that is new, people, a new one still cut off, and a known one
-    blob_of = np.array([0, 1, 2, 2, 3, 4, -1])
-    balance = np.array([1.0, 0.0, -0.5, 0.0, 0.0, 0.2, -1.0])
-    truncated = np.array([False, False, False, True, True])
-    large = np.array([True, True, True, True, False])
-    vehicle = vehicles_among(blob_of, balance, large, truncated)
-    assert vehicle.tolist() == [True, True, False, False, True]

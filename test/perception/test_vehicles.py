@@ -5,10 +5,21 @@ import numpy as np
 import pytest
 
 from mctrack_ros.config import config_from
-from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.interfaces import ClassCode, Feedback
 from mctrack_ros.perception import CameraConfig, CameraPipeline
+from mctrack_ros.perception.vehicles import vehicles_among
 
 GROUND = (60, 120, 60)
+
+
+def told(targets, stamp_ns):
+    """Return feedback of standing targets, two periods old, by id."""
+    return Feedback.build(
+        stamp_ns - 80_000_000,
+        position=[[*place, 0.0] for place in targets.values()],
+        covariance=np.tile(np.diag([0.02, 0.02, 0.1, 0.1]), (len(targets), 1, 1)),
+        track_id=list(targets),
+    )
 
 
 class Road:
@@ -30,14 +41,17 @@ class Road:
         pixel = self.mapping.image_from_ground(corner[:, :2], corner[:, 2])
         return cv2.convexHull(np.rint(pixel).astype(np.int32))
 
-    def show(self, bodies):
+    def show(self, bodies, targets=None):
+        """Return what is told of a picture; targets are where the fusion node has whom."""
         self.index += 1
+        stamp_ns = round(self.index / self.rate_hz * 1e9)
         width, height = self.mapping.image_size
         image = np.full((height, width, 3), GROUND, np.uint8)
         for place, size, colour in bodies:
             cv2.fillConvexPoly(image, self.outline(place, size), colour)
         noisy = np.clip(image + self.rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
-        return self.pipeline.step(noisy, round(self.index / self.rate_hz * 1e9), None)
+        feedback = told(targets, stamp_ns) if targets else None
+        return self.pipeline.step(noisy, stamp_ns, feedback)
 
 
 CAR, PERSON = (4.2, 1.8, 1.5), (0.5, 0.3, 1.75)
@@ -79,6 +93,27 @@ def test_people_who_meet_are_no_vehicle(mapping):
     assert len(detections) > 2
 
 
+def test_who_was_taken_for_a_vehicle_in_a_bunch_is_a_person_at_his_feet_when_it_parts(mapping):
+    road = Road(mapping, vehicles=True)
+    bunch = [((x, y), PERSON, (30, 30, 220)) for y in (2, 1.4, 0.7, 0) for x in (-0.8, 0, 0.8)]
+    between = ((0.0, 0.7), (2.2, 0.3, 1.0), (30, 30, 220))
+    known = {
+        int(name) for _ in range(10) for name in road.show([*bunch, between]).detections.local_id
+    }
+    targets = {}
+    for step in range(100):
+        apart = min(step * 0.06, 3.0)
+        place = [(-apart - 0.8, 0.0), (0.0, 0.0), (apart + 0.8, 0.0)]
+        if step >= 75:
+            targets = dict(enumerate(place, start=7))
+        people = [(where, PERSON, (30, 30, 220)) for where in place]
+        detections = road.show(people, targets).detections
+    assert detections.class_id.tolist() == [ClassCode.PERSON] * 3
+    assert known <= set(detections.local_id.tolist())
+    assert len(known) == 1
+    assert sorted(detections.track_id.tolist()) == [7, 8, 9]
+
+
 def test_unless_vehicles_come_all_are_people(mapping):
     seen, _ = drive(Road(mapping))
     kinds = {int(kind) for detections in seen for kind in detections.class_id}
@@ -90,3 +125,13 @@ def test_a_person_keeps_one_track_at_four_pictures_a_second(mapping):
     seen = [road.show([((0.25 * step, 0.0), PERSON, (30, 30, 220))]) for step in range(12)]
     ids = {int(name) for output in seen for name in output.detections.local_id}
     assert ids == {1}
+
+
+def test_a_vehicle_came_as_a_whole_and_people_gathered():
+    # one that is known, one that is new, people, a new one still cut off, and a known one
+    blob_of = np.array([0, 1, 2, 2, 3, 4, -1])
+    balance = np.array([1.0, 0.0, -0.5, 0.0, 0.0, 0.2, -1.0])
+    truncated = np.array([False, False, False, True, True])
+    large = np.array([True, True, True, True, False])
+    vehicle = vehicles_among(blob_of, balance, large, truncated)
+    assert vehicle.tolist() == [True, True, False, False, True]

@@ -8,7 +8,7 @@ import numpy as np
 
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.perception.depth import ground_depth
+from mctrack_ros.perception.depth import depth_covariance, ground_depth
 from mctrack_ros.perception.silhouettes.features import Floats, Mask
 from mctrack_ros.perception.sizes import SizeTable
 
@@ -83,4 +83,4 @@ class Places:
         deviation = self._config.foot_noise_px + self._config.foot_noise_share * box[:, 3]
         noise = (deviation**2 + shift_px**2)[:, None, None] * np.eye(2)
         covariance = self._mapping.ground_covariance(position, noise)
-        return position, covariance + depth[:, :, None] * depth[:, None] / 12
+        return position, covariance + depth_covariance(depth)
