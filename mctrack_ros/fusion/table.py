@@ -51,11 +51,15 @@ class TrackTable:
 
     Parameters
     ----------
-    records : (n,) structured array
-        One record a track, whose fields are the columns.
+    lumps : (n,) array of bytes
+        One record a track, which is copied whole instead of field by field.
+    kind : structured dtype
+        Of the records, whose fields are the columns.
 
     Attributes
     ----------
+    records : (n,) structured array
+        The same bytes as records.
     track_id : (n,) uint32 array
     mean : (n, 4) array
         x, y, vx, vy; m and m/s.
@@ -131,10 +135,11 @@ class TrackTable:
     template = Column(np.float32, TEMPLATE_SIZE)
     look = Column(np.float64, TEMPLATE_SIZE)
 
-    __slots__ = ('records',)
+    __slots__ = ('_lumps', 'records')
 
-    def __init__(self, records: NDArray[Any]) -> None:
-        self.records = records
+    def __init__(self, lumps: NDArray[np.void], kind: np.dtype[Any]) -> None:
+        self._lumps = lumps
+        self.records: NDArray[Any] = np.ndarray(len(lumps), kind, lumps)
 
     def __len__(self) -> int:
         """Return the number of tracks."""
@@ -143,12 +148,12 @@ class TrackTable:
     @classmethod
     def blank(cls, count: int, cameras: int, modes: int = 0) -> Self:
         """Return that many tracks of which nothing is known."""
-        record = _blank(cameras, modes)
-        return cls(_opaque(record).repeat(count).view(record.dtype))
+        lump, kind = _blank(cameras, modes)
+        return cls(lump.repeat(count), kind)
 
     def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Self:
         """Return a copy of the tracks that a mask or an index array picks."""
-        return type(self)(_opaque(self.records)[index].view(self.records.dtype))
+        return type(self)(self._lumps[index], self.records.dtype)
 
     def extended(self, other: Self) -> Self:
         """Return these tracks and then the other ones; where either are none, the others."""
@@ -156,8 +161,7 @@ class TrackTable:
             return self
         if not len(self):
             return other
-        both = np.concatenate([_opaque(self.records), _opaque(other.records)])
-        return type(self)(both.view(self.records.dtype))
+        return type(self)(np.concatenate([self._lumps, other._lumps]), self.records.dtype)
 
     def rename(self, changes: dict[int, int]) -> NDArray[np.intp]:
         """Change ids, old to new, all at once; return the order by which they ascend."""
@@ -169,16 +173,11 @@ class TrackTable:
 
 
 @cache
-def _blank(cameras: int, modes: int) -> NDArray[Any]:
-    """Return the (1,) record of a track of which nothing is known."""
+def _blank(cameras: int, modes: int) -> tuple[NDArray[np.void], np.dtype[Any]]:
+    """Return the (1,) bytes of a track of which nothing is known, and the type of its record."""
     columns = [column for column in vars(TrackTable).values() if isinstance(column, Column)]
     fields = [column.field(cameras, modes) for column in columns]
     record = np.zeros(1, np.dtype(fields, align=True))
     for column, (name, *_) in zip(columns, fields):
         record[name] = column.fill
-    return record
-
-
-def _opaque(records: NDArray[Any]) -> NDArray[np.void]:
-    """Return records as lumps of bytes, which are copied whole instead of field by field."""
-    return records.view(f'V{records.dtype.itemsize}')
+    return record.view(f'V{record.itemsize}'), record.dtype

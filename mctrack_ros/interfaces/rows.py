@@ -109,11 +109,11 @@ class Rows:
             If a column is not known or lengths differ.
 
         """
+        if not columns:
+            return _made(cls, int(stamp_ns), cls.NONE)
         unknown = columns.keys() - cls.COLUMNS.keys()
         if unknown:
             raise ValueError(f'{cls.__name__} has no column {sorted(unknown)[0]!r}')
-        if not columns:
-            return _made(cls, int(stamp_ns), cls.NONE)
         first = next(iter(columns.values()))
         count = len(first if isinstance(first, np.ndarray) else np.asarray(first))
         arrays: list[NDArray[Any]] = []
