@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import COLUMN_2D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
+from mctrack_ros.compiled import COLUMN_2D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
 from mctrack_ros.fusion.gating import distance
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import note
@@ -53,15 +53,15 @@ def new_tracks(
 
     """
     rows = rows[:MOST_STARTS]
-    position, noise = looks.position[rows], looks.noise[rows]
-    label = _clusters(
-        position,
-        noise,
-        looks.camera[rows],
+    label, mean, covariance = _begun(
+        looks.position,
+        looks.noise,
+        looks.camera,
+        rows,
         config.association.gate,
         config.life.cluster_distance,
+        config.motion.initial_speed_sigma**2,
     )
-    mean, covariance = _fused(position, noise, label, config.motion.initial_speed_sigma**2)
     table = TrackTable.blank(len(mean), cameras, motion.modes)
     table.mean, table.covariance = mean, covariance
     motion.begin(table)
@@ -73,13 +73,20 @@ def new_tracks(
     return table
 
 
-def with_room(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> TrackTable:
-    """Return the new tracks that there is room for: in the table, and where they begin."""
+def with_room(
+    fresh: TrackTable, table: TrackTable, config: FusionConfig
+) -> tuple[TrackTable, bool]:
+    """
+    Return the new tracks that there is room for: in the table, and where they begin.
+
+    And whether any of them may be beside another track, within `crowd_distance`.
+    """
     room = max(config.life.most_tracks - len(table), 0)
     together = _together(fresh.mean, table.mean, config.life.crowd_distance)
-    if len(fresh) <= room and together.max() < MOST_TOGETHER:
-        return fresh
-    return fresh.select(np.flatnonzero(together < MOST_TOGETHER)[:room])
+    most = together.max()
+    if len(fresh) <= room and most < MOST_TOGETHER:
+        return fresh, most > 0
+    return fresh.select(np.flatnonzero(together < MOST_TOGETHER)[:room]), most > 0
 
 
 def doubt_parts(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> None:
@@ -104,7 +111,7 @@ def _together(fresh: Floats, others: Floats, reach: float) -> Indices:
     return count
 
 
-@compiled(types.i8[::1](FLOATS_2D, FLOATS_3D, INTS_1D, types.f8, types.f8))
+@inner
 def _clusters(
     position: Floats, noise: Floats, camera: Indices, gate: float, reach: float
 ) -> Indices:
@@ -151,9 +158,7 @@ def _clusters(
     return number
 
 
-@compiled(
-    types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(FLOATS_2D, FLOATS_3D, INTS_1D, types.f8)
-)
+@inner
 def _fused(
     position: Floats, noise: Floats, label: Indices, speed_variance: float
 ) -> tuple[Floats, Floats]:
@@ -176,3 +181,19 @@ def _fused(
                 covariance[one, i, j] = weight[i, j]
                 mean[one, i] += weight[i, j] * weighted[one, j]
     return mean, covariance
+
+
+@compiled(
+    types.Tuple([types.i8[::1], types.f8[:, ::1], types.f8[:, :, ::1]])(
+        FLOATS_2D, FLOATS_3D, INTS_1D, INTS_1D, types.f8, types.f8, types.f8
+    )
+)
+def _begun(
+    position: Floats, noise: Floats, camera: Indices, rows: Indices, gate: float, reach: float,
+    speed_variance: float,
+) -> tuple[Indices, Floats, Floats]:  # fmt: skip
+    """Return of which track each of the rows (k,) is, and states and covariances of these."""
+    position, noise = position[rows], noise[rows]
+    label = _clusters(position, noise, camera[rows], gate, reach)
+    mean, covariance = _fused(position, noise, label, speed_variance)
+    return label, mean, covariance

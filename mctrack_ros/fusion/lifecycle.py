@@ -79,7 +79,15 @@ def _is_over(
 def is_published(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
     """Return the mask of the tracks that are told to others, not only remembered."""
     limit = max(config.life.report_time, 1.5 * config.batching.period)
-    return silence(table, stamp_ns) <= limit
+    return _is_supported(table.kept_ns, stamp_ns, limit)
+
+
+@compiled(types.b1[::1](COLUMN_STAMPS, types.i8, types.f8))
+def _is_supported(kept_ns: Indices, stamp_ns: int, limit_s: float) -> Mask:
+    supported = np.empty(len(kept_ns), np.bool_)
+    for row in range(len(kept_ns)):
+        supported[row] = (stamp_ns - kept_ns[row]) / 1e9 <= limit_s
+    return supported
 
 
 def leave_groups(table: TrackTable, stamp_ns: int) -> None:

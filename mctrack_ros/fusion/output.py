@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from mctrack_ros.compiled import (
+    BOOLS_1D,
     COLUMN_1D,
     COLUMN_2D,
     COLUMN_3D,
@@ -66,19 +67,26 @@ def tracks_of(
     table: TrackTable, is_published: NDArray[np.bool_], ended: TrackTable, stamp_ns: int
 ) -> Tracks:
     """Return the published tracks and, once, those that ended, by id."""
-    (rows,) = is_published.nonzero()
-    names = table.track_id[rows]
-    if len(ended):
-        names = np.concatenate([names, ended.track_id])
-    place = np.empty(len(names), np.intp)
-    place[names.argsort()] = np.arange(len(names))
-    columns = Tracks.unset(len(names))
+    rows, place = _places(is_published, table.track_id, ended.track_id)
+    columns = Tracks.unset(len(place))
     _tell(table, rows, place, columns, stamp_ns)
     if len(ended):
         over = place[len(rows) :]
         _tell(ended, np.arange(len(ended)), over, columns, stamp_ns)
         columns['status'][over] = TrackStatus.DELETED
     return Tracks.adopt(stamp_ns, columns)
+
+
+@compiled(types.Tuple([types.i8[::1], types.i8[::1]])(BOOLS_1D, COLUMN_IDS, COLUMN_IDS))
+def _places(
+    is_published: NDArray[np.bool_], track_id: Ids, ended_id: Ids
+) -> tuple[Indices, Indices]:
+    """Return the rows (k,) that are published, and the places of these and of the ended by id."""
+    rows = np.flatnonzero(is_published)
+    names = np.concatenate((track_id[rows], ended_id))
+    place = np.empty(len(names), np.int64)
+    place[np.argsort(names)] = np.arange(len(names))
+    return rows, place
 
 
 def _tell(

@@ -198,12 +198,13 @@ class FusionPipeline:
         if len(leftover) == 0:
             return
         fresh = new_tracks(looks, leftover, stamp_ns, len(self._index), self._config, self._motion)
-        fresh = with_room(fresh, self._table, self._config)
+        fresh, is_beside = with_room(fresh, self._table, self._config)
         count = len(fresh)
         fresh.track_id[:] = np.arange(self._next_id, self._next_id + count)
         self._next_id += count
-        fresh.origin[:] = self._lineage.origins(fresh, self._table, stamp_ns)
-        doubt_parts(fresh, self._table, self._config)
+        if is_beside:
+            fresh.origin = self._lineage.origins(fresh, self._table, stamp_ns)
+            doubt_parts(fresh, self._table, self._config)
         self._table = self._table.extended(fresh)
 
     def _recognise(
@@ -252,10 +253,12 @@ class FusionPipeline:
         """Return pairs of rows (kept, dropped) that are one; two who are known only if alone."""
         table = self._table
         one, other = lifecycle.unresolved_pairs(table, self._config.life.merge_distance)
-        known = self._recognition.knows(table.track_id[one])
-        known &= self._recognition.knows(table.track_id[other])
-        fresh = lifecycle.ungrouped(table, one[~known], other[~known])
-        twins = lifecycle.alone(table, one[known], other[known], stamp_ns)
+        fresh = twins = one, other
+        if len(one):
+            known = self._recognition.knows(table.track_id[one])
+            known &= self._recognition.knows(table.track_id[other])
+            fresh = lifecycle.ungrouped(table, one[~known], other[~known])
+            twins = lifecycle.alone(table, one[known], other[known], stamp_ns)
         pairs = self._duplicates.find(table, *fresh, stamp_ns)
         return pairs + self._twins.find(table, *twins, stamp_ns)
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 from scipy.special import expit
 
+from mctrack_ros.compiled import COLUMN_1D, COLUMN_FLAGS, compiled
 from mctrack_ros.fusion.absence import Absence
 from mctrack_ros.fusion.glances import first_look, look_of
 from mctrack_ros.fusion.neighbours import near_pairs
@@ -126,8 +128,7 @@ class Recognition:
         self._forget_the_lost(stamp_ns)
         self._note_contacts(table, stamp_ns)
         changes = self._found_again(table, confirmed.nonzero()[0], stamp_ns)
-        table.judge_s[table.look_s == 0.0] = self._config.look_time
-        due = table.confirmed & (table.look_s >= table.judge_s)
+        due = _due(table.confirmed, table.look_s, table.judge_s, self._config.look_time)
         if not np.count_nonzero(due):
             return changes
         table.judge_s[due] *= 2.0
@@ -278,3 +279,14 @@ class Recognition:
         """Return how far away those may be by now who were last seen so long ago, m."""
         went = self._config.speed * np.asarray(since_ns) * 1e-9
         return np.asarray(self._config.contact_distance + went)
+
+
+@compiled(types.b1[::1](COLUMN_FLAGS, COLUMN_1D, types.Array(types.f8, 1, 'A'), types.f8))
+def _due(confirmed: Mask, look_s: Floats, judge_s: Floats, look_time: float) -> Mask:
+    """Return who, (n,), has been looked at for long enough; who is not yet begins anew."""
+    due = np.empty(len(confirmed), np.bool_)
+    for row in range(len(confirmed)):
+        if look_s[row] == 0.0:
+            judge_s[row] = look_time
+        due[row] = confirmed[row] and look_s[row] >= judge_s[row]
+    return due
