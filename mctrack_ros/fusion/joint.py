@@ -18,7 +18,7 @@ from mctrack_ros.fusion.associators import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.candidates import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.costs import prior_costs
 from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
-from mctrack_ros.fusion.information import TOLD, gathered, joined, updated, without
+from mctrack_ros.fusion.information import gathered, joined, updated, without
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.measured import XX, XY, YY, X, Y, measured
 from mctrack_ros.fusion.parameters import AssociationConfig
@@ -89,18 +89,14 @@ class JointAssociation:
 
     def solve(self) -> Floats:
         """Return what the pictures tell of the tracks, (n, 13), see `gathered`."""
-        told, state = np.zeros((len(self._mean), TOLD)), (self._mean, self._covariance)
-        for sweep in range(SWEEPS):
-            if sweep > 0:
-                state = updated(self._mean, self._covariance, told)
-            self._judged_by = *state, self._probability
-            probability = self._associated(*state)
-            is_settled = _is_settled(self._probability, probability)
-            self._probability = probability
+        for _ in range(SWEEPS):
+            self._judged_by = self._probability
+            told, near, pairs = self._near()
+            chosen = self._associator.probabilities(pairs)
+            self._probability, is_settled = _settled(self._judged_by, near, chosen)
             if is_settled:
-                break
-            told = self._told()
-        return told
+                return told
+        return self._told(self._probability)
 
     def pairs(self) -> tuple[Indices, Indices]:
         """
@@ -113,8 +109,10 @@ class JointAssociation:
 
     def judged(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> JudgedPairs:
         """Return all pairs as they were judged last, after `solve`: for whoever asks why."""
+        told = self._told(self._judged_by)
         pairs = judged_pairs(
-            *self._judged_by,
+            *updated(self._mean, self._covariance, told),
+            self._judged_by,
             self._seconds[self._picture],
             self._track,
             self._single[self._detection],
@@ -126,11 +124,11 @@ class JointAssociation:
         )
         return pairs.weighed(table, looks, config)
 
-    def _associated(self, mean: Floats, covariance: Floats) -> Floats:
-        """Return how probable the pairs are, given states that what they told is part of."""
-        near, track, detection, slot, likelihood, picture = _likelihoods(
-            mean,
-            covariance,
+    def _near(self) -> tuple[Floats, Indices, Pairs]:
+        """Return what the pairs tell by now, (n, 13), and which (k,) are near in its light."""
+        told, near, track, detection, slot, likelihood, picture = _likelihoods(
+            self._mean,
+            self._covariance,
             self._seconds,
             self._picture,
             self._track,
@@ -140,19 +138,16 @@ class JointAssociation:
             self._prior,
             self._gate,
         )
-        probability = np.zeros(len(self._track))
-        pairs = Pairs(track, detection, slot, likelihood, picture)
-        probability[near] = self._associator.probabilities(pairs)
-        return probability
+        return told, near, Pairs(track, detection, slot, likelihood, picture)
 
-    def _told(self) -> Floats:
+    def _told(self, probability: Floats) -> Floats:
         return gathered(
             self._mean,
             self._seconds,
             self._picture,
             self._track,
             self._detection,
-            self._probability,
+            probability,
             self._seen,
         )
 
@@ -168,18 +163,23 @@ def slots(picture: Indices, track: Indices) -> Indices:
     return slot
 
 
-@compiled(types.b1(FLOATS_1D, FLOATS_1D))
-def _is_settled(before: Floats, probability: Floats) -> bool:
-    """Tell whether no probability (k,) has changed much."""
-    for pair in range(len(probability)):
-        if not np.abs(probability[pair] - before[pair]) < SETTLED:
-            return False
-    return True
+@compiled(types.Tuple([types.f8[::1], types.b1])(FLOATS_1D, INTS_1D, FLOATS_1D))
+def _settled(before: Floats, near: Indices, chosen: Floats) -> tuple[Floats, bool]:
+    """Return probabilities (k,), 0 but for the near ones, and whether none has changed much."""
+    probability, is_settled = np.zeros(len(before)), True
+    for index in range(len(near)):
+        probability[near[index]] = chosen[index]
+    for pair in range(len(before)):
+        is_settled &= np.abs(probability[pair] - before[pair]) < SETTLED
+    return probability, is_settled
 
 
 @compiled(
     types.Tuple(
-        [types.i8[::1], types.i8[::1], types.i8[::1], types.i8[::1], types.f8[::1], types.i8[::1]]
+        [
+            types.f8[:, ::1], types.i8[::1],
+            types.i8[::1], types.i8[::1], types.i8[::1], types.f8[::1], types.i8[::1],
+        ]
     )(
         COLUMN_2D, COLUMN_3D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D,
         FLOATS_1D, types.f8,
@@ -188,18 +188,22 @@ def _is_settled(before: Floats, probability: Floats) -> bool:
 def _likelihoods(
     mean: Floats, covariance: Floats, seconds: Floats, picture: Indices, track: Indices,
     detection: Indices, probability: Floats, seen: Floats, prior: Floats, gate: float,
-) -> tuple[Indices, Indices, Indices, Indices, Floats, Indices]:  # fmt: skip
+) -> tuple[Floats, Indices, Indices, Indices, Indices, Floats, Indices]:  # fmt: skip
     """
     Judge the pairs by what prediction and the other pictures say of the tracks.
 
     Returns
     -------
+    told : (n, 13) array
+        What the pairs tell of the tracks, see `gathered`.
     near : (m,) int64 array
         Those of the pairs that pass the gate.
     track, detection, slot, likelihood, picture : (m,) arrays
         See `Pairs`.
 
     """
+    told = gathered(mean, seconds, picture, track, detection, probability, seen)
+    state, spread = updated(mean, covariance, told)
     count = len(track)
     near, slot, cost = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
     of_track, of_detection = np.empty(count, np.int64), np.empty(count, np.int64)
@@ -209,9 +213,11 @@ def _likelihoods(
         last = first + 1
         while last < count and track[last] == track[first] and picture[last] == picture[first]:
             last += 1
-        x, y, xx, xy, yy = seen_at(mean, covariance, track[first], seconds[picture[first]])
-        told, w_xx, w_xy, w_yy, pull_x, pull_y = joined(first, last, detection, probability, seen)
-        if told:
+        x, y, xx, xy, yy = seen_at(state, spread, track[first], seconds[picture[first]])
+        is_told, w_xx, w_xy, w_yy, pull_x, pull_y = joined(
+            first, last, detection, probability, seen
+        )
+        if is_told:
             x, y, xx, xy, yy = without(x, y, xx, xy, yy, w_xx, w_xy, w_yy, pull_x, pull_y)
         before = found
         for pair in range(first, last):
@@ -231,6 +237,7 @@ def _likelihoods(
         slots += found > before
         first = last
     return (
+        told,
         near[:found],
         of_track[:found],
         of_detection[:found],
