@@ -44,12 +44,17 @@ class CoverageMap:
     prior : float
         Detection probability where nothing is known yet.
 
+    Attributes
+    ----------
+    seen, watched : (2, slots, cameras) arrays
+        For how long targets were seen, and could be, in the fine and in the coarse cells, s.
+
     """
 
     def __init__(self, cameras: int, cell: float, prior: float) -> None:
-        self._prior, self._cell = prior, cell
-        self._seen = np.zeros((LEVELS, SLOTS, cameras))
-        self._watched = np.zeros((LEVELS, SLOTS, cameras))
+        self.prior, self.cell = prior, cell
+        self.seen = np.zeros((LEVELS, SLOTS, cameras))
+        self.watched = np.zeros((LEVELS, SLOTS, cameras))
 
     def probability(self, position: Floats, wanted: NDArray[np.bool_]) -> Floats:
         """
@@ -69,7 +74,7 @@ class CoverageMap:
         (n, cameras) array
 
         """
-        return _probability(position, wanted, self._seen, self._watched, self._cell, self._prior)
+        return probabilities(position, wanted, self.seen, self.watched, self.cell, self.prior)
 
     def learn(
         self,
@@ -96,7 +101,7 @@ class CoverageMap:
             For how long that speaks, s.
 
         """
-        _learn(position, sure, seen, watched, seconds, self._seen, self._watched, self._cell)
+        learn(position, sure, seen, watched, seconds, self.seen, self.watched, self.cell)
 
 
 @inner
@@ -107,7 +112,7 @@ def _slot(position: Floats, edge: float) -> int:
 
 
 @compiled(types.f8[:, ::1](COLUMN_2D, BOOLS_1D, FLOATS_3D, FLOATS_3D, types.f8, types.f8))
-def _probability(
+def probabilities(
     position: Floats,
     wanted: NDArray[np.bool_],
     seen: Floats,
@@ -115,6 +120,7 @@ def _probability(
     cell: float,
     prior: float,
 ) -> Floats:
+    """Return what `CoverageMap.probability` does; to be called by compiled functions, too."""
     probability = np.full((len(position), seen.shape[2]), min(prior, LARGEST_PROBABILITY))
     for row in np.flatnonzero(wanted):
         probability[row] = prior
@@ -140,7 +146,7 @@ def _probability(
         types.f8,
     )
 )
-def _learn(
+def learn(
     position: Floats,
     sure: NDArray[np.bool_],
     is_seen: NDArray[np.bool_],
@@ -150,6 +156,7 @@ def _learn(
     watched: Floats,
     cell: float,
 ) -> None:
+    """Do what `CoverageMap.learn` does; to be called by compiled functions, too."""
     for row in range(len(sure)):
         for level in range(LEVELS if sure[row] else 0):
             slot = _slot(position[row], cell * COARSENESS**level)

@@ -6,8 +6,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, COLUMN_IDS, FLOATS_2D, compiled
-from mctrack_ros.fusion.coverage import CoverageMap
+from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, COLUMN_2D, COLUMN_IDS, compiled, inner
+from mctrack_ros.fusion.coverage import CoverageMap, learn, probabilities
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
@@ -68,15 +68,14 @@ class Evidence:
             The newly confirmed.
 
         """
-        life = self._life
+        life, coverage = self._life, self._coverage
         present = np.zeros(self._cameras, np.bool_)
         present[looks.cameras] = True
         vacant = np.zeros((len(table), self._cameras), np.bool_)
-        is_judged = table.cameras & (table.cameras - 1) == 0  # at most one camera's bit is set
         if len(looks.detections.vacant_id):
             self._note_vacant(vacant, table, looks)
-            is_judged |= vacant.any(axis=1)
-        confirmed, seen, told = _weighed(
+        return _counted(
+            table.mean,
             table.cameras,
             table.hidden_ns,
             table.confirmed,
@@ -84,8 +83,12 @@ class Evidence:
             present,
             tick_ns - round(seconds * 1e9),
             vacant,
-            self._coverage.probability(table.mean, is_judged),
-            min(seconds / life.look_time, 1.0),
+            coverage.seen,
+            coverage.watched,
+            coverage.cell,
+            coverage.prior,
+            seconds,
+            life.look_time,
             life.hit_evidence,
             life.miss_weight,
             life.vacancy_weight,
@@ -93,8 +96,6 @@ class Evidence:
             life.most_evidence,
             life.confirm_evidence,
         )
-        self._coverage.learn(table.mean, table.confirmed, seen, told, min(seconds, life.look_time))
-        return confirmed
 
     def entering(self, table: TrackTable) -> Mask:
         """
@@ -117,25 +118,7 @@ class Evidence:
         vacant[track, looks.cameras[told.vacant_picture[row]]] = True
 
 
-@compiled(
-    types.Tuple([types.b1[::1], types.b1[:, ::1], types.b1[:, ::1]])(
-        COLUMN_IDS,
-        types.Array(types.i8, 2, 'A', readonly=True),
-        types.Array(types.b1, 1, 'A'),
-        types.Array(types.f8, 1, 'A'),
-        BOOLS_1D,
-        types.i8,
-        BOOLS_2D,
-        FLOATS_2D,
-        types.f8,
-        types.f8,
-        types.f8,
-        types.f8,
-        types.f8,
-        types.f8,
-        types.f8,
-    )
-)
+@inner
 def _weighed(
     cameras: NDArray[np.uint32],
     hidden_ns: NDArray[np.int64],
@@ -188,3 +171,46 @@ def _weighed(
         newly[track] = not confirmed[track] and evidence[track] >= enough
         confirmed[track] |= newly[track]
     return newly, seen, told
+
+
+@compiled(
+    types.b1[::1](
+        COLUMN_2D, COLUMN_IDS, types.Array(types.i8, 2, 'A', readonly=True),
+        types.Array(types.b1, 1, 'A'), types.Array(types.f8, 1, 'A'),
+        BOOLS_1D, types.i8, BOOLS_2D,
+        types.f8[:, :, ::1], types.f8[:, :, ::1], types.f8, types.f8,
+        types.f8, types.f8, types.f8, types.f8, types.f8, types.f8, types.f8, types.f8,
+    )
+)  # fmt: skip
+def _counted(
+    mean: Floats, cameras: NDArray[np.uint32], hidden_ns: NDArray[np.int64],
+    confirmed: Mask, evidence: Floats,
+    present: Mask, begin_ns: int, vacant: Mask,
+    seen: Floats, watched: Floats, cell: float, prior: float,
+    seconds: float, look_time: float, hit: float, miss_weight: float, vacancy_weight: float,
+    least: float, most: float, enough: float,
+) -> Mask:  # fmt: skip
+    """Weigh a tick by what is known of the coverage, and learn that; see `Evidence.count`."""
+    is_judged = np.empty(len(cameras), np.bool_)
+    for track in range(len(cameras)):
+        sole = cameras[track] & (cameras[track] - 1) == 0  # at most one camera's bit is set
+        is_judged[track] = sole or vacant[track].any()
+    newly, is_seen, is_told = _weighed(
+        cameras,
+        hidden_ns,
+        confirmed,
+        evidence,
+        present,
+        begin_ns,
+        vacant,
+        probabilities(mean, is_judged, seen, watched, cell, prior),
+        min(seconds / look_time, 1.0),
+        hit,
+        miss_weight,
+        vacancy_weight,
+        least,
+        most,
+        enough,
+    )
+    learn(mean, confirmed, is_seen, is_told, min(seconds, look_time), seen, watched, cell)
+    return newly
