@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,10 @@ LARGEST_DISTANCE = 1e6
 """Nobody is farther than this from the origin, m."""
 MOST_DETECTIONS = 1000
 """More than this in one picture are not detections: those of the highest score are used."""
+ALWAYS_USED = (
+    'position', 'covariance', 'box', 'extent', 'local_id', 'track_id', 'member_count', 'class_id',
+)  # fmt: skip
+"""Columns that are put together at once."""
 
 
 def usable_rows(detections: Detections) -> NDArray[np.bool_]:
@@ -40,7 +44,8 @@ class Admitted:
     """
     The usable detections of several pictures, one after the other, m rows.
 
-    Their columns, as those of `Detections`, are put together when they are first asked for.
+    Their columns are as those of `Detections`; those that are not `ALWAYS_USED` are put together
+    when they are first asked for.
 
     Parameters
     ----------
@@ -51,6 +56,8 @@ class Admitted:
     ----------
     picture : (m,) int array
         Which picture each is of.
+    is_described : (m,) bool array
+        Which rows have an appearance template; the templates stay apart.
     vacant_id : (v,) uint32 array
         Targets of which pictures say that they are not where they are expected.
     vacant_picture : (v,) int array
@@ -65,15 +72,20 @@ class Admitted:
             else each
             for each in pictures
         ] or [Detections.build(0)]
-        self.picture = np.arange(len(self._pictures)).repeat(list(map(len, self._pictures)))
+        counts = list(map(len, self._pictures))
+        self.picture = np.arange(len(counts)).repeat(counts)
+        self.is_described = _all_described(self._pictures, counts)
+        columns = zip(*map(attrgetter(*ALWAYS_USED), self._pictures))
+        vars(self).update(zip(ALWAYS_USED, map(np.concatenate, columns)))
         self._usable: NDArray[np.bool_] | None = None
         self.vacant_id, self.vacant_picture = np.empty(0, np.uint32), self.picture[:0]
         usable = _usable(self.covariance, self.position)
         if np.count_nonzero(usable) < len(usable):
             vacant = np.concatenate([each.is_vacant for each in self._pictures])
             self.vacant_id, self.vacant_picture = self.track_id[vacant], self.picture[vacant]
-            self._usable, self.picture = usable, self.picture[usable]
-            del self.covariance, self.position, self.track_id
+            self._usable = usable
+            for name in ('picture', 'is_described', *ALWAYS_USED):
+                setattr(self, name, getattr(self, name)[usable])
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -83,19 +95,19 @@ class Admitted:
         """Put a column together, and keep it."""
         if name not in Detections.COLUMNS:
             raise AttributeError(name)
-        column = self._joined([getattr(each, name) for each in self._pictures])
+        column = np.concatenate([getattr(each, name) for each in self._pictures])
+        column = column if self._usable is None else column[self._usable]
         self.__dict__[name] = column
         return column
 
-    @cached_property
-    def is_described(self) -> NDArray[np.bool_]:
-        """Tell which rows, (m,), have an appearance template; the templates stay apart."""
-        return self._joined([_described(each.template) for each in self._pictures])
 
-    def _joined(self, columns: list[NDArray[Any]]) -> NDArray[Any]:
-        """Put columns of all pictures together, the usable rows of them."""
-        column = np.concatenate(columns)
-        return column if self._usable is None else column[self._usable]
+def _all_described(pictures: list[Detections], counts: list[int]) -> NDArray[np.bool_]:
+    """Tell which rows of some pictures have an appearance template."""
+    is_described, first = np.empty(sum(counts), np.bool_), 0
+    for each, count in zip(pictures, counts):
+        _describe(each.template, first, is_described)
+        first += count
+    return is_described
 
 
 def _is_sound(detections: Detections) -> NDArray[np.bool_]:
@@ -122,13 +134,11 @@ def _usable(covariance: NDArray[np.float32], position: NDArray[np.float32]) -> N
     return usable
 
 
-@compiled(types.b1[::1](types.Array(types.f4, 2, 'C', readonly=True)))
-def _described(template: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Return which templates (n, 48) are not empty."""
-    is_described = np.zeros(len(template), np.bool_)
+@compiled(types.void(types.Array(types.f4, 2, 'C', readonly=True), types.i8, types.b1[::1]))
+def _describe(template: NDArray[np.float32], first: int, is_described: NDArray[np.bool_]) -> None:
+    """Note which templates (n, 48) are not empty, in the rows from the first on."""
     for row in range(len(template)):
         filled = 0
         for bin in range(template.shape[1]):
             filled += template[row, bin] != 0.0
-        is_described[row] = filled > 0
-    return is_described
+        is_described[first + row] = filled > 0
