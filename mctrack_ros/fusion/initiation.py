@@ -82,8 +82,7 @@ def with_room(
     And whether any of them may be beside another track, within `crowd_distance`.
     """
     room = max(config.life.most_tracks - len(table), 0)
-    together = _together(fresh.mean, table.mean, config.life.crowd_distance)
-    most = together.max()
+    together, most = _together(fresh.mean, table.mean, config.life.crowd_distance)
     if len(fresh) <= room and most < MOST_TOGETHER:
         return fresh, most > 0
     return fresh.select(np.flatnonzero(together < MOST_TOGETHER)[:room]), most > 0
@@ -95,9 +94,9 @@ def doubt_parts(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> N
     fresh.evidence[gap < config.life.crowd_distance] -= config.life.crowd_evidence
 
 
-@compiled(types.i8[::1](COLUMN_2D, COLUMN_2D, types.f8))
-def _together(fresh: Floats, others: Floats, reach: float) -> Indices:
-    """Count who of the others, or of those before it, is within reach of each fresh one."""
+@compiled(types.Tuple([types.i8[::1], types.i8])(COLUMN_2D, COLUMN_2D, types.f8))
+def _together(fresh: Floats, others: Floats, reach: float) -> tuple[Indices, int]:
+    """Count who of the others, or of those before it, is within reach of each; and at most."""
     count, before = np.zeros(len(fresh), np.int64), len(others)
     place = np.empty((before + len(fresh), 2))  # the others are far apart in memory
     for row in range(before):
@@ -108,7 +107,7 @@ def _together(fresh: Floats, others: Floats, reach: float) -> Indices:
             x, y = place[other, 0] - own_x, place[other, 1] - own_y
             count[row] += x * x + y * y < reach * reach
         place[before + row, 0], place[before + row, 1] = own_x, own_y
-    return count
+    return count, count.max()
 
 
 @inner

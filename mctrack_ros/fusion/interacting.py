@@ -33,6 +33,20 @@ def _mix(mean: Floats, covariance: Floats, share: float, centre: Floats, spread:
             spread[i, j] = spread[j, i] = value + apart * (mean[1, j] - mean[0, j])
 
 
+@compiled(types.void(*_COLUMNS, types.f8, types.f8))
+def begin(
+    mean: Floats, covariance: Floats, mode_mean: Floats, mode_covariance: Floats,
+    mode_probability: Floats, calm_time: float, manoeuvre_time: float,
+) -> None:  # fmt: skip
+    """Let the modes (n, 2, ...) begin at the states (n, ...), as probable as they last long, s."""
+    for track in range(len(mean)):
+        mode_probability[track, 0] = calm_time / (calm_time + manoeuvre_time)
+        mode_probability[track, 1] = manoeuvre_time / (calm_time + manoeuvre_time)
+        for mode in range(2):
+            mode_mean[track, mode] = mean[track]
+            mode_covariance[track, mode] = covariance[track]
+
+
 @compiled(types.void(*_COLUMNS, FLOATS_2D, types.f8, FLOATS_1D))
 def interact(
     mean: Floats, covariance: Floats, mode_mean: Floats, mode_covariance: Floats,

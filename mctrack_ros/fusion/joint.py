@@ -126,7 +126,7 @@ class JointAssociation:
 
     def _near(self) -> tuple[Floats, Indices, Pairs]:
         """Return what the pairs tell by now, (n, 13), and which (k,) are near in its light."""
-        told, near, track, detection, slot, likelihood, picture = _likelihoods(
+        told, near, slot, likelihood = _likelihoods(
             self._mean,
             self._covariance,
             self._seconds,
@@ -138,7 +138,8 @@ class JointAssociation:
             self._prior,
             self._gate,
         )
-        return told, near, Pairs(track, detection, slot, likelihood, picture)
+        track, detection = self._track[near], self._detection[near]
+        return told, near, Pairs(track, detection, slot, likelihood, self._picture[near])
 
     def _told(self, probability: Floats) -> Floats:
         return gathered(
@@ -175,12 +176,7 @@ def _settled(before: Floats, near: Indices, chosen: Floats) -> tuple[Floats, boo
 
 
 @compiled(
-    types.Tuple(
-        [
-            types.f8[:, ::1], types.i8[::1],
-            types.i8[::1], types.i8[::1], types.i8[::1], types.f8[::1], types.i8[::1],
-        ]
-    )(
+    types.Tuple([types.f8[:, ::1], types.i8[::1], types.i8[::1], types.f8[::1]])(
         COLUMN_2D, COLUMN_3D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D,
         FLOATS_1D, types.f8,
     )
@@ -188,7 +184,7 @@ def _settled(before: Floats, near: Indices, chosen: Floats) -> tuple[Floats, boo
 def _likelihoods(
     mean: Floats, covariance: Floats, seconds: Floats, picture: Indices, track: Indices,
     detection: Indices, probability: Floats, seen: Floats, prior: Floats, gate: float,
-) -> tuple[Floats, Indices, Indices, Indices, Indices, Floats, Indices]:  # fmt: skip
+) -> tuple[Floats, Indices, Indices, Floats]:  # fmt: skip
     """
     Judge the pairs by what prediction and the other pictures say of the tracks.
 
@@ -198,16 +194,14 @@ def _likelihoods(
         What the pairs tell of the tracks, see `gathered`.
     near : (m,) int64 array
         Those of the pairs that pass the gate.
-    track, detection, slot, likelihood, picture : (m,) arrays
-        See `Pairs`.
+    slot, likelihood : (m,) arrays
+        Of these, see `Pairs`.
 
     """
     told = gathered(mean, seconds, picture, track, detection, probability, seen)
     state, spread = updated(mean, covariance, told)
     count = len(track)
     near, slot, cost = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
-    of_track, of_detection = np.empty(count, np.int64), np.empty(count, np.int64)
-    of_picture = np.empty(count, np.int64)
     found, slots, first = 0, 0, 0
     while first < count:
         last = first + 1
@@ -231,20 +225,10 @@ def _likelihoods(
             )
             if squared < gate:
                 near[found], slot[found] = pair, slots
-                of_track[found], of_detection[found] = track[pair], row
-                of_picture[found] = picture[pair]
                 cost[found], found = squared + np.log(determinant) + prior[pair], found + 1
         slots += found > before
         first = last
-    return (
-        told,
-        near[:found],
-        of_track[:found],
-        of_detection[:found],
-        slot[:found],
-        np.exp(-cost[:found] / 2),
-        of_picture[:found],
-    )
+    return told, near[:found], slot[:found], np.exp(-cost[:found] / 2)
 
 
 @compiled(types.b1[::1](INTS_1D, INTS_1D, FLOATS_1D, types.f8))

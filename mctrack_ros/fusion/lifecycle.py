@@ -143,7 +143,8 @@ def ungrouped(table: TrackTable, one: Indices, other: Indices) -> tuple[Indices,
     """Return those pairs of rows (k,), (k,) of which neither is in a group."""
     if not len(one):
         return one, other
-    wanted = (table.group[one] == 0) & (table.group[other] == 0)
+    group = table.group
+    wanted = (group[one] | group[other]) == 0
     return one[wanted], other[wanted]
 
 

@@ -84,10 +84,10 @@ def match(
         free = np.ones((len(looks.seconds), len(table)), bool)
         free[looks.picture[columns], rows] = False
         keep_members(table, looks, free, config, motion, account)
-    left = np.ones(len(looks.picture), bool)
-    left[columns] = False
-    left[association.consumed] = False
-    return looks.single[left[looks.single]], rows, columns
+    taken = np.zeros(len(looks.picture), bool)
+    taken[columns] = True
+    taken[association.consumed] = True
+    return looks.single[~taken[looks.single]], rows, columns
 
 
 def note(table: TrackTable, looks: Looks, rows: Indices, columns: Indices) -> None:

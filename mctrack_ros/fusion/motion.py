@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion.information import updated
-from mctrack_ros.fusion.interacting import interact, judge
+from mctrack_ros.fusion.interacting import begin, interact, judge
 from mctrack_ros.fusion.parameters import MotionConfig
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import predict
@@ -131,9 +131,14 @@ class InteractingModels:
 
     def begin(self, fresh: TrackTable) -> None:
         """Let all modes begin at the state, each as probable as it is at any time."""
-        fresh.mode_probability = np.array(self.times) / sum(self.times)
-        fresh.mode_mean = fresh.mean[:, None]
-        fresh.mode_covariance = fresh.covariance[:, None]
+        begin(
+            fresh.mean,
+            fresh.covariance,
+            fresh.mode_mean,
+            fresh.mode_covariance,
+            fresh.mode_probability,
+            *self.times,
+        )
 
     def predict(self, table: TrackTable, seconds: float) -> None:
         """Mix the modes and move them on."""
