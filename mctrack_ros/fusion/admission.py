@@ -66,13 +66,11 @@ class Admitted:
     """
 
     def __init__(self, pictures: Sequence[Detections]) -> None:
-        self._pictures = [
-            each.select(usable_rows(each) | each.is_vacant)
-            if len(each) > MOST_DETECTIONS
-            else each
-            for each in pictures
-        ] or [Detections.build(0)]
+        self._pictures = list(pictures) or [Detections.build(0)]
         counts = list(map(len, self._pictures))
+        if max(counts) > MOST_DETECTIONS:
+            self._pictures = list(map(_without_flood, self._pictures))
+            counts = list(map(len, self._pictures))
         self.picture = np.arange(len(counts)).repeat(counts)
         self.is_described = _all_described(self._pictures, counts)
         columns = zip(*map(attrgetter(*ALWAYS_USED), self._pictures))
@@ -99,6 +97,12 @@ class Admitted:
         column = column if self._usable is None else column[self._usable]
         self.__dict__[name] = column
         return column
+
+
+def _without_flood(picture: Detections) -> Detections:
+    if len(picture) <= MOST_DETECTIONS:
+        return picture
+    return picture.select(usable_rows(picture) | picture.is_vacant)
 
 
 def _all_described(pictures: list[Detections], counts: list[int]) -> NDArray[np.bool_]:

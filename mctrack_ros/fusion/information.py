@@ -196,5 +196,8 @@ def updated(mean: Floats, covariance: Floats, told: Floats) -> tuple[Floats, Flo
                     value += spread[own, i, j] * told[own, 9 + j]
                 moved[own, i] = value
         else:
-            moved[own], spread[own] = mean[own], covariance[own]
+            for i in range(4):
+                moved[own, i] = mean[own, i]
+                for j in range(4):
+                    spread[own, i, j] = covariance[own, i, j]
     return moved, spread

@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import (
     COLUMN_1D,
+    COLUMN_2D,
     COLUMN_FLAGS,
     COLUMN_IDS,
     COLUMN_STAMPS,
     INTS_1D,
     compiled,
 )
-from mctrack_ros.fusion.neighbours import near_pairs
+from mctrack_ros.fusion.neighbours import is_near, near_pairs
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
 
@@ -130,12 +131,13 @@ class DuplicateWatch:
         return chosen
 
 
-def unresolved_pairs(table: TrackTable, distance: float) -> tuple[Indices, Indices]:
-    """Return the pairs of rows (k,), (k,) that are near, and told apart by no camera."""
-    one, other = near_pairs(table.mean, distance)
+def unresolved_pairs(
+    table: TrackTable, one: Indices, other: Indices, distance: float
+) -> tuple[Indices, Indices]:
+    """Return those pairs of rows (k,), (k,) that are so near and told apart by no camera."""
     if not len(one):
         return one, other
-    unresolved = _unresolved(table.seen_by_ns, table.cameras, one, other)
+    unresolved = _unresolved(table.mean, table.seen_by_ns, table.cameras, one, other, distance)
     return one[unresolved], other[unresolved]
 
 
@@ -174,13 +176,20 @@ def _company(table: TrackTable, reach: float) -> Indices:
 
 
 @compiled(
-    types.b1[::1](types.Array(types.i8, 2, 'A', readonly=True), COLUMN_IDS, INTS_1D, INTS_1D)
-)
-def _unresolved(seen_by_ns: NDArray[np.int64], cameras: Ids, one: Indices, other: Indices) -> Mask:
-    """Return which pairs (k,) no picture of the tick shows both of."""
+    types.b1[::1](
+        COLUMN_2D, types.Array(types.i8, 2, 'A', readonly=True), COLUMN_IDS, INTS_1D, INTS_1D,
+        types.f8,
+    )
+)  # fmt: skip
+def _unresolved(
+    mean: NDArray[np.float64], seen_by_ns: NDArray[np.int64], cameras: Ids, one: Indices,
+    other: Indices, distance: float,
+) -> Mask:  # fmt: skip
+    """Return which pairs (k,) are so near, and no picture of the tick shows both of."""
     unresolved = np.empty(len(one), np.bool_)
     for pair in range(len(one)):
-        first, second, unresolved[pair] = one[pair], other[pair], True
+        first, second = one[pair], other[pair]
+        unresolved[pair] = is_near(mean, first, second, distance)
         for camera in range(seen_by_ns.shape[1]):
             both = (cameras[first] & cameras[second]) >> camera & 1
             if both and seen_by_ns[first, camera] == seen_by_ns[second, camera]:

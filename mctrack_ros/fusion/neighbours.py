@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import COLUMN_2D, COLUMN_FLAGS, INTS_1D, compiled, inner
 
 Indices = NDArray[np.int64]
+NearPairs = tuple[Indices, Indices]
 
 
 @inner
@@ -17,7 +18,14 @@ def cell_slot(x: int, y: int, slots: int) -> int:
     return (x * 73_856_093 ^ y * 19_349_663) & (slots - 1)
 
 
-def near_pairs(position: NDArray[np.float64], distance: float) -> tuple[Indices, Indices]:
+@inner
+def is_near(position: NDArray[np.float64], one: int, other: int, distance: float) -> bool:
+    """Tell whether two positions are nearer to each other than a distance, m."""
+    x, y = position[other, 0] - position[one, 0], position[other, 1] - position[one, 1]
+    return bool(x * x + y * y < distance * distance)
+
+
+def near_pairs(position: NDArray[np.float64], distance: float) -> NearPairs:
     """
     Find the pairs that are nearer to each other than a distance.
 

@@ -15,6 +15,7 @@ from mctrack_ros.fusion.lineage import Lineage
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import match
 from mctrack_ros.fusion.motion import motion_of
+from mctrack_ros.fusion.neighbours import NearPairs, near_pairs
 from mctrack_ros.fusion.output import EventLog, FusionOutput, feedback_of, tracks_of
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.recognition import Recognition
@@ -58,6 +59,7 @@ class FusionPipeline:
         self._config = config
         self._index = {name: index for index, name in enumerate(cameras)}
         self._motion = motion_of(config.motion)
+        self._nearby = max(config.recognition.contact_distance, config.life.merge_distance)
         self._table = self._none = TrackTable.blank(0, len(cameras), self._motion.modes)
         self._evidence = Evidence(len(cameras), config)
         self._lineage = Lineage(config)
@@ -145,9 +147,13 @@ class FusionPipeline:
         if account is not None:
             account.left(leftover, self._table, looks)
         confirmed = self._evidence.count(self._table, looks, stamp_ns, self._seconds)
-        confirmed = self._recognise(confirmed, stamp_ns, events)
+        near = near_pairs(self._table.mean, self._nearby)
+        changes = self._recognition.step(self._table, near, stamp_ns, confirmed)
+        if changes:
+            confirmed = self._rename(changes, confirmed, events)
+            near = near_pairs(self._table.mean, self._nearby)
         self._announce(confirmed, events)
-        ended = self._merge_duplicates(stamp_ns, events)
+        ended = self._merge_duplicates(near, stamp_ns, events)
         ended = ended.extended(self._delete(stamp_ns, events))
         self._kits.step(self._table, stamp_ns)
         return ended
@@ -207,13 +213,10 @@ class FusionPipeline:
             doubt_parts(fresh, self._table, self._config)
         self._table = self._table.extended(fresh)
 
-    def _recognise(
-        self, confirmed: NDArray[np.bool_], stamp_ns: int, events: EventLog
+    def _rename(
+        self, changes: dict[int, int], confirmed: NDArray[np.bool_], events: EventLog
     ) -> NDArray[np.bool_]:
         """Correct ids; return the newly confirmed who are nobody known, in the table's order."""
-        changes = self._recognition.step(self._table, stamp_ns, confirmed)
-        if not changes:
-            return confirmed
         order = self._table.rename(changes)
         self._table = table = self._table.select(order)
         changed = np.isin(table.previous_id, list(changes))
@@ -232,9 +235,9 @@ class FusionPipeline:
         for row in np.flatnonzero(confirmed & (table.origin > 0)).tolist():
             events.add(EventCode.SPLIT, table, row, old_id=int(table.origin[row]))
 
-    def _merge_duplicates(self, stamp_ns: int, events: EventLog) -> TrackTable:
+    def _merge_duplicates(self, near: NearPairs, stamp_ns: int, events: EventLog) -> TrackTable:
         table = self._table
-        pairs = self._duplicate_pairs(stamp_ns)
+        pairs = self._duplicate_pairs(near, stamp_ns)
         if not pairs:
             return self._none
         dropped = np.zeros(len(table), bool)
@@ -249,10 +252,10 @@ class FusionPipeline:
         self._recognition.note_joined(joined, stamp_ns)
         return joined
 
-    def _duplicate_pairs(self, stamp_ns: int) -> list[tuple[int, int]]:
+    def _duplicate_pairs(self, near: NearPairs, stamp_ns: int) -> list[tuple[int, int]]:
         """Return pairs of rows (kept, dropped) that are one; two who are known only if alone."""
         table = self._table
-        one, other = lifecycle.unresolved_pairs(table, self._config.life.merge_distance)
+        one, other = lifecycle.unresolved_pairs(table, *near, self._config.life.merge_distance)
         fresh = twins = one, other
         if len(one):
             known = self._recognition.knows(table.track_id[one])

@@ -11,10 +11,10 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 from scipy.special import expit
 
-from mctrack_ros.compiled import COLUMN_1D, COLUMN_FLAGS, compiled
+from mctrack_ros.compiled import COLUMN_1D, COLUMN_2D, COLUMN_FLAGS, INTS_1D, compiled
 from mctrack_ros.fusion.absence import Absence
 from mctrack_ros.fusion.glances import first_look, look_of
-from mctrack_ros.fusion.neighbours import near_pairs
+from mctrack_ros.fusion.neighbours import NearPairs, is_near
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.portraits import Look, Portraits
 from mctrack_ros.fusion.suspects import Suspects
@@ -105,7 +105,9 @@ class Recognition:
         """Who was found in the last tick by prediction, time and colours, and at what cost."""
         return self._absence.found
 
-    def step(self, table: TrackTable, stamp_ns: int, confirmed: Mask) -> dict[int, int]:
+    def step(
+        self, table: TrackTable, near: NearPairs, stamp_ns: int, confirmed: Mask
+    ) -> dict[int, int]:
         """
         Learn what those who are alone look like, and tell which ids change.
 
@@ -113,6 +115,8 @@ class Recognition:
         ----------
         table : TrackTable
             Its looks are changed, its ids are not.
+        near : pair of (k,) int arrays
+            Rows of those who are near each other, by `contact_distance` at least.
         stamp_ns : int
             The tick's stamp, ns.
         confirmed : (n,) bool array
@@ -126,7 +130,7 @@ class Recognition:
         """
         self.certainty.clear()
         self._forget_the_lost(stamp_ns)
-        self._note_contacts(table, stamp_ns)
+        self._note_contacts(table, near, stamp_ns)
         changes = self._found_again(table, confirmed.nonzero()[0], stamp_ns)
         due = _due(table.confirmed, table.look_s, table.judge_s, self._config.look_time)
         if not np.count_nonzero(due):
@@ -142,18 +146,20 @@ class Recognition:
                 del self._lost[name]
                 self.forget(name)
 
-    def _note_contacts(self, table: TrackTable, stamp_ns: int) -> None:
+    def _note_contacts(self, table: TrackTable, near: NearPairs, stamp_ns: int) -> None:
         """Whoever is near another may be him from now on; a new look at him begins."""
-        one, other = near_pairs(table.mean, self._config.contact_distance)
-        table.in_contact = False
-        if len(one):
-            both = table.confirmed[one] & table.confirmed[other]
-            one, other = one[both], other[both]
+        one, other = _contacts(
+            table.mean,
+            table.confirmed,
+            table.in_contact,
+            table.look,
+            table.look_s,
+            *near,
+            self._config.contact_distance,
+        )
         if not len(one):
             return
-        table.in_contact[one] = table.in_contact[other] = True
         touching = table.in_contact
-        table.look[touching], table.look_s[touching] = 0.0, 0.0
         for name, place in zip(table.track_id[touching].tolist(), table.mean[touching, :2]):
             self._met[name] = stamp_ns, place
         for pair in zip(table.track_id[one].tolist(), table.track_id[other].tolist()):
@@ -279,6 +285,28 @@ class Recognition:
         """Return how far away those may be by now who were last seen so long ago, m."""
         went = self._config.speed * np.asarray(since_ns) * 1e-9
         return np.asarray(self._config.contact_distance + went)
+
+
+@compiled(
+    types.Tuple([types.i8[::1], types.i8[::1]])(
+        COLUMN_2D, COLUMN_FLAGS, types.Array(types.b1, 1, 'A'), types.Array(types.f8, 2, 'A'),
+        types.Array(types.f8, 1, 'A'), INTS_1D, INTS_1D, types.f8,
+    )
+)  # fmt: skip
+def _contacts(
+    mean: Floats, confirmed: Mask, in_contact: Mask, look: Floats, look_s: Floats,
+    one: Indices, other: Indices, distance: float,
+) -> tuple[Indices, Indices]:  # fmt: skip
+    """Return those pairs of rows (k,) that are so near and confirmed; their looks begin anew."""
+    in_contact[:] = False
+    touch = np.empty(len(one), np.bool_)
+    for pair in range(len(one)):
+        touch[pair] = confirmed[one[pair]] and confirmed[other[pair]]
+        touch[pair] &= is_near(mean, one[pair], other[pair], distance)
+        if touch[pair]:
+            for row in (one[pair], other[pair]):
+                in_contact[row], look[row], look_s[row] = True, 0.0, 0.0
+    return one[touch], other[touch]
 
 
 @compiled(types.b1[::1](COLUMN_FLAGS, COLUMN_1D, types.Array(types.f8, 1, 'A'), types.f8))

@@ -9,6 +9,7 @@ from mctrack_ros.interfaces import TEMPLATE_SIZE, EventCode
 
 CAMERAS = ('one', 'two')
 RED, BLUE = 3, 20
+NOBODY_NEAR = np.empty(0, np.int64), np.empty(0, np.int64)
 
 
 def template(colour, seed):
@@ -149,7 +150,7 @@ def test_who_was_joined_with_another_is_found_again_if_he_was_somebody_before(pa
         table.mean, table.covariance = [5, 5, 1, 0], np.diag([0.1, 0.1, 0.2, 0.2])
     joined.first_ns = now_ns - round((config.life.merge_time + past_s) * 1e9)
     recognition.note_joined(joined, now_ns)
-    assert recognition.step(fresh, now_ns, np.ones(1, bool)) == changes
+    assert recognition.step(fresh, NOBODY_NEAR, now_ns, np.ones(1, bool)) == changes
 
 
 @pytest.mark.parametrize(
