@@ -76,33 +76,6 @@ class CoverageMap:
         """
         return probabilities(position, wanted, self.seen, self.watched, self.cell, self.prior)
 
-    def learn(
-        self,
-        position: Floats,
-        sure: NDArray[np.bool_],
-        seen: NDArray[np.bool_],
-        watched: NDArray[np.bool_],
-        seconds: float,
-    ) -> None:
-        """
-        Note who saw the targets.
-
-        Parameters
-        ----------
-        position : (n, 2 or more) array
-            Where targets stand, m.
-        sure : (n,) bool array
-            Which of them surely do; the others tell nothing.
-        seen : (n, cameras) bool array
-            Which cameras detected them.
-        watched : (n, cameras) bool array
-            Which cameras could have: their pictures are there.
-        seconds : float
-            For how long that speaks, s.
-
-        """
-        learn(position, sure, seen, watched, seconds, self.seen, self.watched, self.cell)
-
 
 @inner
 def _slot(position: Floats, edge: float) -> int:
@@ -156,7 +129,27 @@ def learn(
     watched: Floats,
     cell: float,
 ) -> None:
-    """Do what `CoverageMap.learn` does; to be called by compiled functions, too."""
+    """
+    Note who saw the targets; to be called by compiled functions, too.
+
+    Parameters
+    ----------
+    position : (n, 2 or more) array
+        Where targets stand, m.
+    sure : (n,) bool array
+        Which of them surely do; the others tell nothing.
+    is_seen : (n, cameras) bool array
+        Which cameras detected them.
+    is_watched : (n, cameras) bool array
+        Which cameras could have: their pictures are there.
+    seconds : float
+        For how long that speaks, s.
+    seen, watched : (2, slots, cameras) arrays
+        Of the `CoverageMap`; changed in place.
+    cell : float
+        Edge of a fine cell, m.
+
+    """
     for row in range(len(sure)):
         for level in range(LEVELS if sure[row] else 0):
             slot = _slot(position[row], cell * COARSENESS**level)

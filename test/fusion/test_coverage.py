@@ -1,10 +1,15 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.fusion.coverage import LARGEST_PROBABILITY, CoverageMap
+from mctrack_ros.fusion.coverage import LARGEST_PROBABILITY, CoverageMap, learn
 
 PRIOR = 0.6
 EVERYWHERE = np.ones(2, bool)
+
+
+def teach(coverage, position, seen, watched, seconds):
+    sure, counts = EVERYWHERE[:1], (coverage.seen, coverage.watched)
+    learn(position, sure, np.array([seen]), np.array([watched]), seconds, *counts, coverage.cell)
 
 
 def test_what_is_not_known_is_assumed():
@@ -14,9 +19,9 @@ def test_what_is_not_known_is_assumed():
 
 def test_a_camera_that_never_sees_a_place_is_not_expected_to():
     coverage = CoverageMap(2, 1.0, PRIOR)
-    place, watched = np.array([[3.2, -7.9]]), np.array([[True, True]])
+    place = np.array([[3.2, -7.9]])
     for _ in range(100):
-        coverage.learn(place, EVERYWHERE[:1], np.array([[True, False]]), watched, 0.1)
+        teach(coverage, place, [True, False], [True, True], 0.1)
     sees, blind = coverage.probability(place, EVERYWHERE[:1])[0]
     assert sees == LARGEST_PROBABILITY
     assert blind < 0.05
@@ -25,9 +30,7 @@ def test_a_camera_that_never_sees_a_place_is_not_expected_to():
 def test_neighbouring_cells_learn_a_little_and_far_ones_nothing():
     coverage = CoverageMap(1, 1.0, PRIOR)
     for _ in range(100):
-        coverage.learn(
-            np.array([[0.5, 0.5]]), EVERYWHERE[:1], np.array([[False]]), np.array([[True]]), 0.1
-        )
+        teach(coverage, np.array([[0.5, 0.5]]), [False], [True], 0.1)
     near, far = coverage.probability(np.array([[2.5, 0.5], [99.0, 0.5]]), EVERYWHERE)[:, 0]
     assert near < 0.2
     assert far == pytest.approx(PRIOR)
@@ -35,7 +38,5 @@ def test_neighbouring_cells_learn_a_little_and_far_ones_nothing():
 
 def test_pictures_that_are_not_there_teach_nothing():
     coverage = CoverageMap(1, 1.0, PRIOR)
-    coverage.learn(
-        np.zeros((1, 2)), EVERYWHERE[:1], np.array([[False]]), np.array([[False]]), 10.0
-    )
+    teach(coverage, np.zeros((1, 2)), [False], [False], 10.0)
     np.testing.assert_allclose(coverage.probability(np.zeros((1, 2)), EVERYWHERE[:1]), PRIOR)
