@@ -60,7 +60,8 @@ class FusionPipeline:
         self._index = {name: index for index, name in enumerate(cameras)}
         self._motion = motion_of(config.motion)
         self._nearby = max(config.recognition.contact_distance, config.life.merge_distance)
-        self._table = self._none = TrackTable.blank(0, len(cameras), self._motion.modes)
+        blank = 0, len(cameras), self._motion.modes
+        self._table, self._none = TrackTable.blank(*blank), TrackTable.blank(*blank)
         self._evidence = Evidence(len(cameras), config)
         self._lineage = Lineage(config)
         self._recognition = Recognition(config)
@@ -211,7 +212,7 @@ class FusionPipeline:
         if is_beside:
             fresh.origin = self._lineage.origins(fresh, self._table, stamp_ns)
             doubt_parts(fresh, self._table, self._config)
-        self._table = self._table.extended(fresh)
+        self._table.append(fresh)
 
     def _rename(
         self, changes: dict[int, int], confirmed: NDArray[np.bool_], events: EventLog
@@ -275,7 +276,6 @@ class FusionPipeline:
     def _remove(self, mask: NDArray[np.bool_], events: EventLog) -> TrackTable:
         if not np.count_nonzero(mask):
             return self._none
-        removed = self._table.select(mask)
+        removed = self._table.remove(mask)
         events.add_all(EventCode.EXIT, removed, removed.confirmed)
-        self._table = self._table.select(~mask)
         return removed

@@ -135,11 +135,11 @@ class TrackTable:
     template = Column(np.float32, TEMPLATE_SIZE)
     look = Column(np.float64, TEMPLATE_SIZE)
 
-    __slots__ = ('_lumps', 'records')
+    __slots__ = ('_lumps', '_room', 'records')
 
     def __init__(self, lumps: NDArray[np.void], kind: np.dtype[Any]) -> None:
-        self._lumps = lumps
-        self.records: NDArray[Any] = np.ndarray(len(lumps), kind, lumps)
+        self._room = lumps
+        self._fill(len(lumps), kind)
 
     def __len__(self) -> int:
         """Return the number of tracks."""
@@ -163,6 +163,23 @@ class TrackTable:
             return other
         return type(self)(np.concatenate([self._lumps, other._lumps]), self.records.dtype)
 
+    def append(self, other: Self) -> None:
+        """Add other tracks behind these; there is room for more than there are."""
+        before, count = len(self), len(self) + len(other)
+        if count > len(self._room):
+            self._room = np.empty(2 * count, self._lumps.dtype)
+            self._room[:before] = self._lumps
+        self._room[before:count] = other._lumps
+        self._fill(count, self.records.dtype)
+
+    def remove(self, mask: NDArray[np.bool_]) -> Self:
+        """Take out the tracks that a mask picks, and return them; those behind move up."""
+        removed, first = self.select(mask), int(mask.argmax())
+        kept = self._lumps[first:][~mask[first:]]
+        self._fill(len(self) - len(removed), self.records.dtype)
+        self._lumps[first:] = kept
+        return removed
+
     def rename(self, changes: dict[int, int]) -> NDArray[np.intp]:
         """Change ids, old to new, all at once; return the order by which they ascend."""
         changed = np.isin(self.track_id, list(changes))
@@ -170,6 +187,11 @@ class TrackTable:
         for ids in (self.track_id, self.group, self.origin):
             ids[:] = [changes.get(one, one) for one in ids.tolist()]
         return np.argsort(self.track_id)
+
+    def _fill(self, count: int, kind: np.dtype[Any]) -> None:
+        """Let the first of the room be the tracks."""
+        self._lumps = self._room[:count]
+        self.records: NDArray[Any] = np.ndarray(count, kind, self._room)
 
 
 @cache
