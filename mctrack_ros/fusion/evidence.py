@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, COLUMN_2D, COLUMN_IDS, compiled, inner
+from mctrack_ros.compiled import BOOLS_2D, INTS_1D, compiled, inner
 from mctrack_ros.fusion.coverage import CoverageMap, learn, probabilities
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
-from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Indices = NDArray[np.int64]
 
 ANNOUNCED_S = 1.0
 """Who comes into a camera's view is announced for so long before, s."""
@@ -69,18 +72,13 @@ class Evidence:
 
         """
         life, coverage = self._life, self._coverage
-        present = np.zeros(self._cameras, np.bool_)
-        present[looks.cameras] = True
         vacant = np.zeros((len(table), self._cameras), np.bool_)
         if len(looks.detections.vacant_id):
             self._note_vacant(vacant, table, looks)
         return _counted(
-            table.mean,
-            table.cameras,
+            table.fixed,
             table.hidden_ns,
-            table.confirmed,
-            table.evidence,
-            present,
+            looks.cameras,
             tick_ns - round(seconds * 1e9),
             vacant,
             coverage.seen,
@@ -175,22 +173,21 @@ def _weighed(
 
 @compiled(
     types.b1[::1](
-        COLUMN_2D, COLUMN_IDS, types.Array(types.i8, 2, 'A', readonly=True),
-        types.Array(types.b1, 1, 'A'), types.Array(types.f8, 1, 'A'),
-        BOOLS_1D, types.i8, BOOLS_2D,
+        TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, types.i8, BOOLS_2D,
         types.f8[:, :, ::1], types.f8[:, :, ::1], types.f8, types.f8,
         types.f8, types.f8, types.f8, types.f8, types.f8, types.f8, types.f8, types.f8,
     )
 )  # fmt: skip
 def _counted(
-    mean: Floats, cameras: NDArray[np.uint32], hidden_ns: NDArray[np.int64],
-    confirmed: Mask, evidence: Floats,
-    present: Mask, begin_ns: int, vacant: Mask,
+    tracks: Any, hidden_ns: NDArray[np.int64], reporting: Indices, begin_ns: int, vacant: Mask,
     seen: Floats, watched: Floats, cell: float, prior: float,
     seconds: float, look_time: float, hit: float, miss_weight: float, vacancy_weight: float,
     least: float, most: float, enough: float,
 ) -> Mask:  # fmt: skip
     """Weigh a tick by what is known of the coverage, and learn that; see `Evidence.count`."""
+    mean, cameras, confirmed = tracks['mean'], tracks['cameras'], tracks['confirmed']
+    present = np.zeros(hidden_ns.shape[1], np.bool_)
+    present[reporting] = True
     is_judged = np.empty(len(cameras), np.bool_)
     for track in range(len(cameras)):
         sole = cameras[track] & (cameras[track] - 1) == 0  # at most one camera's bit is set
@@ -199,7 +196,7 @@ def _counted(
         cameras,
         hidden_ns,
         confirmed,
-        evidence,
+        tracks['evidence'],
         present,
         begin_ns,
         vacant,

@@ -12,19 +12,12 @@ from scipy.special import expit
 
 from mctrack_ros.compiled import (
     BOOLS_1D,
-    COLUMN_1D,
-    COLUMN_2D,
-    COLUMN_3D,
-    COLUMN_BYTES,
     COLUMN_FLAGS,
     COLUMN_IDS,
-    COLUMN_SINGLES_2D,
-    COLUMN_STAMPS,
-    INTS_1D,
     compiled,
     inner,
 )
-from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.table import TRACKS, TrackTable
 from mctrack_ros.interfaces import (
     MEMBERS,
     EventCode,
@@ -40,6 +33,8 @@ Told = NDArray[np.float32]
 Indices = NDArray[np.intp]
 Ids = NDArray[np.uint32]
 Bytes = NDArray[np.uint8]
+
+STATUS = list(Tracks.COLUMNS).index('status')
 
 SEEN_MEMORY_NS = 500_000_000
 """A camera counts as seeing a target for so long after it did, ns."""
@@ -67,38 +62,9 @@ def tracks_of(
     table: TrackTable, is_published: NDArray[np.bool_], ended: TrackTable, stamp_ns: int
 ) -> Tracks:
     """Return the published tracks and, once, those that ended, by id."""
-    rows, place = _places(is_published, table.track_id, ended.track_id)
-    columns = Tracks.unset(len(place))
-    _tell(table, rows, place, columns, stamp_ns)
-    if len(ended):
-        over = place[len(rows) :]
-        _tell(ended, np.arange(len(ended)), over, columns, stamp_ns)
-        columns['status'][over] = TrackStatus.DELETED
+    columns = Tracks.unset(int(np.count_nonzero(is_published)) + len(ended))
+    _tell(table.fixed, is_published, ended.fixed, stamp_ns, tuple(columns.values()))
     return Tracks.adopt(stamp_ns, columns)
-
-
-@compiled(types.Tuple([types.i8[::1], types.i8[::1]])(BOOLS_1D, COLUMN_IDS, COLUMN_IDS))
-def _places(
-    is_published: NDArray[np.bool_], track_id: Ids, ended_id: Ids
-) -> tuple[Indices, Indices]:
-    """Return the rows (k,) that are published, and the places of these and of the ended by id."""
-    rows = np.flatnonzero(is_published)
-    names = np.concatenate((track_id[rows], ended_id))
-    place = np.empty(len(names), np.int64)
-    place[np.argsort(names)] = np.arange(len(names))
-    return rows, place
-
-
-def _tell(
-    table: TrackTable, rows: Indices, place: Indices, columns: dict[str, Any], stamp_ns: int
-) -> None:
-    """Write what is published of tracks (k,) into columns of `Tracks`, to places (k, at least)."""
-    _write(
-        rows, place, stamp_ns,
-        table.mean, table.covariance, table.extent, table.first_ns, table.evidence,
-        table.confirmed, table.track_id, table.group, table.cameras, table.class_id, table.kit,
-        *columns.values(),
-    )  # fmt: skip
 
 
 @inner
@@ -110,27 +76,27 @@ def _status(is_confirmed: bool, cameras: int, group: int) -> int:
     return TrackStatus.GROUPED.value if group else TrackStatus.COASTING.value
 
 
-@compiled(
-    types.void(
-        INTS_1D, INTS_1D, types.i8,
-        COLUMN_2D, COLUMN_3D, COLUMN_SINGLES_2D, COLUMN_STAMPS, COLUMN_1D, COLUMN_FLAGS,
-        COLUMN_IDS, COLUMN_IDS, COLUMN_IDS, COLUMN_BYTES, COLUMN_BYTES,
-        types.f4[:, ::1], types.f4[:, ::1], types.f4[:, :, ::1], types.f4[:, ::1],
-        types.f4[::1], types.f4[::1], types.u4[::1], types.u4[::1], types.u4[::1],
-        types.u1[::1], types.u1[::1], types.u1[::1], types.u1[::1],
-    )
-)  # fmt: skip
+@inner
+def _places(rows: Indices, track_id: Ids, ended_id: Ids) -> Indices:
+    """Return the places by id of some rows of tracks (k,), and of those that ended."""
+    names = np.concatenate((track_id[rows], ended_id))
+    place = np.empty(len(names), np.int64)
+    place[np.argsort(names)] = np.arange(len(names))
+    return place
+
+
+@inner
 def _write(
-    rows: Indices, place: Indices, stamp_ns: int,
-    mean: Floats, covariance: Floats, extent: Told, first_ns: NDArray[np.int64], evidence: Floats,
-    confirmed: NDArray[np.bool_], track_id: Ids, group: Ids, cameras: Ids, class_id: Bytes,
-    kit: Bytes,
-    to_position: Told, to_velocity: Told, to_covariance: Told, to_extent: Told, to_age: Told,
-    to_score: Told, to_track_id: Ids, to_group: Ids, to_cameras: Ids, to_member_count: Bytes,
-    to_status: Bytes, to_class_id: Bytes, to_kit: Bytes,
-) -> None:  # fmt: skip
-    for index in range(len(rows)):
-        row, to = rows[index], place[index]
+    tracks: Any, rows: Indices, place: Indices, stamp_ns: int, columns: tuple[Any, ...]
+) -> None:
+    """Write what is published of rows of tracks (k,) into columns of `Tracks`, to places (k,)."""
+    (
+        to_position, to_velocity, to_covariance, to_extent, to_age, to_score, to_track_id,
+        to_group, to_cameras, to_member_count, to_status, to_class_id, to_kit,
+    ) = columns  # fmt: skip
+    mean, covariance, extent = tracks['mean'], tracks['covariance'], tracks['extent']
+    for row, to in zip(rows, place):
+        own = tracks[row]
         for i in range(2):
             to_position[to, i], to_velocity[to, i] = mean[row, i], mean[row, 2 + i]
             to_extent[to, i] = extent[row, i]
@@ -138,12 +104,39 @@ def _write(
         for i in range(4):
             for j in range(4):
                 to_covariance[to, i, j] = covariance[row, i, j]
-        to_age[to] = (stamp_ns - first_ns[row]) / 1e9
-        to_score[to] = 1.0 / (1.0 + np.exp(-evidence[row]))
-        to_track_id[to], to_group[to], to_cameras[to] = track_id[row], group[row], cameras[row]
-        to_member_count[to] = 1
-        to_status[to] = _status(confirmed[row], cameras[row], group[row])
-        to_class_id[to], to_kit[to] = class_id[row], kit[row]
+        to_age[to] = (stamp_ns - own['first_ns']) / 1e9
+        to_score[to] = 1.0 / (1.0 + np.exp(-own['evidence']))
+        to_track_id[to], to_group[to] = own['track_id'], own['group']
+        to_cameras[to], to_member_count[to] = own['cameras'], 1
+        to_status[to] = _status(own['confirmed'], own['cameras'], own['group'])
+        to_class_id[to], to_kit[to] = own['class_id'], own['kit']
+
+
+@compiled(
+    types.void(
+        TRACKS, BOOLS_1D, TRACKS, types.i8,
+        types.Tuple([
+            types.f4[:, ::1], types.f4[:, ::1], types.f4[:, :, ::1], types.f4[:, ::1],
+            types.f4[::1], types.f4[::1], types.u4[::1], types.u4[::1], types.u4[::1],
+            types.u1[::1], types.u1[::1], types.u1[::1], types.u1[::1],
+        ]),
+    )
+)  # fmt: skip
+def _tell(
+    tracks: Any,
+    is_published: NDArray[np.bool_],
+    ended: Any,
+    stamp_ns: int,
+    columns: tuple[Any, ...],
+) -> None:
+    """Write what is published of tracks, and of those that ended, into columns of `Tracks`."""
+    rows = np.flatnonzero(is_published)
+    place = _places(rows, tracks['track_id'], ended['track_id'])
+    _write(tracks, rows, place, stamp_ns, columns)
+    over, to_status = place[len(rows) :], columns[STATUS]
+    _write(ended, np.arange(len(ended)), over, stamp_ns, columns)
+    for to in over:
+        to_status[to] = TrackStatus.DELETED.value
 
 
 def status_of(table: TrackTable) -> NDArray[np.uint8]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import types
@@ -11,14 +12,14 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 from scipy.special import expit
 
-from mctrack_ros.compiled import COLUMN_1D, COLUMN_2D, COLUMN_FLAGS, INTS_1D, compiled
+from mctrack_ros.compiled import INTS_1D, compiled
 from mctrack_ros.fusion.absence import Absence
 from mctrack_ros.fusion.glances import first_look, look_of
 from mctrack_ros.fusion.neighbours import NearPairs, is_near
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.portraits import Look, Portraits
 from mctrack_ros.fusion.suspects import Suspects
-from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -132,7 +133,7 @@ class Recognition:
         self._forget_the_lost(stamp_ns)
         self._note_contacts(table, near, stamp_ns)
         changes = self._found_again(table, confirmed.nonzero()[0], stamp_ns)
-        due = _due(table.confirmed, table.look_s, table.judge_s, self._config.look_time)
+        due = _due(table.fixed, self._config.look_time)
         if not np.count_nonzero(due):
             return changes
         table.judge_s[due] *= 2.0
@@ -148,15 +149,7 @@ class Recognition:
 
     def _note_contacts(self, table: TrackTable, near: NearPairs, stamp_ns: int) -> None:
         """Whoever is near another may be him from now on; a new look at him begins."""
-        one, other = _contacts(
-            table.mean,
-            table.confirmed,
-            table.in_contact,
-            table.look,
-            table.look_s,
-            *near,
-            self._config.contact_distance,
-        )
+        one, other = _contacts(table.fixed, *near, self._config.contact_distance)
         if not len(one):
             return
         touching = table.in_contact
@@ -287,34 +280,30 @@ class Recognition:
         return np.asarray(self._config.contact_distance + went)
 
 
-@compiled(
-    types.Tuple([types.i8[::1], types.i8[::1]])(
-        COLUMN_2D, COLUMN_FLAGS, types.Array(types.b1, 1, 'A'), types.Array(types.f8, 2, 'A'),
-        types.Array(types.f8, 1, 'A'), INTS_1D, INTS_1D, types.f8,
-    )
-)  # fmt: skip
+@compiled(types.Tuple([types.i8[::1], types.i8[::1]])(TRACKS, INTS_1D, INTS_1D, types.f8))
 def _contacts(
-    mean: Floats, confirmed: Mask, in_contact: Mask, look: Floats, look_s: Floats,
-    one: Indices, other: Indices, distance: float,
-) -> tuple[Indices, Indices]:  # fmt: skip
+    tracks: Any, one: Indices, other: Indices, distance: float
+) -> tuple[Indices, Indices]:
     """Return those pairs of rows (k,) that are so near and confirmed; their looks begin anew."""
-    in_contact[:] = False
+    mean, confirmed, look = tracks['mean'], tracks['confirmed'], tracks['look']
+    tracks['in_contact'][:] = False
     touch = np.empty(len(one), np.bool_)
     for pair in range(len(one)):
         touch[pair] = confirmed[one[pair]] and confirmed[other[pair]]
         touch[pair] &= is_near(mean, one[pair], other[pair], distance)
         if touch[pair]:
             for row in (one[pair], other[pair]):
-                in_contact[row], look[row], look_s[row] = True, 0.0, 0.0
+                tracks[row]['in_contact'], look[row], tracks[row]['look_s'] = True, 0.0, 0.0
     return one[touch], other[touch]
 
 
-@compiled(types.b1[::1](COLUMN_FLAGS, COLUMN_1D, types.Array(types.f8, 1, 'A'), types.f8))
-def _due(confirmed: Mask, look_s: Floats, judge_s: Floats, look_time: float) -> Mask:
+@compiled(types.b1[::1](TRACKS, types.f8))
+def _due(tracks: Any, look_time: float) -> Mask:
     """Return who, (n,), has been looked at for long enough; who is not yet begins anew."""
-    due = np.empty(len(confirmed), np.bool_)
-    for row in range(len(confirmed)):
-        if look_s[row] == 0.0:
-            judge_s[row] = look_time
-        due[row] = confirmed[row] and look_s[row] >= judge_s[row]
+    due = np.empty(len(tracks), np.bool_)
+    for row in range(len(tracks)):
+        own = tracks[row]
+        if own['look_s'] == 0.0:
+            own['judge_s'] = look_time
+        due[row] = own['confirmed'] and own['look_s'] >= own['judge_s']
     return due

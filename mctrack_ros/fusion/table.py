@@ -6,6 +6,7 @@ from functools import cache
 from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
+from numba import from_dtype, types
 from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.interfaces import TEMPLATE_SIZE
@@ -23,6 +24,7 @@ class Column(Generic[Scalar]):
 
     def __init__(self, kind: type[Scalar], *shape: int, fill: float = 0) -> None:
         self._kind, self._shape, self.fill = kind, shape, fill
+        self.is_fixed = all(size > 0 for size in shape)
 
     def __set_name__(self, owner: type, name: str) -> None:
         """Learn what the column is called."""
@@ -60,6 +62,8 @@ class TrackTable:
     ----------
     records : (n,) structured array
         The same bytes as records.
+    fixed : (n,) structured array
+        Of these the columns whose shape is the same at every site, as compiled loops take them.
     track_id : (n,) uint32 array
     mean : (n, 4) array
         x, y, vx, vy; m and m/s.
@@ -125,21 +129,21 @@ class TrackTable:
     judge_s = Column(np.float64)
     mean = Column(np.float64, 4)
     covariance = Column(np.float64, 4, 4)
+    extent = Column(np.float32, 2, fill=np.nan)
+    template = Column(np.float32, TEMPLATE_SIZE)
+    look = Column(np.float64, TEMPLATE_SIZE)
     mode_probability = Column(np.float64, PER_MODE)
     mode_mean = Column(np.float64, PER_MODE, 4)
     mode_covariance = Column(np.float64, PER_MODE, 4, 4)
     seen_by_ns = Column(np.int64, PER_CAMERA, fill=NEVER_NS)
     hidden_ns = Column(np.int64, PER_CAMERA, fill=NEVER_NS)
     local_id = Column(np.uint32, PER_CAMERA)
-    extent = Column(np.float32, 2, fill=np.nan)
-    template = Column(np.float32, TEMPLATE_SIZE)
-    look = Column(np.float64, TEMPLATE_SIZE)
 
-    __slots__ = ('_lumps', '_room', 'records')
+    __slots__ = ('_lumps', '_room', 'fixed', 'records')
 
     def __init__(self, lumps: NDArray[np.void], kind: np.dtype[Any]) -> None:
         self._room = lumps
-        self._fill(len(lumps), kind)
+        self._hold(lumps, kind)
 
     def __len__(self) -> int:
         """Return the number of tracks."""
@@ -170,13 +174,13 @@ class TrackTable:
             self._room = np.empty(2 * count, self._lumps.dtype)
             self._room[:before] = self._lumps
         self._room[before:count] = other._lumps
-        self._fill(count, self.records.dtype)
+        self._hold(self._room[:count], self.records.dtype)
 
     def remove(self, mask: NDArray[np.bool_]) -> Self:
         """Take out the tracks that a mask picks, and return them; those behind move up."""
         removed, first = self.select(mask), int(mask.argmax())
         kept = self._lumps[first:][~mask[first:]]
-        self._fill(len(self) - len(removed), self.records.dtype)
+        self._hold(self._room[: first + len(kept)], self.records.dtype)
         self._lumps[first:] = kept
         return removed
 
@@ -188,18 +192,29 @@ class TrackTable:
             ids[:] = [changes.get(one, one) for one in ids.tolist()]
         return np.argsort(self.track_id)
 
-    def _fill(self, count: int, kind: np.dtype[Any]) -> None:
-        """Let the first of the room be the tracks."""
-        self._lumps = self._room[:count]
-        self.records: NDArray[Any] = np.ndarray(count, kind, self._room)
+    def _hold(self, lumps: NDArray[np.void], kind: np.dtype[Any]) -> None:
+        """Let these bytes be the tracks."""
+        self._lumps = lumps
+        self.records: NDArray[Any] = np.ndarray(len(lumps), kind, lumps)
+        self.fixed: NDArray[Any] = np.ndarray(len(lumps), FIXED, lumps, 0, lumps.strides)
+
+
+def _columns() -> list[Column[Any]]:
+    return [column for column in vars(TrackTable).values() if isinstance(column, Column)]
 
 
 @cache
 def _blank(cameras: int, modes: int) -> tuple[NDArray[np.void], np.dtype[Any]]:
     """Return the (1,) bytes of a track of which nothing is known, and the type of its record."""
-    columns = [column for column in vars(TrackTable).values() if isinstance(column, Column)]
+    columns = _columns()
     fields = [column.field(cameras, modes) for column in columns]
     record = np.zeros(1, np.dtype(fields, align=True))
     for column, (name, *_) in zip(columns, fields):
         record[name] = column.fill
     return record.view(f'V{record.itemsize}'), record.dtype
+
+
+FIXED = np.dtype([column.field(0, 0) for column in _columns() if column.is_fixed], align=True)
+TRACKS = types.Array(from_dtype(FIXED), 1, 'A')
+"""Records of the columns whose shape is the same at every site, for numpy and for numba: those
+columns come first, so that they begin where the whole records do."""
