@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import (
-    COLUMN_1D,
     COLUMN_2D,
-    COLUMN_FLAGS,
     COLUMN_IDS,
     COLUMN_STAMPS,
     INTS_1D,
     compiled,
+    inner,
 )
-from mctrack_ros.fusion.neighbours import is_near, near_pairs
+from mctrack_ros.fusion.neighbours import is_near
 from mctrack_ros.fusion.parameters import FusionConfig
-from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 GROUP_MEMORY_S = 0.2
 """A track has left its group when no camera has seen it in one for so long, s."""
@@ -39,39 +40,17 @@ def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
 def is_over(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
     """Return the mask of the tracks that end now."""
     life, least = config.life, 1.5 * config.batching.period
-    return _is_over(
-        table.confirmed,
-        table.evidence,
-        table.kept_ns,
-        stamp_ns,
-        max(life.tentative_time, least),
-        max(life.coast_time, least),
-    )
+    tentative_s, confirmed_s = max(life.tentative_time, least), max(life.coast_time, least)
+    return _is_over(table.fixed, stamp_ns, tentative_s, confirmed_s)
 
 
-@compiled(
-    types.b1[::1](
-        COLUMN_FLAGS,
-        COLUMN_1D,
-        COLUMN_STAMPS,
-        types.i8,
-        types.f8,
-        types.f8,
-    )
-)
-def _is_over(
-    confirmed: Mask,
-    evidence: NDArray[np.float64],
-    kept_ns: Indices,
-    stamp_ns: int,
-    tentative_s: float,
-    confirmed_s: float,
-) -> Mask:
-    over = np.empty(len(confirmed), np.bool_)
-    for row in range(len(confirmed)):
-        silent_s = (stamp_ns - kept_ns[row]) / 1e9
-        if confirmed[row]:
-            over[row] = silent_s > confirmed_s or evidence[row] < 0
+@compiled(types.b1[::1](TRACKS, types.i8, types.f8, types.f8))
+def _is_over(tracks: Any, stamp_ns: int, tentative_s: float, confirmed_s: float) -> Mask:
+    over = np.empty(len(tracks), np.bool_)
+    for row in range(len(tracks)):
+        silent_s = (stamp_ns - tracks[row]['kept_ns']) / 1e9
+        if tracks[row]['confirmed']:
+            over[row] = silent_s > confirmed_s or tracks[row]['evidence'] < 0
         else:
             over[row] = silent_s > tentative_s
     return over
@@ -150,6 +129,16 @@ def ungrouped(table: TrackTable, one: Indices, other: Indices) -> tuple[Indices,
     return one[wanted], other[wanted]
 
 
+@inner
+def _company(tracks: Any, own: int) -> int:
+    """Return how many confirmed tracks are near one that is confirmed itself."""
+    mean, confirmed, count = tracks['mean'], tracks['confirmed'], 0
+    for other in range(len(tracks) if confirmed[own] else 0):
+        near = other != own and is_near(mean, own, other, TWINS_ALONE_M)
+        count += near and confirmed[other]
+    return count
+
+
 def alone(
     table: TrackTable, one: Indices, other: Indices, stamp_ns: int
 ) -> tuple[Indices, Indices]:
@@ -160,19 +149,27 @@ def alone(
     """
     if not len(one):
         return one, other
-    last_ns = np.maximum(table.seen_by_ns[one], table.seen_by_ns[other])
-    wanted = (stamp_ns - last_ns < WITNESS_S * 1e9).sum(axis=1) >= WITNESSES
-    if wanted.any():
-        count = _company(table, TWINS_ALONE_M)
-        wanted &= (count[one] == 1) & (count[other] == 1)
+    wanted = _alone(table.fixed, table.seen_by_ns, one, other, stamp_ns)
     return one[wanted], other[wanted]
 
 
-def _company(table: TrackTable, reach: float) -> Indices:
-    """Return how many confirmed tracks are within reach, m, of each that is confirmed itself."""
-    one, other = near_pairs(table.mean, reach)
-    firm = table.confirmed[one] & table.confirmed[other]
-    return np.bincount(np.append(one[firm], other[firm]), minlength=len(table))
+@compiled(
+    types.b1[::1](TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, INTS_1D, types.i8)
+)
+def _alone(
+    tracks: Any, seen_by_ns: NDArray[np.int64], one: Indices, other: Indices, stamp_ns: int
+) -> Mask:
+    """Return which pairs (k,) are, see `alone`."""
+    wanted = np.empty(len(one), np.bool_)
+    for pair in range(len(one)):
+        first, second, witnesses = one[pair], other[pair], 0
+        for camera in range(seen_by_ns.shape[1]):
+            last_ns = max(seen_by_ns[first, camera], seen_by_ns[second, camera])
+            witnesses += stamp_ns - last_ns < WITNESS_S * 1e9
+        wanted[pair] = (
+            witnesses >= WITNESSES and _company(tracks, first) == _company(tracks, second) == 1
+        )
+    return wanted
 
 
 @compiled(
