@@ -7,32 +7,74 @@ from operator import attrgetter
 from typing import Any
 
 import numpy as np
-from numba import types
+from numba import from_dtype, types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import compiled
+from mctrack_ros.compiled import (
+    COLUMN_BYTES,
+    COLUMN_IDS,
+    COLUMN_SINGLES_2D,
+    COLUMN_SINGLES_3D,
+    compiled,
+    inlined,
+    inner,
+)
 from mctrack_ros.interfaces import Detections
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 LARGEST_VARIANCE = 1e6
 """A detection less certain than this says nothing, m²."""
 LARGEST_DISTANCE = 1e6
 """Nobody is farther than this from the origin, m."""
+NO_PICTURE = [Detections.build(0)]
+NOBODY, NOWHERE = np.empty(0, np.uint32), np.empty(0, np.int64)
 MOST_DETECTIONS = 1000
 """More than this in one picture are not detections: those of the highest score are used."""
-ALWAYS_USED = (
-    'position', 'covariance', 'box', 'extent', 'local_id', 'track_id', 'member_count', 'class_id',
+TOLD = attrgetter(
+    'position', 'covariance', 'template', 'box', 'extent', 'local_id', 'track_id', 'member_count',
+    'class_id',
 )  # fmt: skip
-"""Columns that are put together at once."""
+"""What is read of every picture."""
+ROW = np.dtype(
+    [
+        ('place', 'f8', 2),
+        ('noise', 'f8', (2, 2)),
+        ('stamp_ns', 'i8'),
+        ('picture', 'i8'),
+        ('camera', 'i8'),
+        ('box', 'f4', 4),
+        ('extent', 'f4', 2),
+        ('local_id', 'u4'),
+        ('track_id', 'u4'),
+        ('member_count', 'u1'),
+        ('class_id', 'u1'),
+        ('is_described', '?'),
+        ('is_single', '?'),
+        ('is_usable', '?'),
+    ],
+    align=True,
+)
+ROWS = types.Array(from_dtype(ROW), 1, 'C')
+"""Records of what is admitted, for numpy and for numba."""
+_TOLD = types.Tuple(
+    [COLUMN_SINGLES_2D, COLUMN_SINGLES_3D, types.Array(types.f4, 2, 'C', readonly=True)]
+    + [COLUMN_SINGLES_2D] * 2
+    + [COLUMN_IDS] * 2
+    + [COLUMN_BYTES] * 2
+)
 
 
-def usable_rows(detections: Detections) -> NDArray[np.bool_]:
+def usable_rows(detections: Detections) -> Mask:
     """
     Tell which detections of one picture, (n,), have a sound position and covariance.
 
     A covariance is sound if it is finite, symmetric enough to be positive definite, and not
     larger than a square kilometre. Of a flood only `MOST_DETECTIONS` are used.
     """
-    usable = _is_sound(detections)
+    rows, _ = _taken([detections], [len(detections)], [0], [0.0])
+    usable = np.ascontiguousarray(rows['is_usable'])
     if len(usable) > MOST_DETECTIONS:
         rows = np.flatnonzero(usable)
         order = np.argsort(-detections.score[rows], kind='stable')
@@ -44,20 +86,22 @@ class Admitted:
     """
     The usable detections of several pictures, one after the other, m rows.
 
-    Their columns are as those of `Detections`; those that are not `ALWAYS_USED` are put together
-    when they are first asked for.
+    What is always used of them is put together as records at once; columns of `Detections` that
+    are not among these when they are first asked for.
 
     Parameters
     ----------
     pictures : sequence of Detections
         One each.
+    cameras : sequence of int
+        Whose each picture is.
+    variance : sequence of float
+        What is added to the variances of each picture, m².
 
     Attributes
     ----------
-    picture : (m,) int array
-        Which picture each is of.
-    is_described : (m,) bool array
-        Which rows have an appearance template; the templates stay apart.
+    rows : (m,) structured array
+        What each says: a `ROW`.
     vacant_id : (v,) uint32 array
         Targets of which pictures say that they are not where they are expected.
     vacant_picture : (v,) int array
@@ -65,38 +109,40 @@ class Admitted:
 
     """
 
-    def __init__(self, pictures: Sequence[Detections]) -> None:
-        self._pictures = list(pictures) or [Detections.build(0)]
-        counts = list(map(len, self._pictures))
-        if max(counts) > MOST_DETECTIONS:
-            self._pictures = list(map(_without_flood, self._pictures))
-            counts = list(map(len, self._pictures))
-        self.picture = np.arange(len(counts)).repeat(counts)
-        self.is_described = _all_described(self._pictures, counts)
-        columns = zip(*map(attrgetter(*ALWAYS_USED), self._pictures))
-        vars(self).update(zip(ALWAYS_USED, map(np.concatenate, columns)))
-        self._usable: NDArray[np.bool_] | None = None
-        self.vacant_id, self.vacant_picture = np.empty(0, np.uint32), self.picture[:0]
-        usable = _usable(self.covariance, self.position)
-        if np.count_nonzero(usable) < len(usable):
-            vacant = np.concatenate([each.is_vacant for each in self._pictures])
-            self.vacant_id, self.vacant_picture = self.track_id[vacant], self.picture[vacant]
-            self._usable = usable
-            for name in ('picture', 'is_described', *ALWAYS_USED):
-                setattr(self, name, getattr(self, name)[usable])
+    def __init__(
+        self, pictures: Sequence[Detections], cameras: Sequence[int], variance: Sequence[float]
+    ) -> None:
+        self._pictures = pictures
+        counts = list(map(len, pictures))
+        if max(counts, default=0) > MOST_DETECTIONS:
+            self._pictures = pictures = list(map(_without_flood, pictures))
+            counts = list(map(len, pictures))
+        self.rows, usable = _taken(pictures, counts, cameras, variance)
+        self._usable: Mask | None = None
+        self.vacant_id, self.vacant_picture = NOBODY, NOWHERE
+        if usable < len(self):
+            self._keep(self.rows['is_usable'])
 
     def __len__(self) -> int:
         """Return the number of rows."""
-        return len(self.picture)
+        return len(self.rows)
 
     def __getattr__(self, name: str) -> NDArray[Any]:
-        """Put a column together, and keep it."""
+        """Return a column of the records, or put one together and keep it."""
+        if name in (ROW.names or ()):
+            return self.rows[name]
         if name not in Detections.COLUMNS:
             raise AttributeError(name)
-        column = np.concatenate([getattr(each, name) for each in self._pictures])
+        column = np.concatenate([getattr(each, name) for each in self._pictures or NO_PICTURE])
         column = column if self._usable is None else column[self._usable]
         self.__dict__[name] = column
         return column
+
+    def _keep(self, usable: Mask) -> None:
+        """Keep some rows alone; note who is said to be absent."""
+        vacant = np.concatenate([each.is_vacant for each in self._pictures])
+        self.vacant_id, self.vacant_picture = self.track_id[vacant], self.picture[vacant]
+        self.rows, self._usable = self.rows[usable], usable
 
 
 def _without_flood(picture: Detections) -> Detections:
@@ -105,44 +151,63 @@ def _without_flood(picture: Detections) -> Detections:
     return picture.select(usable_rows(picture) | picture.is_vacant)
 
 
-def _all_described(pictures: list[Detections], counts: list[int]) -> NDArray[np.bool_]:
-    """Tell which rows of some pictures have an appearance template."""
-    is_described, first = np.empty(sum(counts), np.bool_), 0
-    for each, count in zip(pictures, counts):
-        _describe(each.template, first, is_described)
-        first += count
-    return is_described
+def _taken(
+    pictures: Sequence[Detections],
+    counts: Sequence[int],
+    cameras: Sequence[int],
+    variance: Sequence[float],
+) -> tuple[NDArray[Any], int]:
+    """Return the records of some pictures, and how many of them can be used."""
+    rows, usable, first = np.empty(sum(counts), ROW), 0, 0
+    for picture, (each, count, camera, more) in enumerate(
+        zip(pictures, counts, cameras, variance)
+    ):
+        last = first + count
+        usable += _take(TOLD(each), each.stamp_ns, picture, camera, more, rows[first:last])
+        first = last
+    return rows, usable
 
 
-def _is_sound(detections: Detections) -> NDArray[np.bool_]:
-    return _usable(
-        np.ascontiguousarray(detections.covariance), np.ascontiguousarray(detections.position)
-    )
+@inlined
+def _is_sound(place: Floats, noise: Floats) -> bool:
+    """Tell whether a place and its covariance can be."""
+    xx, xy, yy = noise[0, 0], noise[0, 1], noise[1, 1]
+    sound = xx > 0 and yy > 0 and xx * yy > xy * xy
+    sound = sound and xx < LARGEST_VARIANCE and yy < LARGEST_VARIANCE
+    return bool(sound and abs(place[0]) < LARGEST_DISTANCE and abs(place[1]) < LARGEST_DISTANCE)
 
 
-@compiled(
-    types.b1[::1](
-        types.Array(types.f4, 3, 'C', readonly=True), types.Array(types.f4, 2, 'C', readonly=True)
-    )
-)
-def _usable(covariance: NDArray[np.float32], position: NDArray[np.float32]) -> NDArray[np.bool_]:
-    usable = np.empty(len(position), np.bool_)
-    for row in range(len(position)):
-        xx, yy = np.float64(covariance[row, 0, 0]), np.float64(covariance[row, 1, 1])
-        xy = (np.float64(covariance[row, 0, 1]) + np.float64(covariance[row, 1, 0])) / 2
-        sound = xx > 0 and yy > 0 and xx * yy > xy * xy
-        sound = sound and xx < LARGEST_VARIANCE and yy < LARGEST_VARIANCE
-        known = abs(position[row, 0]) < LARGEST_DISTANCE
-        known = known and abs(position[row, 1]) < LARGEST_DISTANCE
-        usable[row] = sound and known
+@inner
+def _is_filled(template: NDArray[np.float32], row: int) -> bool:
+    filled = 0
+    for bin in range(template.shape[1]):
+        filled += template[row, bin] != 0.0
+    return filled > 0
+
+
+@compiled(types.i8(_TOLD, types.i8, types.i8, types.i8, types.f8, ROWS))
+def _take(
+    told: tuple[Any, ...], stamp_ns: int, picture: int, camera: int, variance: float, rows: Any
+) -> int:
+    """Write what one picture tells into records; return how many can be used."""
+    position, covariance, template, box, extent, local_id, track_id, member_count, kind = told
+    to_place, to_noise = rows['place'], rows['noise']
+    to_box, to_extent, usable = rows['box'], rows['extent'], 0
+    for row in range(len(rows)):
+        own = rows[row]
+        for i in range(2):
+            to_place[row, i], to_extent[row, i] = position[row, i], extent[row, i]
+            for j in range(2):
+                both = np.float64(covariance[row, i, j]) + np.float64(covariance[row, j, i])
+                to_noise[row, i, j] = both / 2
+        own['is_usable'] = _is_sound(to_place[row], to_noise[row])
+        usable += own['is_usable']
+        for i in range(2):
+            to_noise[row, i, i] += variance
+        for i in range(4):
+            to_box[row, i] = box[row, i]
+        own['stamp_ns'], own['picture'], own['camera'] = stamp_ns, picture, camera
+        own['is_described'], own['is_single'] = _is_filled(template, row), member_count[row] == 1
+        own['local_id'], own['track_id'] = local_id[row], track_id[row]
+        own['member_count'], own['class_id'] = member_count[row], kind[row]
     return usable
-
-
-@compiled(types.void(types.Array(types.f4, 2, 'C', readonly=True), types.i8, types.b1[::1]))
-def _describe(template: NDArray[np.float32], first: int, is_described: NDArray[np.bool_]) -> None:
-    """Note which templates (n, 48) are not empty, in the rows from the first on."""
-    for row in range(len(template)):
-        filled = 0
-        for bin in range(template.shape[1]):
-            filled += template[row, bin] != 0.0
-        is_described[first + row] = filled > 0

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import (
     BOOLS_1D,
     COLUMN_2D,
+    COLUMN_3D,
+    COLUMN_STAMPS,
     FLOATS_1D,
-    FLOATS_2D,
-    FLOATS_3D,
-    INTS_1D,
     INTS_2D,
     compiled,
     inner,
@@ -144,8 +143,8 @@ def _pictures(picture: Indices, camera: Indices, cameras: int) -> Indices:
 
 @compiled(
     types.Tuple([types.i8[::1], types.f8[:, ::1], types.f8[:, :, ::1]])(
-        COLUMN_2D, INTS_2D, types.i8, FLOATS_1D, INTS_1D, INTS_1D, BOOLS_1D, FLOATS_2D,
-        FLOATS_3D, FLOATS_1D,
+        COLUMN_2D, INTS_2D, types.i8, FLOATS_1D, COLUMN_STAMPS, COLUMN_STAMPS, BOOLS_1D, COLUMN_2D,
+        COLUMN_3D, FLOATS_1D,
     )
 )  # fmt: skip
 def _compared(

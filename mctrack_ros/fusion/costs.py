@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import types
@@ -11,15 +12,16 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import (
     BOOLS_1D,
     COLUMN_FLAGS,
-    COLUMN_IDS,
     COLUMN_SINGLES_2D,
+    FLOATS_1D,
     INTS_1D,
     compiled,
 )
+from mctrack_ros.fusion.admission import ROWS
 from mctrack_ros.fusion.likeness import likeness_costs
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import AssociationConfig
-from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -27,7 +29,6 @@ Templates = NDArray[np.float32]
 Ids = NDArray[np.uint32]
 Mask = NDArray[np.bool_]
 _TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
-_IDS = types.Array(types.u4, 1, 'C', readonly=True)
 _MEMORY = types.Array(types.u4, 2, 'A', readonly=True)
 
 
@@ -41,23 +42,24 @@ def prior_costs(
     the density of the position: what the camera believes, appearance, and how sure the track is.
     """
     parts = cost_parts(table, looks, track, looks.single[detection], config)
-    cost = parts['appearance']
-    for name in ('likeness', 'belief', 'doubt'):
-        cost += parts[name]
-    cost += clutter_cost(config)
-    return cost
+    return _summed(
+        parts['appearance'],
+        parts['likeness'],
+        parts['belief'],
+        parts['doubt'],
+        clutter_cost(config),
+    )
 
 
 def cost_parts(
     table: TrackTable, looks: Looks, track: Indices, row: Indices, config: AssociationConfig
 ) -> dict[str, Floats]:
     """Return the (k,) costs of tracks and detections, (k,) rows each, by what speaks."""
-    told = looks.detections
     appearance, likeness = _looks_costs(table, looks, track, row, config)
     trust = config.identity_bonus, config.identity_bonus * config.overlap_trust
     belief, doubt = _beliefs(
-        told.track_id, told.local_id, looks.camera, looks.is_overlapped,
-        table.track_id, table.local_id, table.confirmed, track, row, *trust, config.tentative_cost,
+        looks.rows, looks.is_overlapped, table.fixed, table.local_id, track, row, *trust,
+        config.tentative_cost,
     )  # fmt: skip
     return {
         'appearance': appearance,
@@ -90,16 +92,25 @@ def clutter_cost(config: AssociationConfig) -> float:
     return 2 * math.log(2 * math.pi * config.false_density)
 
 
+@compiled(types.f8[::1](FLOATS_1D, FLOATS_1D, FLOATS_1D, FLOATS_1D, types.f8))
+def _summed(
+    appearance: Floats, likeness: Floats, belief: Floats, doubt: Floats, clutter: float
+) -> Floats:
+    """Add up what pairs (k,) cost."""
+    cost = np.empty(len(appearance))
+    for pair in range(len(cost)):
+        own = appearance[pair] + likeness[pair] + belief[pair] + doubt[pair]
+        cost[pair] = own + clutter
+    return cost
+
+
 @compiled(
     types.Tuple([types.f8[::1], types.f8[::1]])(
-        _IDS, _IDS, INTS_1D, BOOLS_1D, COLUMN_IDS, _MEMORY, COLUMN_FLAGS,
-        INTS_1D, INTS_1D,
-        types.f8, types.f8, types.f8,
+        ROWS, BOOLS_1D, TRACKS, _MEMORY, INTS_1D, INTS_1D, types.f8, types.f8, types.f8,
     )
 )  # fmt: skip
 def _beliefs(
-    global_id: Ids, local_id: Ids, camera: Indices, is_overlapped: Mask,
-    track_id: Ids, remembered: Ids, confirmed: Mask, track: Indices, row: Indices,
+    rows: Any, is_overlapped: Mask, tracks: Any, remembered: Ids, track: Indices, row: Indices,
     bonus: float, overlapped: float, tentative: float,
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """
@@ -116,6 +127,8 @@ def _beliefs(
         More for a track that is not confirmed.
 
     """
+    global_id, local_id, camera = rows['track_id'], rows['local_id'], rows['camera']
+    track_id, confirmed = tracks['track_id'], tracks['confirmed']
     ids = np.sort(track_id)
     is_told, is_known = np.zeros(len(global_id), np.bool_), np.zeros(len(global_id), np.bool_)
     for one in range(len(global_id)):
@@ -143,7 +156,7 @@ def _beliefs(
 
 @compiled(
     types.Tuple([types.b1[::1], types.f8[::1]])(
-        COLUMN_SINGLES_2D, _TEMPLATES, BOOLS_1D, INTS_1D, INTS_1D, types.f8
+        COLUMN_SINGLES_2D, _TEMPLATES, COLUMN_FLAGS, INTS_1D, INTS_1D, types.f8
     )
 )
 def differences(

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import COLUMN_2D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
+from mctrack_ros.compiled import COLUMN_2D, INTS_1D, compiled
+from mctrack_ros.fusion.admission import ROWS
 from mctrack_ros.fusion.gating import distance
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.matching import note
 from mctrack_ros.fusion.motion import Motion
 from mctrack_ros.fusion.neighbours import nearest
 from mctrack_ros.fusion.parameters import FusionConfig
-from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.table import TRACKS, TrackTable
 from mctrack_ros.tracking.kalman import inverted
 
 Floats = NDArray[np.float64]
@@ -53,23 +56,15 @@ def new_tracks(
 
     """
     rows = rows[:MOST_STARTS]
-    label, mean, covariance = _begun(
-        looks.position,
-        looks.noise,
-        looks.camera,
-        rows,
-        config.association.gate,
-        config.life.cluster_distance,
-        config.motion.initial_speed_sigma**2,
-    )
-    table = TrackTable.blank(len(mean), cameras, motion.modes)
-    table.mean, table.covariance = mean, covariance
-    motion.begin(table)
+    life = config.life
+    label, count = _clusters(looks.rows, rows, config.association.gate, life.cluster_distance)
+    table = TrackTable.blank(count, cameras, motion.modes)
     note(table, looks, label, rows)
+    _fuse(table.fixed, looks.rows, rows, label, config.motion.initial_speed_sigma**2, tick_ns)
+    motion.begin(table)
     if looks.has_templates:
         told = np.flatnonzero(looks.is_described[rows])[::-1]  # the first one's stays
         table.template[label[told]] = looks.detections.template[rows[told]]
-    table.first_ns = table.seen_ns = table.kept_ns = tick_ns
     return table
 
 
@@ -110,19 +105,20 @@ def _together(fresh: Floats, others: Floats, reach: float) -> tuple[Indices, int
     return count, count.max()
 
 
-@inner
-def _clusters(
-    position: Floats, noise: Floats, camera: Indices, gate: float, reach: float
-) -> Indices:
+@compiled(types.Tuple([types.i8[::1], types.i8])(ROWS, INTS_1D, types.f8, types.f8))
+def _clusters(told: Any, rows: Indices, gate: float, reach: float) -> tuple[Indices, int]:
     """
     Join detections of different cameras that may be one target, the nearest pairs first.
 
     Returns
     -------
-    (m,) array
-        Cluster of each detection, numbered by their first member; one a camera at most.
+    cluster : (k,) array
+        Of which each of the rows is, numbered by their first member; one a camera at most.
+    count : int
+        How many there are.
 
     """
+    position, noise, camera = told['place'][rows], told['noise'][rows], told['camera'][rows]
     count = len(position)
     near = np.empty((count * (count - 1) // 2, 2), np.int64)
     squared, found = np.empty(len(near)), 0
@@ -154,45 +150,30 @@ def _clusters(
             number[row], clusters = clusters, clusters + 1
         else:
             number[row] = number[cluster[row]]
-    return number
+    return number, clusters
 
 
-@inner
-def _fused(
-    position: Floats, noise: Floats, label: Indices, speed_variance: float
-) -> tuple[Floats, Floats]:
-    """Return states (k, 4) and covariances (k, 4, 4): clusters' weighted means, at rest."""
-    count = label.max() + 1
-    information, weighted = np.zeros((count, 2, 2)), np.zeros((count, 2))
+@compiled(types.void(TRACKS, ROWS, INTS_1D, INTS_1D, types.f8, types.i8))
+def _fuse(
+    tracks: Any, told: Any, rows: Indices, label: Indices, speed_variance: float, tick_ns: int
+) -> None:
+    """Begin blank tracks: at rest, at the weighted means of the clusters (k,) of rows (k,)."""
+    mean, covariance = tracks['mean'], tracks['covariance']
+    position, noise = told['place'], told['noise']
+    information, weighted = np.zeros((len(tracks), 2, 2)), np.zeros((len(tracks), 2))
     weight = np.empty((2, 2))
-    for row in range(len(label)):
+    for row, own in zip(rows, label):
         inverted(noise[row], weight)
         for i in range(2):
             for j in range(2):
-                information[label[row], i, j] += weight[i, j]
-                weighted[label[row], i] += weight[i, j] * position[row, j]
-    mean, covariance = np.zeros((count, 4)), np.zeros((count, 4, 4))
-    for one in range(count):
+                information[own, i, j] += weight[i, j]
+                weighted[own, i] += weight[i, j] * position[row, j]
+    for one in range(len(tracks)):
         inverted(information[one], weight)
         for i in range(2):
             covariance[one, 2 + i, 2 + i] = speed_variance
             for j in range(2):
                 covariance[one, i, j] = weight[i, j]
                 mean[one, i] += weight[i, j] * weighted[one, j]
-    return mean, covariance
-
-
-@compiled(
-    types.Tuple([types.i8[::1], types.f8[:, ::1], types.f8[:, :, ::1]])(
-        FLOATS_2D, FLOATS_3D, INTS_1D, INTS_1D, types.f8, types.f8, types.f8
-    )
-)
-def _begun(
-    position: Floats, noise: Floats, camera: Indices, rows: Indices, gate: float, reach: float,
-    speed_variance: float,
-) -> tuple[Indices, Floats, Floats]:  # fmt: skip
-    """Return of which track each of the rows (k,) is, and states and covariances of these."""
-    position, noise = position[rows], noise[rows]
-    label = _clusters(position, noise, camera[rows], gate, reach)
-    mean, covariance = _fused(position, noise, label, speed_variance)
-    return label, mean, covariance
+        track = tracks[one]
+        track['first_ns'] = track['seen_ns'] = track['kept_ns'] = tick_ns

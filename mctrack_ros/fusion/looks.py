@@ -8,13 +8,12 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, INTS_1D, compiled
+from mctrack_ros.compiled import COLUMN_FLAGS, COLUMN_SINGLES_2D, COLUMN_STAMPS, compiled
 from mctrack_ros.fusion.admission import Admitted
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.portraits import Portraits
 from mctrack_ros.interfaces import Detections
 
-Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
@@ -42,6 +41,8 @@ class Looks:
     ----------
     detections : Admitted
         Of all pictures, m rows.
+    rows : (m,) structured array
+        Of all pictures, m records.
     picture, camera : (m,) int arrays
         Which picture, and which camera, each is of.
     stamp_ns : (m,) int64 array
@@ -77,55 +78,23 @@ class Looks:
     ) -> None:
         self.portraits = portraits
         self.cameras = np.array(cameras, np.intp)
-        self.detections = Admitted(pictures)
-        self.picture = self.detections.picture
-        self.camera = self.cameras[self.picture]
-        stamp_ns = [each.stamp_ns for each in pictures]
-        self.stamp_ns = np.array(stamp_ns, np.int64)[self.picture]
-        seconds = [(stamp - tick_ns) / 1e9 for stamp in stamp_ns]
-        self.seconds = np.array(seconds)
-        self.is_described = self.detections.is_described
-        self.has_templates = np.count_nonzero(self.is_described) > 0
+        seconds = [(each.stamp_ns - tick_ns) / 1e9 for each in pictures]
         known, density = config.motion.sensor_sigma**2, config.motion.acceleration_density
-        self.position, self.noise = _measured(
-            self.detections.position,
-            self.detections.covariance,
-            self.picture,
-            np.array([known + density * abs(each) ** 3 / 3 for each in seconds]),
-        )
-        is_single = self.detections.member_count == 1
+        variance = [known + density * abs(each) ** 3 / 3 for each in seconds]
+        self.seconds = np.array(seconds)
+        self.detections = Admitted(pictures, cameras, variance)
+        self.rows = rows = self.detections.rows
+        self.picture, self.camera = rows['picture'], rows['camera']
+        self.stamp_ns, self.is_described = rows['stamp_ns'], rows['is_described']
+        self.position, self.noise = rows['place'], rows['noise']
+        self.has_templates = np.count_nonzero(self.is_described) > 0
+        is_single = rows['is_single']
         self.single: Indices = is_single.nonzero()[0]
         self.groups: Indices = (~is_single).nonzero()[0]
-        self.is_overlapped = overlapped(self.detections.box, self.picture, is_single)
+        self.is_overlapped = overlapped(rows['box'], self.picture, is_single)
 
 
-@compiled(
-    types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(
-        types.Array(types.f4, 2, 'C', readonly=True),
-        types.Array(types.f4, 3, 'C', readonly=True),
-        INTS_1D,
-        FLOATS_1D,
-    )
-)
-def _measured(
-    position: NDArray[np.float32],
-    covariance: NDArray[np.float32],
-    picture: NDArray[np.int64],
-    variance: Floats,
-) -> tuple[Floats, Floats]:
-    """Return places (m, 2) and covariances (m, 2, 2), with the variance of each picture added."""
-    place, noise = np.empty((len(position), 2)), np.empty((len(position), 2, 2))
-    for row in range(len(position)):
-        for i in range(2):
-            place[row, i] = position[row, i]
-            for j in range(2):
-                both = np.float64(covariance[row, i, j]) + np.float64(covariance[row, j, i])
-                noise[row, i, j] = both / 2
-            noise[row, i, i] += variance[picture[row]]
-    return place, noise
-
-
-@compiled(types.b1[::1](types.Array(types.f4, 2, 'C', readonly=True), INTS_1D, BOOLS_1D))
+@compiled(types.b1[::1](COLUMN_SINGLES_2D, COLUMN_STAMPS, COLUMN_FLAGS))
 def overlapped(
     box: NDArray[np.float32], picture: Indices, is_single: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
 from mctrack_ros.fusion.account import Account
+from mctrack_ros.fusion.admission import ROWS
 from mctrack_ros.fusion.covering import COSTS, CoveringAssociation
 from mctrack_ros.fusion.glances import look_at
 from mctrack_ros.fusion.hidden_members import keep_members
@@ -15,17 +18,13 @@ from mctrack_ros.fusion.joint import JointAssociation
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.motion import Motion
 from mctrack_ros.fusion.parameters import FusionConfig
-from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Templates = NDArray[np.float32]
 Stamps = NDArray[np.int64]
 Ids = NDArray[np.uint32]
-Bytes = NDArray[np.uint8]
-_STAMPS = types.Array(types.i8, 1, 'A')
-_IDS = types.Array(types.u4, 1, 'A')
-Sizes = NDArray[np.float32]
 TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
 
 MOST_AT_ONCE = 0.5
@@ -92,53 +91,36 @@ def match(
 
 def note(table: TrackTable, looks: Looks, rows: Indices, columns: Indices) -> None:
     """Note in tracks (k,) what the detections (k,) tell beside place and colours."""
-    _note(
-        table.seen_ns,
-        table.kept_ns,
-        table.seen_by_ns,
-        table.local_id,
-        table.cameras,
-        table.class_id,
-        table.extent,
-        rows,
-        columns,
-        looks.stamp_ns,
-        looks.camera,
-        looks.detections.local_id,
-        looks.detections.class_id,
-        looks.detections.extent,
-    )
+    _note(table.fixed, table.seen_by_ns, table.local_id, rows, columns, looks.rows)
 
 
 @compiled(
     types.void(
-        _STAMPS, _STAMPS, types.Array(types.i8, 2, 'A'), types.Array(types.u4, 2, 'A'), _IDS,
-        types.Array(types.u1, 1, 'A'), types.Array(types.f4, 2, 'A'), INTS_1D, INTS_1D, INTS_1D,
-        INTS_1D, types.Array(types.u4, 1, 'C', readonly=True),
-        types.Array(types.u1, 1, 'C', readonly=True), TEMPLATES,
+        TRACKS, types.Array(types.i8, 2, 'A'), types.Array(types.u4, 2, 'A'), INTS_1D, INTS_1D,
+        ROWS,
     )
 )  # fmt: skip
 def _note(
-    seen_ns: Stamps, kept_ns: Stamps, seen_by_ns: Stamps, local_id: Ids, cameras: Ids,
-    class_id: Bytes, extent: Sizes, rows: Indices, columns: Indices, stamp_ns: Stamps,
-    camera: Indices, told_id: Ids, told_class: Bytes, told_extent: Sizes,
-) -> None:  # fmt: skip
+    tracks: Any, seen_by_ns: Stamps, local_id: Ids, rows: Indices, columns: Indices, told: Any
+) -> None:
+    extent, told_extent = tracks['extent'], told['extent']
     for index in range(len(rows)):
         row, column = rows[index], columns[index]
-        own = camera[column]
-        share = min((stamp_ns[column] - seen_by_ns[row, own]) / EXTENT_NS, MOST_AT_ONCE)
+        track, one = tracks[row], told[column]
+        own, stamp_ns = one['camera'], one['stamp_ns']
+        share = min((stamp_ns - seen_by_ns[row, own]) / EXTENT_NS, MOST_AT_ONCE)
         for axis in range(2):
-            told = told_extent[column, axis]
-            if 0.0 < told < LARGEST_M:
+            size = told_extent[column, axis]
+            if 0.0 < size < LARGEST_M:
                 known = extent[row, axis]
-                extent[row, axis] = known + share * (told - known) if known > 0.0 else told
-        seen_ns[row] = max(seen_ns[row], stamp_ns[column])
-        kept_ns[row] = seen_ns[row]
-        seen_by_ns[row, own] = stamp_ns[column]
-        local_id[row, own] = told_id[column]
-        cameras[row] |= np.uint32(1) << np.uint32(own)
-        if told_class[column] > 0:
-            class_id[row] = told_class[column]
+                extent[row, axis] = known + share * (size - known) if known > 0.0 else size
+        track['seen_ns'] = max(track['seen_ns'], stamp_ns)
+        track['kept_ns'] = track['seen_ns']
+        seen_by_ns[row, own] = stamp_ns
+        local_id[row, own] = one['local_id']
+        track['cameras'] |= np.uint32(1) << np.uint32(own)
+        if one['class_id'] > 0:
+            track['class_id'] = one['class_id']
 
 
 def learn_appearance(

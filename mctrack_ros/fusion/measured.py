@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
+from mctrack_ros.compiled import COLUMN_2D, COLUMN_3D, INTS_1D, compiled, inner
 
 Floats = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ def inverted(xx: float, xy: float, yy: float) -> tuple[float, float, float]:
     return yy * scale, -xy * scale, xx * scale
 
 
-@compiled(types.f8[:, ::1](FLOATS_2D, FLOATS_3D, INTS_1D))
+@compiled(types.f8[:, ::1](COLUMN_2D, COLUMN_3D, INTS_1D))
 def measured(position: Floats, noise: Floats, rows: NDArray[np.int64]) -> Floats:
     """
     Pack what some detections measure.

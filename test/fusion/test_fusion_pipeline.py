@@ -381,7 +381,8 @@ def test_of_a_picture_the_highest_scores_are_used():
 def test_who_is_not_seen_is_told_of_in_a_flood_too():
     flood = detections(0, np.zeros((3 * MOST_DETECTIONS, 2)))
     gone = Detections.vacant(0, [7], [[0, 0, 10, 20]])
-    admitted = Admitted([detections(0, [[1, 1]]), Detections.joined(0, [flood, gone])])
+    pictures = [detections(0, [[1, 1]]), Detections.joined(0, [flood, gone])]
+    admitted = Admitted(pictures, [0, 1], [0.0, 0.0])
     assert len(admitted) == 1 + MOST_DETECTIONS
     assert admitted.vacant_id.tolist() == [7]
     assert admitted.vacant_picture.tolist() == [1]

@@ -13,7 +13,6 @@ from mctrack_ros.fusion.admission import Admitted
 from mctrack_ros.fusion.parameters import LifeConfig
 from mctrack_ros.interfaces import Tick
 from mctrack_ros.tracking.appearance import squared_hellinger
-from mctrack_ros.tracking.kalman import symmetric
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -60,14 +59,14 @@ class Sight:
     def of(cls, tick: Tick, config: FusionConfig) -> Sight:
         """Return what a tick shows."""
         pictures = [each.detections for each in tick.frames]
-        all_of = Admitted(pictures)
-        own = symmetric(all_of.covariance.astype(np.float64))
+        count = len(pictures)
+        all_of = Admitted(pictures, range(count), [config.motion.sensor_sigma**2] * count)
         return cls(
-            all_of.position[:, :2].astype(np.float64),
-            own + config.motion.sensor_sigma**2 * np.eye(2),
+            all_of.place,
+            all_of.noise,
             all_of.template,
             all_of.picture,
-            all_of.member_count == 1,
+            all_of.is_single,
         )
 
 
