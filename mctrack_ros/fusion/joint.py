@@ -104,8 +104,10 @@ class JointAssociation:
 
         Sorted by picture, then track.
         """
-        best = _mutual(self._slot, self._detection, self._probability, LEAST)
-        return self._track[best], self._single[self._detection[best]]
+        track, row = _best(
+            self._slot, self._track, self._detection, self._single, self._probability, LEAST
+        )
+        return track, row
 
     def judged(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> JudgedPairs:
         """Return all pairs as they were judged last, after `solve`: for whoever asks why."""
@@ -126,7 +128,7 @@ class JointAssociation:
 
     def _near(self) -> tuple[Floats, Indices, Pairs]:
         """Return what the pairs tell by now, (n, 13), and which (k,) are near in its light."""
-        told, near, slot, likelihood = _likelihoods(
+        told, (near, track, detection, slot, picture), likelihood = _likelihoods(
             self._mean,
             self._covariance,
             self._seconds,
@@ -138,8 +140,7 @@ class JointAssociation:
             self._prior,
             self._gate,
         )
-        track, detection = self._track[near], self._detection[near]
-        return told, near, Pairs(track, detection, slot, likelihood, self._picture[near])
+        return told, near, Pairs(track, detection, slot, likelihood, picture)
 
     def _told(self, probability: Floats) -> Floats:
         return gathered(
@@ -176,7 +177,7 @@ def _settled(before: Floats, near: Indices, chosen: Floats) -> tuple[Floats, boo
 
 
 @compiled(
-    types.Tuple([types.f8[:, ::1], types.i8[::1], types.i8[::1], types.f8[::1]])(
+    types.Tuple([types.f8[:, ::1], types.i8[:, :], types.f8[::1]])(
         COLUMN_2D, COLUMN_3D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D,
         FLOATS_1D, types.f8,
     )
@@ -184,7 +185,7 @@ def _settled(before: Floats, near: Indices, chosen: Floats) -> tuple[Floats, boo
 def _likelihoods(
     mean: Floats, covariance: Floats, seconds: Floats, picture: Indices, track: Indices,
     detection: Indices, probability: Floats, seen: Floats, prior: Floats, gate: float,
-) -> tuple[Floats, Indices, Indices, Floats]:  # fmt: skip
+) -> tuple[Floats, Indices, Floats]:  # fmt: skip
     """
     Judge the pairs by what prediction and the other pictures say of the tracks.
 
@@ -192,16 +193,17 @@ def _likelihoods(
     -------
     told : (n, 13) array
         What the pairs tell of the tracks, see `gathered`.
-    near : (m,) int64 array
-        Those of the pairs that pass the gate.
-    slot, likelihood : (m,) arrays
-        Of these, see `Pairs`.
+    near : (5, m) int64 array
+        Those of the pairs that pass the gate; their track, detection, slot and picture, see
+        `Pairs`.
+    likelihood : (m,) array
+        Of these.
 
     """
     told = gathered(mean, seconds, picture, track, detection, probability, seen)
     state, spread = updated(mean, covariance, told)
     count = len(track)
-    near, slot, cost = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
+    near, cost = np.empty((5, count), np.int64), np.empty(count)
     found, slots, first = 0, 0, 0
     while first < count:
         last = first + 1
@@ -224,11 +226,12 @@ def _likelihoods(
                 yy + seen[row, YY],
             )
             if squared < gate:
-                near[found], slot[found] = pair, slots
+                near[0, found], near[1, found], near[2, found] = pair, track[pair], row
+                near[3, found], near[4, found] = slots, picture[pair]
                 cost[found], found = squared + np.log(determinant) + prior[pair], found + 1
         slots += found > before
         first = last
-    return told, near[:found], slot[:found], np.exp(-cost[:found] / 2)
+    return told, near[:, :found], np.exp(-cost[:found] / 2)
 
 
 @compiled(types.b1[::1](INTS_1D, INTS_1D, FLOATS_1D, types.f8))
@@ -250,4 +253,17 @@ def _mutual(
         if wins and own >= least:
             best[pair] = True
             of_slot[slot[pair]] = of_detection[detection[pair]] = np.inf
+    return best
+
+
+@compiled(types.i8[:, ::1](INTS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, types.f8))
+def _best(
+    slot: Indices, track: Indices, detection: Indices, single: Indices, probability: Floats,
+    least: float,
+) -> Indices:  # fmt: skip
+    """Return the tracks and the rows of the single detections, (2, m), of `_mutual` pairs."""
+    pairs = np.flatnonzero(_mutual(slot, detection, probability, least))
+    best = np.empty((2, len(pairs)), np.int64)
+    for index, pair in enumerate(pairs):
+        best[0, index], best[1, index] = track[pair], single[detection[pair]]
     return best

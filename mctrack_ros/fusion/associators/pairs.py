@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import types
@@ -14,8 +14,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Pairs:
+class Pairs(NamedTuple):
     """
     Pairs of a track and a detection that pass the gate, of all pictures of one tick.
 
