@@ -59,8 +59,8 @@ class Looks:
         Whether anybody has.
     is_overlapped : (m,) bool array
         Whose box meets that of another single one of its picture.
-    single, groups : (k,) int arrays
-        Rows of ordinary detections, and of those that stand for several targets.
+    single : (k,) int array
+        Rows of ordinary detections; the others stand for several targets.
     cameras : (pictures,) int array
         As given.
     portraits : Portraits
@@ -90,8 +90,17 @@ class Looks:
         self.has_templates = np.count_nonzero(self.is_described) > 0
         is_single = rows['is_single']
         self.single: Indices = is_single.nonzero()[0]
-        self.groups: Indices = (~is_single).nonzero()[0]
         self.is_overlapped = overlapped(rows['box'], self.picture, is_single)
+
+    @property
+    def has_groups(self) -> bool:
+        """Tell whether any detection stands for several targets."""
+        return len(self.single) < len(self.rows)
+
+    @property
+    def groups(self) -> Indices:
+        """Return the (k,) rows that do."""
+        return np.flatnonzero(~self.rows['is_single'])
 
 
 @compiled(types.b1[::1](COLUMN_SINGLES_2D, COLUMN_STAMPS, COLUMN_FLAGS))

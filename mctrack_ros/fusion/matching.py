@@ -79,7 +79,7 @@ def match(
         learn_appearance(table, looks, rows, columns, config.life.template_time)
         look_at(table, looks, rows, columns, config.life.look_time)
     note(table, looks, rows, columns)
-    if len(looks.groups):
+    if looks.has_groups:
         free = np.ones((len(looks.seconds), len(table)), bool)
         free[looks.picture[columns], rows] = False
         keep_members(table, looks, free, config, motion, account)
