@@ -76,9 +76,9 @@ def usable_rows(detections: Detections) -> Mask:
     rows, _ = _taken([detections], [len(detections)], [0], [0.0])
     usable = np.ascontiguousarray(rows['is_usable'])
     if len(usable) > MOST_DETECTIONS:
-        rows = np.flatnonzero(usable)
-        order = np.argsort(-detections.score[rows], kind='stable')
-        usable[rows[order[MOST_DETECTIONS:]]] = False
+        sound = np.flatnonzero(usable)
+        order = np.argsort(-detections.score[sound], kind='stable')
+        usable[sound[order[MOST_DETECTIONS:]]] = False
     return usable
 
 

@@ -35,6 +35,7 @@ Ids = NDArray[np.uint32]
 Bytes = NDArray[np.uint8]
 
 STATUS = list(Tracks.COLUMNS).index('status')
+"""Which column of `Tracks` that is."""
 
 SEEN_MEMORY_NS = 500_000_000
 """A camera counts as seeing a target for so long after it did, ns."""

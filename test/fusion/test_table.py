@@ -33,6 +33,22 @@ def test_tables_are_joined_one_after_the_other():
     assert len(none.extended(none)) == 0
 
 
+def test_tracks_are_added_and_taken_out_where_the_table_lies():
+    table, name = named(1, 2, 3), 4
+    for _ in range(5):
+        picked = table.remove(np.arange(len(table)) == 1)
+        table.append(named(name, name + 1))
+        name += 2
+        assert len(picked) == 1
+    assert table.track_id.tolist() == [1, 7, 8, 9, 10, 11, 12, 13]
+    table.fixed['mean'][3] = 7.0
+    assert table.mean[3].tolist() == [7.0] * 4
+    assert (table.seen_by_ns == NEVER_NS).all()
+    assert picked.track_id.tolist() == [6]
+    assert table.remove(np.ones(8, bool)).track_id.tolist() == [1, 7, 8, 9, 10, 11, 12, 13]
+    assert len(table) == 0
+
+
 def test_renaming_exchanges_ids_and_remembers_the_old_ones():
     table = named(1, 2, 3)
     table.group = [1, 1, 0]
