@@ -41,13 +41,10 @@ def prior_costs(
     Minus twice the logarithm of a likelihood ratio, "this target's" against "nobody's", but for
     the density of the position: what the camera believes, appearance, and how sure the track is.
     """
-    parts = cost_parts(table, looks, track, looks.single[detection], config)
+    row = looks.single[detection]
+    appearance, likeness = _looks_costs(table, looks, track, row, config)
     return _summed(
-        parts['appearance'],
-        parts['likeness'],
-        parts['belief'],
-        parts['doubt'],
-        clutter_cost(config),
+        appearance, likeness, clutter_cost(config), *_claims(table, looks, track, row, config)
     )
 
 
@@ -56,17 +53,24 @@ def cost_parts(
 ) -> dict[str, Floats]:
     """Return the (k,) costs of tracks and detections, (k,) rows each, by what speaks."""
     appearance, likeness = _looks_costs(table, looks, track, row, config)
-    trust = config.identity_bonus, config.identity_bonus * config.overlap_trust
-    belief, doubt = _beliefs(
-        looks.rows, looks.is_overlapped, table.fixed, table.local_id, track, row, *trust,
-        config.tentative_cost,
-    )  # fmt: skip
+    belief, doubt = _beliefs(*_claims(table, looks, track, row, config))
     return {
         'appearance': appearance,
         'likeness': likeness,
         'belief': belief,
         'doubt': doubt,
     }
+
+
+def _claims(
+    table: TrackTable, looks: Looks, track: Indices, row: Indices, config: AssociationConfig
+) -> tuple[Any, ...]:
+    """Return what `_beliefs` goes by."""
+    bonus, overlapped = config.identity_bonus, config.identity_bonus * config.overlap_trust
+    return (
+        looks.rows, looks.is_overlapped, table.fixed, table.local_id, track, row, bonus,
+        overlapped, config.tentative_cost,
+    )  # fmt: skip
 
 
 def _looks_costs(
@@ -90,18 +94,6 @@ def _looks_costs(
 def clutter_cost(config: AssociationConfig) -> float:
     """Return what false detections cost a pair, per unit of area of its uncertainty."""
     return 2 * math.log(2 * math.pi * config.false_density)
-
-
-@compiled(types.f8[::1](FLOATS_1D, FLOATS_1D, FLOATS_1D, FLOATS_1D, types.f8))
-def _summed(
-    appearance: Floats, likeness: Floats, belief: Floats, doubt: Floats, clutter: float
-) -> Floats:
-    """Add up what pairs (k,) cost."""
-    cost = np.empty(len(appearance))
-    for pair in range(len(cost)):
-        own = appearance[pair] + likeness[pair] + belief[pair] + doubt[pair]
-        cost[pair] = own + clutter
-    return cost
 
 
 @compiled(
@@ -152,6 +144,28 @@ def _beliefs(
         if not confirmed[track[pair]]:
             doubt[pair] = tentative
     return belief, doubt
+
+
+@compiled(
+    types.f8[::1](
+        FLOATS_1D, FLOATS_1D, types.f8, ROWS, BOOLS_1D, TRACKS, _MEMORY, INTS_1D, INTS_1D,
+        types.f8, types.f8, types.f8,
+    )
+)  # fmt: skip
+def _summed(
+    appearance: Floats, likeness: Floats, clutter: float, rows: Any, is_overlapped: Mask,
+    tracks: Any, remembered: Ids, track: Indices, row: Indices, bonus: float, overlapped: float,
+    tentative: float,
+) -> Floats:  # fmt: skip
+    """Add up what pairs (k,) cost: colours, false detections, and what `_beliefs` says."""
+    belief, doubt = _beliefs(
+        rows, is_overlapped, tracks, remembered, track, row, bonus, overlapped, tentative
+    )
+    cost = np.empty(len(track))
+    for pair in range(len(cost)):
+        own = appearance[pair] + likeness[pair] + belief[pair] + doubt[pair]
+        cost[pair] = own + clutter
+    return cost
 
 
 @compiled(

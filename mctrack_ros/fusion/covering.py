@@ -20,9 +20,8 @@ from mctrack_ros.fusion.associators import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.associators.covering_graph import flags, shared_out
 from mctrack_ros.fusion.candidates import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.costs import differences
-from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at
+from mctrack_ros.fusion.gating import distance, gated_pairs, seen_at, slots
 from mctrack_ros.fusion.information import gathered
-from mctrack_ros.fusion.joint import slots
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.measured import XX, XY, YY, X, Y, measured
 from mctrack_ros.fusion.parameters import AssociationConfig
@@ -69,15 +68,14 @@ class CoveringAssociation:
         picture = looks.picture[looks.single]
         seen = measured(looks.position, looks.noise, looks.single)
         state = table.mean, table.covariance, looks.seconds, seen, picture
-        track, detection = gated_pairs(*state, config.gate)
+        track, detection, where, _ = gated_pairs(*state, config.gate)
         squared, metres = _distances(*state, track, detection)
         row = looks.single[detection]
         templates = table.template, looks.detections.template, looks.is_described
         _, difference = differences(*templates, track, row, config.usual_difference)
         cost = COSTS[config.method](squared, metres, difference + config.usual_difference)
         near = np.flatnonzero(cost < np.inf)
-        track, detection = track[near], detection[near]
-        where = picture[detection]
+        track, detection, where = track[near], detection[near], where[near]
         pairs = Pairs(track, detection, slots(where, track), np.exp(-cost[near] / 2), where)
         self._pairs = pairs
         self._chosen = ASSOCIATORS[config.method]().probabilities(pairs)

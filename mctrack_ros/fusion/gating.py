@@ -27,6 +27,7 @@ USUAL = 4.0
 """A detection up to so many times less certain (variance) than the median is found by its cell;
 any other is tried with every track."""
 NOTHING = -1
+NO_PAIRS = (np.empty(0, np.int64),) * 4
 FEW = 48
 """So many values are sorted by insertion."""
 
@@ -38,7 +39,7 @@ def gated_pairs(
     seen: Floats,
     picture: Indices,
     gate: float,
-) -> tuple[Indices, Indices]:
+) -> tuple[Indices, Indices, Indices, Indices]:
     """
     Find the pairs whose squared Mahalanobis distance is below the gate.
 
@@ -62,13 +63,14 @@ def gated_pairs(
 
     Returns
     -------
-    track, detection : (k,) int64 arrays
-        Sorted by picture, then track, then detection.
+    track, detection, picture, slot : (k,) int64 arrays
+        Sorted by picture, then track, then detection; see `Pairs`.
 
     """
     if not len(seen) or not len(mean):
-        return np.empty(0, np.int64), np.empty(0, np.int64)
-    return _gated(mean, covariance, seconds, seen, picture, gate)
+        return NO_PAIRS
+    track, detection, where, slot = _gated(mean, covariance, seconds, seen, picture, gate)
+    return track, detection, where, slot
 
 
 @inner
@@ -204,11 +206,18 @@ def _sort(values: Indices) -> None:
         values[before + 1] = value
 
 
-@compiled(
-    types.Tuple([types.i8[::1], types.i8[::1]])(
-        COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, INTS_1D, types.f8
-    )
-)
+@compiled(types.i8[::1](INTS_1D, INTS_1D))
+def slots(picture: Indices, track: Indices) -> Indices:
+    """Give each track in each picture a number; pairs (k,) are sorted by picture, then track."""
+    slot, count = np.empty(len(track), np.int64), -1
+    for pair in range(len(track)):
+        same = pair > 0 and picture[pair] == picture[pair - 1] and track[pair] == track[pair - 1]
+        count += 0 if same else 1
+        slot[pair] = count
+    return slot
+
+
+@compiled(types.i8[:, ::1](COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, INTS_1D, types.f8))
 def _gated(
     mean: Floats,
     covariance: Floats,
@@ -216,7 +225,7 @@ def _gated(
     seen: Floats,
     picture: Indices,
     gate: float,
-) -> tuple[Indices, Indices]:
+) -> Indices:
     """Compare each track with the detections of the cells that its gate reaches."""
     usual, edge, first, following, cell = _grid(seen, gate)
     near = np.empty(len(seen), np.int64)
@@ -249,4 +258,9 @@ def _gated(
                 tracks[found], detections[found], found = track, row, found + 1
         _sort(detections[begin:found])
     order = counted(picture[detections[:found]], picture[-1] + 1)
-    return tracks[order], detections[order]
+    pairs = np.empty((4, found), np.int64)
+    for pair, index in enumerate(order):
+        row = detections[index]
+        pairs[0, pair], pairs[1, pair], pairs[2, pair] = tracks[index], row, picture[row]
+    pairs[3] = slots(pairs[2], pairs[0])
+    return pairs

@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, compiled, inner
+from mctrack_ros.compiled import FLOATS_2D, compiled, inner
 from mctrack_ros.fusion.information import add, invert
 from mctrack_ros.tracking.kalman import moved_on
 
@@ -47,10 +47,11 @@ def begin(
             mode_covariance[track, mode] = covariance[track]
 
 
-@compiled(types.void(*_COLUMNS, FLOATS_2D, types.f8, FLOATS_1D))
+@compiled(types.void(*_COLUMNS, FLOATS_2D, types.f8, types.f8, types.f8))
 def interact(
     mean: Floats, covariance: Floats, mode_mean: Floats, mode_covariance: Floats,
-    mode_probability: Floats, transition: Floats, seconds: float, density: Floats,
+    mode_probability: Floats, transition: Floats, seconds: float, calm_density: float,
+    manoeuvre_density: float,
 ) -> None:  # fmt: skip
     """
     Mix the modes by where those that are in each now were before, and predict them.
@@ -67,11 +68,12 @@ def interact(
         How probable each mode (column) is after each (row).
     seconds : float
         How far, s.
-    density : (2,) array
+    calm_density, manoeuvre_density : float
         Power spectral densities of the acceleration in each mode, m²/s³.
 
     """
     mixed, spread = np.empty((2, 4)), np.empty((2, 4, 4))
+    density = calm_density, manoeuvre_density
     for track in range(len(mean)):
         own = mode_probability[track]
         calm, other = own[0], own[1]

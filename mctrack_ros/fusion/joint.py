@@ -73,17 +73,14 @@ class JointAssociation:
         self._associator = ASSOCIATORS[config.method]()
         self._seen = measured(looks.position, looks.noise, single)
         self._mean, self._covariance = table.mean, table.covariance
-        picture = looks.picture[single]
-        self._track, self._detection = gated_pairs(
+        self._track, self._detection, self._picture, self._slot = gated_pairs(
             self._mean,
             self._covariance,
             self._seconds,
             self._seen,
-            picture,
+            looks.picture[single],
             NEAR * config.gate,
         )
-        self._picture = picture[self._detection]
-        self._slot = slots(self._picture, self._track)
         self._prior = prior_costs(table, looks, self._track, self._detection, config)
         self._probability = np.zeros(len(self._track))
 
@@ -152,17 +149,6 @@ class JointAssociation:
             probability,
             self._seen,
         )
-
-
-@compiled(types.i8[::1](INTS_1D, INTS_1D))
-def slots(picture: Indices, track: Indices) -> Indices:
-    """Give each track in each picture a number; pairs (k,) are sorted by picture, then track."""
-    slot, count = np.empty(len(track), np.int64), -1
-    for pair in range(len(track)):
-        same = pair > 0 and picture[pair] == picture[pair - 1] and track[pair] == track[pair - 1]
-        count += 0 if same else 1
-        slot[pair] = count
-    return slot
 
 
 @compiled(types.Tuple([types.f8[::1], types.b1])(FLOATS_1D, INTS_1D, FLOATS_1D))

@@ -83,10 +83,16 @@ def match(
         free = np.ones((len(looks.seconds), len(table)), bool)
         free[looks.picture[columns], rows] = False
         keep_members(table, looks, free, config, motion, account)
-    taken = np.zeros(len(looks.picture), bool)
+    return _left(looks.single, len(looks.rows), columns, association.consumed), rows, columns
+
+
+@compiled(types.i8[::1](INTS_1D, types.i8, INTS_1D, INTS_1D))
+def _left(single: Indices, count: int, columns: Indices, consumed: Indices) -> Indices:
+    """Return the single ones of so many detections that are neither paired nor consumed."""
+    taken = np.zeros(count, np.bool_)
     taken[columns] = True
-    taken[association.consumed] = True
-    return looks.single[~taken[looks.single]], rows, columns
+    taken[consumed] = True
+    return single[~taken[single]]
 
 
 def note(table: TrackTable, looks: Looks, rows: Indices, columns: Indices) -> None:

@@ -150,7 +150,7 @@ class InteractingModels:
             table.mode_probability,
             self.transition(seconds),
             seconds,
-            np.array(self.densities),
+            *self.densities,
         )
 
     def update(self, table: TrackTable, told: Floats) -> None:

@@ -64,7 +64,7 @@ def tracks_of(
 ) -> Tracks:
     """Return the published tracks and, once, those that ended, by id."""
     columns = Tracks.unset(int(np.count_nonzero(is_published)) + len(ended))
-    _tell(table.fixed, is_published, ended.fixed, stamp_ns, tuple(columns.values()))
+    _tell(table.fixed, is_published, ended.fixed, stamp_ns, tuple(columns))
     return Tracks.adopt(stamp_ns, columns)
 
 

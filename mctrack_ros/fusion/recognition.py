@@ -131,13 +131,15 @@ class Recognition:
         """
         self.certainty.clear()
         self._forget_the_lost(stamp_ns)
-        self._note_contacts(table, near, stamp_ns)
+        touch, due = _contacts(
+            table.fixed, *near, self._config.contact_distance, self._config.look_time
+        )
+        self._note_contacts(table, near, touch, stamp_ns)
         changes = self._found_again(table, confirmed.nonzero()[0], stamp_ns)
-        due = _due(table.fixed, self._config.look_time)
-        if not np.count_nonzero(due):
+        if not len(due):
             return changes
         table.judge_s[due] *= 2.0
-        return changes or self._judged(table, np.flatnonzero(due), stamp_ns)
+        return changes or self._judged(table, due, stamp_ns)
 
     def _forget_the_lost(self, stamp_ns: int) -> None:
         """Forget those who were lost too long ago."""
@@ -147,11 +149,13 @@ class Recognition:
                 del self._lost[name]
                 self.forget(name)
 
-    def _note_contacts(self, table: TrackTable, near: NearPairs, stamp_ns: int) -> None:
-        """Whoever is near another may be him from now on; a new look at him begins."""
-        one, other = _contacts(table.fixed, *near, self._config.contact_distance)
-        if not len(one):
+    def _note_contacts(
+        self, table: TrackTable, near: NearPairs, touch: Indices, stamp_ns: int
+    ) -> None:
+        """Whoever is near another may be him from now on; `touch` are the pairs that are."""
+        if not len(touch):
             return
+        one, other = (rows[touch] for rows in near)
         touching = table.in_contact
         for name, place in zip(table.track_id[touching].tolist(), table.mean[touching, :2]):
             self._met[name] = stamp_ns, place
@@ -280,30 +284,35 @@ class Recognition:
         return np.asarray(self._config.contact_distance + went)
 
 
-@compiled(types.Tuple([types.i8[::1], types.i8[::1]])(TRACKS, INTS_1D, INTS_1D, types.f8))
+@compiled(
+    types.Tuple([types.i8[::1], types.i8[::1]])(TRACKS, INTS_1D, INTS_1D, types.f8, types.f8)
+)
 def _contacts(
-    tracks: Any, one: Indices, other: Indices, distance: float
+    tracks: Any, one: Indices, other: Indices, distance: float, look_time: float
 ) -> tuple[Indices, Indices]:
-    """Return those pairs of rows (k,) that are so near and confirmed; their looks begin anew."""
+    """
+    Note who is in contact: the confirmed who are so near. Their looks begin anew.
+
+    Returns
+    -------
+    touch : (k,) int64 array
+        Which pairs of rows are.
+    due : (m,) int64 array
+        Who has been looked at for long enough; who is not yet begins anew.
+
+    """
     mean, confirmed, look = tracks['mean'], tracks['confirmed'], tracks['look']
     tracks['in_contact'][:] = False
-    touch = np.empty(len(one), np.bool_)
+    touch, due = np.empty(len(one), np.bool_), np.empty(len(tracks), np.bool_)
     for pair in range(len(one)):
         touch[pair] = confirmed[one[pair]] and confirmed[other[pair]]
         touch[pair] &= is_near(mean, one[pair], other[pair], distance)
         if touch[pair]:
             for row in (one[pair], other[pair]):
                 tracks[row]['in_contact'], look[row], tracks[row]['look_s'] = True, 0.0, 0.0
-    return one[touch], other[touch]
-
-
-@compiled(types.b1[::1](TRACKS, types.f8))
-def _due(tracks: Any, look_time: float) -> Mask:
-    """Return who, (n,), has been looked at for long enough; who is not yet begins anew."""
-    due = np.empty(len(tracks), np.bool_)
     for row in range(len(tracks)):
         own = tracks[row]
         if own['look_s'] == 0.0:
             own['judge_s'] = look_time
         due[row] = own['confirmed'] and own['look_s'] >= own['judge_s']
-    return due
+    return np.flatnonzero(touch), np.flatnonzero(due)

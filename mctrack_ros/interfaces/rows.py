@@ -129,14 +129,14 @@ class Rows:
         return _made(cls, int(stamp_ns), _locked(arrays))
 
     @classmethod
-    def unset(cls, count: int) -> dict[str, NDArray[Any]]:
-        """Return the columns of so many rows, to be written and then adopted."""
-        return {name: np.empty((count, *shape), dtype) for name, dtype, shape, _ in cls.LAYOUT}
+    def unset(cls, count: int) -> list[NDArray[Any]]:
+        """Return the columns of so many rows, in their order, to be written and then adopted."""
+        return [np.empty((count, *shape), dtype) for _, dtype, shape, _ in cls.LAYOUT]
 
     @classmethod
-    def adopt(cls, stamp_ns: int, columns: dict[str, NDArray[Any]]) -> Self:
+    def adopt(cls, stamp_ns: int, columns: list[NDArray[Any]]) -> Self:
         """Make rows of columns, as `unset` returns them, that nobody else writes any more."""
-        return _made(cls, stamp_ns, _locked(list(columns.values())))
+        return _made(cls, stamp_ns, _locked(columns))
 
     @classmethod
     def joined(cls, stamp_ns: int, parts: Sequence[Self]) -> Self:

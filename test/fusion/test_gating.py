@@ -49,13 +49,14 @@ def every_pair(mean, covariance, seconds, position, noise, picture):
 def test_the_cells_find_what_trying_all_pairs_finds(seed):
     rng = np.random.default_rng(seed)
     given = scene(rng, rng.integers(1, 30), rng.integers(1, 60), 4, rng.choice([2, 10, 1000]))
-    track, detection = gated(*given)
-    picture = given[-1][detection]
+    track, detection, picture, slot = gated(*given)
     assert list(zip(picture, track, detection)) == every_pair(*given)
+    names = sorted(set(zip(picture, track)))
+    assert [names[number] for number in slot] == list(zip(picture, track))
 
 
 def test_without_tracks_or_detections_there_are_no_pairs():
     rng = np.random.default_rng(0)
     for tracks, detections in ((0, 3), (3, 0), (0, 0)):
-        track, detection = gated(*scene(rng, tracks, detections, 2, 5.0))
-        assert track.size == detection.size == 0
+        pairs = gated(*scene(rng, tracks, detections, 2, 5.0))
+        assert [len(each) for each in pairs] == [0] * 4
