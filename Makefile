@@ -23,7 +23,7 @@ check: all ## style, types
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-unit: all ## the tests; those that start nodes alone, so that nothing holds them up
+unit: all ## the tests; those that follow nodes at their pace alone, so that nothing holds them up
 	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup -m 'not live'
 	ROS_PYTHON_CHECK_FIELDS=1 env -u MCTRACK_REQUIRE_DATA $(BIN)/python -m pytest -m live
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,10 +14,8 @@ from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.ground.coverage import area_from
 from mctrack_ros.ground.field_of_view import FieldOfViewError
 from mctrack_ros.ground.yaml_files import read_yaml_file
-from mctrack_ros.interfaces import MAX_CAMERAS, code_tables
-
-LAYOUT_VERSION = 1
-"""Of the clouds' fields; counts up when a field changes its meaning."""
+from mctrack_ros.interfaces import MAX_CAMERAS
+from mctrack_ros.site_description import site_description
 
 _FILES = ('grid', 'calibration', 'extrinsics', 'mask', 'background')
 
@@ -83,21 +79,6 @@ class _SiteScalars:
         'empty: the rectangle around all that they see [m]',
     )
     fusion: FusionConfig = FusionConfig()
-
-
-def site_description(configuration: Mapping[str, Any], cameras: list[str]) -> str:
-    """Return the JSON of `/site`: layout version, camera order, codes, settings of fusion."""
-    canonical = json.dumps(configuration, sort_keys=True)
-    return json.dumps(
-        {
-            'layout_version': LAYOUT_VERSION,
-            'cameras': cameras,
-            'codes': code_tables(),
-            'configuration_hash': hashlib.sha256(canonical.encode()).hexdigest(),
-            'fusion': configuration['fusion'],
-        },
-        sort_keys=True,
-    )
 
 
 def load_site(path: str | Path) -> SiteConfig:

@@ -24,7 +24,12 @@ ALLOWED = {
     'codec': {'interfaces'},
 }
 ALLOWED['camera_settings'] = {'interfaces', 'config', 'ground', 'tracking', 'perception'}
-ALLOWED['site_config'] = ALLOWED['camera_settings'] | {'camera_settings', 'fusion'}
+ALLOWED['site_description'] = {'interfaces'}
+ALLOWED['site_config'] = ALLOWED['camera_settings'] | {
+    'camera_settings',
+    'fusion',
+    'site_description',
+}
 ALLOWED['site_coverage'] = ALLOWED['site_config'] | {'site_config'}
 ALLOWED['recording'] = {'interfaces', 'config', 'codec'}
 ALLOWED['replay'] = ALLOWED['site_config'] | {'site_config', 'codec', 'recording', 'processes'}
@@ -35,7 +40,7 @@ ALLOWED['experiments'] = ALLOWED['replay'] | {
     'evaluation',
     'resources',
 }
-ALLOWED['ros'] = ALLOWED['experiments']
+ALLOWED['ros'] = ALLOWED['experiments'] | {'site_description'}
 ALLOWED['web'] = ALLOWED['ros'] | {'experiments', 'ros'}
 ALLOWED['cli'] = ALLOWED['web'] | {'web'}
 ROS_PACKAGES = {'rclpy', 'lifecycle_msgs', 'rcl_interfaces', 'ament_index_python', 'launch'}
@@ -63,9 +68,25 @@ def test_layer_imports_only_what_lies_below(layer):
             assert layer == 'ros' or not is_ros, f'{path} imports {name}'
 
 
-def test_camera_processes_load_no_fusion():
-    told = 'import mctrack_ros.replay.workers, sys; print("mctrack_ros.fusion" in sys.modules)'
+@pytest.mark.parametrize(
+    ('module', 'kept_out'),
+    [
+        ('replay.workers', {'fusion'}),
+        ('ros.camera_node', {'fusion'}),
+        ('ros.fusion_node', {'perception', 'ground'}),
+        ('ros.player', {'perception', 'ground', 'fusion', 'compiled'}),
+        ('ros.recorder', {'perception', 'ground', 'fusion', 'compiled'}),
+        ('ros.video_node', {'perception', 'ground', 'fusion', 'compiled'}),
+        ('ros.simulator_node', {'perception', 'ground', 'fusion', 'compiled'}),
+    ],
+)
+def test_a_process_loads_no_more_than_it_needs(module, kept_out):
+    told = f'import mctrack_ros.{module}, sys; print(*sys.modules, sep="\\n")'
     done = subprocess.run(
         [sys.executable, '-c', told], cwd=PACKAGE.parent, capture_output=True, text=True
     )
-    assert done.stdout == 'False\n', done.stderr
+    assert f'mctrack_ros.{module}' in done.stdout.splitlines(), done.stderr
+    loaded = {
+        name.split('.')[1] for name in done.stdout.split() if name.startswith('mctrack_ros.')
+    }
+    assert not kept_out & loaded

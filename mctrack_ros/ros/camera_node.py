@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from typing import Any
 
 from rclpy.lifecycle import LifecyclePublisher
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 
+from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.codec import (
     cloud_from_rows,
     image_from_message,
@@ -15,6 +17,7 @@ from mctrack_ros.codec import (
     rows_from_cloud,
     stamp_ns_of,
 )
+from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import Feedback, Rows
 from mctrack_ros.perception import (
     CameraShift,
@@ -27,20 +30,35 @@ from mctrack_ros.perception import (
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.ros import quality
-from mctrack_ros.ros.diagnostics import (
-    Diagnostics,
-    Health,
-    PictureHealth,
-    PoseHealth,
-    StreamHealth,
-)
-from mctrack_ros.ros.lifecycle import GraphNode
+from mctrack_ros.ros.camera_health import PictureHealth, PoseHealth
+from mctrack_ros.ros.diagnostics import Diagnostics, Health, StreamHealth
+from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
-from mctrack_ros.ros.node_config import CameraNodeConfig
 from mctrack_ros.ros.process import run
 
 _RESTART_NS = 1_000_000_000
 """Stamps that step back by more than this are a new run, not late pictures."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraNodeConfig:
+    """Parameters of `camera_node`."""
+
+    autostart: bool = parameter(True, AUTOSTART)
+    camera: str = parameter('cam1', 'name of the camera; its topics lie below it')
+    ground_frame: str = parameter('map', 'frame_id of positions on the ground')
+    period: float = parameter(0.04, "the fusion node's period [s]", minimum=0.001, maximum=10.0)
+    feedback_delay: float = parameter(
+        0.08, 'age of the feedback that a picture uses [s]', minimum=0.0, maximum=10.0
+    )
+    reliable: bool = parameter(False, 'ask again for pictures that got lost')
+    depth: int = parameter(
+        2,
+        'pictures that may queue; the oldest are passed over when the node falls behind',
+        minimum=1,
+        maximum=1000,
+    )
+    settings: CameraSettings = CameraSettings()
 
 
 class CameraNode(GraphNode):

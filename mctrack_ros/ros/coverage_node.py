@@ -3,17 +3,32 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 
 from nav_msgs.msg import OccupancyGrid
 
-from mctrack_ros.config import ConfigError
+from mctrack_ros.config import ConfigError, parameter
+from mctrack_ros.ground.coverage import CoverageConfig
 from mctrack_ros.ros import quality
-from mctrack_ros.ros.lifecycle import GraphNode
-from mctrack_ros.ros.node_config import CoverageNodeConfig
+from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.occupancy import error_grid, seen_grid
 from mctrack_ros.ros.process import run
 from mctrack_ros.site_config import load_site
 from mctrack_ros.site_coverage import site_coverage
+
+
+@dataclass(frozen=True, slots=True)
+class CoverageNodeConfig:
+    """Parameters of `coverage_node`."""
+
+    autostart: bool = parameter(True, AUTOSTART)
+    site: str = parameter('', 'site YAML, with the cameras and their calibrations')
+    area: str = parameter(
+        '',
+        'what is to be covered: x0,y0,x1,y1 or the corners x,y of a polygon; empty: what the '
+        'site says [m]',
+    )
+    coverage: CoverageConfig = CoverageConfig()
 
 
 class CoverageNode(GraphNode):

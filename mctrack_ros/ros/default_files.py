@@ -11,7 +11,24 @@ from typing import Any
 import yaml
 
 from mctrack_ros.config import Parameter, parameters_of
-from mctrack_ros.ros.node_config import NODE_CONFIGS
+from mctrack_ros.ros.camera_node import CameraNodeConfig
+from mctrack_ros.ros.coverage_node import CoverageNodeConfig
+from mctrack_ros.ros.fusion_node import FusionNodeConfig
+from mctrack_ros.ros.player import PlayerConfig
+from mctrack_ros.ros.recorder import RecorderConfig
+from mctrack_ros.ros.simulator_node import SimulatorNodeConfig
+from mctrack_ros.ros.video_node import VideoNodeConfig
+
+NODE_CONFIGS: dict[str, type[Any]] = {
+    'camera_node': CameraNodeConfig,
+    'fusion_node': FusionNodeConfig,
+    'coverage_node': CoverageNodeConfig,
+    'video_node': VideoNodeConfig,
+    'simulator_node': SimulatorNodeConfig,
+    'recorder': RecorderConfig,
+    'player': PlayerConfig,
+}
+"""What configures a node, by its executable."""
 
 _WIDTH = 95
 

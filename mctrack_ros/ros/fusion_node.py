@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import dataclass
 from functools import partial
 
 from geometry_msgs.msg import PoseArray
@@ -14,17 +15,29 @@ from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.config import ConfigError, values_of
-from mctrack_ros.fusion import Account, Batcher, FusionPipeline
+from mctrack_ros.config import ConfigError, parameter, values_of
+from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
 from mctrack_ros.interfaces import MAX_CAMERAS, Detections, EventCode, Events, Rows, Tick, Tracks
 from mctrack_ros.ros import markers, quality
 from mctrack_ros.ros.camera_agreement import agreements
 from mctrack_ros.ros.diagnostics import Diagnostics, StreamHealth
-from mctrack_ros.ros.lifecycle import GraphNode
+from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
-from mctrack_ros.ros.node_config import FusionNodeConfig
 from mctrack_ros.ros.process import run
-from mctrack_ros.site_config import site_description
+from mctrack_ros.site_description import site_description
+
+
+@dataclass(frozen=True, slots=True)
+class FusionNodeConfig:
+    """Parameters of `fusion_node`."""
+
+    autostart: bool = parameter(True, AUTOSTART)
+    cameras: tuple[str, ...] = parameter(('cam1',), 'names of the cameras, in order')
+    ground_frame: str = parameter('map', 'frame of ground positions')
+    obstacle_height: float = parameter(
+        0.5, 'height of the points on /tracks/obstacles [m]', minimum=0.0, maximum=10.0
+    )
+    fusion: FusionConfig = FusionConfig()
 
 
 class FusionNode(GraphNode):

@@ -11,7 +11,8 @@ from typing import Any
 import yaml
 
 from mctrack_ros.config import values_of
-from mctrack_ros.ros.node_config import CameraNodeConfig, FusionNodeConfig
+from mctrack_ros.ros.camera_node import CameraNodeConfig
+from mctrack_ros.ros.fusion_node import FusionNodeConfig
 from mctrack_ros.ros.supervise import Process
 from mctrack_ros.site_config import SiteConfig
 

@@ -18,6 +18,9 @@ from rclpy.qos import QoSProfile
 
 from mctrack_ros.ros import parameters
 
+AUTOSTART = 'configure and activate on start; false: wait for the lifecycle services'
+"""What the parameter of this name does, which every node has."""
+
 
 class GraphNode(LifecycleNode):
     """

@@ -13,17 +13,53 @@ from rclpy.lifecycle import LifecyclePublisher
 from rosgraph_msgs.msg import Clock
 
 from mctrack_ros.codec import header
-from mctrack_ros.config import ConfigError
+from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.ros import quality
-from mctrack_ros.ros.lifecycle import GraphNode
+from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES, message_class, starts_with_header
-from mctrack_ros.ros.node_config import PlayerConfig
 from mctrack_ros.ros.pacing import SECOND_NS, Pace, shifted
 from mctrack_ros.ros.process import run
 from mctrack_ros.ros.topics import Awaited, pattern
 
 _ARRIVAL_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class PlayerConfig:
+    """Parameters of `player`."""
+
+    autostart: bool = parameter(True, AUTOSTART)
+    path: str = parameter('', 'directory of the bag')
+    topics: tuple[str, ...] = parameter(
+        ('.*',), 'regular expressions; a topic whose whole name matches one is played'
+    )
+    rate: float = parameter(1.0, 'speed; 1: as recorded', minimum=0.001, maximum=1000.0)
+    start: float = parameter(0.0, 'where in the bag to begin [s]', minimum=0.0)
+    duration: float = parameter(0.0, 'how much of it to play; 0: all [s]', minimum=0.0)
+    loop: bool = parameter(False, 'begin again at the end')
+    restamp: bool = parameter(
+        False, 'shift all stamps as if captured now, for nodes on system time; no /clock'
+    )
+    clock_rate: float = parameter(
+        100.0, '/clock messages a second, besides one a message [Hz]', minimum=1.0, maximum=1000.0
+    )
+    wait_for: tuple[str, ...] = parameter(
+        ('.*/image_raw(/compressed)?',),
+        'regular expressions of topics, of the bag or of the graph; playing starts when each '
+        'matches some and all those have a subscriber, or as many as stand after a blank',
+    )
+    wait: float = parameter(
+        20.0, 'how long to wait for them, then start anyway [s]', minimum=0.0, maximum=3600.0
+    )
+    settle: float = parameter(
+        3.5,
+        'pause between the last match and the first message; DDS takes up to 3 s to say again '
+        'what got lost while the nodes met [s]',
+        minimum=0.0,
+        maximum=60.0,
+    )
+    depth: int = parameter(100, 'messages of a topic that may queue', minimum=1, maximum=10000)
 
 
 @dataclass(frozen=True, slots=True)

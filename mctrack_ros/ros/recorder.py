@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from mctrack_ros.config import ConfigError
+from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.recording import BagError, BagWriter
-from mctrack_ros.ros.lifecycle import GraphNode
+from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import message_class
-from mctrack_ros.ros.node_config import RecorderConfig
 from mctrack_ros.ros.process import run
 from mctrack_ros.ros.raw_source import Drained, RawSource
 from mctrack_ros.ros.topics import EXPLANATIONS, pattern
@@ -19,6 +19,26 @@ from mctrack_ros.ros.topics import EXPLANATIONS, pattern
 _LOOK_S = 0.2
 _DRAIN_S = 0.02
 _REPORT_S = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class RecorderConfig:
+    """Parameters of `recorder`."""
+
+    autostart: bool = parameter(True, AUTOSTART)
+    path: str = parameter('', 'directory of the bag')
+    overwrite: bool = parameter(False, 'replace a bag that is there')
+    topics: tuple[str, ...] = parameter(
+        ('.*',), 'regular expressions; a topic whose whole name matches one is recorded'
+    )
+    exclude: str = parameter(
+        '/(clock|rosout|parameter_events)|.*/(transition_event|debug_image)',
+        'regular expression of topics that are not',
+    )
+    explain: bool = parameter(
+        False, 'record why fusion decided as it did, too; it is worked out only if somebody asks'
+    )
+    depth: int = parameter(100, 'messages of a topic that may queue', minimum=1, maximum=10000)
 
 
 class Recorder(GraphNode):

@@ -4,22 +4,57 @@ from __future__ import annotations
 
 import sys
 import threading
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from rclpy.lifecycle import LifecyclePublisher
 from sensor_msgs.msg import CompressedImage, PointCloud2
 
 from mctrack_ros.codec import cloud_from_rows, compressed_message, jpeg_from_image
-from mctrack_ros.config import ConfigError
+from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.interfaces import Rows
 from mctrack_ros.ros import quality
-from mctrack_ros.ros.lifecycle import GraphNode
+from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
-from mctrack_ros.ros.node_config import SimulatorNodeConfig
 from mctrack_ros.ros.process import run
 from mctrack_ros.simulation import SCENES, EventWatcher, true_detections, true_tracks
 
 _REPORT_S = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatorNodeConfig:
+    """Parameters of `simulator_node`."""
+
+    autostart: bool = parameter(True, AUTOSTART)
+    scene: str = parameter(
+        'pitch5',
+        'what is shown; carpark: cameras [cam1], rate 4, shadows, noise 2.6 and lighting_drift '
+        '0.06 are as the silhouettes paper has it',
+        choices=('pitch5', 'carpark'),
+    )
+    cameras: tuple[str, ...] = parameter(
+        ('cam1', 'cam2', 'cam3', 'cam4', 'cam5'), 'cameras that this node renders'
+    )
+    ground_frame: str = parameter('map', 'frame_id of positions on the ground')
+    seed: int = parameter(1, 'the same seed gives the same recording', minimum=0)
+    duration: float = parameter(
+        120.0, 'length of the recording, then it begins again [s]', minimum=1.0, maximum=3600.0
+    )
+    rate: float = parameter(25.0, 'pictures a second [Hz]', minimum=1.0, maximum=100.0)
+    noise: float = parameter(
+        2.0, 'standard deviation of the sensor noise [grey levels]', minimum=0.1, maximum=50.0
+    )
+    shadows: bool = parameter(False, 'players throw shadows')
+    distortion: float = parameter(
+        0.0, 'first radial coefficient of the lenses; 0: pinhole', minimum=-1.0, maximum=1.0
+    )
+    lighting_drift: float = parameter(
+        0.0, 'relative amplitude of the slow change of brightness', minimum=0.0, maximum=1.0
+    )
+    truth: bool = parameter(True, 'publish the truth below truth/')
+    quality: int = parameter(90, 'JPEG quality [%]', minimum=1, maximum=100)
+    reliable: bool = parameter(True, 'send again what got lost')
+    depth: int = parameter(8, 'pictures that may queue', minimum=1, maximum=1000)
 
 
 class SimulatorNode(GraphNode):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +14,47 @@ from rclpy.duration import Duration
 from sensor_msgs.msg import CompressedImage, Image
 
 from mctrack_ros.codec import compressed_message, image_message, jpeg_from_image
-from mctrack_ros.config import ConfigError
+from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.ros import quality
-from mctrack_ros.ros.lifecycle import GraphNode
+from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
-from mctrack_ros.ros.node_config import VideoNodeConfig
 from mctrack_ros.ros.process import run
 
 _USUAL_RATE_HZ = 25.0
 _SILENCE_S = 1.0
 _ARRIVAL = Duration(seconds=1)
+
+
+@dataclass(frozen=True, slots=True)
+class VideoNodeConfig:
+    """Parameters of `video_node`."""
+
+    autostart: bool = parameter(True, AUTOSTART)
+    camera: str = parameter('cam1', 'name of the camera; its topics lie below it')
+    source: str = parameter('', 'video file, device (number or path) or stream (rtsp://...)')
+    rate: float = parameter(
+        0.0, 'pictures a second; 0: what the source states [Hz]', minimum=0.0, maximum=1000.0
+    )
+    realtime: bool = parameter(True, 'play a file at its rate; false: as fast as possible')
+    loop: bool = parameter(False, 'start a file again at its end')
+    start: float = parameter(
+        0.0,
+        'time of the first picture of a file, so that several play in step; 0: now '
+        '[s since the epoch]',
+        minimum=0.0,
+    )
+    image_topic: str = parameter(
+        'image_raw/compressed',
+        'pictures, relative to the camera; a name ending in /compressed holds JPEG',
+    )
+    quality: int = parameter(90, 'JPEG quality [%]', minimum=1, maximum=100)
+    width: int = parameter(0, 'scale pictures to this width; 0: keep [px]', minimum=0)
+    height: int = parameter(0, 'scale pictures to this height; 0: keep [px]', minimum=0)
+    wait: float = parameter(
+        10.0, 'a file waits this long for a subscriber [s]', minimum=0.0, maximum=3600.0
+    )
+    reliable: bool = parameter(True, 'send again what got lost')
+    depth: int = parameter(8, 'pictures that may queue', minimum=1, maximum=1000)
 
 
 class VideoNode(GraphNode):

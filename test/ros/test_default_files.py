@@ -5,8 +5,7 @@ import yaml
 
 from mctrack_ros.config import config_from, values_of
 from mctrack_ros.resources import config_file
-from mctrack_ros.ros.default_files import default_text, write_defaults
-from mctrack_ros.ros.node_config import NODE_CONFIGS
+from mctrack_ros.ros.default_files import NODE_CONFIGS, default_text, write_defaults
 
 REFRESH = 'run: python -m mctrack_ros.ros.default_files config'
 

@@ -15,6 +15,7 @@ from mctrack_ros.codec import image_from_message, stamp_ns_of
 from mctrack_ros.config import config_from
 from mctrack_ros.interfaces import Detections, EventCode, Events, Ticks, Tracks
 from mctrack_ros.recording import BagReader
+from mctrack_ros.ros.default_files import NODE_CONFIGS
 from mctrack_ros.ros.graph import (
     ENVIRONMENT,
     awaited_topics,
@@ -22,7 +23,6 @@ from mctrack_ros.ros.graph import (
     recorder_node,
     site_nodes,
 )
-from mctrack_ros.ros.node_config import NODE_CONFIGS
 from mctrack_ros.ros.simulator_node import SimulatorNode
 from mctrack_ros.ros.supervise import Supervisor
 from mctrack_ros.site_config import load_site

@@ -3,8 +3,6 @@
 import pytest
 from walker import camera_parameters
 
-pytestmark = pytest.mark.live
-
 CASES = {
     'unknown': ('camera_node', {'peroid': 0.04}, 'unknown parameter peroid: was period meant?'),
     'unknown below': (

@@ -1,0 +1,83 @@
+"""Health of a camera: whether it stands as it was calibrated and its pictures show anything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
+from mctrack_ros.perception import CameraShift, PictureState, ShiftState
+
+_POSE_MESSAGES = {
+    ShiftState.SETTLING: 'learning where the picture lies',
+    ShiftState.STILL: 'the camera has not moved',
+    ShiftState.MOVED: 'the camera has moved: calibrate it anew',
+    ShiftState.UNKNOWN: 'what the camera saw at the start is not found again',
+}
+
+
+@dataclass(slots=True)
+class PoseHealth:
+    """
+    Whether the camera still stands as it was calibrated.
+
+    Attributes
+    ----------
+    shift : CameraShift
+        What its watchdog said last.
+
+    """
+
+    shift: CameraShift = field(default_factory=CameraShift)
+
+    def report(self, name: str) -> DiagnosticStatus:
+        """Return the state; a camera that has moved, or may have, is a warning."""
+        shift = self.shift
+        values = {
+            'shift [px]': f'{shift.size_px:.2f}',
+            'shift right [px]': f'{shift.right_px:.2f}',
+            'shift down [px]': f'{shift.down_px:.2f}',
+            'turn [deg]': f'{shift.turn_deg:.3f}',
+            'added noise [px]': f'{shift.noise_px:.2f}',
+            'patches': str(shift.patches),
+        }
+        doubtful = shift.state in (ShiftState.MOVED, ShiftState.UNKNOWN)
+        return DiagnosticStatus(
+            level=DiagnosticStatus.WARN if doubtful else DiagnosticStatus.OK,
+            name=name,
+            message=_POSE_MESSAGES[shift.state],
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        )
+
+
+_PICTURE_MESSAGES = {
+    PictureState.USABLE: 'the pictures show something',
+    PictureState.BLANK: 'the pictures are black or white',
+    PictureState.FROZEN: 'the picture stays the same to the last pixel',
+    PictureState.NOISE: 'the pictures are nothing but noise',
+}
+
+
+@dataclass(slots=True)
+class PictureHealth:
+    """
+    Whether a camera's pictures show anything.
+
+    Attributes
+    ----------
+    state : PictureState
+        Of the last picture.
+
+    """
+
+    state: PictureState = PictureState.USABLE
+
+    def report(self, name: str) -> DiagnosticStatus:
+        """Return the state; what cannot be used is an error."""
+        usable = self.state is PictureState.USABLE
+        return DiagnosticStatus(
+            level=DiagnosticStatus.OK if usable else DiagnosticStatus.ERROR,
+            name=name,
+            message=_PICTURE_MESSAGES[self.state],
+            values=[KeyValue(key='state', value=str(self.state))],
+        )
