@@ -162,9 +162,8 @@ def _taken(
     for picture, (each, count, camera, more) in enumerate(
         zip(pictures, counts, cameras, variance)
     ):
-        last = first + count
-        usable += _take(TOLD(each), each.stamp_ns, picture, camera, more, rows[first:last])
-        first = last
+        usable += _take(TOLD(each), each.stamp_ns, picture, camera, more, rows, first)
+        first += count
     return rows, usable
 
 
@@ -185,12 +184,14 @@ def _is_filled(template: NDArray[np.float32], row: int) -> bool:
     return filled > 0
 
 
-@compiled(types.i8(_TOLD, types.i8, types.i8, types.i8, types.f8, ROWS))
+@compiled(types.i8(_TOLD, types.i8, types.i8, types.i8, types.f8, ROWS, types.i8))
 def _take(
-    told: tuple[Any, ...], stamp_ns: int, picture: int, camera: int, variance: float, rows: Any
-) -> int:
-    """Write what one picture tells into records; return how many can be used."""
+    told: tuple[Any, ...], stamp_ns: int, picture: int, camera: int, variance: float,
+    all_rows: Any, first: int,
+) -> int:  # fmt: skip
+    """Write what one picture tells into records, from one on; return how many can be used."""
     position, covariance, template, box, extent, local_id, track_id, member_count, kind = told
+    rows = all_rows[first : first + len(position)]
     to_place, to_noise = rows['place'], rows['noise']
     to_box, to_extent, usable = rows['box'], rows['extent'], 0
     for row in range(len(rows)):

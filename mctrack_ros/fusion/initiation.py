@@ -32,12 +32,13 @@ def new_tracks(
     looks: Looks,
     rows: Indices,
     tick_ns: int,
+    next_id: int,
     cameras: int,
     config: FusionConfig,
     motion: Motion,
 ) -> TrackTable:
     """
-    Start a track from each cluster of unexplained detections; ids are not yet given.
+    Start a track from each cluster of unexplained detections.
 
     Parameters
     ----------
@@ -47,6 +48,8 @@ def new_tracks(
         Detections that no track explains, of one picture a camera at most.
     tick_ns : int
         The tick's stamp, ns.
+    next_id : int
+        Id of the first one; the others' follow.
     cameras : int
         How many cameras the site has.
     config : FusionConfig
@@ -60,7 +63,8 @@ def new_tracks(
     label, count = _clusters(looks.rows, rows, config.association.gate, life.cluster_distance)
     table = TrackTable.blank(count, cameras, motion.modes)
     note(table, looks, label, rows)
-    _fuse(table.fixed, looks.rows, rows, label, config.motion.initial_speed_sigma**2, tick_ns)
+    speed_variance = config.motion.initial_speed_sigma**2
+    _fuse(table.fixed, looks.rows, rows, label, speed_variance, tick_ns, next_id)
     motion.begin(table)
     if looks.has_templates:
         told = np.flatnonzero(looks.is_described[rows])[::-1]  # the first one's stays
@@ -153,10 +157,11 @@ def _clusters(told: Any, rows: Indices, gate: float, reach: float) -> tuple[Indi
     return number, clusters
 
 
-@compiled(types.void(TRACKS, ROWS, INTS_1D, INTS_1D, types.f8, types.i8))
+@compiled(types.void(TRACKS, ROWS, INTS_1D, INTS_1D, types.f8, types.i8, types.i8))
 def _fuse(
-    tracks: Any, told: Any, rows: Indices, label: Indices, speed_variance: float, tick_ns: int
-) -> None:
+    tracks: Any, told: Any, rows: Indices, label: Indices, speed_variance: float, tick_ns: int,
+    next_id: int,
+) -> None:  # fmt: skip
     """Begin blank tracks: at rest, at the weighted means of the clusters (k,) of rows (k,)."""
     mean, covariance = tracks['mean'], tracks['covariance']
     position, noise = told['place'], told['noise']
@@ -177,3 +182,4 @@ def _fuse(
                 mean[one, i] += weight[i, j] * weighted[one, j]
         track = tracks[one]
         track['first_ns'] = track['seen_ns'] = track['kept_ns'] = tick_ns
+        track['track_id'] = next_id + one

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import COLUMN_FLAGS, COLUMN_SINGLES_2D, COLUMN_STAMPS, compiled
-from mctrack_ros.fusion.admission import Admitted
+from mctrack_ros.compiled import compiled, inner
+from mctrack_ros.fusion.admission import ROWS, Admitted
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.portraits import Portraits
 from mctrack_ros.interfaces import Detections
@@ -87,10 +88,8 @@ class Looks:
         self.picture, self.camera = rows['picture'], rows['camera']
         self.stamp_ns, self.is_described = rows['stamp_ns'], rows['is_described']
         self.position, self.noise = rows['place'], rows['noise']
-        self.has_templates = np.count_nonzero(self.is_described) > 0
-        is_single = rows['is_single']
-        self.single: Indices = is_single.nonzero()[0]
-        self.is_overlapped = overlapped(rows['box'], self.picture, is_single)
+        self.single: Indices
+        self.single, self.is_overlapped, self.has_templates = _surveyed(rows)
 
     @property
     def has_groups(self) -> bool:
@@ -103,8 +102,8 @@ class Looks:
         return np.flatnonzero(~self.rows['is_single'])
 
 
-@compiled(types.b1[::1](COLUMN_SINGLES_2D, COLUMN_STAMPS, COLUMN_FLAGS))
-def overlapped(
+@inner
+def _overlapped(
     box: NDArray[np.float32], picture: Indices, is_single: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """
@@ -141,3 +140,11 @@ def overlapped(
                     overlaps[order[i]] = overlaps[other] = True
         first = last
     return overlaps
+
+
+@compiled(types.Tuple([types.i8[::1], types.b1[::1], types.b1])(ROWS))
+def _surveyed(rows: Any) -> tuple[Indices, NDArray[np.bool_], bool]:
+    """Return the rows (k,) of single ones, who is overlapped (m,), and if any is described."""
+    is_single, is_described = rows['is_single'], rows['is_described']
+    overlaps = _overlapped(rows['box'], rows['picture'], is_single)
+    return np.flatnonzero(is_single), overlaps, is_described.any()

@@ -63,9 +63,7 @@ def tracks_of(
     table: TrackTable, is_published: NDArray[np.bool_], ended: TrackTable, stamp_ns: int
 ) -> Tracks:
     """Return the published tracks and, once, those that ended, by id."""
-    columns = Tracks.unset(int(np.count_nonzero(is_published)) + len(ended))
-    _tell(table.fixed, is_published, ended.fixed, stamp_ns, tuple(columns))
-    return Tracks.adopt(stamp_ns, columns)
+    return Tracks.adopt(stamp_ns, _told(table.fixed, is_published, ended.fixed, stamp_ns))
 
 
 @inner
@@ -114,30 +112,33 @@ def _write(
 
 
 @compiled(
-    types.void(
-        TRACKS, BOOLS_1D, TRACKS, types.i8,
-        types.Tuple([
-            types.f4[:, ::1], types.f4[:, ::1], types.f4[:, :, ::1], types.f4[:, ::1],
-            types.f4[::1], types.f4[::1], types.u4[::1], types.u4[::1], types.u4[::1],
-            types.u1[::1], types.u1[::1], types.u1[::1], types.u1[::1],
-        ]),
-    )
+    types.Tuple([
+        types.f4[:, ::1], types.f4[:, ::1], types.f4[:, :, ::1], types.f4[:, ::1],
+        types.f4[::1], types.f4[::1], types.u4[::1], types.u4[::1], types.u4[::1],
+        types.u1[::1], types.u1[::1], types.u1[::1], types.u1[::1],
+    ])(TRACKS, BOOLS_1D, TRACKS, types.i8)
 )  # fmt: skip
-def _tell(
-    tracks: Any,
-    is_published: NDArray[np.bool_],
-    ended: Any,
-    stamp_ns: int,
-    columns: tuple[Any, ...],
-) -> None:
-    """Write what is published of tracks, and of those that ended, into columns of `Tracks`."""
+def _told(
+    tracks: Any, is_published: NDArray[np.bool_], ended: Any, stamp_ns: int
+) -> tuple[NDArray[Any], ...]:
+    """Return the columns of `Tracks`: what is published of tracks, and of those that ended."""
     rows = np.flatnonzero(is_published)
+    count = len(rows) + len(ended)
+    columns = (
+        np.empty((count, 3), np.float32), np.empty((count, 2), np.float32),
+        np.empty((count, 4, 4), np.float32), np.empty((count, 2), np.float32),
+        np.empty(count, np.float32), np.empty(count, np.float32),
+        np.empty(count, np.uint32), np.empty(count, np.uint32), np.empty(count, np.uint32),
+        np.empty(count, np.uint8), np.empty(count, np.uint8), np.empty(count, np.uint8),
+        np.empty(count, np.uint8),
+    )  # fmt: skip
     place = _places(rows, tracks['track_id'], ended['track_id'])
     _write(tracks, rows, place, stamp_ns, columns)
     over, to_status = place[len(rows) :], columns[STATUS]
     _write(ended, np.arange(len(ended)), over, stamp_ns, columns)
     for to in over:
         to_status[to] = TrackStatus.DELETED.value
+    return columns
 
 
 def status_of(table: TrackTable) -> NDArray[np.uint8]:

@@ -204,11 +204,10 @@ class FusionPipeline:
     def _initiate(self, looks: Looks, leftover: NDArray[np.intp], stamp_ns: int) -> None:
         if len(leftover) == 0:
             return
-        fresh = new_tracks(looks, leftover, stamp_ns, len(self._index), self._config, self._motion)
+        site = len(self._index), self._config, self._motion
+        fresh = new_tracks(looks, leftover, stamp_ns, self._next_id, *site)
+        self._next_id += len(fresh)
         fresh, is_beside = with_room(fresh, self._table, self._config)
-        count = len(fresh)
-        fresh.track_id[:] = np.arange(self._next_id, self._next_id + count)
-        self._next_id += count
         if is_beside:
             fresh.origin = self._lineage.origins(fresh, self._table, stamp_ns)
             doubt_parts(fresh, self._table, self._config)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
@@ -178,10 +179,13 @@ class TrackTable:
 
     def remove(self, mask: NDArray[np.bool_]) -> Self:
         """Take out the tracks that a mask picks, and return them; those behind move up."""
-        removed, first = self.select(mask), int(mask.argmax())
-        kept = self._lumps[first:][~mask[first:]]
-        self._hold(self._room[: first + len(kept)], self.records.dtype)
-        self._lumps[first:] = kept
+        rows = mask.nonzero()[0]
+        removed, lumps, first = self.select(rows), self._lumps, int(rows[0])
+        for row, last in pairwise([*rows.tolist(), len(self)]):
+            count = last - row - 1
+            lumps[first : first + count] = lumps[row + 1 : last]
+            first += count
+        self._hold(self._room[:first], self.records.dtype)
         return removed
 
     def rename(self, changes: dict[int, int]) -> NDArray[np.intp]:

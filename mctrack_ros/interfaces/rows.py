@@ -129,13 +129,8 @@ class Rows:
         return _made(cls, int(stamp_ns), _locked(arrays))
 
     @classmethod
-    def unset(cls, count: int) -> list[NDArray[Any]]:
-        """Return the columns of so many rows, in their order, to be written and then adopted."""
-        return [np.empty((count, *shape), dtype) for _, dtype, shape, _ in cls.LAYOUT]
-
-    @classmethod
-    def adopt(cls, stamp_ns: int, columns: list[NDArray[Any]]) -> Self:
-        """Make rows of columns, as `unset` returns them, that nobody else writes any more."""
+    def adopt(cls, stamp_ns: int, columns: Sequence[NDArray[Any]]) -> Self:
+        """Make rows of all columns, in their order, which nobody else writes any more."""
         return _made(cls, stamp_ns, _locked(columns))
 
     @classmethod
@@ -172,7 +167,7 @@ def _frozen(columns: Iterable[NDArray[Any]]) -> list[NDArray[Any]]:
     return views
 
 
-def _locked(columns: list[NDArray[Any]]) -> list[NDArray[Any]]:
+def _locked(columns: Sequence[NDArray[Any]]) -> Sequence[NDArray[Any]]:
     """Make arrays read-only that nobody else has."""
     for column in columns:
         column.setflags(write=False)
