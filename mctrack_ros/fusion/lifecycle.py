@@ -9,8 +9,6 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import (
-    COLUMN_2D,
-    COLUMN_IDS,
     COLUMN_STAMPS,
     INTS_1D,
     compiled,
@@ -100,7 +98,8 @@ class DuplicateWatch:
         rows = list(zip(one.tolist(), other.tolist()))
         names = list(zip(table.track_id[one].tolist(), table.track_id[other].tolist()))
         self._since_ns = {pair: self._since_ns.get(pair, stamp_ns) for pair in names}
-        chosen, used = [], set[int]()
+        chosen: list[tuple[int, int]] = []
+        used: set[int] = set()
         for pair, (first, second) in zip(names, rows):
             is_due = stamp_ns - self._since_ns[pair] >= self._time_ns
             if is_due and not used & {first, second}:
@@ -112,21 +111,14 @@ class DuplicateWatch:
 
 def unresolved_pairs(
     table: TrackTable, one: Indices, other: Indices, distance: float
-) -> tuple[Indices, Indices]:
-    """Return those pairs of rows (k,), (k,) that are so near and told apart by no camera."""
-    if not len(one):
-        return one, other
-    unresolved = _unresolved(table.mean, table.seen_by_ns, table.cameras, one, other, distance)
-    return one[unresolved], other[unresolved]
+) -> tuple[Indices, Indices, Mask]:
+    """
+    Return those pairs of rows (k,), (k,) that are so near and told apart by no camera.
 
-
-def ungrouped(table: TrackTable, one: Indices, other: Indices) -> tuple[Indices, Indices]:
-    """Return those pairs of rows (k,), (k,) of which neither is in a group."""
-    if not len(one):
-        return one, other
-    group = table.group
-    wanted = (group[one] | group[other]) == 0
-    return one[wanted], other[wanted]
+    And of which of them, (m,), either is in a group.
+    """
+    unresolved, grouped = _unresolved(table.fixed, table.seen_by_ns, one, other, distance)
+    return one[unresolved], other[unresolved], grouped
 
 
 @inner
@@ -173,16 +165,15 @@ def _alone(
 
 
 @compiled(
-    types.b1[::1](
-        COLUMN_2D, types.Array(types.i8, 2, 'A', readonly=True), COLUMN_IDS, INTS_1D, INTS_1D,
-        types.f8,
+    types.Tuple([types.i8[::1], types.b1[::1]])(
+        TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, INTS_1D, types.f8
     )
-)  # fmt: skip
+)
 def _unresolved(
-    mean: NDArray[np.float64], seen_by_ns: NDArray[np.int64], cameras: Ids, one: Indices,
-    other: Indices, distance: float,
-) -> Mask:  # fmt: skip
-    """Return which pairs (k,) are so near, and no picture of the tick shows both of."""
+    tracks: Any, seen_by_ns: NDArray[np.int64], one: Indices, other: Indices, distance: float
+) -> tuple[Indices, Mask]:
+    """Return which pairs are so near, and no picture of the tick shows both of; in groups."""
+    mean, cameras, group = tracks['mean'], tracks['cameras'], tracks['group']
     unresolved = np.empty(len(one), np.bool_)
     for pair in range(len(one)):
         first, second = one[pair], other[pair]
@@ -191,7 +182,8 @@ def _unresolved(
             both = (cameras[first] & cameras[second]) >> camera & 1
             if both and seen_by_ns[first, camera] == seen_by_ns[second, camera]:
                 unresolved[pair] = False
-    return unresolved
+    left = np.flatnonzero(unresolved)
+    return left, (group[one[left]] | group[other[left]]) != 0
 
 
 def absorb(table: TrackTable, kept: int, dropped: int) -> None:

@@ -255,12 +255,13 @@ class FusionPipeline:
     def _duplicate_pairs(self, near: NearPairs, stamp_ns: int) -> list[tuple[int, int]]:
         """Return pairs of rows (kept, dropped) that are one; two who are known only if alone."""
         table = self._table
-        one, other = lifecycle.unresolved_pairs(table, *near, self._config.life.merge_distance)
+        distance = self._config.life.merge_distance
+        one, other, grouped = lifecycle.unresolved_pairs(table, *near, distance)
         fresh = twins = one, other
         if len(one):
-            known = self._recognition.knows(table.track_id[one])
-            known &= self._recognition.knows(table.track_id[other])
-            fresh = lifecycle.ungrouped(table, one[~known], other[~known])
+            known = self._recognition.knows(table.track_id[one], table.track_id[other])
+            strange = ~(known | grouped)
+            fresh = one[strange], other[strange]
             twins = lifecycle.alone(table, one[known], other[known], stamp_ns)
         pairs = self._duplicates.find(table, *fresh, stamp_ns)
         return pairs + self._twins.find(table, *twins, stamp_ns)

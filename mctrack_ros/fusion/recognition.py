@@ -97,9 +97,10 @@ class Recognition:
         self.portraits.forget(name)
         self._suspects.erase([name])
 
-    def knows(self, names: NDArray[np.uint32]) -> Mask:
-        """Tell who, (k,), has been seen alone, so that he is hardly another's duplicate."""
-        return np.array([name in self.portraits for name in names.tolist()], np.bool_)
+    def knows(self, one: NDArray[np.uint32], other: NDArray[np.uint32]) -> Mask:
+        """Tell which pairs, (k,), have each been seen alone: hardly one and the same."""
+        known, pairs = self.portraits, zip(one.tolist(), other.tolist())
+        return np.array([first in known and second in known for first, second in pairs], np.bool_)
 
     @property
     def found(self) -> dict[int, float]:
