@@ -9,7 +9,8 @@ from launch_ros.actions import Node
 
 from launch import LaunchDescription
 from mctrack_ros.cli.sites import site_path
-from mctrack_ros.ros.graph import ENVIRONMENT, coverage_node, site_nodes
+from mctrack_ros.ros.graph import ENVIRONMENT, coverage_node
+from mctrack_ros.ros.site_graph import site_nodes
 from mctrack_ros.site_config import load_site
 
 

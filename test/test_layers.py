@@ -74,6 +74,7 @@ def test_layer_imports_only_what_lies_below(layer):
         ('replay.workers', {'fusion'}),
         ('ros.camera_node', {'fusion'}),
         ('ros.fusion_node', {'perception', 'ground'}),
+        ('ros.graph', {'perception', 'ground', 'fusion', 'compiled'}),
         ('ros.player', {'perception', 'ground', 'fusion', 'compiled'}),
         ('ros.recorder', {'perception', 'ground', 'fusion', 'compiled'}),
         ('ros.video_node', {'perception', 'ground', 'fusion', 'compiled'}),

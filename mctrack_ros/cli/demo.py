@@ -92,7 +92,7 @@ def _track_offline(options: DemoOptions, site: SiteConfig) -> float:
 def _track_live(options: DemoOptions, site: SiteConfig, domain: int | None) -> None:
     """Play the bag into the real graph, and record what it says."""
     from mctrack_ros.cli.live import run_to_end
-    from mctrack_ros.ros.graph import site_nodes
+    from mctrack_ros.ros.site_graph import site_nodes
 
     nodes = [*site_nodes(site), *_recorder_and_player(options, site)]
     typer.echo(f'tracking {options.seconds:g} s live with {len(nodes)} processes', err=True)
@@ -100,7 +100,8 @@ def _track_live(options: DemoOptions, site: SiteConfig, domain: int | None) -> N
 
 
 def _recorder_and_player(options: DemoOptions, site: SiteConfig) -> list[NodeSpec]:
-    from mctrack_ros.ros.graph import awaited_topics, player_node, recorder_node
+    from mctrack_ros.ros.graph import player_node, recorder_node
+    from mctrack_ros.ros.site_graph import awaited_topics
 
     camera = f'/({"|".join(site.camera_names)})'
     played = [f'{camera}/image_raw/compressed', '/truth/tracks']

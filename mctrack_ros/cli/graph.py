@@ -26,7 +26,8 @@ def run(
 ) -> None:
     """Run the graph of a site: a node a camera, fusion and coverage. Ctrl-C stops it."""
     from mctrack_ros.cli.sites import named_site, site_path
-    from mctrack_ros.ros.graph import coverage_node, site_nodes
+    from mctrack_ros.ros.graph import coverage_node
+    from mctrack_ros.ros.site_graph import site_nodes
 
     nodes = site_nodes(named_site(site), use_sim_time)
     _run_nodes([*nodes, coverage_node(site_path(site), use_sim_time)], namespace, domain)

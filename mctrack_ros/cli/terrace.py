@@ -9,7 +9,8 @@ from pathlib import Path
 from mctrack_ros.cli.live import run_to_end
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.terrace import terrace_figures, video, write_site
-from mctrack_ros.ros.graph import NodeSpec, recorder_node, site_nodes
+from mctrack_ros.ros.graph import NodeSpec, recorder_node
+from mctrack_ros.ros.site_graph import site_nodes
 
 _PREPARATION_S = 8.0
 """From the start of the processes to the first picture."""

@@ -1,4 +1,4 @@
-"""The nodes of a site: which, with which parameters; for `mctrack run` and launch alike."""
+"""Nodes to be run as processes, with their parameters; for `mctrack` and launch alike."""
 
 from __future__ import annotations
 
@@ -10,11 +10,7 @@ from typing import Any
 
 import yaml
 
-from mctrack_ros.config import values_of
-from mctrack_ros.ros.camera_node import CameraNodeConfig
-from mctrack_ros.ros.fusion_node import FusionNodeConfig
 from mctrack_ros.ros.supervise import Process
-from mctrack_ros.site_config import SiteConfig
 
 ENVIRONMENT = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
 """One thread a process: more only get in one another's way."""
@@ -63,25 +59,6 @@ class NodeSpec:
         return Process(self.name, command, self.restart, self.ends)
 
 
-def site_nodes(site: SiteConfig, use_sim_time: bool = False) -> list[NodeSpec]:
-    """Return a camera node for every camera of a site, and the fusion node."""
-    clock = {'use_sim_time': use_sim_time}
-    fusion = FusionNodeConfig(
-        cameras=site.camera_names, ground_frame=site.ground_frame, fusion=site.fusion
-    )
-    nodes = [NodeSpec('fusion_node', 'fusion', values_of(fusion) | clock)]
-    for name, settings in site.cameras.items():
-        camera = CameraNodeConfig(
-            camera=name,
-            ground_frame=site.ground_frame,
-            period=site.fusion.batching.period,
-            feedback_delay=site.feedback_delay,
-            settings=settings,
-        )
-        nodes.append(NodeSpec('camera_node', f'{name}_camera', values_of(camera) | clock))
-    return nodes
-
-
 def coverage_node(path: str | Path, use_sim_time: bool = False) -> NodeSpec:
     """Return the node that says what the cameras of a site, a file, see."""
     site = str(Path(path).absolute())
@@ -97,25 +74,6 @@ def recorder_node(path: str | Path, topics: Sequence[str], **parameters: Any) ->
     """Return the node that records topics."""
     values = {'path': str(path), 'topics': list(topics)} | parameters
     return NodeSpec('recorder', 'recorder', values, False)
-
-
-def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
-    """
-    Return what a player waits for (its ``wait_for``) so that a site's graph loses nothing.
-
-    Parameters
-    ----------
-    site : SiteConfig
-        Whose nodes run.
-    recorded : bool
-        Whether a recorder takes all that the nodes publish.
-
-    """
-    cameras, extra = site.cameras, int(recorded)
-    awaited = [f'/{name}/{settings.image_topic}' for name, settings in cameras.items()]
-    awaited += [f'/{name}/detections {1 + extra}' for name in cameras]
-    awaited.append(f'/feedback {len(cameras) + extra}')
-    return awaited + (['/tracks', '/events', '/ticks'] if recorded else [])
 
 
 def _plain(values: Any) -> Any:

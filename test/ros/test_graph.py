@@ -16,14 +16,9 @@ from mctrack_ros.config import config_from
 from mctrack_ros.interfaces import Detections, EventCode, Events, Ticks, Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.ros.default_files import NODE_CONFIGS
-from mctrack_ros.ros.graph import (
-    ENVIRONMENT,
-    awaited_topics,
-    player_node,
-    recorder_node,
-    site_nodes,
-)
+from mctrack_ros.ros.graph import ENVIRONMENT, player_node, recorder_node
 from mctrack_ros.ros.simulator_node import SimulatorNode
+from mctrack_ros.ros.site_graph import awaited_topics, site_nodes
 from mctrack_ros.ros.supervise import Supervisor
 from mctrack_ros.site_config import load_site
 

@@ -1,0 +1,47 @@
+"""The nodes that track what a site's cameras see, and what a player waits for to feed them."""
+
+from __future__ import annotations
+
+from mctrack_ros.config import values_of
+from mctrack_ros.ros.camera_node import CameraNodeConfig
+from mctrack_ros.ros.fusion_node import FusionNodeConfig
+from mctrack_ros.ros.graph import NodeSpec
+from mctrack_ros.site_config import SiteConfig
+
+
+def site_nodes(site: SiteConfig, use_sim_time: bool = False) -> list[NodeSpec]:
+    """Return a camera node for every camera of a site, and the fusion node."""
+    clock = {'use_sim_time': use_sim_time}
+    fusion = FusionNodeConfig(
+        cameras=site.camera_names, ground_frame=site.ground_frame, fusion=site.fusion
+    )
+    nodes = [NodeSpec('fusion_node', 'fusion', values_of(fusion) | clock)]
+    for name, settings in site.cameras.items():
+        camera = CameraNodeConfig(
+            camera=name,
+            ground_frame=site.ground_frame,
+            period=site.fusion.batching.period,
+            feedback_delay=site.feedback_delay,
+            settings=settings,
+        )
+        nodes.append(NodeSpec('camera_node', f'{name}_camera', values_of(camera) | clock))
+    return nodes
+
+
+def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
+    """
+    Return what a player waits for (its ``wait_for``) so that a site's graph loses nothing.
+
+    Parameters
+    ----------
+    site : SiteConfig
+        Whose nodes run.
+    recorded : bool
+        Whether a recorder takes all that the nodes publish.
+
+    """
+    cameras, extra = site.cameras, int(recorded)
+    awaited = [f'/{name}/{settings.image_topic}' for name, settings in cameras.items()]
+    awaited += [f'/{name}/detections {1 + extra}' for name in cameras]
+    awaited.append(f'/feedback {len(cameras) + extra}')
+    return awaited + (['/tracks', '/events', '/ticks'] if recorded else [])
