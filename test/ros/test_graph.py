@@ -89,7 +89,7 @@ def test_a_bag_is_tracked_live_and_recorded(bench, site, supervised, walker_bag,
     supervisor, thread, lines = supervised(nodes)
     thread.join(timeout=90)
     assert not thread.is_alive(), lines
-    assert not supervisor.failed, lines
+    assert not supervisor.failed, '\n'.join(lines)
     with BagReader(tmp_path / 'out') as bag:
         counts = {topic: bag.count(topic) for topic in bag.topics}
         widths = [message.width for _, message, _ in bag.messages(['/tracks'])]
