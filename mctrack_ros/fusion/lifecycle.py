@@ -8,12 +8,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import (
-    COLUMN_STAMPS,
-    INTS_1D,
-    compiled,
-    inner,
-)
+from mctrack_ros.compiled import COLUMN_STAMPS, INTS_1D, compiled, inner
 from mctrack_ros.fusion.neighbours import is_near
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TRACKS, TrackTable
@@ -26,7 +21,6 @@ WITNESSES, WITNESS_S = 3, 0.5
 """From so many sides, each within this time, s, one person cannot hide another."""
 
 Mask = NDArray[np.bool_]
-Ids = NDArray[np.uint32]
 Indices = NDArray[np.int64]
 
 
@@ -172,7 +166,11 @@ def _alone(
 def _unresolved(
     tracks: Any, seen_by_ns: NDArray[np.int64], one: Indices, other: Indices, distance: float
 ) -> tuple[Indices, Mask]:
-    """Return which pairs are so near, and no picture of the tick shows both of; in groups."""
+    """
+    Return which pairs are so near, and no picture of the tick shows both of.
+
+    And of which of those either is in a group.
+    """
     mean, cameras, group = tracks['mean'], tracks['cameras'], tracks['group']
     unresolved = np.empty(len(one), np.bool_)
     for pair in range(len(one)):
