@@ -219,12 +219,16 @@ class LifeConfig:
     )
     merge_distance: float = parameter(
         1.0,
-        'Two tracks that no camera tells apart become one when so near [m]',
+        'Two tracks that cameras hardly tell apart become one when nearer than this [m]',
         minimum=0.0,
         maximum=100.0,
     )
     merge_time: float = parameter(
-        2.0, 'How long they must have been so near [s]', minimum=0.0, maximum=100.0
+        1.7,
+        'How long in one place; farther apart it takes longer, and sooner if neither is confirmed '
+        '[s]',
+        minimum=0.0,
+        maximum=100.0,
     )
     twin_time: float = parameter(
         3.0,

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from mctrack_ros.fusion import lifecycle
 from mctrack_ros.fusion.account import Account
 from mctrack_ros.fusion.camera_bias import CameraBias
+from mctrack_ros.fusion.duplicates import DuplicateWatch, absorb, alone, close_pairs
 from mctrack_ros.fusion.evidence import Evidence
 from mctrack_ros.fusion.initiation import doubt_parts, new_tracks, with_room
 from mctrack_ros.fusion.kits import Kits
@@ -65,8 +66,8 @@ class FusionPipeline:
         self._evidence = Evidence(len(cameras), config)
         self._lineage = Lineage(config)
         self._recognition = Recognition(config)
-        self._duplicates = lifecycle.DuplicateWatch(config.life.merge_time)
-        self._twins = lifecycle.DuplicateWatch(config.life.twin_time)
+        self._duplicates = DuplicateWatch(config.life.merge_time)
+        self._twins = DuplicateWatch(config.life.twin_time)
         self._kits = Kits(config)
         self.bias = CameraBias(len(cameras))
         self._stamp_ns: int | None = None
@@ -242,7 +243,7 @@ class FusionPipeline:
             return self._none
         dropped = np.zeros(len(table), bool)
         for keep, drop in pairs:
-            lifecycle.absorb(table, keep, drop)
+            absorb(table, keep, drop)
             self._recognition.forget(int(table.track_id[drop]))
             dropped[drop] = True
             if table.confirmed[drop]:
@@ -254,17 +255,17 @@ class FusionPipeline:
 
     def _duplicate_pairs(self, near: NearPairs, stamp_ns: int) -> list[tuple[int, int]]:
         """Return pairs of rows (kept, dropped) that are one; two who are known only if alone."""
-        table = self._table
-        distance = self._config.life.merge_distance
-        one, other, grouped = lifecycle.unresolved_pairs(table, *near, distance)
-        fresh = twins = one, other
-        if len(one):
-            known = self._recognition.knows(table.track_id[one], table.track_id[other])
-            strange = ~(known | grouped)
-            fresh = one[strange], other[strange]
-            twins = lifecycle.alone(table, one[known], other[known], stamp_ns)
-        pairs = self._duplicates.find(table, *fresh, stamp_ns)
-        return pairs + self._twins.find(table, *twins, stamp_ns)
+        table, limit = self._table, self._config.life.merge_distance
+        fresh = twins = close_pairs(table, *near, limit)
+        if len(fresh.one):
+            known = self._recognition.knows(table.track_id[fresh.one], table.track_id[fresh.other])
+            twins = alone(table, fresh.select(known & ~fresh.told), stamp_ns)
+            fresh = fresh.select(~(known | fresh.grouped))
+        over = lifecycle.is_over(table, stamp_ns, self._config)
+        gain = fresh.counting(table, self._seconds, limit)
+        pairs = self._duplicates.find(table, fresh, gain, over)
+        same = np.full(len(twins.one), self._seconds)
+        return pairs + self._twins.find(table, twins, same, np.zeros(len(table), bool))
 
     def _delete(self, stamp_ns: int, events: EventLog) -> TrackTable:
         lost = self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import parameters_of
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
+from mctrack_ros.fusion.duplicates import absorb
 from mctrack_ros.fusion.information import gathered
-from mctrack_ros.fusion.lifecycle import absorb
 from mctrack_ros.fusion.measured import measured
 from mctrack_ros.fusion.motion import MODELS, ConstantVelocity, InteractingModels
 from mctrack_ros.fusion.table import TrackTable

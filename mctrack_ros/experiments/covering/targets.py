@@ -23,8 +23,8 @@ CONFIRMED_S = 0.5
 """A target is told of when it has been supported for so long, s."""
 BEGIN_M, BEGIN_SIGMA = 1.25, 3.5
 """What is farther from every target begins one: m, and standard deviations of its place."""
-MERGE_M = 0.4
-"""Two that have been nearer for as long as fusion says are one: the elder, m."""
+MERGE_M, MERGE_S = 0.4, 2.0
+"""Two that have been nearer for so long, m and s, are one: the elder."""
 ALIKE = 0.1
 """Squared Hellinger distance of templates at which they are alike by a factor e less."""
 
@@ -138,7 +138,7 @@ class Roster:
         limit = np.where(self._confirmed, self._life.coast_time, self._life.tentative_time)
         near = np.linalg.norm(place[:, None] - place, axis=2) < MERGE_M
         self._together_s = np.where(near, self._together_s + seconds, 0.0)
-        doubled = np.tril(self._together_s >= self._life.merge_time, -1).any(axis=1)
+        doubled = np.tril(self._together_s >= MERGE_S, -1).any(axis=1)
         stays: Mask = np.asarray((self._silent_s <= limit) & ~doubled)
         self._together_s = self._together_s[np.ix_(stays, stays)]
         self.id, self.template = self.id[stays], self.template[stays]

@@ -1,0 +1,118 @@
+import numpy as np
+import pytest
+
+from mctrack_ros.fusion.duplicates import DuplicateWatch, close_pairs
+from mctrack_ros.fusion.neighbours import near_pairs
+from mctrack_ros.fusion.table import TrackTable
+
+SECOND_NS = 1_000_000_000
+PERIOD_S = 0.04
+LIMIT_M, LIMIT_S = 1.0, 1.0
+
+
+def two_tracks(distance=0.0, confirmed=(True, True), told=False):
+    """Return tracks 7 and 8, of which two cameras see one each, or one sees both."""
+    table = TrackTable.blank(2, 2)
+    table.track_id, table.confirmed = [7, 8], confirmed
+    table.mean[:, 0] = [0.0, distance]
+    table.cameras = [0b01, 0b01 if told else 0b10]
+    table.seen_by_ns[0, 0] = table.seen_by_ns[1, 0 if told else 1] = SECOND_NS
+    return table
+
+
+def pairs_of(table):
+    return close_pairs(table, *near_pairs(table.mean, 2 * LIMIT_M), LIMIT_M)
+
+
+class Watched:
+    """Ticks of two tracks, and what a watch makes of them."""
+
+    def __init__(self):
+        self.watch, self.found = DuplicateWatch(LIMIT_S), []
+
+    def ticks(self, count, over=(False, False), **how):
+        """Add ticks until the two are one; return how many it took."""
+        table = two_tracks(**how)
+        for index in range(count):
+            pairs = pairs_of(table)
+            gain = pairs.counting(table, PERIOD_S, LIMIT_M)
+            self.found = self.watch.find(table, pairs, gain, np.array(over))
+            if self.found:
+                return index + 1
+        return count
+
+
+@pytest.fixture
+def watched():
+    return Watched()
+
+
+def test_only_pairs_nearer_than_the_limit_are_close():
+    assert len(pairs_of(two_tracks(0.99)).one) == 1
+    assert len(pairs_of(two_tracks(1.01)).one) == 0
+
+
+def test_a_picture_of_both_tells_them_apart_unless_it_is_an_old_one():
+    table = two_tracks(0.3, told=True)
+    assert pairs_of(table).told.tolist() == [True]
+    table.seen_by_ns[1, 0] -= SECOND_NS
+    assert pairs_of(table).told.tolist() == [False]
+    assert pairs_of(two_tracks(0.3)).told.tolist() == [False]
+
+
+def test_who_is_in_a_group_is_said():
+    table = two_tracks(0.3)
+    assert pairs_of(table).grouped.tolist() == [False]
+    table.group[1] = 3
+    assert pairs_of(table).grouped.tolist() == [True]
+
+
+@pytest.mark.parametrize(('distance', 'seconds'), [(0.0, 1.0), (0.5, 2.0), (0.75, 4.0)])
+def test_the_farther_apart_the_longer_it_takes(watched, distance, seconds):
+    taken = watched.ticks(200, distance=distance)
+    assert taken - 1 == pytest.approx(seconds / PERIOD_S, abs=1)
+    assert watched.found == [(0, 1)]
+
+
+def test_two_that_are_not_confirmed_are_one_four_times_as_soon(watched):
+    assert watched.ticks(200, confirmed=(False, False)) - 1 == pytest.approx(
+        0.25 / PERIOD_S, abs=1
+    )
+
+
+def test_who_is_confirmed_is_kept_else_the_first(watched):
+    watched.ticks(200, confirmed=(False, True))
+    assert watched.found == [(1, 0)]
+
+
+def test_a_picture_of_both_takes_away_five_ticks(watched):
+    watched.ticks(21)
+    watched.ticks(2, told=True)
+    assert watched.ticks(200) == pytest.approx(25 - 10, abs=1)
+
+
+def test_with_nothing_left_they_begin_anew(watched):
+    watched.ticks(21)
+    watched.ticks(4, told=True)
+    assert watched.ticks(200) == pytest.approx(26, abs=1)
+
+
+def test_two_that_a_camera_shows_are_never_found_while_it_does(watched):
+    watched.ticks(25)
+    watched.ticks(1, told=True)
+    assert watched.found == []
+
+
+def test_two_that_part_begin_anew(watched):
+    watched.ticks(21)
+    watched.ticks(1, distance=1.5)
+    assert watched.ticks(200) == pytest.approx(26, abs=1)
+
+
+def test_half_the_time_is_enough_where_one_would_end(watched):
+    watched.ticks(11)
+    watched.ticks(1, over=(True, False))
+    assert watched.found == []
+    watched.ticks(2)
+    watched.ticks(1, over=(True, False))
+    assert watched.found == [(0, 1)]
