@@ -81,6 +81,11 @@ class DuplicateWatch:
         self._seconds = seconds
         self._counted: dict[tuple[int, int], float] = {}
 
+    def doubtful(self, share: float) -> list[tuple[int, int]]:
+        """Return the ids of the pairs, two and two, of which so much of the time is counted."""
+        least = share * self._seconds
+        return [pair for pair, counted in self._counted.items() if counted >= least]
+
     def find(
         self, table: TrackTable, pairs: ClosePairs, gain: Floats, over: Mask
     ) -> list[tuple[int, int]]:

@@ -24,6 +24,8 @@ Indices = NDArray[np.int64]
 
 MOST_STARTS = 256
 """So many detections start tracks in one tick; whoever is still there has the next one."""
+BESIDE_M = 2.0
+"""What begins nearer than this to a confirmed track may be its target, m."""
 MOST_TOGETHER = 16
 """Where so many are within `crowd_distance` of it, no further track begins."""
 
@@ -87,9 +89,15 @@ def with_room(
     return fresh.select(np.flatnonzero(together < MOST_TOGETHER)[:room]), most > 0
 
 
-def doubt_parts(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> None:
-    """Ask more evidence of new tracks that begin beside a confirmed one: blobs fall apart."""
-    _, gap = nearest(fresh.mean, table.mean, table.confirmed)
+def note_beside(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> None:
+    """
+    Note beside which confirmed tracks the new ones begin.
+
+    More evidence is asked of those that begin very near: blobs fall apart.
+    """
+    row, gap = nearest(fresh.mean, table.mean, table.confirmed)
+    beside = gap < BESIDE_M
+    fresh.beside[beside] = table.track_id[row[beside]]
     fresh.evidence[gap < config.life.crowd_distance] -= config.life.crowd_evidence
 
 

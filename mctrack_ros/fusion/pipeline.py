@@ -10,7 +10,7 @@ from mctrack_ros.fusion.account import Account
 from mctrack_ros.fusion.camera_bias import CameraBias
 from mctrack_ros.fusion.duplicates import DuplicateWatch, absorb, alone, close_pairs
 from mctrack_ros.fusion.evidence import Evidence
-from mctrack_ros.fusion.initiation import doubt_parts, new_tracks, with_room
+from mctrack_ros.fusion.initiation import new_tracks, note_beside, with_room
 from mctrack_ros.fusion.kits import Kits
 from mctrack_ros.fusion.lineage import Lineage
 from mctrack_ros.fusion.looks import Looks
@@ -19,6 +19,7 @@ from mctrack_ros.fusion.motion import motion_of
 from mctrack_ros.fusion.neighbours import NearPairs, near_pairs
 from mctrack_ros.fusion.output import EventLog, FusionOutput, feedback_of, tracks_of
 from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.parting import DOUBT, go_on_as, parted
 from mctrack_ros.fusion.recognition import Recognition
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import MAX_CAMERAS, EventCode, Feedback, Tick
@@ -211,7 +212,7 @@ class FusionPipeline:
         fresh, is_beside = with_room(fresh, self._table, self._config)
         if is_beside:
             fresh.origin = self._lineage.origins(fresh, self._table, stamp_ns)
-            doubt_parts(fresh, self._table, self._config)
+        note_beside(fresh, self._table, self._config)
         self._table.append(fresh)
 
     def _rename(
@@ -239,15 +240,20 @@ class FusionPipeline:
     def _merge_duplicates(self, near: NearPairs, stamp_ns: int, events: EventLog) -> TrackTable:
         table = self._table
         pairs = self._duplicate_pairs(near, stamp_ns)
+        for keep, drop in pairs:
+            absorb(table, keep, drop)
+        if not pairs:
+            pairs = parted(table, self._duplicates.doubtful(DOUBT), stamp_ns)
+            for keep, drop in pairs:
+                go_on_as(table, keep, drop)
         if not pairs:
             return self._none
         dropped = np.zeros(len(table), bool)
         for keep, drop in pairs:
-            absorb(table, keep, drop)
-            self._recognition.forget(int(table.track_id[drop]))
+            old_id = int(table.track_id[drop])
+            self._recognition.forget(old_id)
             dropped[drop] = True
             if table.confirmed[drop]:
-                old_id = int(table.track_id[drop])
                 events.add(EventCode.CORRECTION, table, keep, old_id=old_id)
         joined = self._remove(dropped, events)
         self._recognition.note_joined(joined, stamp_ns)
