@@ -96,9 +96,12 @@ def note_beside(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> N
     More evidence is asked of those that begin very near: blobs fall apart.
     """
     row, gap = nearest(fresh.mean, table.mean, table.confirmed)
-    beside = gap < BESIDE_M
-    fresh.beside[beside] = table.track_id[row[beside]]
-    fresh.evidence[gap < config.life.crowd_distance] -= config.life.crowd_evidence
+    (beside,) = (gap < BESIDE_M).nonzero()
+    if len(beside):
+        fresh.beside[beside] = table.track_id[row[beside]]
+    (parts,) = (gap < config.life.crowd_distance).nonzero()
+    if len(parts):
+        fresh.evidence[parts] -= config.life.crowd_evidence
 
 
 @compiled(types.Tuple([types.i8[::1], types.i8])(COLUMN_2D, COLUMN_2D, types.f8))

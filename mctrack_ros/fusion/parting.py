@@ -36,8 +36,10 @@ def parted(
         The tick's stamp, ns.
 
     """
+    if not doubtful:
+        return []
     lately = table.confirmed & (table.beside > 0) & (stamp_ns - table.first_ns < LATELY_S * 1e9)
-    if not doubtful or not np.count_nonzero(lately):
+    if not np.count_nonzero(lately):
         return []
     rows = dict(zip(table.track_id.tolist(), range(len(table))))
     found: list[tuple[int, int]] = []
