@@ -114,8 +114,8 @@ def reason_of(
             f'by {limit:.2f} (people differ from themselves by 1).'
         ),
         Reason.ABSORBED: (
-            f'Track {other} is joined to it: they were near for long, and no picture told them '
-            'apart.'
+            f'Track {other} is joined to it: they were near and hardly told apart by pictures, or '
+            f'it seemed one with a third while {other} began beside them.'
         ),
         Reason.SILENT: (
             f'It ends: nothing has supported it for {value:.2f} s, the limit is {limit:.2f} s.'
@@ -125,7 +125,8 @@ def reason_of(
             'see it do not.'
         ),
         Reason.JOINED: (
-            f'It ends: it followed the same target as track {other}; no picture told them apart.'
+            f'It ends: it followed the same target as track {other}, or the one that {other} had '
+            'lost.'
         ),
         Reason.RESET: 'It ends: time stepped back, all begins anew.',
     }[Reason(decisions.reason[row])]
