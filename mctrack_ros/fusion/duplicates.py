@@ -36,8 +36,8 @@ class ClosePairs(NamedTuple):
     ----------
     one, other : (k,) int64 arrays
         Rows of the table.
-    distance : (k,) array
-        m.
+    gain : (k,) array
+        By how much the tick brings them nearer to being one target, s.
     told : (k,) bool array
         Whether a picture of the tick shows both.
     grouped : (k,) bool array
@@ -47,7 +47,7 @@ class ClosePairs(NamedTuple):
 
     one: Indices
     other: Indices
-    distance: Floats
+    gain: Floats
     told: Mask
     grouped: Mask
 
@@ -55,15 +55,25 @@ class ClosePairs(NamedTuple):
         """Return the pairs of a (k,) mask."""
         return ClosePairs._make(column[wanted] for column in self)
 
-    def counting(self, table: TrackTable, seconds: float, distance: float) -> Floats:
-        """
-        Return by how much, (k,) s, a tick brings each pair nearer to being one target.
 
-        Nearer ones by more, none at a distance, m; less than nothing if a picture shows both.
-        """
-        tentative = ~(table.confirmed[self.one] | table.confirmed[self.other])
-        gain = (1.0 - self.distance / distance) * np.where(tentative, TENTATIVE_GAIN, 1.0)
-        return np.asarray(seconds * np.where(self.told, -TOLD_LOSS, gain))
+class Doubt(NamedTuple):
+    """
+    Whether two tracks are two.
+
+    Attributes
+    ----------
+    seconds : float
+        What has come together of the time after which they are one, s.
+    began_ns : int
+        Stamp of the tick since which they are in doubt, ns.
+    told : bool
+        Whether a picture of the last tick shows both.
+
+    """
+
+    seconds: float
+    began_ns: int
+    told: bool
 
 
 class DuplicateWatch:
@@ -79,68 +89,101 @@ class DuplicateWatch:
 
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds
-        self._counted: dict[tuple[int, int], float] = {}
+        self._doubts: dict[tuple[int, int], Doubt] = {}
 
-    def doubtful(self, share: float) -> list[tuple[int, int]]:
-        """Return the ids of the pairs, two and two, of which so much of the time is counted."""
+    def clear(self) -> None:
+        """Forget all pairs: none are near."""
+        self._doubts.clear()
+
+    def forget(self, track_id: int) -> None:
+        """Forget the pairs of one who is elsewhere."""
+        for pair in [pair for pair in self._doubts if track_id in pair]:
+            del self._doubts[pair]
+
+    def doubts(self, share: float) -> dict[tuple[int, int], Doubt]:
+        """Return those of which so much of the time has come together, by ids; none told apart."""
         least = share * self._seconds
-        return [pair for pair, counted in self._counted.items() if counted >= least]
+        return {
+            pair: doubt
+            for pair, doubt in self._doubts.items()
+            if doubt.seconds >= least and not doubt.told
+        }
 
     def find(
-        self, table: TrackTable, pairs: ClosePairs, gain: Floats, over: Mask
+        self, table: TrackTable, pairs: ClosePairs, over: Mask, stamp_ns: int
     ) -> list[tuple[int, int]]:
         """
-        Add gains (k,), s; return which pairs of rows are one target by now: (kept, dropped).
+        Add a tick; return which pairs of rows are one target by now: (kept, dropped).
 
         Of the tracks, (n,) are over.
         """
-        before, self._counted = self._counted, {}
+        before, self._doubts = self._doubts, {}
         chosen: list[tuple[int, int]] = []
         used: set[int] = set()
         one, other = pairs.one, pairs.other
         names = zip(table.track_id[one].tolist(), table.track_id[other].tolist())
-        rows = zip(one.tolist(), other.tolist())
-        for pair, (first, second), added in zip(names, rows, gain.tolist()):
-            counted = before[pair] + added if pair in before else 0.0
-            if added < 0.0 and counted <= 0.0:
+        columns = one.tolist(), other.tolist(), pairs.gain.tolist(), pairs.told.tolist()
+        for pair, first, second, gain, told in zip(names, *columns):
+            seconds, began_ns = 0.0, stamp_ns
+            if pair in before:
+                seconds, began_ns = before[pair].seconds + gain, before[pair].began_ns
+            if told and seconds <= 0.0:
                 continue  # nothing is left: they begin anew
-            self._counted[pair] = counted
+            self._doubts[pair] = Doubt(seconds, began_ns, told)
             limit = self._seconds * (ENDING if over[first] or over[second] else 1.0)
-            if counted >= limit and added >= 0.0 and not used & {first, second}:
+            if seconds >= limit and not told and not used & {first, second}:
                 used |= {first, second}
                 newer_is_better = table.confirmed[second] and not table.confirmed[first]
                 chosen.append((second, first) if newer_is_better else (first, second))
         return chosen
 
 
-def close_pairs(table: TrackTable, one: Indices, other: Indices, distance: float) -> ClosePairs:
-    """Return those pairs of rows (k,), (k,) that are nearer than a distance, m."""
-    return ClosePairs(*_close(table.fixed, table.seen_by_ns, one, other, distance))
+def close_pairs(
+    table: TrackTable, one: Indices, other: Indices, distance: float, seconds: float
+) -> ClosePairs:
+    """
+    Return those pairs of rows (k,), (k,) that are nearer than a distance, m.
+
+    A tick of so many seconds counts for all of them in one place, for none at that distance.
+    """
+    return ClosePairs(*_close(table.fixed, table.seen_by_ns, one, other, distance, seconds))
 
 
 @compiled(
     types.Tuple([types.i8[::1], types.i8[::1], types.f8[::1], types.b1[::1], types.b1[::1]])(
-        TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, INTS_1D, types.f8
+        TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, INTS_1D, types.f8, types.f8
     )
 )
 def _close(
-    tracks: Any, seen_by_ns: NDArray[np.int64], one: Indices, other: Indices, distance: float
+    tracks: Any,
+    seen_by_ns: NDArray[np.int64],
+    one: Indices,
+    other: Indices,
+    distance: float,
+    seconds: float,
 ) -> tuple[Indices, Indices, Floats, Mask, Mask]:
     """Return the columns of `ClosePairs`."""
     mean, cameras, group = tracks['mean'], tracks['cameras'], tracks['group']
-    apart = np.empty(len(one))
+    confirmed, gain = tracks['confirmed'], np.empty(len(one))
     told, close = np.zeros(len(one), np.bool_), np.empty(len(one), np.bool_)
     for pair in range(len(one)):
         first, second = one[pair], other[pair]
-        apart[pair] = np.hypot(mean[second, 0] - mean[first, 0], mean[second, 1] - mean[first, 1])
         close[pair] = is_near(mean, first, second, distance)
-        for camera in range(seen_by_ns.shape[1] if close[pair] else 0):
+        if not close[pair]:
+            continue
+        for camera in range(seen_by_ns.shape[1]):
             both = (cameras[first] & cameras[second]) >> camera & 1
             if both and seen_by_ns[first, camera] == seen_by_ns[second, camera]:
                 told[pair] = True
+        apart = np.hypot(mean[second, 0] - mean[first, 0], mean[second, 1] - mean[first, 1])
+        gain[pair] = seconds * (1.0 - apart / distance)
+        if told[pair]:
+            gain[pair] = -TOLD_LOSS * seconds
+        elif not (confirmed[first] or confirmed[second]):
+            gain[pair] *= TENTATIVE_GAIN
     left = np.flatnonzero(close)
     first, second = one[left], other[left]
-    return first, second, apart[left], told[left], (group[first] | group[second]) != 0
+    return first, second, gain[left], told[left], (group[first] | group[second]) != 0
 
 
 @inner

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from mctrack_ros.fusion.duplicates import Doubt
 from mctrack_ros.fusion.table import TrackTable
 
 LATELY_S = 2.0
 """A track that began longer ago than this is nobody's who was there, s."""
+SOON_S = 0.6
+"""Two who come into doubt later than this after it began were two when it did, s."""
 DOUBT = 0.1
 """Of the time after which two are one target so much raises the doubt that they are two."""
 KEPT = ('track_id', 'first_ns', 'origin')
 """What stays of a track that goes on as another."""
+NAMING = ('group', 'origin', 'beside')
+"""Columns that name other tracks."""
 
 
 def parted(
-    table: TrackTable, doubtful: Sequence[tuple[int, int]], stamp_ns: int
+    table: TrackTable,
+    doubts: Mapping[tuple[int, int], Doubt],
+    busy: Iterable[int],
+    stamp_ns: int,
 ) -> list[tuple[int, int]]:
     """
     Return rows of tracks, and of the new ones whose targets they are: (kept, dropped).
@@ -30,36 +39,51 @@ def parted(
     ----------
     table : TrackTable
         All tracks.
-    doubtful : sequence of (int, int)
-        Ids of tracks, two and two, that have hardly been told apart for a moment at least.
+    doubts : mapping of (int, int) to Doubt
+        Tracks, by their ids, that have hardly been told apart for a moment at least.
+    busy : iterable of int
+        Rows that other things happen to.
     stamp_ns : int
         The tick's stamp, ns.
 
     """
-    if not doubtful:
+    if not doubts:
         return []
-    lately = table.confirmed & (table.beside > 0) & (stamp_ns - table.first_ns < LATELY_S * 1e9)
+    age_s = (stamp_ns - table.first_ns) / 1e9
+    lately = table.confirmed & (table.beside > 0) & (age_s < LATELY_S)
     if not np.count_nonzero(lately):
         return []
-    rows = dict(zip(table.track_id.tolist(), range(len(table))))
+    sure = table.confirmed.nonzero()[0]
+    rows = dict(zip(table.track_id[sure].tolist(), sure.tolist()))
+    pairs: dict[int, list[tuple[int, int, int]]] = defaultdict(list)
+    for (one, other), doubt in doubts.items():
+        if one in rows and other in rows:
+            pairs[one].append((one, other, doubt.began_ns))
+            pairs[other].append((other, one, doubt.began_ns))
     found: list[tuple[int, int]] = []
-    used: set[int] = set()
+    used = set(busy)
     for row in np.flatnonzero(lately).tolist():
-        name, own = int(table.beside[row]), int(table.track_id[row])
-        for pair in doubtful:
-            if name not in pair or own in pair or not rows.keys() >= set(pair):
-                continue
-            known = {rows[pair[0]], rows[pair[1]]}
-            if table.confirmed[list(known)].all() and not used & {row, *known}:
-                used |= {row, *known}
+        own, latest_ns = int(table.track_id[row]), int(table.first_ns[row]) + round(SOON_S * 1e9)
+        for name, other, began_ns in pairs.get(int(table.beside[row]), ()):
+            concerned = {row, rows[name], rows[other]}
+            if other != own and began_ns <= latest_ns and not used & concerned:
+                used |= concerned
                 found.append((rows[name], row))
     return found
 
 
 def go_on_as(table: TrackTable, kept: int, dropped: int) -> None:
     """Let a track be where another one is, which is his from now on but for the name."""
-    own = {name: getattr(table, name)[kept] for name in KEPT}
+    stays = [*KEPT]
+    if not table.template[dropped].any():
+        stays.append('template')
+    if np.isnan(table.extent[dropped]).any():
+        stays.append('extent')
+    own = {name: getattr(table, name)[kept].copy() for name in stays}
     table.records[kept] = table.records[dropped]
     for name, value in own.items():
         getattr(table, name)[kept] = value
+    for name in NAMING:
+        names = getattr(table, name)
+        names[names == table.track_id[dropped]] = table.track_id[kept]
     table.beside[kept], table.previous_id[kept] = 0, table.track_id[dropped]

@@ -238,40 +238,46 @@ class FusionPipeline:
             events.add(EventCode.SPLIT, table, row, old_id=int(table.origin[row]))
 
     def _merge_duplicates(self, near: NearPairs, stamp_ns: int, events: EventLog) -> TrackTable:
-        table = self._table
-        pairs = self._duplicate_pairs(near, stamp_ns)
-        for keep, drop in pairs:
+        """Join two tracks of one target, let who has parted go on as another; return who end."""
+        table, recognition = self._table, self._recognition
+        joined = self._duplicate_pairs(near, stamp_ns)
+        for keep, drop in joined:
             absorb(table, keep, drop)
-        if not pairs:
-            pairs = parted(table, self._duplicates.doubtful(DOUBT), stamp_ns)
-            for keep, drop in pairs:
-                go_on_as(table, keep, drop)
-        if not pairs:
+            recognition.forget(int(table.track_id[drop]))
+        busy = {row for pair in joined for row in pair}
+        gone_on = parted(table, self._duplicates.doubts(DOUBT), busy, stamp_ns)
+        for keep, drop in gone_on:
+            go_on_as(table, keep, drop)
+            recognition.pass_on(int(table.track_id[drop]), int(table.track_id[keep]))
+            self._duplicates.forget(int(table.track_id[keep]))
+        if not (joined or gone_on):
             return self._none
         dropped = np.zeros(len(table), bool)
-        for keep, drop in pairs:
-            old_id = int(table.track_id[drop])
-            self._recognition.forget(old_id)
+        for keep, drop in joined + gone_on:
             dropped[drop] = True
             if table.confirmed[drop]:
+                old_id = int(table.track_id[drop])
                 events.add(EventCode.CORRECTION, table, keep, old_id=old_id)
-        joined = self._remove(dropped, events)
-        self._recognition.note_joined(joined, stamp_ns)
-        return joined
+        duplicates = table.track_id[[drop for _, drop in joined]]
+        ended = self._remove(dropped, events)
+        recognition.note_joined(ended.select(np.isin(ended.track_id, duplicates)), stamp_ns)
+        return ended
 
     def _duplicate_pairs(self, near: NearPairs, stamp_ns: int) -> list[tuple[int, int]]:
         """Return pairs of rows (kept, dropped) that are one; two who are known only if alone."""
-        table, limit = self._table, self._config.life.merge_distance
-        fresh = twins = close_pairs(table, *near, limit)
-        if len(fresh.one):
-            known = self._recognition.knows(table.track_id[fresh.one], table.track_id[fresh.other])
-            twins = alone(table, fresh.select(known & ~fresh.told), stamp_ns)
-            fresh = fresh.select(~(known | fresh.grouped))
+        table, seconds = self._table, self._seconds
+        close = close_pairs(table, *near, self._config.life.merge_distance, seconds)
+        if not len(close.one):
+            self._duplicates.clear()
+            self._twins.clear()
+            return []
+        known = self._recognition.knows(table.track_id[close.one], table.track_id[close.other])
+        fresh = close.select(~(known | close.grouped))
         over = lifecycle.is_over(table, stamp_ns, self._config)
-        gain = fresh.counting(table, self._seconds, limit)
-        pairs = self._duplicates.find(table, fresh, gain, over)
-        same = np.full(len(twins.one), self._seconds)
-        return pairs + self._twins.find(table, twins, same, np.zeros(len(table), bool))
+        pairs = self._duplicates.find(table, fresh, over, stamp_ns)
+        twins = alone(table, close.select(known & ~close.told), stamp_ns)
+        twins = twins._replace(gain=np.full(len(twins.one), seconds))
+        return pairs + self._twins.find(table, twins, np.zeros(len(table), bool), stamp_ns)
 
     def _delete(self, stamp_ns: int, events: EventLog) -> TrackTable:
         lost = self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)

@@ -97,6 +97,11 @@ class Recognition:
         self.portraits.forget(name)
         self._suspects.erase([name])
 
+    def pass_on(self, name: int, to: int) -> None:
+        """Forget one who is another from now on, who may be whoever that one may be."""
+        self._suspects.meet(name, to)
+        self.forget(name)
+
     def knows(self, one: NDArray[np.uint32], other: NDArray[np.uint32]) -> Mask:
         """Tell which pairs, (k,), have each been seen alone: hardly one and the same."""
         known, pairs = self.portraits, zip(one.tolist(), other.tolist())

@@ -21,7 +21,7 @@ def two_tracks(distance=0.0, confirmed=(True, True), told=False):
 
 
 def pairs_of(table):
-    return close_pairs(table, *near_pairs(table.mean, 2 * LIMIT_M), LIMIT_M)
+    return close_pairs(table, *near_pairs(table.mean, 2 * LIMIT_M), LIMIT_M, PERIOD_S)
 
 
 class Watched:
@@ -34,9 +34,7 @@ class Watched:
         """Add ticks until the two are one; return how many it took."""
         table = two_tracks(**how)
         for index in range(count):
-            pairs = pairs_of(table)
-            gain = pairs.counting(table, PERIOD_S, LIMIT_M)
-            self.found = self.watch.find(table, pairs, gain, np.array(over))
+            self.found = self.watch.find(table, pairs_of(table), np.array(over), SECOND_NS)
             if self.found:
                 return index + 1
         return count
@@ -93,13 +91,13 @@ def test_a_picture_of_both_takes_away_five_ticks(watched):
 
 def test_with_nothing_left_they_begin_anew(watched):
     watched.ticks(21)
-    watched.ticks(4, told=True)
+    watched.ticks(10, told=True)
     assert watched.ticks(200) == pytest.approx(26, abs=1)
 
 
 def test_two_that_a_camera_shows_are_never_found_while_it_does(watched):
     watched.ticks(25)
-    watched.ticks(1, told=True)
+    watched.ticks(1, told=True, over=(True, False))
     assert watched.found == []
 
 
@@ -116,3 +114,27 @@ def test_half_the_time_is_enough_where_one_would_end(watched):
     watched.ticks(2)
     watched.ticks(1, over=(True, False))
     assert watched.found == [(0, 1)]
+
+
+def test_of_three_in_one_place_two_become_one_at_a_time():
+    table = two_tracks()
+    table.append(table.select(np.array([1])))
+    table.track_id[2] = 9
+    watch, over = DuplicateWatch(LIMIT_S), np.zeros(3, bool)
+    found = [watch.find(table, pairs_of(table), over, SECOND_NS) for _ in range(40)]
+    assert next(pairs for pairs in found if pairs) == [(0, 1)]
+
+
+def test_who_has_been_near_another_for_a_while_is_in_doubt(watched):
+    watched.ticks(6)
+    assert watched.watch.doubts(0.19).keys() == {(7, 8)}
+    assert not watched.watch.doubts(0.21)
+    watched.ticks(20)
+    watched.ticks(1, told=True)
+    assert not watched.watch.doubts(0.19)
+
+
+def test_who_is_elsewhere_is_in_doubt_no_more(watched):
+    watched.ticks(20)
+    watched.watch.forget(8)
+    assert not watched.watch.doubts(0.0)
