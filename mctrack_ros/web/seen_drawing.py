@@ -58,7 +58,7 @@ def _outlines(region: shapely.Geometry) -> list[Floats]:
     rings = [
         ring
         for polygon in shapely.get_parts(region)
-        if isinstance(polygon, shapely.Polygon)
+        if isinstance(polygon, shapely.Polygon) and not polygon.is_empty
         for ring in (polygon.exterior, *polygon.interiors)
     ]
     return [shapely.get_coordinates(shapely.segmentize(ring, _STEP_M)) for ring in rings]

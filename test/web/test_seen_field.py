@@ -99,6 +99,13 @@ def test_the_picture_shows_the_fields_the_blind_ground_and_the_reach(fields):
     assert max(shapely.distance(ring, shapely.points(ground))) < 0.05
 
 
+def test_blind_ground_elsewhere_is_not_in_the_picture(fields):
+    draw(fields)
+    blind = (shapely.box(900, 900, 901, 901),)
+    fields.coverage = dataclasses.replace(fields.coverage, blind=blind)
+    assert 'blind' not in {line.kind for line in seen_drawing(fields).lines}
+
+
 def test_corners_behind_the_camera_are_left_out_of_its_picture(fields):
     for corner in [(-60.0, -80.0), (20.0, 20.0), (20.0, 40.0)]:
         fields.add(*corner)
