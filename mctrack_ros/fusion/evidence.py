@@ -48,7 +48,8 @@ class Evidence:
         Add one tick's evidence to the log-odds, and confirm.
 
         Misses speak only against what one camera alone sees: what two see is real, and what none
-        sees is left to the time it may coast. What a camera sees in a group it does not miss.
+        sees may be hidden, so that it coasts; what speaks for its having gone is counted apart.
+        What a camera sees in a group it does not miss.
         Where a camera sees bare ground ("negative information", Koch 2004) that speaks against
         every track whose place is well known, the more, the surer it sees who stands there.
         Until it is confirmed a track is judged by a cumulative sum (Page 1954, "Continuous
@@ -122,6 +123,8 @@ def _weighed(
     hidden_ns: NDArray[np.int64],
     confirmed: Mask,
     evidence: Floats,
+    missed: Floats,
+    kept_ns: NDArray[np.int64],
     present: Mask,
     begin_ns: int,
     vacant: Mask,
@@ -148,7 +151,7 @@ def _weighed(
     newly = np.zeros(len(cameras), np.bool_)
     seen, told = np.zeros(hidden_ns.shape, np.bool_), np.zeros(hidden_ns.shape, np.bool_)
     for track in range(len(cameras)):
-        count, gain = 0, 0.0
+        count, gain, loss = 0, 0.0, 0.0
         for camera in range(len(present)):
             if cameras[track] >> camera & 1:
                 seen[track, camera] = True
@@ -164,6 +167,9 @@ def _weighed(
                 gain += vacancy_weight * np.log1p(-probability[track, camera])
             elif watched and count == 1:
                 gain += weight * np.log1p(-probability[track, camera])
+            elif watched and count == 0:
+                loss -= np.log1p(-probability[track, camera])
+        missed[track] = 0.0 if kept_ns[track] > begin_ns else missed[track] + look * loss
         lowest = -most if confirmed[track] else min(evidence[track], least)
         evidence[track] = min(max(evidence[track] + look * gain, lowest), most)
         newly[track] = not confirmed[track] and evidence[track] >= enough
@@ -197,6 +203,8 @@ def _counted(
         hidden_ns,
         confirmed,
         tracks['evidence'],
+        tracks['missed'],
+        tracks['kept_ns'],
         present,
         begin_ns,
         vacant,

@@ -8,7 +8,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import COLUMN_STAMPS, compiled
+from mctrack_ros.compiled import compiled
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
@@ -43,18 +43,15 @@ def _is_over(tracks: Any, stamp_ns: int, tentative_s: float, confirmed_s: float)
     return over
 
 
-def is_published(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
-    """Return the mask of the tracks that are told to others, not only remembered."""
+def is_expected(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
+    """Return the mask of the tracks whose target may be seen any moment: cameras are told."""
     limit = max(config.life.report_time, 1.5 * config.batching.period)
-    return _is_supported(table.kept_ns, stamp_ns, limit)
+    return silence(table, stamp_ns) <= limit
 
 
-@compiled(types.b1[::1](COLUMN_STAMPS, types.i8, types.f8))
-def _is_supported(kept_ns: Indices, stamp_ns: int, limit_s: float) -> Mask:
-    supported = np.empty(len(kept_ns), np.bool_)
-    for row in range(len(kept_ns)):
-        supported[row] = (stamp_ns - kept_ns[row]) / 1e9 <= limit_s
-    return supported
+def is_published(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
+    """Return the mask of those that are told to others: what has most probably gone is not."""
+    return is_expected(table, stamp_ns, config) & (table.missed < config.life.gone_evidence)
 
 
 def leave_groups(table: TrackTable, stamp_ns: int) -> None:

@@ -205,6 +205,13 @@ class LifeConfig:
     report_time: float = parameter(
         0.5, 'A track without support is published for so long [s]', minimum=0.0, maximum=100.0
     )
+    gone_evidence: float = parameter(
+        5.0,
+        'What no camera sees, where they usually do see who is there, is published no longer from '
+        'these log-odds on that it has gone',
+        minimum=0.0,
+        maximum=1000.0,
+    )
     coast_time: float = parameter(
         1.0, 'A track without support is kept for so long [s]', minimum=0.0, maximum=1000.0
     )

@@ -109,8 +109,8 @@ class FusionPipeline:
         """Return what the cameras are told after the last tick: a prediction of every target."""
         if self._stamp_ns is None:
             return Feedback.build(0)
-        is_published = lifecycle.is_published(self._table, self._stamp_ns, self._config)
-        told = self._table.select(self._table.confirmed & is_published)
+        is_expected = lifecycle.is_expected(self._table, self._stamp_ns, self._config)
+        told = self._table.select(self._table.confirmed & is_expected)
         return feedback_of(told, self._evidence.entering(told), self._stamp_ns)
 
     def _observe(self, tick: Tick, events: EventLog) -> tuple[Looks, TrackTable]:

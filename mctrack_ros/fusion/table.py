@@ -85,6 +85,8 @@ class TrackTable:
         What each camera called it then; 0: nothing.
     evidence : (n,) array
         Log-odds of being a target.
+    missed : (n,) array
+        Log-odds of having gone, as no camera has seen it since `kept_ns`.
     confirmed : (n,) bool array
     extent : (n, 2) float32 array
         Width and height, m; NaN: not told yet.
@@ -125,6 +127,7 @@ class TrackTable:
     confirmed = Column(np.bool_)
     in_contact = Column(np.bool_)
     evidence = Column(np.float64)
+    missed = Column(np.float64)
     first_ns = Column(np.int64)
     seen_ns = Column(np.int64)
     kept_ns = Column(np.int64)

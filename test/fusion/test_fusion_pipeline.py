@@ -95,6 +95,30 @@ def test_short_loss_keeps_the_id_and_a_long_one_ends_it_once():
     assert not published(again[-1]).keys() & published(before[-1]).keys()
 
 
+def well_seen(index):
+    """What three cameras see of one who stands there for ten seconds and goes."""
+    return {name: [[0, 0]] if index < 250 else [] for name in ('one', 'two', 'three')}
+
+
+def test_whom_cameras_that_saw_him_well_see_no_longer_is_soon_published_no_longer():
+    pipeline = FusionPipeline(FusionConfig(), tuple(well_seen(0)))
+    (name,) = published(run(well_seen, 250, pipeline)[-1])
+    gone = [name in published(output) for output in run(well_seen, 10, pipeline, 250)]
+    assert gone == sorted(gone, reverse=True)
+    assert 2 <= sum(gone) <= 4
+    assert pipeline.feedback().track_id.tolist() == [name]
+    again = run(lambda index: well_seen(0), 1, pipeline, 260)
+    assert list(published(again[-1])) == [name]
+
+
+def test_whom_no_camera_could_have_seen_is_published_for_a_while():
+    pipeline = FusionPipeline(FusionConfig(), tuple(well_seen(0)))
+    run(well_seen, 250, pipeline)
+    silent = run(lambda index: {}, 14, pipeline, 250)
+    told = int(LifeConfig().report_time * 1e9 / PERIOD_NS)
+    assert [len(published(output)) for output in silent] == [1] * told + [0] * (14 - told)
+
+
 def test_who_comes_back_where_he_was_soon_after_his_track_ended_is_himself():
     pipeline = FusionPipeline(FusionConfig(), CAMERAS)
     before = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 25, pipeline)
