@@ -76,6 +76,8 @@ def test_pets_six_views_are_tracked(data_root):
     figures = reproduce_pets_multiview(data_root).figures
     assert figures['pets.multiview.moda'] >= 0.86
     assert figures['pets.multiview.all_frames.moda'] >= 0.88
+    assert figures['pets.multiview.by_passage.moda'] == figures['pets.multiview.moda']
+    assert figures['pets.multiview.by_passage.idf1'] >= figures['pets.multiview.idf1'] + 0.03
 
 
 @pytest.mark.real_data
