@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,9 @@ ANNOUNCED_S = 1.0
 
 IN_VIEW = 0.5
 """Where a camera sees people more probably, it has a view."""
+
+NOBODY_ELSE = -math.log1p(-IN_VIEW)
+"""If their misses say less, hardly any other camera has a view [log-odds]."""
 
 
 class Evidence:
@@ -48,7 +52,8 @@ class Evidence:
         Add one tick's evidence to the log-odds, and confirm.
 
         Misses speak only against what one camera alone sees: what two see is real, and what none
-        sees may be hidden, so that it coasts; what speaks for its having gone is counted apart.
+        sees may be hidden, so that it coasts; what speaks for its having gone is counted apart,
+        and forgotten when two see it again, or one where hardly any other can.
         What a camera sees in a group it does not miss.
         Where a camera sees bare ground ("negative information", Koch 2004) that speaks against
         every track whose place is well known, the more, the surer it sees who stands there.
@@ -165,11 +170,16 @@ def _weighed(
                 gain += hit
             elif vacant[track, camera]:
                 gain += vacancy_weight * np.log1p(-probability[track, camera])
-            elif watched and count == 1:
-                gain += weight * np.log1p(-probability[track, camera])
-            elif watched and count == 0:
-                loss -= np.log1p(-probability[track, camera])
-        missed[track] = 0.0 if kept_ns[track] > begin_ns else missed[track] + look * loss
+            elif watched and count < 2:
+                miss = np.log1p(-probability[track, camera])
+                gain += weight * miss if count else 0.0
+                loss -= miss
+        if count > 1 or (count and loss < NOBODY_ELSE):
+            missed[track] = 0.0
+        elif kept_ns[track] > begin_ns:  # by one of many cameras, or a group: he may not be back
+            missed[track] = max(missed[track] - look * hit, 0.0)
+        else:
+            missed[track] += look * loss
         lowest = -most if confirmed[track] else min(evidence[track], least)
         evidence[track] = min(max(evidence[track] + look * gain, lowest), most)
         newly[track] = not confirmed[track] and evidence[track] >= enough

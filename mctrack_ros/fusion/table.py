@@ -86,7 +86,7 @@ class TrackTable:
     evidence : (n,) array
         Log-odds of being a target.
     missed : (n,) array
-        Log-odds of having gone, as no camera has seen it since `kept_ns`.
+        Log-odds of having gone, as no camera has seen it, though they could have.
     confirmed : (n,) bool array
     extent : (n, 2) float32 array
         Width and height, m; NaN: not told yet.

@@ -107,8 +107,19 @@ def test_whom_cameras_that_saw_him_well_see_no_longer_is_soon_published_no_longe
     assert gone == sorted(gone, reverse=True)
     assert 2 <= sum(gone) <= 4
     assert pipeline.feedback().track_id.tolist() == [name]
-    again = run(lambda index: well_seen(0), 1, pipeline, 260)
+    once = run(lambda index: well_seen(250) | {'one': [[0, 0]]}, 1, pipeline, 260)
+    assert not published(once[-1])
+    again = run(
+        lambda index: well_seen(250) | {'one': [[0, 0]], 'two': [[0, 0]]}, 1, pipeline, 261
+    )
     assert list(published(again[-1])) == [name]
+
+
+def test_whom_the_only_camera_sees_again_is_published_at_once():
+    pipeline = FusionPipeline(FusionConfig(), ('one',))
+    (name,) = published(run(lambda index: {'one': [[0, 0]]}, 250, pipeline)[-1])
+    assert not published(run(lambda index: {'one': []}, 15, pipeline, 250)[-1])
+    assert list(published(run(lambda index: {'one': [[0, 0]]}, 1, pipeline, 265)[-1])) == [name]
 
 
 def test_whom_no_camera_could_have_seen_is_published_for_a_while():
