@@ -136,7 +136,7 @@ def reproduce_pets_multiview(data: Path) -> Figures:
         'truth of confidence 0 is ignored',
         'by_passage': 'the same tracks; whose is outside this area for more than '
         f'{AWAY_FRAMES} frames has a new id when it is back, as the truth of view 1 has it: the '
-        'woman in red who leaves as its person 10 comes back as 6, and other views see her between',
+        'woman in red who leaves as its person 10 comes back as 6; other views see her meanwhile',
         'settings': dict(PETS_SETTINGS),
         'tuning': 'on frames 1-397 only',
     }
