@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.fusion.duplicates import DuplicateWatch, close_pairs
+from mctrack_ros.fusion.duplicates import DuplicateWatch, absorb, close_pairs
 from mctrack_ros.fusion.neighbours import near_pairs
 from mctrack_ros.fusion.table import TrackTable
 
@@ -138,3 +138,10 @@ def test_who_is_elsewhere_is_in_doubt_no_more(watched):
     watched.ticks(20)
     watched.watch.forget(8)
     assert not watched.watch.doubts(0.0)
+
+
+def test_who_is_one_with_somebody_seen_has_not_gone():
+    table = two_tracks()
+    table.missed = [9.0, 0.5]
+    absorb(table, 0, 1)
+    assert table.missed[0] == 0.5
