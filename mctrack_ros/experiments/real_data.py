@@ -189,7 +189,7 @@ def _by_passage(tracks: Trajectories, away: int) -> Trajectories:
     order = np.lexsort((tracks.frame, tracks.id))
     is_new = np.ones(len(order), np.bool_)
     is_new[1:] = np.diff(tracks.id[order]) != 0
-    is_new[1:] |= np.diff(tracks.frame[order]) > away
+    is_new[1:] |= np.diff(tracks.frame[order]) > away + 1
     passage = np.empty(len(order), np.int64)
     passage[order] = is_new.cumsum()
     return replace(tracks, id=passage)

@@ -53,7 +53,8 @@ class Evidence:
 
         Misses speak only against what one camera alone sees: what two see is real, and what none
         sees may be hidden, so that it coasts; what speaks for its having gone is counted apart,
-        and forgotten when two see it again, or one where hardly any other can.
+        from `look_time` after it was seen last on, and forgotten when two see it again, or one
+        where hardly any other can.
         What a camera sees in a group it does not miss.
         Where a camera sees bare ground ("negative information", Koch 2004) that speaks against
         every track whose place is well known, the more, the surer it sees who stands there.
@@ -132,6 +133,7 @@ def _weighed(
     kept_ns: NDArray[np.int64],
     present: Mask,
     begin_ns: int,
+    grace_ns: float,
     vacant: Mask,
     probability: Floats,
     look: float,
@@ -178,8 +180,8 @@ def _weighed(
             missed[track] = 0.0
         elif kept_ns[track] > begin_ns:  # by one of many cameras, or a group: he may not be back
             missed[track] = max(missed[track] - look * hit, 0.0)
-        else:
-            missed[track] += look * loss
+        elif begin_ns - kept_ns[track] >= grace_ns:  # a slower camera may still see him
+            missed[track] = min(missed[track] + look * loss, most)
         lowest = -most if confirmed[track] else min(evidence[track], least)
         evidence[track] = min(max(evidence[track] + look * gain, lowest), most)
         newly[track] = not confirmed[track] and evidence[track] >= enough
@@ -217,6 +219,7 @@ def _counted(
         tracks['kept_ns'],
         present,
         begin_ns,
+        (look_time - seconds) * 1e9,
         vacant,
         probabilities(mean, is_judged, seen, watched, cell, prior),
         min(seconds / look_time, 1.0),

@@ -105,7 +105,7 @@ def test_whom_cameras_that_saw_him_well_see_no_longer_is_soon_published_no_longe
     (name,) = published(run(well_seen, 250, pipeline)[-1])
     gone = [name in published(output) for output in run(well_seen, 10, pipeline, 250)]
     assert gone == sorted(gone, reverse=True)
-    assert 2 <= sum(gone) <= 4
+    assert 7 <= sum(gone) <= 9
     assert pipeline.feedback().track_id.tolist() == [name]
     once = run(lambda index: well_seen(250) | {'one': [[0, 0]]}, 1, pipeline, 260)
     assert not published(once[-1])
@@ -116,10 +116,19 @@ def test_whom_cameras_that_saw_him_well_see_no_longer_is_soon_published_no_longe
 
 
 def test_whom_the_only_camera_sees_again_is_published_at_once():
-    pipeline = FusionPipeline(FusionConfig(), ('one',))
+    pipeline = FusionPipeline(FusionConfig(life=LifeConfig(report_time=3, coast_time=3)), ('one',))
     (name,) = published(run(lambda index: {'one': [[0, 0]]}, 250, pipeline)[-1])
-    assert not published(run(lambda index: {'one': []}, 15, pipeline, 250)[-1])
-    assert list(published(run(lambda index: {'one': [[0, 0]]}, 1, pipeline, 265)[-1])) == [name]
+    assert not published(run(lambda index: {'one': []}, 50, pipeline, 250)[-1])
+    assert list(published(run(lambda index: {'one': [[0, 0]]}, 1, pipeline, 300)[-1])) == [name]
+
+
+def test_whom_a_slow_camera_sees_stays_published_though_a_fast_one_does_not():
+    pipeline = FusionPipeline(FusionConfig(), ('fast', 'slow'))
+    run(lambda index: {'fast': [[0, 0]], 'slow': [[0, 0]]}, 250, pipeline)
+    slow = run(
+        lambda index: {'fast': []} | ({} if index % 5 else {'slow': [[0, 0]]}), 250, pipeline, 250
+    )
+    assert all(published(output) for output in slow)
 
 
 def test_whom_no_camera_could_have_seen_is_published_for_a_while():
