@@ -123,7 +123,7 @@ def reproduce_pets_multiview(data: Path) -> Figures:
     tracks = tracks.select(annotated(folder, tracks.position, scene.truth))
     figures = _figures('pets.multiview', _from(PETS_SPLIT, scene.truth, tracks, gate))
     figures |= _figures('pets.multiview.all_frames', evaluate_ground(scene.truth, tracks, gate))
-    passages = _by_passage(tracks, AWAY_FRAMES)
+    passages = by_passage(tracks, AWAY_FRAMES)
     later = _from(PETS_SPLIT, scene.truth, passages, gate)
     figures |= _figures('pets.multiview.by_passage', later)
     protocol = {
@@ -134,9 +134,10 @@ def reproduce_pets_multiview(data: Path) -> Figures:
         'frames': f'{PETS_SPLIT}-795 (all_frames: 1-795)',
         'area': 'rectangle that the truth spans, where view 1 shows it; '
         'truth of confidence 0 is ignored',
-        'by_passage': 'the same tracks; whose is outside this area for more than '
+        'by_passage': 'the same tracks; one that is not in this area for more than '
         f'{AWAY_FRAMES} frames has a new id when it is back, as the truth of view 1 has it: the '
-        'woman in red who leaves as its person 10 comes back as 6; other views see her meanwhile',
+        'woman in red who leaves as its person 10 comes back as 6; other views see her '
+        'meanwhile. Added after looking at the frames that are reported',
         'settings': dict(PETS_SETTINGS),
         'tuning': 'on frames 1-397 only',
     }
@@ -184,8 +185,23 @@ def _tracked_inside(scene: StoredScene, settings: Settings) -> Trajectories:
     return tracks.select(inside(tracks.position))
 
 
-def _by_passage(tracks: Trajectories, away: int) -> Trajectories:
-    """Give tracks a new id wherever they are missing for more frames than that."""
+def by_passage(tracks: Trajectories, away: int) -> Trajectories:
+    """
+    Give tracks a new id wherever they are missing for more frames than that.
+
+    Parameters
+    ----------
+    tracks : Trajectories
+        Of an area that they may leave and come back to.
+    away : int
+        So many frames may be missing.
+
+    Returns
+    -------
+    Trajectories
+        The same rows.
+
+    """
     order = np.lexsort((tracks.frame, tracks.id))
     is_new = np.ones(len(order), np.bool_)
     is_new[1:] = np.diff(tracks.id[order]) != 0

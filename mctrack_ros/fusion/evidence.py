@@ -147,6 +147,8 @@ def _weighed(
     """
     Weigh a tick, of which `look` is how much of a whole look it is, and confirm, in place.
 
+    Who was seen no longer than `grace_ns` before the tick begins is not missed yet.
+
     Returns
     -------
     newly : (n,) bool array

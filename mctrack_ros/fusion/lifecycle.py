@@ -16,7 +16,6 @@ GROUP_MEMORY_S = 0.2
 """A track has left its group when no camera has seen it in one for so long, s."""
 
 Mask = NDArray[np.bool_]
-Indices = NDArray[np.int64]
 
 
 def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:

@@ -203,7 +203,10 @@ class LifeConfig:
         0.15, 'A tentative track without support for so long ends [s]', minimum=0.0, maximum=100.0
     )
     report_time: float = parameter(
-        0.5, 'A track without support is published for so long [s]', minimum=0.0, maximum=100.0
+        0.5,
+        'A track without support is published for so long at most [s]',
+        minimum=0.0,
+        maximum=100.0,
     )
     gone_evidence: float = parameter(
         5.0,

@@ -1,10 +1,12 @@
 import numpy as np
 import pytest
 
+from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.experiments.datasets.boxes import BodyModel, boxes_to_detections
 from mctrack_ros.experiments.datasets.cmc import AREA, load_cmc
 from mctrack_ros.experiments.datasets.wildtrack import load_wildtrack, load_wildtrack_boxes
 from mctrack_ros.experiments.real_data import (
+    by_passage,
     reproduce_cmc,
     reproduce_lab6p,
     reproduce_pets_multiview,
@@ -54,6 +56,15 @@ def test_feet_behind_a_nearer_person_are_less_certain():
     nearer = boxes_to_detections(boxes[1:], np.ones(1), mapping, 5, BodyModel())
     assert np.trace(both.covariance[0]) > np.trace(alone.covariance[0])
     np.testing.assert_array_equal(both.covariance[1], nearer.covariance[0])
+
+
+def test_who_is_away_for_longer_than_allowed_comes_back_as_somebody_new():
+    frame = np.array([9, 0, 3, 2, 0])  # 1 is away for two frames, then for five
+    ids = np.array([1, 1, 1, 2, 2])
+    tracks = Trajectories(frame=frame, id=ids, position=np.zeros((5, 2)))
+    passage = by_passage(tracks, 2).id
+    assert passage[1] == passage[2] != passage[0]
+    assert passage[3] == passage[4] not in passage[:3]
 
 
 @pytest.mark.real_data
