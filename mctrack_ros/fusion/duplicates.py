@@ -234,8 +234,10 @@ def absorb(table: TrackTable, kept: int, dropped: int) -> None:
     for name in ('seen_ns', 'kept_ns', 'evidence'):
         values = getattr(table, name)
         values[kept] = max(values[kept], values[dropped])
-    table.missed[kept] = min(table.missed[kept], table.missed[dropped])
+    if table.confirmed[dropped]:
+        table.missed[kept] = min(table.missed[kept], table.missed[dropped])
     table.cameras[kept] |= table.cameras[dropped]
+    table.shown_by[kept] |= table.shown_by[dropped]
     if np.trace(table.covariance[dropped]) < np.trace(table.covariance[kept]):
         for name in ('mean', 'covariance', 'mode_probability', 'mode_mean', 'mode_covariance'):
             getattr(table, name)[kept] = getattr(table, name)[dropped]

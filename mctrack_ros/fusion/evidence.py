@@ -9,7 +9,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_2D, INTS_1D, compiled, inner
+from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, INTS_1D, compiled, inner
 from mctrack_ros.fusion.coverage import CoverageMap, learn, probabilities
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import FusionConfig
@@ -26,7 +26,10 @@ IN_VIEW = 0.5
 """Where a camera sees people more probably, it has a view."""
 
 NOBODY_ELSE = -math.log1p(-IN_VIEW)
-"""If their misses say less, hardly any other camera has a view [log-odds]."""
+"""If their misses would say less, hardly any other camera has a view [log-odds]."""
+
+ALIVE_S = 2.0
+"""A camera without a picture for longer than this has a view of nothing, s."""
 
 
 class Evidence:
@@ -46,6 +49,7 @@ class Evidence:
         self._life = life = config.life
         self._cameras = cameras
         self._coverage = CoverageMap(cameras, life.coverage_cell, life.coverage_prior)
+        self._silent_s = np.full(cameras, np.inf)
 
     def count(self, table: TrackTable, looks: Looks, tick_ns: int, seconds: float) -> Mask:
         """
@@ -53,8 +57,8 @@ class Evidence:
 
         Misses speak only against what one camera alone sees: what two see is real, and what none
         sees may be hidden, so that it coasts; what speaks for its having gone is counted apart,
-        from `look_time` after it was seen last on, and forgotten when two see it again, or one
-        where hardly any other can.
+        once no camera's latest picture shows it any more, and forgotten when two see it again, or
+        one where hardly any other can.
         What a camera sees in a group it does not miss.
         Where a camera sees bare ground ("negative information", Koch 2004) that speaks against
         every track whose place is well known, the more, the surer it sees who stands there.
@@ -79,6 +83,8 @@ class Evidence:
 
         """
         life, coverage = self._life, self._coverage
+        self._silent_s += seconds
+        self._silent_s[looks.cameras] = 0.0
         vacant = np.zeros((len(table), self._cameras), np.bool_)
         if len(looks.detections.vacant_id):
             self._note_vacant(vacant, table, looks)
@@ -87,6 +93,7 @@ class Evidence:
             table.hidden_ns,
             looks.cameras,
             tick_ns - round(seconds * 1e9),
+            self._silent_s <= ALIVE_S,
             vacant,
             coverage.seen,
             coverage.watched,
@@ -130,10 +137,11 @@ def _weighed(
     confirmed: Mask,
     evidence: Floats,
     missed: Floats,
+    shown_by: NDArray[np.uint32],
     kept_ns: NDArray[np.int64],
     present: Mask,
+    alive: Mask,
     begin_ns: int,
-    grace_ns: float,
     vacant: Mask,
     probability: Floats,
     look: float,
@@ -147,8 +155,6 @@ def _weighed(
     """
     Weigh a tick, of which `look` is how much of a whole look it is, and confirm, in place.
 
-    Who was seen no longer than `grace_ns` before the tick begins is not missed yet.
-
     Returns
     -------
     newly : (n,) bool array
@@ -160,29 +166,35 @@ def _weighed(
     newly = np.zeros(len(cameras), np.bool_)
     seen, told = np.zeros(hidden_ns.shape, np.bool_), np.zeros(hidden_ns.shape, np.bool_)
     for track in range(len(cameras)):
-        count, gain, loss = 0, 0.0, 0.0
+        count, gain, loss, others = 0, 0.0, 0.0, 0.0
         for camera in range(len(present)):
             if cameras[track] >> camera & 1:
                 seen[track, camera] = True
                 count += 1
         weight = miss_weight if confirmed[track] else 1.0
         for camera in range(len(present)):
-            own = seen[track, camera]
-            watched = present[camera] and (own or hidden_ns[track, camera] <= begin_ns)
+            own, hidden = seen[track, camera], hidden_ns[track, camera] > begin_ns
+            watched = present[camera] and (own or not hidden)
             told[track, camera] = watched and count > own
+            if present[camera]:
+                shown_by[track] &= ~np.uint32(1 << camera)
+                shown_by[track] |= np.uint32((own or hidden) << camera)
             if own:
                 gain += hit
-            elif vacant[track, camera]:
-                gain += vacancy_weight * np.log1p(-probability[track, camera])
+                continue
+            miss = -np.log1p(-probability[track, camera])
+            others += miss if alive[camera] and not hidden else 0.0
+            if vacant[track, camera]:
+                gain -= vacancy_weight * miss
+                loss += miss
             elif watched and count < 2:
-                miss = np.log1p(-probability[track, camera])
-                gain += weight * miss if count else 0.0
-                loss -= miss
-        if count > 1 or (count and loss < NOBODY_ELSE):
+                gain -= weight * miss if count else 0.0
+                loss += miss
+        if count > 1 or (count and others < NOBODY_ELSE):
             missed[track] = 0.0
         elif kept_ns[track] > begin_ns:  # by one of many cameras, or a group: he may not be back
             missed[track] = max(missed[track] - look * hit, 0.0)
-        elif begin_ns - kept_ns[track] >= grace_ns:  # a slower camera may still see him
+        elif not shown_by[track]:
             missed[track] = min(missed[track] + look * loss, most)
         lowest = -most if confirmed[track] else min(evidence[track], least)
         evidence[track] = min(max(evidence[track] + look * gain, lowest), most)
@@ -193,14 +205,14 @@ def _weighed(
 
 @compiled(
     types.b1[::1](
-        TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, types.i8, BOOLS_2D,
-        types.f8[:, :, ::1], types.f8[:, :, ::1], types.f8, types.f8,
+        TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, types.i8,
+        BOOLS_1D, BOOLS_2D, types.f8[:, :, ::1], types.f8[:, :, ::1], types.f8, types.f8,
         types.f8, types.f8, types.f8, types.f8, types.f8, types.f8, types.f8, types.f8,
     )
 )  # fmt: skip
 def _counted(
-    tracks: Any, hidden_ns: NDArray[np.int64], reporting: Indices, begin_ns: int, vacant: Mask,
-    seen: Floats, watched: Floats, cell: float, prior: float,
+    tracks: Any, hidden_ns: NDArray[np.int64], reporting: Indices, begin_ns: int,
+    alive: Mask, vacant: Mask, seen: Floats, watched: Floats, cell: float, prior: float,
     seconds: float, look_time: float, hit: float, miss_weight: float, vacancy_weight: float,
     least: float, most: float, enough: float,
 ) -> Mask:  # fmt: skip
@@ -218,10 +230,11 @@ def _counted(
         confirmed,
         tracks['evidence'],
         tracks['missed'],
+        tracks['shown_by'],
         tracks['kept_ns'],
         present,
+        alive,
         begin_ns,
-        (look_time - seconds) * 1e9,
         vacant,
         probabilities(mean, is_judged, seen, watched, cell, prior),
         min(seconds / look_time, 1.0),

@@ -101,6 +101,8 @@ class TrackTable:
         Stamp of the last detection of that group.
     cameras : (n,) uint32 array
         Bits of the cameras that saw it this tick.
+    shown_by : (n,) uint32 array
+        Bits of the cameras whose latest picture shows it, alone or in a group.
     origin : (n,) uint32 array
         Of which track it was part before it began; 0: of none.
     beside : (n,) uint32 array
@@ -119,6 +121,7 @@ class TrackTable:
     track_id = Column(np.uint32)
     group = Column(np.uint32)
     cameras = Column(np.uint32)
+    shown_by = Column(np.uint32)
     origin = Column(np.uint32)
     beside = Column(np.uint32)
     previous_id = Column(np.uint32)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.fusion.glances import first_look, look_of
-from mctrack_ros.fusion.lifecycle import silence
+from mctrack_ros.fusion.lifecycle import is_published, silence
 from mctrack_ros.fusion.output import ground_points, status_of
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.recognition import Recognition
@@ -63,7 +63,10 @@ def decisions_of(
     called = dict(zip(table.previous_id[renamed].tolist(), table.track_id[renamed].tolist()))
     both = Decisions.joined(
         stamp_ns,
-        [living.rows(predicted, stamp_ns), over.rows(predicted, stamp_ns, TrackStatus.DELETED)],
+        [
+            living.rows(predicted, stamp_ns, config),
+            over.rows(predicted, stamp_ns, config, TrackStatus.DELETED),
+        ],
     )
     return both.select(np.argsort(both.track_id, kind='stable')), called
 
@@ -89,10 +92,15 @@ class _Verdicts:
         self.reason[rows], self.value[rows], self.limit[rows] = reason, value, limit
 
     def rows(
-        self, predicted: TrackTable, stamp_ns: int, status: TrackStatus | None = None
+        self,
+        predicted: TrackTable,
+        stamp_ns: int,
+        config: FusionConfig,
+        status: TrackStatus | None = None,
     ) -> Decisions:
         """Return the decisions, in the order of the tracks."""
         table, count = self.table, len(self.table)
+        told = is_published(table, stamp_ns, config)
         place, spread = np.full((count, 2), np.nan), np.full((count, 2, 2), np.nan)
         known, row = _known(self.former_id(), predicted)
         place[known], spread[known] = predicted.mean[row, :2], predicted.covariance[row, :2, :2]
@@ -116,6 +124,8 @@ class _Verdicts:
             cameras=table.cameras,
             status=status_of(table) if status is None else np.full(count, status),
             reason=self.reason,
+            missed=table.missed,
+            is_published=told if status is None else np.ones(count, np.bool_),
         )
 
 

@@ -146,6 +146,10 @@ class Decisions(Rows):
         A `TrackStatus`.
     reason : (n,) uint8 array
         A `Reason`.
+    missed : (n,) float32 array
+        Log-odds of having gone, as no camera has seen it, though they could have.
+    is_published : (n,) uint8 array
+        1 if others are told of it or of its end, 0 if it is only remembered.
 
     """
 
@@ -168,6 +172,8 @@ class Decisions(Rows):
         'cameras': Column('u4'),
         'status': Column('u1'),
         'reason': Column('u1'),
+        'missed': Column('f4', is_late=True),
+        'is_published': Column('u1', (), 1, is_late=True),
     }
 
     position: NDArray[np.float32]
@@ -188,6 +194,8 @@ class Decisions(Rows):
     cameras: NDArray[np.uint32]
     status: NDArray[np.uint8]
     reason: NDArray[np.uint8]
+    missed: NDArray[np.float32]
+    is_published: NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -102,7 +102,11 @@ def test_who_is_lost_coasts_and_ends_or_goes_on(bags):
     said = sentences(story)
     assert said[1] == 'It coasts: nothing has supported it for 0.24 s; it ends after 1.00 s.'
     assert 'one offers nothing inside the gate; its nearest detection is' in ' '.join(said)
-    assert 'track 1: It is seen by one and two.' in next(course(story))
+    withheld, seen, *_ = course(story)
+    assert withheld.endswith('it ends after 1.00 s. It is not published.')
+    assert seen.endswith('track 1: It is seen by one and two.')
+    said = ' '.join(sentences(tell(bags / 'plain' / 'bag', 1, 2.28)))
+    assert 'It is remembered, not published: unsupported for 0.32 s' in said
 
 
 def test_the_picture_shows_the_moment(bags, tmp_path):

@@ -141,7 +141,8 @@ def test_who_is_elsewhere_is_in_doubt_no_more(watched):
 
 
 def test_who_is_one_with_somebody_seen_has_not_gone():
-    table = two_tracks()
-    table.missed = [9.0, 0.5]
-    absorb(table, 0, 1)
-    assert table.missed[0] == 0.5
+    for is_somebody, missed in ((True, 0.5), (False, 9.0)):
+        table = two_tracks()
+        table.missed, table.confirmed = [9.0, 0.5], [True, is_somebody]
+        absorb(table, 0, 1)
+        assert table.missed[0] == missed

@@ -31,6 +31,12 @@ def sentences(story: Story) -> list[str]:
     now, decisions = story.now, story.now.decisions
     row = row_of(decisions, story.track_id)
     said = [_headline(story, row), reason_of(decisions, row, story.cameras, now.candidates)]
+    if not decisions.is_published[row]:
+        said.append(
+            f'It is remembered, not published: unsupported for {decisions.unsupported[row]:.2f} s '
+            f'(life.report_time), log-odds of having gone {decisions.missed[row]:.1f} '
+            '(life.gone_evidence).'
+        )
     if decisions.group[row]:
         mates = decisions.track_id[decisions.group == decisions.group[row]].tolist()
         others = [one for one in mates if one != decisions.track_id[row]]
@@ -65,9 +71,10 @@ def course(story: Story) -> Iterator[str]:
             return
         row = row_of(decisions, name)
         name = int(decisions.track_id[row])
-        state = decisions.reason[row], decisions.group[row], name
+        state = decisions.reason[row], decisions.group[row], name, decisions.is_published[row]
         if state != before and before is not None:
             text = reason_of(decisions, row, story.cameras, each.candidates)
+            text += '' if decisions.is_published[row] else ' It is not published.'
             yield f'{story.seconds(each.stamp_ns):8.3f} s  track {name}: {text}'
         before = state
 
