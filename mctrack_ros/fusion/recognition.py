@@ -239,7 +239,7 @@ class Recognition:
         for row, (own, look) in enumerate(zip(circle, looks)):
             weight = portraits.weight(look) if look.seconds >= config.look_time else 0.0
             differences = {name: portraits.difference(look, name) for name in may_be[row]}
-            if min(differences.values()) > config.strange:
+            if min(differences.values()) >= config.strange:  # as whose looks are not known
                 weight = 0.0  # he looks like nobody: others' pixels are among his
             if own not in portraits:
                 differences[own] = config.new

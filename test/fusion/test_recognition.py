@@ -8,12 +8,14 @@ from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE, EventCode
 
 CAMERAS = ('one', 'two')
-RED, BLUE = 3, 20
+RED, BLUE, GREEN = 3, 20, 30
 NOBODY_NEAR = np.empty(0, np.int64), np.empty(0, np.int64)
 
 
 def template(colour, seed):
     """Colours of one in a kit: most in one bin, the rest varying from picture to picture."""
+    if colour is None:
+        return np.zeros(TEMPLATE_SIZE)
     rng = np.random.default_rng([colour, seed])
     bins = np.abs(rng.normal(0, 0.003, TEMPLATE_SIZE))
     bins[colour] += 0.6
@@ -89,6 +91,16 @@ def test_who_never_met_another_is_himself_whatever_he_looks_like(scene):
     before = scene.hold(75, ([-3, 0], RED), ([3, 0], BLUE))
     after = scene.hold(75, ([-3, 0], BLUE), ([3, 0], RED))
     assert id_at(after, [-3, 0]) == id_at(before, [-3, 0])
+
+
+def test_who_looks_like_nobody_known_is_not_taken_for_one_whose_looks_are_not_known(scene):
+    before = scene.hold(150, ([-0.5, 0], RED))
+    together = scene.hold(25, ([-0.5, 0], RED), ([0.5, 0], None))
+    for gap in np.linspace(0.5, 4, 40):
+        scene.show(([-gap, 0], GREEN), ([0.5, 0], None))
+    after = scene.hold(50, ([-4, 0], GREEN), ([0.5, 0], None))
+    assert id_at(after, [-4, 0]) == id_at(before, [-0.5, 0])
+    assert id_at(after, [0.5, 0]) == id_at(together, [0.5, 0])
 
 
 def test_who_was_lost_is_found_again_by_his_colours(scene):

@@ -54,6 +54,7 @@ def feet_to_detections(
     stamp_ns: int,
     foot_sigma_px: float,
     score: Floats | None = None,
+    height: float = 0.0,
 ) -> Detections:
     """
     Put foot points on the ground.
@@ -70,9 +71,12 @@ def feet_to_detections(
         Standard deviation of a foot point in the image, px.
     score : (n,) array, optional
         Confidence, 0 to 1.
+    height : float
+        How high above the ground the points are, m.
 
     """
-    ground = mapping.ground_from_image(feet)
+    ground, camera = mapping.ground_from_image(feet), mapping.camera_position
+    ground -= (ground - camera[:2]) * (height / camera[2])  # where the rays are so high
     covariance = mapping.ground_covariance(ground, foot_sigma_px**2 * np.eye(2))
     return Detections.build(
         stamp_ns,
