@@ -26,7 +26,7 @@ IN_VIEW = 0.5
 """Where a camera sees people more probably, it has a view."""
 
 NOBODY_ELSE = -math.log1p(-IN_VIEW)
-"""If their misses would say less, hardly any other camera has a view [log-odds]."""
+"""If the misses of all other live cameras would say less, hardly any has a view [log-odds]."""
 
 ALIVE_S = 2.0
 """A camera without a picture for longer than this has a view of nothing, s."""
@@ -57,8 +57,9 @@ class Evidence:
 
         Misses speak only against what one camera alone sees: what two see is real, and what none
         sees may be hidden, so that it coasts; what speaks for its having gone is counted apart,
-        once no camera's latest picture shows it any more, and forgotten when two see it again, or
-        one where hardly any other can.
+        once no live camera's latest picture shows it any more, up to `most_evidence`. It is
+        forgotten when two see it in one tick, or one where hardly any other can; what one of many
+        sees, or a group, takes away `hit_evidence` a look.
         What a camera sees in a group it does not miss.
         Where a camera sees bare ground ("negative information", Koch 2004) that speaks against
         every track whose place is well known, the more, the surer it sees who stands there.
@@ -176,7 +177,7 @@ def _weighed(
             own, hidden = seen[track, camera], hidden_ns[track, camera] > begin_ns
             watched = present[camera] and (own or not hidden)
             told[track, camera] = watched and count > own
-            if present[camera]:
+            if present[camera] or not alive[camera]:
                 shown_by[track] &= ~np.uint32(1 << camera)
                 shown_by[track] |= np.uint32((own or hidden) << camera)
             if own:

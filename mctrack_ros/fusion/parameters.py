@@ -211,8 +211,8 @@ class LifeConfig:
     gone_evidence: float = parameter(
         5.0,
         'What no camera sees, where they usually do see who is there, is published no longer from '
-        'these log-odds on that it has gone',
-        minimum=0.0,
+        'these log-odds on that it has gone; above most_evidence that never is',
+        minimum=0.001,
         maximum=1000.0,
     )
     coast_time: float = parameter(

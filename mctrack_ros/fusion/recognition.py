@@ -231,16 +231,18 @@ class Recognition:
 
         An id costs the negative logarithm of a Cauchy-like density of the colours' difference:
         light and other people's pixels are outliers, so what differs much tells little more.
+        Who looks like nobody known decides nothing by his looks, and is not settled by them.
         """
         config, portraits = self._config, self.portraits
         may_be = [self._suspects.of(one) for one in circle]
         names = sorted(frozenset().union(*may_be))
         cost = np.full((len(circle), len(names)), IMPOSSIBLE)
+        is_strange = np.zeros(len(circle), np.bool_)
         for row, (own, look) in enumerate(zip(circle, looks)):
             weight = portraits.weight(look) if look.seconds >= config.look_time else 0.0
             differences = {name: portraits.difference(look, name) for name in may_be[row]}
             if min(differences.values()) >= config.strange:  # as whose looks are not known
-                weight = 0.0  # he looks like nobody: others' pixels are among his
+                is_strange[row], weight = True, 0.0  # others' pixels are among his
             if own not in portraits:
                 differences[own] = config.new
             for name, difference in differences.items():
@@ -250,7 +252,7 @@ class Recognition:
         chosen = [names[column] for column in taken.tolist()]
         best = cost[np.arange(len(circle)), taken]
         cost[np.arange(len(circle)), taken] = IMPOSSIBLE
-        margin = cost.min(axis=1) - best
+        margin = np.where(is_strange, 0.0, cost.min(axis=1) - best)
         settled = {
             name
             for name, look, lead in zip(chosen, looks, margin.tolist())

@@ -144,5 +144,7 @@ def test_who_is_one_with_somebody_seen_has_not_gone():
     for is_somebody, missed in ((True, 0.5), (False, 9.0)):
         table = two_tracks()
         table.missed, table.confirmed = [9.0, 0.5], [True, is_somebody]
+        table.shown_by = [1, 2]
         absorb(table, 0, 1)
         assert table.missed[0] == missed
+        assert table.shown_by[0] == 3

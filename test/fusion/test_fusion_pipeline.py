@@ -135,6 +135,27 @@ def test_whom_a_slow_camera_sees_stays_published_though_a_fast_one_does_not(ever
     assert all(published(output) for output in slow)
 
 
+def test_a_camera_that_has_stopped_shows_nobody():
+    pipeline = FusionPipeline(FusionConfig(), (*well_seen(0), 'dead'))
+    run(lambda index: well_seen(0) | {'dead': [[0, 0]]}, 25, pipeline)
+    (name,) = published(run(well_seen, 225, pipeline, 25)[-1])
+    gone = [name in published(output) for output in run(well_seen, 10, pipeline, 250)]
+    assert sum(gone) <= 4
+
+
+def test_whom_a_slow_camera_sees_in_a_group_stays_published():
+    pipeline = FusionPipeline(FusionConfig(), ('fast', 'slow'))
+    pair = [[0, 0], [0.8, 0]]
+    ids = sorted(published(run(lambda index: {'fast': pair, 'slow': pair}, 250, pipeline)[-1]))
+
+    def slow(index):
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        merged = {} if index % 10 else {'slow': group_row(stamp_ns, [0.4, 0], ids)}
+        return {'fast': []} | merged
+
+    assert all(sorted(published(output)) == ids for output in run(slow, 25, pipeline, 250))
+
+
 def test_one_false_detection_in_a_picture_by_itself_does_not_bring_back_who_has_gone():
     pipeline = FusionPipeline(FusionConfig(), tuple(well_seen(0)))
     run(well_seen, 260, pipeline)

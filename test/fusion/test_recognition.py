@@ -103,6 +103,17 @@ def test_who_looks_like_nobody_known_is_not_taken_for_one_whose_looks_are_not_kn
     assert id_at(after, [0.5, 0]) == id_at(together, [0.5, 0])
 
 
+@pytest.mark.parametrize('ticks', [100, 175, 250])
+def test_a_swap_with_one_whose_looks_are_not_known_is_corrected(scene, ticks):
+    before = scene.hold(ticks, ([-0.5, 0], RED))
+    together = scene.hold(25, ([-0.5, 0], RED), ([0.5, 0], BLUE))
+    for gap in np.linspace(0.5, 4, 40):
+        scene.show(([-gap, 0], BLUE), ([0.5, 0], RED))
+    after = scene.hold(250, ([-4, 0], BLUE), ([0.5, 0], RED))
+    assert id_at(after, [0.5, 0]) == id_at(before, [-0.5, 0])
+    assert id_at(after, [-4, 0]) == id_at(together, [0.5, 0])
+
+
 def test_who_was_lost_is_found_again_by_his_colours(scene):
     before = scene.hold(75, ([0, 0], RED), ([9, 0], BLUE))
     scene.hold(50, ([9, 0], BLUE))

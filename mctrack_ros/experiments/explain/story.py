@@ -42,6 +42,8 @@ class Story:
         Which it is.
     gate : float
         Largest squared Mahalanobis distance of a pair.
+    gone : float
+        Log-odds of having gone from which a track is published no longer.
     is_stored : bool
         Whether the bag held the explanations; else its detections were fused again.
     is_same : bool
@@ -55,6 +57,7 @@ class Story:
     explanations: tuple[Explanation, ...]
     index: int
     gate: float
+    gone: float
     is_stored: bool
     is_same: bool
 
@@ -119,6 +122,7 @@ def tell(
         explanations=tuple(told),
         index=index,
         gate=config.association.gate,
+        gone=config.life.gone_evidence,
         is_stored=is_stored,
         is_same=same,
     )

@@ -32,11 +32,13 @@ def sentences(story: Story) -> list[str]:
     row = row_of(decisions, story.track_id)
     said = [_headline(story, row), reason_of(decisions, row, story.cameras, now.candidates)]
     if not decisions.is_published[row]:
-        said.append(
-            f'It is remembered, not published: unsupported for {decisions.unsupported[row]:.2f} s '
-            f'(life.report_time), log-odds of having gone {decisions.missed[row]:.1f} '
-            '(life.gone_evidence).'
-        )
+        why = f'nothing has supported it for {decisions.unsupported[row]:.2f} s'
+        if decisions.missed[row] >= story.gone:
+            why = (
+                'cameras that should see it do not: its log-odds of having gone are '
+                f'{decisions.missed[row]:.1f}, the limit is {story.gone:.1f}'
+            )
+        said.append(f'It is remembered, not published: {why}.')
     if decisions.group[row]:
         mates = decisions.track_id[decisions.group == decisions.group[row]].tolist()
         others = [one for one in mates if one != decisions.track_id[row]]
