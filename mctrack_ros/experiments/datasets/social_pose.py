@@ -13,9 +13,9 @@ from mctrack_ros.interfaces import Detections
 
 ANKLE_M = 0.08
 """
-How high above the ground the lowest joints are that OpenPose knows, m: in each of WILDTRACK's seven
-cameras the feet of frames 0 to 179 lie beyond the people nearest to them (by up to 1.2 m) as points
-0.073 to 0.090 m up would, in the median.
+How high above the ground the lowest joints are that OpenPose knows, m: in any camera of WILDTRACK
+the feet of frames 0 to 179 lie beyond the people nearest to them, within 1.2 m, as points 0.073 to
+0.090 m up would (medians; once corrected and matched anew, up to 0.13 m).
 """
 
 
