@@ -28,8 +28,8 @@ IN_VIEW = 0.5
 NOBODY_ELSE = -math.log1p(-IN_VIEW)
 """If the misses of all other live cameras would say less, hardly any has a view [log-odds]."""
 
-ALIVE_S = 2.0
-"""A camera without a picture for longer than this has a view of nothing, s."""
+TIMEOUTS = 2.0
+"""A camera that is silent for so many times `camera_timeout` has a view of nothing."""
 
 
 class Evidence:
@@ -47,6 +47,7 @@ class Evidence:
 
     def __init__(self, cameras: int, config: FusionConfig) -> None:
         self._life = life = config.life
+        self._alive_s = TIMEOUTS * config.batching.camera_timeout
         self._cameras = cameras
         self._coverage = CoverageMap(cameras, life.coverage_cell, life.coverage_prior)
         self._silent_s = np.full(cameras, np.inf)
@@ -94,7 +95,7 @@ class Evidence:
             table.hidden_ns,
             looks.cameras,
             tick_ns - round(seconds * 1e9),
-            self._silent_s <= ALIVE_S,
+            self._silent_s <= self._alive_s,
             vacant,
             coverage.seen,
             coverage.watched,

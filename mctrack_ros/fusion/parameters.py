@@ -211,7 +211,7 @@ class LifeConfig:
     gone_evidence: float = parameter(
         5.0,
         'What no camera sees, where they usually do see who is there, is published no longer from '
-        'these log-odds on that it has gone; above most_evidence that never is',
+        'these log-odds on that it has gone; never, if this is above most_evidence',
         minimum=0.001,
         maximum=1000.0,
     )

@@ -241,7 +241,7 @@ class Recognition:
         for row, (own, look) in enumerate(zip(circle, looks)):
             weight = portraits.weight(look) if look.seconds >= config.look_time else 0.0
             differences = {name: portraits.difference(look, name) for name in may_be[row]}
-            if min(differences.values()) >= config.strange:  # as whose looks are not known
+            if min(differences.values()) >= config.strange:  # so strange is who is not known
                 is_strange[row], weight = True, 0.0  # others' pixels are among his
             if own not in portraits:
                 differences[own] = config.new

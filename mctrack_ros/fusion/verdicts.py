@@ -61,11 +61,12 @@ def decisions_of(
     over = _Verdicts(ended, stamp_ns)
     _judge_ended(over, joined, reset_ids, config)
     called = dict(zip(table.previous_id[renamed].tolist(), table.track_id[renamed].tolist()))
+    told, ends_told = is_published(table, stamp_ns, config), np.ones(len(ended), np.bool_)
     both = Decisions.joined(
         stamp_ns,
         [
-            living.rows(predicted, stamp_ns, config),
-            over.rows(predicted, stamp_ns, config, TrackStatus.DELETED),
+            living.rows(predicted, stamp_ns, told),
+            over.rows(predicted, stamp_ns, ends_told, TrackStatus.DELETED),
         ],
     )
     return both.select(np.argsort(both.track_id, kind='stable')), called
@@ -95,12 +96,11 @@ class _Verdicts:
         self,
         predicted: TrackTable,
         stamp_ns: int,
-        config: FusionConfig,
+        told: Mask,
         status: TrackStatus | None = None,
     ) -> Decisions:
-        """Return the decisions, in the order of the tracks."""
+        """Return the decisions, in the order of the tracks, of whom (n,) are told to others."""
         table, count = self.table, len(self.table)
-        told = is_published(table, stamp_ns, config)
         place, spread = np.full((count, 2), np.nan), np.full((count, 2, 2), np.nan)
         known, row = _known(self.former_id(), predicted)
         place[known], spread[known] = predicted.mean[row, :2], predicted.covariance[row, :2, :2]
@@ -125,7 +125,7 @@ class _Verdicts:
             status=status_of(table) if status is None else np.full(count, status),
             reason=self.reason,
             missed=table.missed,
-            is_published=told if status is None else np.ones(count, np.bool_),
+            is_published=told,
         )
 
 
