@@ -35,8 +35,8 @@ def sentences(story: Story) -> list[str]:
         why = f'nothing has supported it for {decisions.unsupported[row]:.2f} s'
         if decisions.missed[row] >= story.gone:
             why = (
-                'cameras that should see it do not: its log-odds of having gone are '
-                f'{decisions.missed[row]:.1f}, the limit is {story.gone:.1f}'
+                'cameras that should have seen it did not (log-odds of having gone '
+                f'{decisions.missed[row]:.1f}, the limit is {story.gone:.1f})'
             )
         said.append(f'It is remembered, not published: {why}.')
     if decisions.group[row]:
