@@ -58,6 +58,9 @@ def simulate(
         0.0, min=-0.9, max=2.0, help="Change of the camera's gain at --step-at, as a share."
     ),
     step_at: float = typer.Option(20.0, min=0.0, help='When light or gain change, s.'),
+    bicycles: bool = typer.Option(
+        False, '--bicycles', help='Whether people ride through the car park on bicycles, too.'
+    ),
     processes: int = _PROCESSES,
     overwrite: bool = _OVERWRITE,
     calibration: Path | None = typer.Option(
@@ -81,7 +84,10 @@ def simulate(
         'light_step': light_step,
         'gain_step': gain_step,
         'step_s': step_at,
+        'bicycles': bicycles or None,
     }
+    if bicycles and scene is not SceneName.CARPARK:
+        raise typer.BadParameter('bicycles come with --scene carpark only')
     options = {name: value for name, value in given.items() if value is not None}
     scenario = SCENES[scene].scenario(seed=seed, distortion=distortion, **options)
     if calibration is not None:

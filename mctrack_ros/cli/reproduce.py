@@ -30,6 +30,7 @@ class Experiment(StrEnum):
     HONESTY = 'honesty'
     WATCHDOG = 'watchdog'
     SILHOUETTES = 'silhouettes'
+    CLASSES = 'classes'
     TABLE4 = 'table4'
     FIG14 = 'fig14'
     FIG16 = 'fig16'
@@ -110,6 +111,10 @@ def _experiment(experiment: Experiment, data: Path | None, picture: Path | None)
         from mctrack_ros.experiments.silhouettes import reproduce_silhouettes
 
         return reproduce_silhouettes()
+    if experiment is Experiment.CLASSES:
+        from mctrack_ros.experiments.classes import reproduce_classes
+
+        return reproduce_classes()
     if experiment is Experiment.TABLE4:
         from mctrack_ros.experiments.table4 import reproduce_table4
 

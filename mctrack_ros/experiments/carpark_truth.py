@@ -37,7 +37,7 @@ class Operator:
         self._world = world
         begins = np.diff(world.active.astype(np.int8), axis=0, prepend=0) > 0
         self._move = np.cumsum(begins, axis=0)
-        self._rows: dict[ClassCode, list[_Row]] = {ClassCode.PERSON: [], ClassCode.VEHICLE: []}
+        self._rows: dict[ClassCode, list[_Row]] = {kind: [] for kind in ClassCode}
         self._together: set[tuple[int, int]] = set()
 
     def watch(self, step: int, view: View) -> None:

@@ -164,6 +164,10 @@ TARGETS = (
            'the paper, its own car park: 264 of 311, .849'),
     Target('silhouettes', 'pedestrians.passed', 'car park, pedestrians passed on', 0.97, None,
            'the paper, its own car park: 125 of 132, .947'),
+    *(
+        Target('classes', f'{kind}.right', f'car park, {kind} taken for what they are')
+        for kind in ('people', 'bicycles', 'vehicles')
+    ),
     Target('intel', 'intel.wrong', 'Intel clips, objects too many or too few', most=0),
     *(
         Target('covering', f'{scene}.{tracker}.mota', f'{place}, {words}, MOTA')

@@ -1,4 +1,4 @@
-"""Pedestrians apart from vehicles, by how large they are on the ground."""
+"""Pedestrians apart from bicycles and vehicles, by how large they are on the ground."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
-from mctrack_ros.interfaces import ClassCode
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -29,6 +28,15 @@ class ClassConfig:
         minimum=0.0,
     )
     vehicle_height_m: float = parameter(1.5, 'height of vehicles [m]', minimum=0.1)
+    bicycle_width_m: float = parameter(
+        0.95, 'width from which what is fast and seen through is a bicycle [m]', minimum=0.0
+    )
+    bicycle_length_m: float = parameter(2.2, 'width up to which it is one [m]', minimum=0.0)
+    bicycle_speed: float = parameter(2.5, 'speed from which it is one [m/s]', minimum=0.0)
+    bicycle_fill: float = parameter(
+        0.5, 'share of its rectangle that is foreground, at most', minimum=0.0, maximum=1.0
+    )
+    bicycle_height_m: float = parameter(1.7, 'height of people on bicycles [m]', minimum=0.1)
     memory_s: float = parameter(
         3.0, 'time of one class that outweighs all before it [s]', minimum=0.0
     )
@@ -56,28 +64,57 @@ def looks_like_vehicle(extent: Floats, config: ClassConfig) -> Mask:
     return np.asarray(large & (extent[:, 0] >= config.vehicle_width_m))
 
 
-class ClassVotes:
+def looks_like_bicycle(extent: Floats, fill: Floats, speed: Floats, config: ClassConfig) -> Mask:
     """
-    The class of each object, by what it looked like for most of the time.
+    Tell which boxes are those of people on bicycles.
 
-    Only what is whole counts: neither at the picture's edge nor in a merged silhouette.
+    They are as tall as on foot. What tells them from the side is that a bicycle is longer than a
+    stride, that one sees through it, and that it is faster than people walk; from the front they
+    look like people.
 
     Parameters
     ----------
+    extent : (n, 2) array
+        Width and height of the bounding rectangles, m, as if upright.
+    fill : (n,) array
+        Share of each that is foreground.
+    speed : (n,) array
+        On the ground, m/s; NaN: not known.
     config : ClassConfig
         Parameters.
 
     """
+    low, high = config.bicycle_width_m, config.bicycle_length_m
+    long = (extent[:, 0] >= low) & (extent[:, 0] <= high)
+    return np.asarray(long & (fill <= config.bicycle_fill) & (speed >= config.bicycle_speed))
 
-    def __init__(self, config: ClassConfig) -> None:
-        self._config = config
-        self._votes: dict[int, float] = {}
 
-    def balance(self, local_id: Ints) -> Floats:
-        """Return for how long, (n,) s, each looked like a vehicle; below 0: like a person."""
-        return np.array([self._votes.get(one, 0.0) for one in local_id.tolist()])
+class ClassVotes:
+    """
+    The class of each object, by what it looked like for most of the time.
 
-    def count(self, local_id: Ints, extent: Floats, whole: Mask, seconds: float) -> Ints:
+    Only what is whole counts: neither at the picture's edge nor in a merged silhouette. One class
+    leads, by so many seconds; those of others are taken from its lead (Boyer and Moore 1991,
+    "MJRTY: a fast majority vote algorithm").
+
+    Parameters
+    ----------
+    memory_s : float
+        Longest lead, s.
+
+    """
+
+    def __init__(self, memory_s: float) -> None:
+        self._memory_s = memory_s
+        self._lead: dict[int, tuple[int, float]] = {}
+
+    def leads(self, local_id: Ints) -> tuple[Ints, Floats]:
+        """Return which class leads for each, (n,), and by how much, s; 0: none does."""
+        leads = [self._lead.get(one, (0, 0.0)) for one in local_id.tolist()]
+        kind = np.array([kind for kind, _ in leads], np.int64)
+        return kind, np.array([seconds for _, seconds in leads], np.float64)
+
+    def count(self, local_id: Ints, look: Ints, whole: Mask, seconds: float) -> Ints:
         """
         Count one picture and return the classes.
 
@@ -85,10 +122,10 @@ class ClassVotes:
         ----------
         local_id : (n,) int array
             Objects; others are forgotten.
-        extent : (n, 2) array
-            Their sizes, m; NaN where not known.
+        look : (n,) int array
+            `ClassCode` that each looks like.
         whole : (n,) bool array
-            Which sizes count.
+            Which looks count.
         seconds : float
             Since the last picture.
 
@@ -98,19 +135,17 @@ class ClassVotes:
             `ClassCode` of each; a guess from this picture until one counted.
 
         """
-        vehicle = looks_like_vehicle(extent, self._config)
-        votes = {
-            key: _capped(
-                self._votes.get(key, 0.0) + (seconds if is_vehicle else -seconds) * counts,
-                self._config.memory_s,
-            )
-            for key, is_vehicle, counts in zip(local_id.tolist(), vehicle.tolist(), whole.tolist())
+        lead = {
+            key: self._counted(key, kind, seconds * counts)
+            for key, kind, counts in zip(local_id.tolist(), look.tolist(), whole.tolist())
         }
-        self._votes = votes
-        total = np.array(list(votes.values()))
-        is_vehicle = np.where(total == 0.0, vehicle, total > 0.0)
-        return np.where(is_vehicle, int(ClassCode.VEHICLE), int(ClassCode.PERSON))
+        self._lead = lead
+        leader = np.array([kind for kind, _ in lead.values()], np.int64)
+        ahead = np.array([seconds for _, seconds in lead.values()])
+        return np.where(ahead == 0.0, look, leader)
 
-
-def _capped(value: float, size: float) -> float:
-    return max(-size, min(value, size))
+    def _counted(self, key: int, look: int, seconds: float) -> tuple[int, float]:
+        leader, ahead = self._lead.get(key, (look, 0.0))
+        ahead += seconds if look == leader else -seconds
+        leader = leader if ahead >= 0.0 else look
+        return leader, min(abs(ahead), self._memory_s)

@@ -13,7 +13,9 @@ Floats = NDArray[np.float64]
 ROUNDS = 4
 
 
-def ground_depth(box: Floats, height_m: float, sizes: SizeTable, mapping: GroundMapping) -> Floats:
+def ground_depth(
+    box: Floats, height_m: Floats | float, sizes: SizeTable, mapping: GroundMapping
+) -> Floats:
     """
     Return how far the ground that vehicles cover reaches from their near ends.
 
@@ -24,8 +26,8 @@ def ground_depth(box: Floats, height_m: float, sizes: SizeTable, mapping: Ground
     ----------
     box : (n, 4) array
         Left, top, width, height, px.
-    height_m : float
-        Of vehicles, m.
+    height_m : (n,) array or float
+        Of the vehicles, m.
     sizes : SizeTable
         Of the camera.
     mapping : GroundMapping

@@ -38,8 +38,6 @@ class Observer:
         Parameters.
     palette : Palette
         What templates count.
-    vehicle_height_m : float
-        Height of vehicles, m.
 
     """
 
@@ -51,11 +49,9 @@ class Observer:
         filtering: FilterConfig,
         config: PartitionConfig,
         palette: Palette,
-        vehicle_height_m: float,
     ) -> None:
         self._mapping, self._sizes = mapping, sizes
         self._config, self._palette = config, palette
-        self._vehicle_height_m = vehicle_height_m
         self._footing = Footing(
             filtering.foot_noise_px,
             filtering.foot_noise_share,
@@ -72,7 +68,7 @@ class Observer:
         blobs: Blobs,
         template: Floats,
         picture: Picture,
-        vehicle: NDArray[np.bool_],
+        height_m: Floats,
     ) -> Observations:
         """
         Return who is in the blobs of a picture, by blob; nobody at the horizon or above it.
@@ -91,8 +87,8 @@ class Observer:
             Colours of the blobs.
         picture : Picture
             With its foreground.
-        vehicle : (n,) bool array
-            Which blobs are one vehicle each.
+        height_m : (n,) array
+            How tall the vehicle or bicycle is that a blob is, m; 0: it is none.
 
         """
         config = self._config
@@ -102,7 +98,7 @@ class Observer:
             blobs.box,
             blobs.expected,
             blobs.truncated,
-            vehicle,
+            height_m > 0.0,
             config.odd_width,
             config.odd_height,
             config.single_width,
@@ -122,11 +118,9 @@ class Observer:
             config,
         )
         seen = gathered(by_size, bodies, shared, rows, blobs.box, template)
-        return self._on_ground(seen, blobs, vehicle)
+        return self._on_ground(seen, blobs, height_m)
 
-    def _on_ground(
-        self, seen: Observations, blobs: Blobs, vehicle: NDArray[np.bool_]
-    ) -> Observations:
+    def _on_ground(self, seen: Observations, blobs: Blobs, height_m: Floats) -> Observations:
         """Look up where the feet of persons stand; leave out who stands nowhere."""
         foot, noise, near = footed(
             seen, self._sizes.table, blobs.truncated, blobs.expected, blobs.box, self._footing
@@ -134,9 +128,9 @@ class Observer:
         position = np.ascontiguousarray(self._mapping.ground_from_image(foot))
         near &= np.isfinite(position[:, 0]) & np.isfinite(position[:, 1])
         seen = seen._replace(foot=foot, position=position, noise=noise)
-        large = vehicle[seen.blob] & near
+        large = (height_m[seen.blob] > 0.0) & near
         if large.any():
-            box, height_m = seen.box[large], self._vehicle_height_m
-            seen.depth[large] = ground_depth(box, height_m, self._sizes, self._mapping)
+            box, height = seen.box[large], height_m[seen.blob[large]]
+            seen.depth[large] = ground_depth(box, height, self._sizes, self._mapping)
             position += seen.depth / 2
         return seen.select(near)

@@ -56,7 +56,8 @@ class TrackerConfig:
     )
     vehicles: bool = parameter(
         False,
-        'whether vehicles come too: what is as large as one, and was not seen to gather, is one',
+        'whether vehicles and bicycles come too: what is as large as a vehicle, and was not seen '
+        'to gather, is one; what is long, thin and fast is a bicycle',
     )
     template: str = parameter(
         'mixed',
@@ -93,7 +94,7 @@ class LocalTracker:
     presence : PresenceConfig
         Of noting who comes and goes.
     classes : ClassConfig
-        Of telling vehicles from people.
+        Of telling vehicles and bicycles from people.
     mapping : GroundMapping
         Of the camera.
     sizes : SizeTable
@@ -130,7 +131,6 @@ class LocalTracker:
             filtering,
             partition,
             self._palette,
-            classes.vehicle_height_m,
         )
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
@@ -186,9 +186,9 @@ class LocalTracker:
         cells = np.rint(blobs.box / picture.scale).astype(int)
         template = colour_templates(picture.image, picture.mask, cells, self._palette)
         blob_of = match(tracks, predicted, blobs, template, self._matching)
-        vehicle = self._vehicles.among(blobs, blob_of, tracks)
+        height_m = self._vehicles.heights(blobs, blob_of, tracks)
         seen = self._observer.observe(
-            blob_of, tracks, predicted, blobs, template, picture, vehicle
+            blob_of, tracks, predicted, blobs, template, picture, height_m
         )
         if feedback is not None:
             self._groups.rename(feedback.corrections())
@@ -305,7 +305,7 @@ class LocalTracker:
         tracks.update(predicted, measured, seen.foot, seen.noise)
 
     def _start(self, seen: Observations, blobs: Blobs, stamp_ns: int) -> Observations:
-        """Start a track for each person or vehicle that has none."""
+        """Start a track for each person, bicycle or vehicle that has none."""
         new = seen.track == NEW
         if not new.any():
             return seen

@@ -1,4 +1,4 @@
-"""Vehicles among the blobs of the default tracker: one object each, however large."""
+"""Vehicles and bicycles among the blobs of the default tracker: one object each, however large."""
 
 from __future__ import annotations
 
@@ -7,7 +7,12 @@ from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.blobs import Blobs
-from mctrack_ros.perception.classes import ClassConfig, ClassVotes, looks_like_vehicle
+from mctrack_ros.perception.classes import (
+    ClassConfig,
+    ClassVotes,
+    looks_like_bicycle,
+    looks_like_vehicle,
+)
 from mctrack_ros.perception.local_tracks import LocalTracks
 from mctrack_ros.perception.observations import Observations
 
@@ -21,14 +26,14 @@ PROVEN_S = 0.3
 
 class Vehicles:
     """
-    Tells vehicles from people by size, and lets them stand where they do.
+    Tells vehicles and bicycles from people by size, and lets them stand where they do.
 
     Parameters
     ----------
     config : ClassConfig
         Parameters.
     come : bool
-        Whether there are vehicles; else all are people.
+        Whether there are any; else all are people.
     usual : (2,) array
         Width and height of a person, m.
 
@@ -36,15 +41,35 @@ class Vehicles:
 
     def __init__(self, config: ClassConfig, come: bool, usual: Floats) -> None:
         self._config, self._come, self._usual = config, come, usual
-        self._votes = ClassVotes(config)
+        self._votes = ClassVotes(config.memory_s)
 
-    def among(self, blobs: Blobs, blob_of: Ints, tracks: LocalTracks) -> Mask:
-        """Tell which blobs, (n,), are one vehicle each, given which one each track is in."""
+    def heights(self, blobs: Blobs, blob_of: Ints, tracks: LocalTracks) -> Floats:
+        """
+        Return how tall the vehicle or bicycle is that each blob is, (n,) m; 0: it is none.
+
+        Parameters
+        ----------
+        blobs : Blobs
+            Of a picture.
+        blob_of : (t,) int array
+            Row of the blob that each track is in; -1: none.
+        tracks : LocalTracks
+            The tracks.
+
+        """
+        height = np.zeros(len(blobs))
         if not self._come:
-            return np.zeros(len(blobs), np.bool_)
-        large = looks_like_vehicle(self._extent(blobs), self._config)
-        balance = self._votes.balance(tracks.local_id)
-        return vehicles_among(blob_of, balance, large, blobs.truncated)
+            return height
+        inside = (blob_of >= 0).nonzero()[0]
+        speed = np.full(len(blobs), -1.0)
+        np.maximum.at(speed, blob_of[inside], self._speed(tracks)[inside])
+        look = self._look(blobs, speed)
+        kind, lead = self._votes.leads(tracks.local_id)
+        bicycle = bicycles_among(blob_of, kind, tracks.confirmed, look)
+        height[bicycle] = self._config.bicycle_height_m
+        vehicle = vehicles_among(blob_of, kind, lead, look, blobs.truncated)
+        height[vehicle] = self._config.vehicle_height_m
+        return height
 
     def stand(self, tracks: LocalTracks, seen: Observations, rows: Mask, blobs: Blobs) -> None:
         """
@@ -68,19 +93,31 @@ class Vehicles:
         if not self._come:
             tracks.class_id[:] = ClassCode.PERSON
             return
-        whole = ~(seen.fitted | blobs.truncated[seen.blob])
-        extent = np.full((len(tracks), 2), np.nan)
-        extent[seen.track[whole]] = self._extent(blobs)[seen.blob[whole]]
-        kind = self._votes.count(tracks.local_id, extent, np.isfinite(extent[:, 0]), seconds)
-        told = self._votes.balance(tracks.local_id) != 0.0
-        tracks.class_id[:] = np.where(told, kind, ClassCode.UNKNOWN)
+        shown = ~(seen.fitted | blobs.truncated[seen.blob])
+        track, blob = seen.track[shown], seen.blob[shown]
+        speed = np.full(len(blobs), -1.0)
+        speed[blob] = self._speed(tracks)[track]
+        look, whole = np.zeros(len(tracks), np.int64), np.zeros(len(tracks), np.bool_)
+        look[track], whole[track] = self._look(blobs, speed)[blob], True
+        kind = self._votes.count(tracks.local_id, look, whole, seconds)
+        _, lead = self._votes.leads(tracks.local_id)
+        tracks.class_id[:] = np.where(lead > 0.0, kind, ClassCode.UNKNOWN)
 
-    def _extent(self, blobs: Blobs) -> Floats:
-        """Return the (n, 2) widths and heights of blobs, m, as if upright."""
-        return np.asarray(blobs.box[:, 2:] / blobs.expected * self._usual)
+    def _look(self, blobs: Blobs, speed: Floats) -> Ints:
+        """Return the `ClassCode` that each blob looks like, (n,), by its (n,) speed, m/s."""
+        extent = blobs.box[:, 2:] / blobs.expected * self._usual
+        fill = blobs.area / blobs.box[:, 2:].prod(axis=1)
+        bicycle = looks_like_bicycle(extent, fill, speed, self._config)
+        vehicle = looks_like_vehicle(extent, self._config)
+        is_large = np.where(vehicle, ClassCode.VEHICLE, ClassCode.PERSON)
+        return np.where(bicycle, ClassCode.BICYCLE, is_large)
+
+    @staticmethod
+    def _speed(tracks: LocalTracks) -> Floats:
+        return np.asarray(np.hypot(tracks.mean[:, 2], tracks.mean[:, 3]))
 
 
-def vehicles_among(blob_of: Ints, balance: Floats, large: Mask, truncated: Mask) -> Mask:
+def vehicles_among(blob_of: Ints, kind: Ints, lead: Floats, look: Ints, truncated: Mask) -> Mask:
     """
     Tell which blobs are one vehicle: what is as large as one, and no group of people.
 
@@ -91,14 +128,38 @@ def vehicles_among(blob_of: Ints, balance: Floats, large: Mask, truncated: Mask)
     ----------
     blob_of : (t,) int array
         Row of the blob that each track is in; -1: none.
-    balance : (t,) array
-        Of the tracks, see `ClassVotes.balance`.
-    large, truncated : (n,) bool arrays
-        Which blobs look like a vehicle, and which touch the picture's edge.
+    kind, lead : (t,) int and float arrays
+        Of the tracks, see `ClassVotes.leads`.
+    look : (n,) int array
+        `ClassCode` that each blob looks like.
+    truncated : (n,) bool array
+        Which blobs touch the picture's edge.
 
     """
-    people, known = np.zeros(len(large), np.bool_), np.zeros(len(large), np.bool_)
-    inside = blob_of >= 0
-    people[blob_of[inside & (balance <= -PROVEN_S)]] = True
-    known[blob_of[inside & (balance > 0.0)]] = True
-    return np.where(known, large | truncated, large & ~truncated & ~people)
+    large = look == ClassCode.VEHICLE
+    person, vehicle = kind == ClassCode.PERSON, kind == ClassCode.VEHICLE
+    people = _holding(blob_of, person & (lead >= PROVEN_S), len(look)) > 0
+    known = _holding(blob_of, vehicle & (lead > 0.0), len(look)) > 0
+    return np.asarray(np.where(known, large | truncated, large & ~truncated & ~people))
+
+
+def bicycles_among(blob_of: Ints, kind: Ints, confirmed: Mask, look: Ints) -> Mask:
+    """
+    Tell which blobs are one bicycle: what looks like one, or was one, and holds nobody else.
+
+    Parameters
+    ----------
+    blob_of, kind, look : (t,), (t,) and (n,) int arrays
+        See `vehicles_among`.
+    confirmed : (t,) bool array
+        Which tracks are believed.
+
+    """
+    known = _holding(blob_of, kind == ClassCode.BICYCLE, len(look)) > 0
+    alone = _holding(blob_of, confirmed, len(look)) < 2
+    return np.asarray(alone & (known | (look == ClassCode.BICYCLE)))
+
+
+def _holding(blob_of: Ints, some: Mask, count: int) -> Ints:
+    """Return how many of some tracks, (t,), each of so many blobs holds."""
+    return np.bincount(blob_of[some & (blob_of >= 0)], minlength=count)

@@ -31,6 +31,10 @@ class Cloth(IntEnum):
     HAIR = 7
 
 
+METAL = 8
+"""What a pixel of a bicycle is made of."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Pose:
     """

@@ -82,7 +82,7 @@ class Scene:
 
     name: str
     scenario: type[Scenario]
-    world: Callable[[Scenario], World]
+    world: Callable[[Any], World]
     renderer: Callable[[Any, int], Renderer]
     meter: Callable[[Any], Meter]
     cameras: Callable[[Scenario], tuple[Camera, ...]]

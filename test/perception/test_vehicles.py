@@ -7,7 +7,7 @@ import pytest
 from mctrack_ros.config import config_from
 from mctrack_ros.interfaces import ClassCode, Feedback
 from mctrack_ros.perception import CameraConfig, CameraPipeline
-from mctrack_ros.perception.vehicles import vehicles_among
+from mctrack_ros.perception.vehicles import bicycles_among, vehicles_among
 
 GROUND = (60, 120, 60)
 
@@ -54,6 +54,7 @@ class Road:
         return self.pipeline.step(noisy, stamp_ns, feedback)
 
 
+ON_FOOT, BICYCLE, VEHICLE = ClassCode.PERSON, ClassCode.BICYCLE, ClassCode.VEHICLE
 CAR, PERSON = (4.2, 1.8, 1.5), (0.5, 0.3, 1.75)
 
 
@@ -130,8 +131,18 @@ def test_a_person_keeps_one_track_at_four_pictures_a_second(mapping):
 def test_a_vehicle_came_as_a_whole_and_people_gathered():
     # one that is known, one that is new, people, a new one still cut off, and a known one
     blob_of = np.array([0, 1, 2, 2, 3, 4, -1])
-    balance = np.array([1.0, 0.0, -0.5, 0.0, 0.0, 0.2, -1.0])
+    kind = np.array([VEHICLE, 0, ON_FOOT, 0, 0, VEHICLE, ON_FOOT])
+    lead = np.array([1.0, 0.0, 0.5, 0.0, 0.0, 0.2, 1.0])
     truncated = np.array([False, False, False, True, True])
-    large = np.array([True, True, True, True, False])
-    vehicle = vehicles_among(blob_of, balance, large, truncated)
+    look = np.array([VEHICLE, VEHICLE, VEHICLE, VEHICLE, ON_FOOT])
+    vehicle = vehicles_among(blob_of, kind, lead, look, truncated)
     assert vehicle.tolist() == [True, True, False, False, True]
+
+
+def test_a_bicycle_is_one_while_nobody_else_is_believed_to_be_in_its_blob():
+    # one that looks so, one that did, with a track just begun, one with somebody else, a person
+    blob_of = np.array([0, 1, 1, 2, 2, 3, -1])
+    kind = np.array([0, BICYCLE, 0, BICYCLE, ON_FOOT, ON_FOOT, BICYCLE])
+    confirmed = np.array([True, True, False, True, True, True, True])
+    look = np.array([BICYCLE, ON_FOOT, BICYCLE, ON_FOOT])
+    assert bicycles_among(blob_of, kind, confirmed, look).tolist() == [True, True, False, False]

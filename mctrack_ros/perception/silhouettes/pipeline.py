@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import ClassCode, Feedback
-from mctrack_ros.perception.classes import ClassVotes
+from mctrack_ros.perception.classes import ClassVotes, looks_like_vehicle
 from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.identity import learn_identities
 from mctrack_ros.perception.local_events import EventLog
@@ -75,7 +75,7 @@ class SilhouettePipeline:
         self._places = Places(config.places, config.tracker.classes.vehicle_height_m, mapping)
         self._tracker = SilhouetteTracker(config.tracker, self._places.sizes)
         self._rest = RestWatch(config.rest)
-        self._classes = ClassVotes(config.tracker.classes)
+        self._classes = ClassVotes(config.tracker.classes.memory_s)
         self._watchdog = Watchdog(config.watchdog, mask)
         self._groups = Groups(GroupConfig(part_s=config.report.part_s))
         self._passed: set[int] = set()
@@ -164,7 +164,9 @@ class SilhouettePipeline:
         truncated = at_edge(objects.box, mask.shape, 1.0)
         extent = self._places.extent(objects.box)
         whole = objects.matched & (component < 0) & ~truncated
-        objects.class_id[:] = self._classes.count(objects.local_id, extent, whole, seconds)
+        large = looks_like_vehicle(extent, self._config.tracker.classes)
+        look = np.where(large, ClassCode.VEHICLE, ClassCode.PERSON)
+        objects.class_id[:] = self._classes.count(objects.local_id, look, whole, seconds)
         self._place(shift)
         if feedback is not None:
             learn_identities(objects, feedback, stamp_ns, self._config.identity)

@@ -1,4 +1,4 @@
-"""What goes on in a car park: people walk, meet and loiter; cars come, park, wait and leave."""
+"""What goes on in a car park: people walk, meet, loiter and ride; cars come, park and leave."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mctrack_ros.simulation.carpark.routes import CORRIDORS, Routes
 
 Floats = NDArray[np.float64]
 
-_WALK_MPS = (1.05, 1.65)
+_WALK_MPS, _RIDE_MPS = (1.05, 1.65), (3.0, 5.5)
 _DOOR_M = np.array([0.2, 1.3])
 _UNHURRIED_S, _SHORT_STOP_S, _LONG_STOP_S = (5.0, 9.0), (2.0, 3.2), (6.0, 10.0)
 
@@ -154,6 +154,15 @@ class Activities:
         if self._rng.random() < 0.5:
             ends.reverse()
         return [self._car(first, self._driven(*paths.along(np.array(ends)), 4.0, 4.0))]
+
+    def ride(self, first: int) -> list[Actor]:
+        """One person rides through on a bicycle."""
+        corridor, side = int(self._rng.integers(len(CORRIDORS))), int(self._rng.choice((-1, 1)))
+        ends = np.array([self._routes.outside(corridor, turn * side) for turn in (1, -1)])
+        speed = self._rng.uniform(*_RIDE_MPS)
+        course = paths.walked(ends, self._period_s, speed, self._rng)
+        size = np.array([1.74, 0.55, self._rng.normal(1.72, 0.06)])
+        return [Actor(ClassCode.BICYCLE, self._cast.new_party(), first, course, size)]
 
     def parked(self, bay: Bay) -> Actor:
         """Return a car that stands in a bay from the beginning."""

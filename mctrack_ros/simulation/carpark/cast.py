@@ -22,12 +22,12 @@ _MOVING_MPS = 0.1
 @dataclass(eq=False)
 class Actor:
     """
-    Somebody, or a car.
+    Somebody, on foot or on a bicycle, or a car.
 
     Attributes
     ----------
     class_id : ClassCode
-        Person or vehicle.
+        Person, bicycle or vehicle.
     party : int
         People who come together are of one party.
     first : int

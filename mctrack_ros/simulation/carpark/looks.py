@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import ClassCode
-from mctrack_ros.simulation.bodies import Cloth
+from mctrack_ros.simulation.bodies import METAL, Cloth
 from mctrack_ros.simulation.carpark.cast import Actor
 from mctrack_ros.simulation.carpark.vehicles import Part
 
@@ -43,6 +43,7 @@ def _dress(row: NDArray[np.float64], rng: np.random.Generator) -> None:
     row[Cloth.SHOE] = ASPHALT - rng.uniform(16, 40)
     row[Cloth.SKIN] = ASPHALT + rng.uniform(16, 40)
     row[Cloth.HAIR] = ASPHALT - rng.uniform(18, 46)
+    row[METAL] = _WHEEL
 
 
 def _paint(row: NDArray[np.float64], rng: np.random.Generator) -> None:

@@ -18,7 +18,7 @@ _BREADTH = 0.55
 def people_meet(actors: list[Actor], others: list[Actor], camera: Camera) -> bool:
     """Return whether anybody's box in the picture meets one of others' at some time."""
     mine, theirs = (
-        [actor for actor in some if actor.class_id == ClassCode.PERSON]
+        [actor for actor in some if actor.class_id != ClassCode.VEHICLE]
         for some in (actors, others)
     )
     for one in mine:

@@ -16,6 +16,11 @@ class CarParkScenario(Scenario):
     what a car park sees in two to three hours. The light changes slowly by the amplitude
     ``lighting_drift``; ``shadows`` and ``noise`` are as for the pitch.
 
+    Attributes
+    ----------
+    bicycles : bool
+        Whether people ride through on bicycles, too; the paper has none.
+
     """
 
     duration_s: float = 600.0
@@ -26,6 +31,7 @@ class CarParkScenario(Scenario):
     noise: float = 2.6
     shadows: bool = True
     lighting_drift: float = 0.06
+    bicycles: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated."""

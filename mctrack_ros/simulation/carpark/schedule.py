@@ -12,7 +12,7 @@ from mctrack_ros.simulation.carpark.activities import Activities
 from mctrack_ros.simulation.carpark.cast import Actor, Cast
 from mctrack_ros.simulation.carpark.mingling import people_meet
 from mctrack_ros.simulation.carpark.routes import Routes
-from mctrack_ros.simulation.scenario import Scenario
+from mctrack_ros.simulation.carpark.scenario import CarParkScenario
 
 _EMPTY_S = 6.0
 _PAUSE_S = (4.5, 8.5)
@@ -35,8 +35,11 @@ _SHARES = {
 }
 """How often each activity is tried."""
 
+_RIDES = {'ride': 0.25}
+"""The same where people come on bicycles."""
 
-def cast_of(scenario: Scenario, camera: Camera) -> list[Actor]:
+
+def cast_of(scenario: CarParkScenario, camera: Camera) -> list[Actor]:
     """Return everybody and every car of a recording; the same scenario gives the same."""
     return _Schedule(scenario, camera).filled()
 
@@ -44,7 +47,7 @@ def cast_of(scenario: Scenario, camera: Camera) -> list[Actor]:
 class _Schedule:
     """A car park that fills with activities from the first second to the last."""
 
-    def __init__(self, scenario: Scenario, camera: Camera) -> None:
+    def __init__(self, scenario: CarParkScenario, camera: Camera) -> None:
         self._rng = np.random.default_rng([scenario.seed, 11])
         self._scenario, self._camera = scenario, camera
         self._cast = Cast(scenario.period_s)
@@ -63,7 +66,8 @@ class _Schedule:
                 self._in_bay[index] = self._activities.parked(bay)
                 self._cast.actors.append(self._in_bay[index])
         clock = _EMPTY_S
-        names, shares = list(_SHARES), np.array(list(_SHARES.values()))
+        tried = _SHARES | _RIDES if self._scenario.bicycles else _SHARES
+        names, shares = list(tried), np.array(list(tried.values()))
         while clock < self._scenario.duration_s:
             name = str(self._rng.choice(names, p=shares / shares.sum()))
             first = round(clock * self._scenario.rate_hz)

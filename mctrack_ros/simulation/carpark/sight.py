@@ -1,4 +1,4 @@
-"""What the camera truly sees of the car park: people and cars, from far to near."""
+"""What the camera truly sees of the car park: people, bicycles and cars, from far to near."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import ClassCode
-from mctrack_ros.simulation.bodies import CLOTH, outlines, posed
+from mctrack_ros.simulation.bodies import CLOTH, Pose, outlines, posed
+from mctrack_ros.simulation.carpark.bicycles import mounted
 from mctrack_ros.simulation.carpark.order import far_first
 from mctrack_ros.simulation.carpark.vehicles import car_faces, shade_of
 from mctrack_ros.simulation.carpark.world import CarParkWorld
@@ -41,7 +42,7 @@ class CarParkSight:
     def layers(self, step: int) -> tuple[Layers, Layers]:
         """Return everybody in the picture, far ones first, and the shadows they throw."""
         bodies, shadows = {}, []
-        for index, body, shadow in [*self._people(step), *self._cars(step)]:
+        for index, body, shadow in [*self._people(step), *self._riders(step), *self._cars(step)]:
             if body is not None:
                 bodies[index] = body
             if shadow is not None:
@@ -70,21 +71,39 @@ class CarParkSight:
             self._world.appearance.height[who],
             self._camera.position,
         )
+        return [
+            (index, body, shadow)
+            for index, (body, shadow) in zip(who.tolist(), self._with_shadow(pose, CLOTH))
+        ]
+
+    def _riders(self, step: int) -> list[tuple[int, Silhouette | None, Silhouette | None]]:
+        motion, drawn = self._world.motion, []
+        for index in self._near(step, ClassCode.BICYCLE).tolist():
+            pose, part = mounted(
+                motion.position[step, index],
+                float(motion.heading[step, index]),
+                float(motion.stride[step, index]),
+                float(self._world.size[index, 2]),
+            )
+            ((body, shadow),) = self._with_shadow(pose, part)
+            drawn.append((index, body, shadow))
+        return drawn
+
+    def _with_shadow(
+        self, pose: Pose, part: NDArray[np.int64]
+    ) -> list[tuple[Silhouette | None, Silhouette | None]]:
+        """Draw everybody of a pose, and the shadow that he throws."""
         flat = pose.ends.copy()
         flat[..., :2] += flat[..., 2:] * _SUN
         flat[..., 2] = 0
-        size = self._camera.size
         bodies, shadows = (
-            outlines(shape, self._camera) for shape in (pose, type(pose)(flat, pose.width))
+            [
+                drawn_alone(*row, part, self._camera.size)
+                for row in zip(*outlines(shape, self._camera))
+            ]
+            for shape in (pose, Pose(flat, pose.width))
         )
-        drawn = []
-        for row, index in enumerate(who.tolist()):
-            body, shadow = (
-                drawn_alone(corners[row], order[row], CLOTH, size)
-                for corners, order in (bodies, shadows)
-            )
-            drawn.append((index, body, shadow))
-        return drawn
+        return list(zip(bodies, shadows))
 
     def _cars(self, step: int) -> list[tuple[int, Silhouette | None, Silhouette | None]]:
         """Draw cars; what stands still is drawn once."""

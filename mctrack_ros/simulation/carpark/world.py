@@ -12,6 +12,7 @@ from mctrack_ros.simulation.appearance import Appearance
 from mctrack_ros.simulation.carpark.cast import Actor
 from mctrack_ros.simulation.carpark.layout import carpark_cameras
 from mctrack_ros.simulation.carpark.looks import shades
+from mctrack_ros.simulation.carpark.scenario import CarParkScenario
 from mctrack_ros.simulation.carpark.schedule import cast_of
 from mctrack_ros.simulation.players import Motion
 from mctrack_ros.simulation.scenario import Scenario
@@ -50,7 +51,7 @@ class CarParkWorld(World):
         return self.size[:, 1:]
 
 
-def carpark_world(scenario: Scenario) -> CarParkWorld:
+def carpark_world(scenario: CarParkScenario) -> CarParkWorld:
     """Return the world of a scenario."""
     cameras = carpark_cameras(scenario)
     actors = cast_of(scenario, cameras[0])

@@ -8,6 +8,7 @@ from mctrack_ros.simulation.carpark.paths import Course, standing
 
 SIZE = {
     ClassCode.PERSON: np.array([0.4, 0.5, 1.75]),
+    ClassCode.BICYCLE: np.array([1.74, 0.55, 1.72]),
     ClassCode.VEHICLE: np.array([4.2, 1.7, 1.45]),
 }
 

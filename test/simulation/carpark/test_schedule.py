@@ -64,3 +64,14 @@ def test_people_of_a_group_are_one_party():
     world = carpark_world(CarParkScenario(seed=2, duration_s=400))
     people = world.party[world.class_id == ClassCode.PERSON]
     assert len(np.unique(people)) < len(people)
+
+
+def test_people_ride_through_on_bicycles_only_if_asked_for(world):
+    scenario = CarParkScenario(seed=1, duration_s=200, bicycles=True)
+    riding = carpark_world(scenario)
+    riders = riding.class_id == ClassCode.BICYCLE
+    assert riders.sum() >= 5
+    speed = np.linalg.norm(riding.motion.velocity, axis=2)[riding.active]
+    who = np.broadcast_to(riders, riding.active.shape)[riding.active]
+    assert 2.5 < np.median(speed[who]) < 6.0
+    assert not (world.class_id == ClassCode.BICYCLE).any()

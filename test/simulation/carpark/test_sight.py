@@ -5,7 +5,7 @@ from mctrack_ros.interfaces import ClassCode, EventCode
 from mctrack_ros.simulation import EventWatcher, parked_detections, true_detections
 from mctrack_ros.simulation.carpark import CarParkRenderer
 
-PERSON, CAR = ClassCode.PERSON, ClassCode.VEHICLE
+PERSON, RIDER, CAR = ClassCode.PERSON, ClassCode.BICYCLE, ClassCode.VEHICLE
 PLACE = np.array([20.0, 14.0])
 
 
@@ -31,10 +31,11 @@ def test_somebody_between_two_parked_cars_is_before_one_and_behind_the_other(sce
     assert min(shares[0], shares[1]) < 1.0
 
 
-def test_pixels_change_only_inside_the_true_box(scene):
+@pytest.mark.parametrize('kind', [PERSON, RIDER])
+def test_pixels_change_only_inside_the_true_box(scene, kind):
     quiet = {'noise': 1e-3, 'shadows': False}
     empty, _ = CarParkRenderer(scene((CAR, (-200.0, 0.0), 0.0), **quiet), 0).frame(0)
-    given = ((CAR, (-200.0, 0.0), 0.0), (PERSON, PLACE, 0.0))
+    given = ((CAR, (-200.0, 0.0), 0.0), (kind, PLACE, 0.0))
     image, view = CarParkRenderer(scene(*given, **quiet), 0).frame(0)
     rows, columns = np.nonzero(image != empty)
     left, top, width, height = view.box[0]
@@ -79,3 +80,13 @@ def test_walkers_that_pass_one_another_merge_and_split(scene):
     for step in range(60):
         codes += watcher.step(step, renderer.frame(step)[1]).event.tolist()
     assert codes == [EventCode.NEW, EventCode.NEW, EventCode.MERGE, EventCode.SPLIT]
+
+
+def test_a_bicycle_is_long_from_the_side_and_as_wide_as_its_rider_from_the_front(scene):
+    def box(kind, heading):
+        return CarParkRenderer(scene((kind, PLACE, heading)), 0).frame(0)[1].box[0]
+
+    side, front, walker = box(RIDER, 0.0), box(RIDER, np.pi / 2), box(PERSON, np.pi / 2)
+    assert side[2] > 2 * front[2]
+    assert front[2] < 1.5 * walker[2]
+    assert side[3] == pytest.approx(walker[3], rel=0.15)
