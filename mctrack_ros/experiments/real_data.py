@@ -41,7 +41,7 @@ LAB6P_SETTINGS: Settings = {
 }
 CMC_SETTINGS: Settings = {
     'motion.sensor_sigma': 0.07,  # careful calibration; the boxes' own errors are known
-    'motion.acceleration_density': 1.0,  # people stroll in a small room
+    'motion.model': 'interacting',  # people stroll in a small room, stop and turn
     'association.false_density': 0.05,  # in a crowd most detections are somebody else's
     'life.coverage_prior': 0.9,  # all four corner cameras see the whole room
     'life.hit_evidence': 1.5,  # people who wait at the door are seen, but not by many
