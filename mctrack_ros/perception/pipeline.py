@@ -172,6 +172,10 @@ class CameraPipeline:
             scale,
             self._config.blobs,
         )
+        box, area = blobs.box / scale, blobs.area / scale**2
+        shade = self._shadows.alone(small, background, mask, box, area, noise)
+        if shade.any():
+            blobs = blobs.select(~shade)
         picture = Picture(small, raw, mask, background, difference, scale)
         detections, events = self._tracker.step(blobs, picture, stamp_ns, feedback, shift.noise_px)
         seen = detections.box[~detections.is_vacant]

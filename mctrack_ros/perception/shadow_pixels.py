@@ -27,6 +27,11 @@ UPRIGHT = 0.4  # tangent of the angle from the upright within which bodies hide 
 BRIGHTEST = 1.15  # what is hardly another colour or darker is ground at a shadow's rim
 ALIKE, SIGMAS = 0.12, 3.0  # how well a channel must fit: a share, and of the noise
 VOTER_PX = 3  # of so many rows and columns one votes
+NO_SHADE = 0.02  # share of other pixels that what is nothing but shade has at most
+LEAST_SHADE = 0.9  # and of shade, at least; the rest is hardly darker than the ground
+DARKEST, SPREAD = 0.5, 0.12  # its factor's median, and the quartiles' distance at most
+LEAST_PX = 60  # fewer pixels do not tell
+BINS = 120  # of 0.01 of the factor
 
 
 @inner
@@ -235,3 +240,59 @@ def remove(kind: Image, field: Floats, direction: Floats, longest_m: float, mask
                 if _walk(kind, field, y, x, direction, longest_m) == BODY:
                     flat[index] = SHADOW
                     mask[y, x] = 0
+
+
+@compiled(
+    types.b1[::1](BYTES_3D, BYTES_3D, BYTES_2D, FLOATS_2D, FLOATS_1D, types.f8, types.f8, types.f8)
+)
+def nothing_but_shade(
+    image: Image,
+    model: Image,
+    mask: Image,
+    box: Floats,
+    area: Floats,
+    darkest: float,
+    brightest: float,
+    noise: float,
+) -> NDArray[np.bool_]:
+    """
+    Tell which boxes hold nothing but shade, darker by one factor all over.
+
+    Parameters
+    ----------
+    image, model, mask, darkest, brightest, noise
+        As in `mark`.
+    box : (n, 4) array
+        Left, top, width, height, px.
+    area : (n,) array
+        Foreground in each, px.
+
+    """
+    shade, tint = np.zeros(len(box), np.bool_), np.ones(3)
+    slack = SIGMAS * noise
+    for one in range(len(box)):
+        left, top = round(box[one, 0]), round(box[one, 1])
+        right, bottom = left + round(box[one, 2]), top + round(box[one, 3])
+        count, dark, others, most = 0, 0, 0, NO_SHADE * area[one]
+        found = np.zeros(BINS, np.int64)
+        for y in range(max(top, 0), min(bottom, mask.shape[0])):
+            for x in range(max(left, 0), min(right, mask.shape[1])):
+                if mask[y, x] == 0:
+                    continue
+                new, old = image[y, x], model[y, x]
+                kind = _kind_of(new, old, tint, tint, darkest, brightest, slack)
+                if kind == BODY:
+                    others += 1
+                    continue
+                before = max(float(old[0]) + float(old[1]) + float(old[2]), 1.0)
+                factor = (float(new[0]) + float(new[1]) + float(new[2])) / before
+                found[min(int(factor * 100), BINS - 1)] += 1
+                count, dark = count + 1, dark + (kind == SHADE)
+            if others > most:
+                break
+        if others > most or count < LEAST_PX or dark < LEAST_SHADE * (count + others):
+            continue
+        quarter = np.searchsorted(np.cumsum(found), np.array([0.25, 0.5, 0.75]) * count)
+        is_even = (quarter[2] - quarter[0]) * 0.01 <= SPREAD
+        shade[one] = is_even and quarter[1] * 0.01 >= DARKEST
+    return shade

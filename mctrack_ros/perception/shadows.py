@@ -9,7 +9,14 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.perception.shadow_pixels import FIELD_PX, VOTER_PX, mark, remove, votes
+from mctrack_ros.perception.shadow_pixels import (
+    FIELD_PX,
+    VOTER_PX,
+    mark,
+    nothing_but_shade,
+    remove,
+    votes,
+)
 
 Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -17,6 +24,8 @@ DIRECTIONS = 24
 LEAST_SHADE = 0.1  # of what bodies cover; what is less is clothes
 FAITH = 0.6  # share of the surplus that keeps the belief
 MARGIN = 0.08  # of the factor, about what was learned
+SAMPLE_PX = 16  # every so many pixels it is looked whether there are colours
+LEAST_COLOUR = 2.0  # mean difference of blue and red from which there are, grey levels
 
 
 @dataclass(frozen=True)
@@ -119,6 +128,32 @@ class Shadows:
             brightest = self._config.brightest
             mark(image, model, mask, self._tint, darkest, brightest, noise, self._kind)
             remove(self._kind, self._field, self.sun, self._config.longest_m, mask)
+
+    def alone(
+        self, image: Image, model: Image, mask: Image, box: Floats, area: Floats, noise: float
+    ) -> NDArray[np.bool_]:
+        """
+        Tell which blobs, (n,), are shadows by themselves: on walls, or of whom nobody sees.
+
+        They are darker than the background by one factor all over, and of its colours. Nobody
+        is so from head to foot where there are colours; in grey pictures many are.
+
+        Parameters
+        ----------
+        image, model, mask, noise
+            As in `take_out`; the mask is left as it is.
+        box : (n, 4) array
+            Left, top, width, height, px.
+        area : (n,) array
+            Foreground in each, px.
+
+        """
+        sample = image[::SAMPLE_PX, ::SAMPLE_PX].astype(np.int64)
+        has_colour = np.abs(sample[..., 0] - sample[..., 2]).mean() >= LEAST_COLOUR
+        if not (self._config.suppress and has_colour and len(box)):
+            return np.zeros(len(box), np.bool_)
+        darkest, brightest = self._config.darkest, self._config.brightest
+        return nothing_but_shade(image, model, mask, box, area, darkest, brightest, noise)
 
     def _look(self, image: Image, model: Image, mask: Image, noise: float, stamp_ns: int) -> None:
         """Let pixels vote and count."""

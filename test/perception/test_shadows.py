@@ -113,3 +113,57 @@ def test_people_with_shadows_stand_where_their_feet_are(mapping):
     assert np.allclose(found, places, atol=0.3)
     width = detections.box[:, 2] / mapping.width_px(detections.position[:, :2], 0.5)
     assert (width < 1.2).all()
+
+
+WALL = {
+    'shadow': (0.75, None, True),
+    'deep shadow': (0.4, None, False),
+    'with a trunk of another colour': (0.75, (60, 90, 160), False),
+    'with a brighter upper half': (0.62, 0.85, False),
+}
+
+
+@pytest.mark.parametrize(('factor', 'top', 'is_shade'), WALL.values(), ids=WALL)
+def test_what_is_darker_by_one_factor_all_over_is_a_shadow_by_itself(
+    mapping, factor, top, is_shade
+):
+    yard = Yard(mapping)
+    image, mask, box, area = standing(yard, factor, top)
+    shadows = Shadows(ShadowConfig(), mapping, 1.0)
+    assert shadows.alone(image, yard.ground, mask, box, area, 2.0).tolist() == [is_shade]
+    off = Shadows(ShadowConfig(suppress=False), mapping, 1.0)
+    assert not off.alone(image, yard.ground, mask, box, area, 2.0).any()
+
+
+def test_in_grey_pictures_it_may_as_well_be_somebody(mapping):
+    yard = Yard(mapping, grey=True)
+    image, *seen = standing(yard, 0.75, None)
+    grey = np.repeat(image[..., :1], 3, axis=2)
+    assert not Shadows(ShadowConfig(), mapping, 1.0).alone(grey, yard.ground, *seen, 2.0).any()
+
+
+@pytest.mark.parametrize(('top', 'count'), [(None, 0), ((60, 90, 160), 1)])
+def test_nobody_is_seen_where_a_shadow_falls_on_a_wall(mapping, top, count):
+    yard = Yard(mapping)
+    pipeline = CameraPipeline(CameraConfig(), mapping, background=yard.ground)
+    for step in range(20):
+        image, *_ = standing(yard, 0.75, top)
+        detections = pipeline.step(image, (step + 1) * PERIOD_NS, None).detections
+    assert len(detections) == count
+
+
+def standing(yard, factor, top):
+    """Return a picture of somebody in a share of the ground's light, his mask, box and area."""
+    place = PLACES[:1]
+    body = yard.truth(place)[0]
+    image = yard.ground.astype(float)
+    image[body] *= factor
+    rows, columns = np.nonzero(body)
+    upper = body & (np.arange(len(body))[:, None] < rows.min() + np.ptp(rows) // 2)
+    if top is not None:
+        image[upper] = yard.ground[upper] * top if np.isscalar(top) else top
+    noisy = image + yard.rng.normal(0, 2, image.shape)
+    box = np.array([[columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]], float)
+    mask = body.astype(np.uint8) * 255
+    area = np.array([float(np.count_nonzero(body))])
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8), mask, box, area
