@@ -97,6 +97,7 @@ def simulate(
             scenario, out, processes=processes, overwrite=overwrite, progress=progress
         )
     choice = '' if scene is SceneName.PITCH5 else f' --scene {scene}'
+    choice += ' --bicycles' if bicycles else ''
     length = f'--seconds {scenario.duration_s:g} --seed {seed}'
     figures = Figures(
         name='simulate' if scene is SceneName.PITCH5 else f'simulate_{scene}',

@@ -8,7 +8,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
+from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled, inner
 from mctrack_ros.fusion.account import Account
 from mctrack_ros.fusion.admission import ROWS
 from mctrack_ros.fusion.covering import COSTS, CoveringAssociation
@@ -19,6 +19,7 @@ from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.motion import Motion
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TRACKS, TrackTable
+from mctrack_ros.interfaces import ClassCode
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -33,6 +34,9 @@ EXTENT_NS = 8e9
 """Time constant of its size, ns."""
 LARGEST_M = 100.0
 """Nobody is larger than this, m."""
+CLASS_S, MOST_CLASS_S = 1.0, 3.0
+"""For so long one detection tells a class at most, and for so long a class leads at most, s."""
+PERSON, OTHERS_WEIGH = int(ClassCode.PERSON), 2.0
 ASSOCIATIONS = dict.fromkeys(COSTS, CoveringAssociation)
 """By method, what associates the pictures of a tick; that of all others is `JointAssociation`."""
 
@@ -100,6 +104,21 @@ def note(table: TrackTable, looks: Looks, rows: Indices, columns: Indices) -> No
     _note(table.fixed, table.seen_by_ns, table.local_id, rows, columns, looks.rows)
 
 
+@inner
+def _vote(track: Any, kind: int, seconds: float) -> None:
+    """
+    Let a camera tell a class: the lead of another one shrinks, and then it is this one.
+
+    All others weigh more than that of a person: that is what everything looks like from somewhere.
+    """
+    if kind != PERSON:
+        seconds *= OTHERS_WEIGH
+    ahead = track['class_lead_s'] + (seconds if kind == track['class_id'] else -seconds)
+    if ahead < 0.0 or track['class_id'] == 0:
+        track['class_id'] = kind
+    track['class_lead_s'] = min(abs(ahead), MOST_CLASS_S)
+
+
 @compiled(
     types.void(
         TRACKS, types.Array(types.i8, 2, 'A'), types.Array(types.u4, 2, 'A'), INTS_1D, INTS_1D,
@@ -114,7 +133,10 @@ def _note(
         row, column = rows[index], columns[index]
         track, one = tracks[row], told[column]
         own, stamp_ns = one['camera'], one['stamp_ns']
-        share = min((stamp_ns - seen_by_ns[row, own]) / EXTENT_NS, MOST_AT_ONCE)
+        since_ns = stamp_ns - seen_by_ns[row, own]
+        if one['class_id'] > 0:
+            _vote(track, one['class_id'], min(since_ns / 1e9, CLASS_S))
+        share = min(since_ns / EXTENT_NS, MOST_AT_ONCE)
         for axis in range(2):
             size = told_extent[column, axis]
             if 0.0 < size < LARGEST_M:
@@ -125,8 +147,6 @@ def _note(
         seen_by_ns[row, own] = stamp_ns
         local_id[row, own] = one['local_id']
         track['cameras'] |= np.uint32(1) << np.uint32(own)
-        if one['class_id'] > 0:
-            track['class_id'] = one['class_id']
 
 
 def learn_appearance(

@@ -93,6 +93,8 @@ class TrackTable:
     template : (n, 48) float32 array
         Appearance; zero: none yet.
     class_id, kit : (n,) uint8 array
+    class_lead_s : (n,) array
+        For how much longer than all others its class was told, in all cameras, s.
     hidden_ns : (n, cameras) int64 array
         Stamp of the last group in which each camera saw it.
     group : (n,) uint32 array
@@ -131,6 +133,7 @@ class TrackTable:
     in_contact = Column(np.bool_)
     evidence = Column(np.float64)
     missed = Column(np.float64)
+    class_lead_s = Column(np.float64)
     first_ns = Column(np.int64)
     seen_ns = Column(np.int64)
     kept_ns = Column(np.int64)

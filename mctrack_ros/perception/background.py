@@ -31,6 +31,7 @@ from mctrack_ros.perception.segmentation import otsu_threshold
 Image = NDArray[np.uint8]
 NOISE_TIME_S = 0.8
 MOST_NOISE = 30.0  # grey levels; nothing can be told from such pictures
+LONGEST_LESSON_S = 1.0  # so long a picture counts at most: after a gap it is one like others
 LEAP = 2.0  # grey levels by which the median difference grows when the light leaps
 LEAST_GAIN = 0.02  # change of light that is followed
 
@@ -262,7 +263,8 @@ class Background:
 
     def _learn(self, image: Image, mask: Image, stamp_ns: int) -> None:
         assert self.model is not None
-        seconds = (stamp_ns - self._lesson_ns) * 1e-9 if self._lesson_ns else 0.0
+        since_s = (stamp_ns - self._lesson_ns) * 1e-9 if self._lesson_ns else 0.0
+        seconds = min(since_s, LONGEST_LESSON_S)
         self._lesson_ns = stamp_ns
         self._next_ns = stamp_ns + round(self._config.update_period_s * 1e9)
         self._noise_map.learn(self.difference, mask, self.noise or 0.0, seconds)

@@ -41,6 +41,14 @@ class ClassConfig:
         3.0, 'time of one class that outweighs all before it [s]', minimum=0.0
     )
 
+    def __post_init__(self) -> None:
+        """Refuse sizes that no bicycle has."""
+        if self.bicycle_width_m > self.bicycle_length_m:
+            raise ValueError(
+                f'bicycle_width_m is {self.bicycle_width_m}, expected at most bicycle_length_m, '
+                f'{self.bicycle_length_m}'
+            )
+
 
 def looks_like_vehicle(extent: Floats, config: ClassConfig) -> Mask:
     """

@@ -186,8 +186,8 @@ class CameraPipeline:
         return CameraOutput(detections, events, shift)
 
     def predicted_boxes(self) -> NDArray[np.float64]:
-        """Return the (n, 4) boxes, px, where the camera's own tracks are, for an overlay."""
-        return self._tracker.tracks.prediction().box
+        """Return the (n, 4) boxes, px, where the last picture was to show its tracks."""
+        return self._tracker.predicted_box
 
     def groups(self) -> list[tuple[int, ...]]:
         """Return the local ids of each group, for an overlay."""

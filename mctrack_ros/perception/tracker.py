@@ -102,6 +102,13 @@ class LocalTracker:
     ignored : (h, w) uint8 array or None
         0 where the camera does not look.
 
+    Attributes
+    ----------
+    tracks : LocalTracks
+        As they are after the last picture.
+    predicted_box : (n, 4) float64 array
+        Where they were expected in it, px, before it was looked at.
+
     """
 
     def __init__(
@@ -139,11 +146,13 @@ class LocalTracker:
         self._groups, self._steadiness = Groups(groups), Steadiness(groups.stable_s)
         self._strength = Strength(groups.contact_share, groups.contact_colour)
         self._presence = Presence(presence, usual, sizes, mapping)
+        self.predicted_box: NDArray[np.float64] = np.zeros((0, 4))
         self._last_ns: int | None = None
 
     def restart(self) -> None:
         """Forget all tracks; ids go on."""
         self.tracks.clear()
+        self.predicted_box = np.zeros((0, 4))
         self._roll.restart()
         self._company = NOBODY
         self._groups.restart()
@@ -183,6 +192,7 @@ class LocalTracker:
         self._last_ns = stamp_ns
         tracks.predict(seconds)
         predicted = self._without_lost(tracks.prediction(), stamp_ns, seconds, log)
+        self.predicted_box = predicted.box
         cells = np.rint(blobs.box / picture.scale).astype(int)
         template = colour_templates(picture.image, picture.mask, cells, self._palette)
         blob_of = match(tracks, predicted, blobs, template, self._matching)

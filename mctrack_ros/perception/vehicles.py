@@ -21,7 +21,7 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 PROVEN_S = 0.3
-"""Whoever has looked like a person for so long is one, also in a blob as large as a vehicle, s."""
+"""What has looked like something for so long is that, also in a blob as large as a vehicle, s."""
 
 
 class Vehicles:
@@ -65,7 +65,8 @@ class Vehicles:
         np.maximum.at(speed, blob_of[inside], self._speed(tracks)[inside])
         look = self._look(blobs, speed)
         kind, lead = self._votes.leads(tracks.local_id)
-        bicycle = bicycles_among(blob_of, kind, tracks.confirmed, look)
+        short = self._extent(blobs)[:, 0] <= self._config.bicycle_length_m
+        bicycle = bicycles_among(blob_of, kind, tracks.confirmed, look, short)
         height[bicycle] = self._config.bicycle_height_m
         vehicle = vehicles_among(blob_of, kind, lead, look, blobs.truncated)
         height[vehicle] = self._config.vehicle_height_m
@@ -101,16 +102,21 @@ class Vehicles:
         look[track], whole[track] = self._look(blobs, speed)[blob], True
         kind = self._votes.count(tracks.local_id, look, whole, seconds)
         _, lead = self._votes.leads(tracks.local_id)
-        tracks.class_id[:] = np.where(lead > 0.0, kind, ClassCode.UNKNOWN)
+        new = (lead >= PROVEN_S) | ((lead > 0.0) & (tracks.class_id == ClassCode.UNKNOWN))
+        tracks.class_id[new] = kind[new]
 
     def _look(self, blobs: Blobs, speed: Floats) -> Ints:
         """Return the `ClassCode` that each blob looks like, (n,), by its (n,) speed, m/s."""
-        extent = blobs.box[:, 2:] / blobs.expected * self._usual
+        extent = self._extent(blobs)
         fill = blobs.area / blobs.box[:, 2:].prod(axis=1)
         bicycle = looks_like_bicycle(extent, fill, speed, self._config)
         vehicle = looks_like_vehicle(extent, self._config)
         is_large = np.where(vehicle, ClassCode.VEHICLE, ClassCode.PERSON)
         return np.where(bicycle, ClassCode.BICYCLE, is_large)
+
+    def _extent(self, blobs: Blobs) -> Floats:
+        """Return the (n, 2) widths and heights of blobs, m, as if upright."""
+        return np.asarray(blobs.box[:, 2:] / blobs.expected * self._usual)
 
     @staticmethod
     def _speed(tracks: LocalTracks) -> Floats:
@@ -122,7 +128,7 @@ def vehicles_among(blob_of: Ints, kind: Ints, lead: Floats, look: Ints, truncate
     Tell which blobs are one vehicle: what is as large as one, and no group of people.
 
     People who meet were seen apart, a vehicle comes as a whole: through the edge of the picture,
-    as one track that never looked like a person.
+    as one track that never looked like a person or a bicycle.
 
     Parameters
     ----------
@@ -137,13 +143,13 @@ def vehicles_among(blob_of: Ints, kind: Ints, lead: Floats, look: Ints, truncate
 
     """
     large = look == ClassCode.VEHICLE
-    person, vehicle = kind == ClassCode.PERSON, kind == ClassCode.VEHICLE
-    people = _holding(blob_of, person & (lead >= PROVEN_S), len(look)) > 0
+    vehicle = kind == ClassCode.VEHICLE
+    people = _holding(blob_of, ~vehicle & (lead >= PROVEN_S), len(look)) > 0
     known = _holding(blob_of, vehicle & (lead > 0.0), len(look)) > 0
     return np.asarray(np.where(known, large | truncated, large & ~truncated & ~people))
 
 
-def bicycles_among(blob_of: Ints, kind: Ints, confirmed: Mask, look: Ints) -> Mask:
+def bicycles_among(blob_of: Ints, kind: Ints, confirmed: Mask, look: Ints, short: Mask) -> Mask:
     """
     Tell which blobs are one bicycle: what looks like one, or was one, and holds nobody else.
 
@@ -153,11 +159,13 @@ def bicycles_among(blob_of: Ints, kind: Ints, confirmed: Mask, look: Ints) -> Ma
         See `vehicles_among`.
     confirmed : (t,) bool array
         Which tracks are believed.
+    short : (n,) bool array
+        Which blobs are no longer than a bicycle.
 
     """
     known = _holding(blob_of, kind == ClassCode.BICYCLE, len(look)) > 0
     alone = _holding(blob_of, confirmed, len(look)) < 2
-    return np.asarray(alone & (known | (look == ClassCode.BICYCLE)))
+    return np.asarray(alone & ((known & short) | (look == ClassCode.BICYCLE)))
 
 
 def _holding(blob_of: Ints, some: Mask, count: int) -> Ints:

@@ -32,6 +32,8 @@ class StreamHealth:
         Of the newest message, and between messages when none is lost.
     totals : dict of str to int
         What went wrong since the start, by kind: ``late``, ``lost``, ``refused`` ...
+    reported : dict of str to int
+        The same at the last report.
 
     """
 
@@ -41,6 +43,7 @@ class StreamHealth:
     last_stamp_ns: int = 0
     interval_ns: int = 0
     totals: dict[str, int] = field(default_factory=dict)
+    reported: dict[str, int] = field(default_factory=dict)
 
     def arrived(self, stamp_ns: int, now_ns: int) -> None:
         """Count a message, and those that the gap before it shows to be lost."""
@@ -59,7 +62,11 @@ class StreamHealth:
         self.totals[kind] = self.totals.get(kind, 0) + number
 
     def report(self, name: str) -> DiagnosticStatus:
-        """Return the state of the last second and begin the next."""
+        """
+        Return the state of the last second and begin the next.
+
+        A warning if anything went wrong in it, an error if nothing could be used.
+        """
         mean_ns = self.latency_ns / max(self.received, 1)
         values = {
             'rate [Hz]': f'{self.received / _PERIOD_S:.1f}',
@@ -67,15 +74,31 @@ class StreamHealth:
             'worst latency [ms]': f'{self.worst_ns / 1e6:.1f}',
             **{kind: str(number) for kind, number in self.totals.items()},
         }
-        silent = self.received == 0
+        level, message = self._judged()
         status = DiagnosticStatus(
-            level=DiagnosticStatus.STALE if silent else DiagnosticStatus.OK,
+            level=level,
             name=name,
-            message='no data' if silent else 'receiving',
+            message=message,
             values=[KeyValue(key=key, value=value) for key, value in values.items()],
         )
         self.received = self.latency_ns = self.worst_ns = 0
+        self.reported = self.totals.copy()
         return status
+
+    def _judged(self) -> tuple[bytes, str]:
+        """Return the level of the last second, and why."""
+        if self.received == 0:
+            return DiagnosticStatus.STALE, 'no data'
+        new = {
+            kind: number - self.reported.get(kind, 0)
+            for kind, number in self.totals.items()
+            if number > self.reported.get(kind, 0)
+        }
+        if not new:
+            return DiagnosticStatus.OK, 'receiving'
+        message = 'receiving; ' + ', '.join(f'{number} {kind}' for kind, number in new.items())
+        is_useless = new.get('refused', 0) >= self.received
+        return DiagnosticStatus.ERROR if is_useless else DiagnosticStatus.WARN, message
 
 
 class Health(Protocol):

@@ -16,7 +16,7 @@ from mctrack_ros.ros import quality
 from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.process import run
-from mctrack_ros.simulation import SCENES, EventWatcher, true_detections, true_tracks
+from mctrack_ros.simulation import CARPARK, SCENES, EventWatcher, true_detections, true_tracks
 
 _REPORT_S = 10.0
 
@@ -45,6 +45,7 @@ class SimulatorNodeConfig:
         2.0, 'standard deviation of the sensor noise [grey levels]', minimum=0.1, maximum=50.0
     )
     shadows: bool = parameter(False, 'players throw shadows')
+    bicycles: bool = parameter(False, 'people ride through the car park on bicycles')
     distortion: float = parameter(
         0.0, 'first radial coefficient of the lenses; 0: pinhole', minimum=-1.0, maximum=1.0
     )
@@ -75,6 +76,9 @@ class SimulatorNode(GraphNode):
     def open(self) -> None:
         """Simulate what goes on and draw the empty pictures."""
         config, scene = self.config, SCENES[self.config.scene]
+        if config.bicycles and scene is not CARPARK:
+            raise ConfigError('bicycles come with scene carpark only')
+        more = {'bicycles': True} if config.bicycles else {}
         self.world = scene.world(
             scene.scenario(
                 seed=config.seed,
@@ -84,6 +88,7 @@ class SimulatorNode(GraphNode):
                 shadows=config.shadows,
                 distortion=config.distortion,
                 lighting_drift=config.lighting_drift,
+                **more,
             )
         )
         names = [camera.name for camera in self.world.cameras]

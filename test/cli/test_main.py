@@ -111,3 +111,15 @@ def test_a_number_out_of_range_is_refused_by_its_option():
     result = CliRunner().invoke(app, ['play', 'bag', '--rate', '-1'])
     assert result.exit_code == 2
     assert '--rate' in re.sub(r'\x1b\[[0-9;]*m', '', result.output)
+
+
+def test_bicycles_come_to_the_car_park_only(tmp_path):
+    bag = tmp_path / 'bag'
+    code, _, errors = mctrack('simulate', bag, '--bicycles', '--seconds', 1)
+    assert code == 2
+    assert 'carpark' in errors
+    assert not bag.exists()
+    scene = ('--scene', 'carpark', '--bicycles', '--seconds', 2)
+    code, _, errors = mctrack('simulate', bag, *scene)
+    assert code == 0, errors
+    assert (bag / 'metadata.yaml').exists()

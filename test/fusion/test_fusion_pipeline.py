@@ -8,7 +8,14 @@ from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.admission import MOST_DETECTIONS, Admitted, usable_rows
 from mctrack_ros.fusion.initiation import MOST_TOGETHER
 from mctrack_ros.fusion.parameters import LifeConfig
-from mctrack_ros.interfaces import Detections, EventCode, FeedbackFlag, Rows, TrackStatus
+from mctrack_ros.interfaces import (
+    ClassCode,
+    Detections,
+    EventCode,
+    FeedbackFlag,
+    Rows,
+    TrackStatus,
+)
 
 CAMERAS = ('one', 'two')
 
@@ -472,3 +479,24 @@ def test_who_is_not_seen_is_told_of_in_a_flood_too():
     assert len(admitted) == 1 + MOST_DETECTIONS
     assert admitted.vacant_id.tolist() == [7]
     assert admitted.vacant_picture.tolist() == [1]
+
+
+def test_the_class_is_what_cameras_said_for_longer_however_they_contradict_one_another():
+    def kinds(index):
+        both = index < 60
+        return {'one': ClassCode.PERSON, 'two': ClassCode.BICYCLE if both else 0}
+
+    def seen(index):
+        place = np.array([[0.05 * index, 0.0]])
+        return {
+            name: detections(
+                index * PERIOD_NS + PERIOD_NS // 2, place, class_id=np.array([kind], np.uint8)
+            )
+            for name, kind in kinds(index).items()
+        }
+
+    outputs = run(seen, 200)
+    told = [int(output.tracks.class_id[0]) for output in outputs if len(output.tracks)]
+    assert told[2:50] == [ClassCode.BICYCLE] * 48
+    assert told[-1] == ClassCode.PERSON
+    assert np.count_nonzero(np.diff(told[2:])) == 1

@@ -2,6 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
+from mctrack_ros.config import config_from
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.perception import CameraConfig, CameraPipeline
 
@@ -58,8 +59,8 @@ class Stage:
 
 @pytest.fixture
 def new_stage(mapping):
-    def make():
-        stage = Stage(mapping)
+    def make(**config):
+        stage = Stage(mapping, config_from(CameraConfig, config))
         stage.empty()
         return stage
 

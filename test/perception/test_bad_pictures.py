@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.perception import CameraConfig, open_camera
+from mctrack_ros.perception.background import RULES
 
 RED, BLUE, WHITE = (30, 30, 220), (220, 60, 30), (240, 240, 240)
 SHAPE = (240, 320, 3)
@@ -68,6 +69,17 @@ def test_another_size_is_refused_and_the_next_picture_is_as_ever(walked):
     with pytest.raises(ValueError, match='picture has shape'):
         shown(walked, np.zeros((480, 640, 3), np.uint8))
     assert len(walking(walked).detections) == 2
+
+
+@pytest.mark.parametrize('model', RULES)
+@pytest.mark.parametrize('gap_s', [0.9, 5.0, 3600.0])
+def test_whoever_stands_after_a_gap_is_not_taken_for_background(new_stage, model, gap_s):
+    stage = new_stage(background={'model': model})
+    for _ in range(25):
+        walking(stage)
+    stage.index += round(25 * gap_s)
+    seen = [len(stage.show([((0.0, 0.0), RED)]).detections) for _ in range(50)]
+    assert sum(count == 1 for count in seen) > 45
 
 
 @pytest.mark.parametrize('pictures', [25, 60])

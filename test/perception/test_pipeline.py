@@ -33,6 +33,9 @@ def test_predicted_box_lies_on_the_person(stage):
     for _ in range(10):
         box = stage.show([((1.0, 0.0), RED)]).detections.box[0]
     assert np.allclose(stage.pipeline.predicted_boxes(), [box], atol=2.0)
+    moved = stage.show([((1.4, 0.0), RED)]).detections.box[0]
+    assert moved[0] - box[0] > 5.0
+    assert np.allclose(stage.pipeline.predicted_boxes(), [box], atol=2.0)
 
 
 def test_with_a_given_background_people_are_seen_at_once(new_stage, mapping):

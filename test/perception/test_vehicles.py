@@ -141,8 +141,21 @@ def test_a_vehicle_came_as_a_whole_and_people_gathered():
 
 def test_a_bicycle_is_one_while_nobody_else_is_believed_to_be_in_its_blob():
     # one that looks so, one that did, with a track just begun, one with somebody else, a person
-    blob_of = np.array([0, 1, 1, 2, 2, 3, -1])
-    kind = np.array([0, BICYCLE, 0, BICYCLE, ON_FOOT, ON_FOOT, BICYCLE])
-    confirmed = np.array([True, True, False, True, True, True, True])
-    look = np.array([BICYCLE, ON_FOOT, BICYCLE, ON_FOOT])
-    assert bicycles_among(blob_of, kind, confirmed, look).tolist() == [True, True, False, False]
+    # and one that is hidden in something longer
+    blob_of = np.array([0, 1, 1, 2, 2, 3, 4, -1])
+    kind = np.array([0, BICYCLE, 0, BICYCLE, ON_FOOT, ON_FOOT, BICYCLE, BICYCLE])
+    confirmed = np.array([True, True, False, True, True, True, True, True])
+    look = np.array([BICYCLE, ON_FOOT, BICYCLE, ON_FOOT, VEHICLE])
+    short = np.array([True, True, True, True, False])
+    bicycle = bicycles_among(blob_of, kind, confirmed, look, short)
+    assert bicycle.tolist() == [True, True, False, False, False]
+
+
+def test_bicycles_side_by_side_are_no_vehicle():
+    # two that are known, one of which it is not sure, and one before a car that is known
+    blob_of = np.array([0, 0, 1, 2, 2])
+    kind = np.array([BICYCLE, BICYCLE, BICYCLE, BICYCLE, VEHICLE])
+    lead = np.array([1.0, 1.0, 0.1, 1.0, 1.0])
+    look, truncated = np.full(3, VEHICLE), np.zeros(3, np.bool_)
+    vehicle = vehicles_among(blob_of, kind, lead, look, truncated)
+    assert vehicle.tolist() == [False, True, True]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.interfaces import ClassCode, Feedback
+from mctrack_ros.interfaces import ClassCode, EventCode, Feedback
 from mctrack_ros.perception.classes import ClassVotes, looks_like_vehicle
 from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.identity import learn_identities
@@ -171,7 +171,7 @@ class SilhouettePipeline:
         if feedback is not None:
             learn_identities(objects, feedback, stamp_ns, self._config.identity)
         note_arrivals(objects, log)
-        self._pass_on(stamp_ns)
+        self._pass_on(stamp_ns, log)
         template = colour_templates(image, mask, objects.box.astype(np.int64))
         report = self._config.report
         detections = detections_of(objects, extent, template, truncated, stamp_ns, report)
@@ -204,11 +204,14 @@ class SilhouettePipeline:
         objects.mean[rows, :2] = position
         objects.covariance[rows, :2, :2] = covariance
 
-    def _pass_on(self, stamp_ns: int) -> None:
-        """Remember which pedestrians have been tracked coherently for long enough."""
+    def _pass_on(self, stamp_ns: int, log: EventLog) -> None:
+        """Note pedestrians that have been tracked coherently for long enough by now (E6)."""
         objects = self._tracker.objects
-        passed = objects.local_id[passes(objects, stamp_ns, self._config.report)].tolist()
-        self._passed = self._passed.intersection(objects.local_id.tolist()).union(passed)
+        self._passed.intersection_update(objects.local_id.tolist())
+        for row in np.flatnonzero(passes(objects, stamp_ns, self._config.report)).tolist():
+            if int(objects.local_id[row]) not in self._passed:
+                self._passed.add(int(objects.local_id[row]))
+                log.add(EventCode.STABLE, objects, row)
 
     def _advance(self, stamp_ns: int) -> float:
         """Check the stamp and return the seconds since the last one."""

@@ -14,13 +14,15 @@ VERSIONS = pytest.mark.parametrize('config', [OURS, as_printed()], ids=['ours', 
 
 @VERSIONS
 def test_a_pedestrian_keeps_one_id_and_is_passed_on_after_three_seconds(new_park, config):
-    park, ids, passed = new_park(config), set(), []
+    park, ids, passed, stable = new_park(config), set(), [], []
     for step in range(20):
         output = park.show([(100 + 6 * step, 380, PERSON, 60)])
         ids |= set(output.detections.local_id.tolist())
         passed.append(park.pipeline.objects.passed_on.any())
+        stable.append(int((output.events.event == EventCode.STABLE).sum()))
     assert len(ids) == 1
-    assert passed.index(True) == 12
+    assert passed.index(True) == stable.index(1) == 12
+    assert sum(stable) == 1
     assert output.detections.class_id.tolist() == [ClassCode.PERSON]
 
 
