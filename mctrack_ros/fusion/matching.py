@@ -134,8 +134,10 @@ def _note(
         track, one = tracks[row], told[column]
         own, stamp_ns = one['camera'], one['stamp_ns']
         since_ns = stamp_ns - seen_by_ns[row, own]
-        if one['class_id'] > 0:
-            _vote(track, one['class_id'], min(since_ns / 1e9, CLASS_S))
+        kind = one['class_id']
+        is_sure = kind == track['class_id'] and track['class_lead_s'] == MOST_CLASS_S
+        if kind > 0 and not is_sure:
+            _vote(track, kind, min(since_ns / 1e9, CLASS_S))
         share = min(since_ns / EXTENT_NS, MOST_AT_ONCE)
         for axis in range(2):
             size = told_extent[column, axis]
