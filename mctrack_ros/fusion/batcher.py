@@ -14,7 +14,7 @@ from mctrack_ros.interfaces import CameraDetections, Detections, Tick, Ticks
 
 SECOND_NS = 1_000_000_000
 RESET_NS = SECOND_NS
-"""A camera whose stamps step back by more than this has begun anew, ns."""
+"""Stamps that step back by more than this, of all live cameras, have begun anew, ns."""
 
 INTERVALS = 5
 """Over how many of its last pictures a camera's interval is judged."""
@@ -40,14 +40,25 @@ class _Camera:
         self.last_stamp_ns = max(stamp_ns, self.last_stamp_ns or stamp_ns)
 
     def has_passed(self, start_ns: int, end_ns: int) -> bool:
-        """Tell whether no more pictures are to be expected from a period."""
+        """
+        Tell whether no more pictures are to be expected from a period.
+
+        A camera that is a second behind is not waited for.
+        """
         last = self.last_stamp_ns
         if last is None or last >= end_ns:
             return last is not None
+        if last + self.interval_ns < start_ns - RESET_NS:
+            return True
         if not self.intervals_ns:
             return last >= start_ns
         slack = self.interval_ns // 8
         return last + self.interval_ns + (slack if last >= start_ns else -slack) >= end_ns
+
+    def step_back(self) -> None:
+        """Take notice that the camera's clock is another one from now on."""
+        self.last_stamp_ns, self.interval_ns = None, 0
+        self.intervals_ns.clear()
 
     def take_counts(self) -> tuple[int, int, int]:
         counts = self.late, self.dropped_detections, self.feedback_missed
@@ -67,7 +78,9 @@ class Batcher:
 
     A tick closes when no live camera is expected to add to it, or `max_wait` after its first
     message arrived. Ticks close in order; what comes for a closed one is late: dropped and
-    counted. At the start each camera counts as live for one `camera_timeout`.
+    counted. At the start each camera counts as live for one `camera_timeout`. Time begins anew
+    when the stamps of all live cameras have stepped back by more than a second; what one of them
+    alone sends from then on is late.
 
     Parameters
     ----------
@@ -93,6 +106,7 @@ class Batcher:
         self._cameras = {name: _Camera() for name in cameras}
         self._pending: dict[int, _Pending] = {}
         self._closed_index: int | None = None
+        self._closed_ns: int | None = None
         self._started_ns: int | None = None
         self._admitted_ns = 0
 
@@ -147,10 +161,20 @@ class Batcher:
         self._cameras[camera].feedback_missed += count
 
     def _has_begun_anew(self, camera: str, stamp_ns: int, now_ns: int) -> bool:
-        last = self._cameras[camera].last_stamp_ns
-        steps_back = last is not None and stamp_ns < last - RESET_NS
-        starved = now_ns - self._admitted_ns >= self._timeout_ns
-        return steps_back or (starved and self._is_closed(stamp_ns + RESET_NS))
+        """Tell whether time begins anew: not while another live camera is ahead of that."""
+        state, closed_ns = self._cameras[camera], self._closed_ns
+        if closed_ns is not None and stamp_ns >= closed_ns - RESET_NS:
+            return False
+        if closed_ns is not None and now_ns - self._admitted_ns >= self._timeout_ns:
+            return True
+        if state.last_stamp_ns is None or stamp_ns >= state.last_stamp_ns - RESET_NS:
+            return False
+        state.step_back()
+        return all(
+            other.last_stamp_ns is None or other.last_stamp_ns <= stamp_ns + RESET_NS
+            for other in self._cameras.values()
+            if other is not state and self._is_live(other, now_ns)
+        )
 
     def _is_closed(self, stamp_ns: int) -> bool:
         closed = self._closed_index
@@ -158,10 +182,9 @@ class Batcher:
 
     def _reset(self) -> list[Tick]:
         closed = self.flush()
-        self._closed_index = None
+        self._closed_index = self._closed_ns = None
         for state in self._cameras.values():
-            state.last_stamp_ns = None
-            state.intervals_ns.clear()
+            state.step_back()
         return closed
 
     def _admit(self, camera: str, detections: Detections, now_ns: int) -> None:
@@ -195,7 +218,9 @@ class Batcher:
     def _close_up_to(self, last: int, now_ns: int) -> list[Tick]:
         indices = sorted(index for index in self._pending if index <= last)
         self._closed_index = last
-        return [self._tick(self._pending.pop(index), now_ns) for index in indices]
+        ticks = [self._tick(self._pending.pop(index), now_ns) for index in indices]
+        self._closed_ns = ticks[-1].stamp_ns
+        return ticks
 
     def _tick(self, pending: _Pending, now_ns: int) -> Tick:
         order = sorted(pending.frames)

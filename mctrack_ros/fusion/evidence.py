@@ -86,6 +86,7 @@ class Evidence:
         """
         life, coverage = self._life, self._coverage
         self._silent_s += seconds
+        since_s = np.where(np.isfinite(self._silent_s), self._silent_s, seconds)
         self._silent_s[looks.cameras] = 0.0
         vacant = np.zeros((len(table), self._cameras), np.bool_)
         if len(looks.detections.vacant_id):
@@ -102,6 +103,7 @@ class Evidence:
             coverage.cell,
             coverage.prior,
             seconds,
+            np.minimum(since_s / life.look_time, 1.0),
             life.look_time,
             life.hit_evidence,
             life.miss_weight,
@@ -146,6 +148,7 @@ def _weighed(
     begin_ns: int,
     vacant: Mask,
     probability: Floats,
+    looks: Floats,
     look: float,
     hit: float,
     miss_weight: float,
@@ -155,7 +158,9 @@ def _weighed(
     enough: float,
 ) -> tuple[Mask, Mask, Mask]:
     """
-    Weigh a tick, of which `look` is how much of a whole look it is, and confirm, in place.
+    Weigh a tick and confirm, in place.
+
+    `look` is how much of a whole look it is, and `looks`, (cameras,), each camera's picture in it.
 
     Returns
     -------
@@ -182,24 +187,24 @@ def _weighed(
                 shown_by[track] &= ~np.uint32(1 << camera)
                 shown_by[track] |= np.uint32((own or hidden) << camera)
             if own:
-                gain += hit
+                gain += looks[camera] * hit
                 continue
             miss = -np.log1p(-probability[track, camera])
             others += miss if alive[camera] and not hidden else 0.0
             if vacant[track, camera]:
-                gain -= vacancy_weight * miss
-                loss += miss
+                gain -= looks[camera] * vacancy_weight * miss
+                loss += looks[camera] * miss
             elif watched and count < 2:
-                gain -= weight * miss if count else 0.0
-                loss += miss
+                gain -= looks[camera] * weight * miss if count else 0.0
+                loss += looks[camera] * miss
         if count > 1 or (count and others < NOBODY_ELSE):
             missed[track] = 0.0
         elif kept_ns[track] > begin_ns:  # by one of many cameras, or a group: he may not be back
             missed[track] = max(missed[track] - look * hit, 0.0)
         elif not shown_by[track]:
-            missed[track] = min(missed[track] + look * loss, most)
+            missed[track] = min(missed[track] + loss, most)
         lowest = -most if confirmed[track] else min(evidence[track], least)
-        evidence[track] = min(max(evidence[track] + look * gain, lowest), most)
+        evidence[track] = min(max(evidence[track] + gain, lowest), most)
         newly[track] = not confirmed[track] and evidence[track] >= enough
         confirmed[track] |= newly[track]
     return newly, seen, told
@@ -209,14 +214,15 @@ def _weighed(
     types.b1[::1](
         TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, types.i8,
         BOOLS_1D, BOOLS_2D, types.f8[:, :, ::1], types.f8[:, :, ::1], types.f8, types.f8,
-        types.f8, types.f8, types.f8, types.f8, types.f8, types.f8, types.f8, types.f8,
+        types.f8, types.f8[::1], types.f8, types.f8, types.f8, types.f8, types.f8, types.f8,
+        types.f8,
     )
 )  # fmt: skip
 def _counted(
     tracks: Any, hidden_ns: NDArray[np.int64], reporting: Indices, begin_ns: int,
     alive: Mask, vacant: Mask, seen: Floats, watched: Floats, cell: float, prior: float,
-    seconds: float, look_time: float, hit: float, miss_weight: float, vacancy_weight: float,
-    least: float, most: float, enough: float,
+    seconds: float, looks: Floats, look_time: float, hit: float, miss_weight: float,
+    vacancy_weight: float, least: float, most: float, enough: float,
 ) -> Mask:  # fmt: skip
     """Weigh a tick by what is known of the coverage, and learn that; see `Evidence.count`."""
     mean, cameras, confirmed = tracks['mean'], tracks['cameras'], tracks['confirmed']
@@ -239,6 +245,7 @@ def _counted(
         begin_ns,
         vacant,
         probabilities(mean, is_judged, seen, watched, cell, prior),
+        looks,
         min(seconds / look_time, 1.0),
         hit,
         miss_weight,

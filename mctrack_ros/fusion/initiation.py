@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 MOST_STARTS = 256
-"""So many detections start tracks in one tick; whoever is still there has the next one."""
+"""So many detections start tracks in one tick, of all cameras in turn."""
 BESIDE_M = 2.0
 """What begins nearer than this to a confirmed track may be its target, m."""
 MOST_TOGETHER = 16
@@ -60,7 +60,7 @@ def new_tracks(
         How tracks move.
 
     """
-    rows = rows[:MOST_STARTS]
+    rows = _shared_out(rows, looks.camera[rows])
     life = config.life
     label, count = _clusters(looks.rows, rows, config.association.gate, life.cluster_distance)
     table = TrackTable.blank(count, cameras, motion.modes)
@@ -72,6 +72,17 @@ def new_tracks(
         told = np.flatnonzero(looks.is_described[rows])[::-1]  # the first one's stays
         table.template[label[told]] = looks.detections.template[rows[told]]
     return table
+
+
+def _shared_out(rows: Indices, camera: Indices) -> Indices:
+    """Return as many as may start, in their order: the first of each camera, the second ..."""
+    if len(rows) <= MOST_STARTS:
+        return rows
+    order = np.argsort(camera, kind='stable')
+    begin = np.flatnonzero(np.diff(camera[order], prepend=-1))
+    turn = np.empty(len(rows), np.int64)
+    turn[order] = np.arange(len(rows)) - np.repeat(begin, np.diff(begin, append=len(rows)))
+    return np.asarray(rows[np.sort(np.argsort(turn, kind='stable')[:MOST_STARTS])])
 
 
 def with_room(

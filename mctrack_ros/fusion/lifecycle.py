@@ -24,7 +24,11 @@ def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
 
 
 def is_over(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
-    """Return the mask of the tracks that end now."""
+    """
+    Return the mask of the tracks that end now.
+
+    A tentative one waits for the next picture of a camera whose latest one shows it.
+    """
     life, least = config.life, 1.5 * config.batching.period
     tentative_s, confirmed_s = max(life.tentative_time, least), max(life.coast_time, least)
     return _is_over(table.fixed, stamp_ns, tentative_s, confirmed_s)
@@ -38,7 +42,8 @@ def _is_over(tracks: Any, stamp_ns: int, tentative_s: float, confirmed_s: float)
         if tracks[row]['confirmed']:
             over[row] = silent_s > confirmed_s or tracks[row]['evidence'] < 0
         else:
-            over[row] = silent_s > tentative_s
+            is_awaited = tracks[row]['shown_by'] != 0 and silent_s <= confirmed_s
+            over[row] = silent_s > tentative_s and not is_awaited
     return over
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,12 +40,19 @@ class Lineage:
 
     def __init__(self, config: FusionConfig) -> None:
         self._beside_m = config.life.crowd_distance
-        self._lost: deque[tuple[int, list[float]]] = deque()
+        self._lost: deque[tuple[int, int, list[float]]] = deque()
 
     def note_lost(self, removed: TrackTable, stamp_ns: int) -> None:
         """Remember where confirmed tracks ended."""
-        places = removed.mean[removed.confirmed, :2].tolist()
-        self._lost += [(stamp_ns, place) for place in places]
+        lost = removed.select(removed.confirmed)
+        self._lost += [
+            (stamp_ns, *one) for one in zip(lost.track_id.tolist(), lost.mean[:, :2].tolist())
+        ]
+
+    def note_found(self, names: Iterable[int]) -> None:
+        """Forget that somebody was lost: he is there again."""
+        found = set(names)
+        self._lost = deque(one for one in self._lost if one[1] not in found)
 
     def origins(self, fresh: TrackTable, table: TrackTable, stamp_ns: int) -> NDArray[np.uint32]:
         """Return the id of the track, (k,), that each fresh one comes out of; 0: of none."""
@@ -61,5 +69,5 @@ class Lineage:
             self._lost.popleft()
         return any(
             math.dist(place, there) < self._beside_m + SPEED * (stamp_ns - when_ns) * 1e-9
-            for when_ns, there in self._lost
+            for when_ns, _, there in self._lost
         )

@@ -158,7 +158,8 @@ def feedback_of(table: TrackTable, entering: NDArray[np.bool_], stamp_ns: int) -
     """Return what cameras are told of tracks, (n,) of which may be entering a view."""
     recent = table.seen_by_ns > stamp_ns - SEEN_MEMORY_NS
     bits = np.left_shift(np.uint32(1), np.arange(recent.shape[1], dtype=np.uint32))
-    resolved = (table.group > 0) & (table.cameras > 0)
+    hidden = (table.hidden_ns > stamp_ns - SEEN_MEMORY_NS).any(axis=1)
+    resolved = hidden & (table.cameras > 0)
     flags = resolved * np.uint8(FeedbackFlag.GROUP_RESOLVED)
     flags |= (table.previous_id > 0) * np.uint8(FeedbackFlag.CORRECTED)
     flags |= entering * np.uint8(FeedbackFlag.ENTERING)

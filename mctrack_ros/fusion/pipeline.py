@@ -219,6 +219,7 @@ class FusionPipeline:
         self, changes: dict[int, int], confirmed: NDArray[np.bool_], events: EventLog
     ) -> NDArray[np.bool_]:
         """Correct ids; return the newly confirmed who are nobody known, in the table's order."""
+        self._lineage.note_found(changes.values())
         order = self._table.rename(changes)
         self._table = table = self._table.select(order)
         changed = np.isin(table.previous_id, list(changes))

@@ -142,10 +142,10 @@ class Recognition:
         )
         self._note_contacts(table, near, touch, stamp_ns)
         changes = self._found_again(table, confirmed.nonzero()[0], stamp_ns)
-        if not len(due):
+        if changes or not len(due):
             return changes
         table.judge_s[due] *= 2.0
-        return changes or self._judged(table, due, stamp_ns)
+        return self._judged(table, due, stamp_ns)
 
     def _forget_the_lost(self, stamp_ns: int) -> None:
         """Forget those who were lost too long ago."""
@@ -190,6 +190,7 @@ class Recognition:
                 found[name] = best
                 self.certainty[name] = float(expit(lead))
                 self._replace({name: best})
+                self._suspects.become(name, best)
         return found
 
     def _alike(self, look: Floats, lost: list[int]) -> tuple[int, float]:

@@ -29,6 +29,12 @@ class Suspects:
         """Forget whom a track may be; others may still be him."""
         self._of.pop(track_id, None)
 
+    def become(self, old: int, new: int) -> None:
+        """Whoever may be one is another instead: the first turned out to be nobody."""
+        for one, may_be in self._of.items():
+            if old in may_be:
+                self._of[one] = may_be - {old} | {new}
+
     def erase(self, track_ids: Iterable[int]) -> None:
         """Nobody may be any of these any more."""
         gone = frozenset(track_ids)

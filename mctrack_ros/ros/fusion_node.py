@@ -171,12 +171,14 @@ class FusionNode(GraphNode):
         return any(each.get_subscription_count() for each in publishers)
 
     def count(self, tick: Tick) -> None:
-        """Add what was late or missing to the diagnostics."""
+        """Add what was late, missing or dropped to the diagnostics."""
         record = tick.record
-        for index, late, missing in zip(record.camera, record.late, record.missing):
+        counts = record.late, record.missing, record.dropped_detections
+        for index, late, missing, dropped in zip(record.camera, *counts):
             health = self.health[self.config.cameras[int(index)]]
             health.count('late', int(late))
             health.count('missing', int(missing))
+            health.count('dropped detections', int(dropped))
 
     def show(self, tracks: Tracks) -> None:
         """Publish what people look at, while they do."""

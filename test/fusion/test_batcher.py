@@ -4,7 +4,8 @@ from fusion_scenes import PERIOD_NS, detections
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mctrack_ros.fusion import Batcher, FusionConfig
+from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
+from mctrack_ros.fusion.parameters import BatchingConfig
 from mctrack_ros.interfaces import Detections
 
 MS = 1_000_000
@@ -219,3 +220,52 @@ def test_ticks_close_in_order_and_nothing_vanishes_uncounted(arrivals):
     late = sum(int(tick.record.late.sum()) for tick in ticks)
     assert admitted == sum(len(tick.frames) for tick in ticks)
     assert admitted + late <= len(arrivals)
+
+
+def test_one_camera_whose_clock_steps_back_is_late_and_takes_nobody_along():
+    batcher = Batcher(FusionConfig(), CAMERAS)
+    ticks = []
+    for index in range(100, 200):
+        for camera in CAMERAS:
+            back = 1500 * MS if camera == 'two' and index >= 150 else 0
+            ticks += feed(batcher, [(stamp(index), camera, stamp(index) - back)])
+    assert [tick.stamp_ns for tick in ticks] == [stamp(index) for index in range(100, 200)]
+    assert [len(tick.frames) for tick in ticks] == [3] * 50 + [2] * 50
+    assert sum(int(tick.record.late[2]) for tick in ticks) >= 49
+
+
+def test_all_begin_anew_when_the_last_camera_has_stepped_back():
+    batcher = Batcher(FusionConfig(), CAMERAS)
+    times = [*range(100, 110), *range(10, 20)]
+    ticks = [
+        tick
+        for now, index in enumerate(times)
+        for camera in CAMERAS
+        for tick in feed(batcher, [(stamp(100 + now), camera, stamp(index))])
+    ]
+    whole = [tick.stamp_ns for tick in ticks if len(tick.frames) == 3]
+    assert whole[-9:] == [stamp(index) for index in range(11, 20)]
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from([0.04, 0.1, 0.5, 1.0]),
+    st.lists(
+        st.tuples(
+            st.sampled_from(CAMERAS), st.floats(0.0, 1.5), st.floats(-2.5, 2.5), st.booleans()
+        ),
+        max_size=40,
+    ),
+)
+def test_whatever_the_clocks_do_fusion_can_take_the_ticks(period, messages):
+    config = FusionConfig(batching=BatchingConfig(period=period))
+    batcher, fusion = Batcher(config, CAMERAS), FusionPipeline(config, CAMERAS)
+    now_s, offset_s = 100.0, dict.fromkeys(CAMERAS, 0.0)
+    for camera, pause_s, step_s, steps in messages:
+        now_s += pause_s
+        offset_s[camera] += step_s if steps else 0.0
+        stamp_ns = round((now_s + offset_s[camera]) * 1e9)
+        for tick in feed(batcher, [(round(now_s * 1e9), camera, stamp_ns)]):
+            fusion.step(tick)
+    for tick in batcher.flush():
+        fusion.step(tick)

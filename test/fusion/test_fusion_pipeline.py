@@ -500,3 +500,49 @@ def test_the_class_is_what_cameras_said_for_longer_however_they_contradict_one_a
     assert told[2:50] == [ClassCode.BICYCLE] * 48
     assert told[-1] == ClassCode.PERSON
     assert np.count_nonzero(np.diff(told[2:])) == 1
+
+
+@pytest.mark.parametrize('every', [1, 2, 3, 5, 10])
+@pytest.mark.parametrize('seen_by', [('two',), ('two', 'three')])
+def test_whom_only_slow_cameras_see_beside_a_fast_one_is_tracked_all_the_same(every, seen_by):
+    def frames(index):
+        slow = {name: [[0.04 * index, 5.0]] for name in seen_by} if index % every == 0 else {}
+        return {'one': [], **slow}
+
+    pipeline = FusionPipeline(FusionConfig(), (*CAMERAS, 'three'))
+    shown = [published(output) for output in run(frames, 100, pipeline)]
+    first = next(index for index, known in enumerate(shown) if known)
+    assert first * PERIOD_NS < 1.5e9
+    assert all(len(known) == 1 for known in shown[first:])
+    assert len({name for known in shown for name in known}) == 1
+
+
+@pytest.mark.parametrize('flooded', ['a', 'z'])
+def test_a_flood_of_one_camera_keeps_nobody_else_from_being_tracked(flooded):
+    rng = np.random.default_rng(0)
+    pipeline = FusionPipeline(FusionConfig(), (flooded, 'm', 'n'))
+    place = [[100.0, 0.0]]
+    for index in range(25):
+        junk = rng.uniform(-50, 50, (300, 2))
+        output = pipeline.step(tick(index, {flooded: junk, 'm': place, 'n': place}))
+    assert any(np.allclose(where, place[0], atol=0.5) for where in published(output).values())
+
+
+def test_cameras_are_told_that_another_one_sees_apart_whom_they_see_as_one():
+    def frames(index):
+        apart = [[0.0, 0.0], [0.6, 0.0]]
+        if index < 50:
+            return {'one': apart, 'two': apart}
+        members = np.zeros((1, 16), np.uint32)
+        members[0, :2] = 1, 2
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        merged = detections(stamp_ns, [[0.3, 0.0]], members=members, member_count=[2])
+        return {'one': apart, 'two': merged}
+
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    flags = []
+    for index in range(100):
+        pipeline.step(tick(index, frames(index)))
+        flags.append(pipeline.feedback().flags & FeedbackFlag.GROUP_RESOLVED)
+    assert not np.concatenate(flags[:50]).any()
+    assert all(len(each) == 2 and each.all() for each in flags[55:])

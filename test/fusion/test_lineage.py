@@ -43,3 +43,13 @@ def test_without_tracks_nothing_has_a_past():
     lineage = Lineage(FusionConfig())
     assert lineage.origins(tracks([[0.0, 0.0]]), nobody, 0).tolist() == [0]
     assert lineage.origins(nobody, tracks([[0.0, 0.0]]), 0).tolist() == []
+
+
+def test_who_was_found_again_is_not_lost_any_more():
+    lineage = Lineage(FusionConfig())
+    lineage.note_lost(tracks([[3.0, 0.0], [2.0, 0.0]], first_id=8), 0)
+    fresh, table = tracks([[0.5, 0.0]], first_id=2), tracks([[0.0, 0.0]], kept_ns=2 * SECOND)
+    lineage.note_found([8])
+    assert lineage.origins(fresh, table, 2 * SECOND).tolist() == [0]
+    lineage.note_found([9])
+    assert lineage.origins(fresh, table, 2 * SECOND).tolist() == [1]

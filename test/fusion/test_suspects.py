@@ -33,3 +33,12 @@ def test_those_who_settled_are_in_no_circle_but_their_own():
     suspects.settle(1, ())
     suspects.settle(2, ())
     assert suspects.circle(1, [1, 2]) == [1]
+
+
+def test_who_turned_out_to_be_another_is_nobodys_name_any_more():
+    suspects = Suspects()
+    suspects.meet(1, 7)
+    suspects.end(7)
+    suspects.become(7, 2)
+    assert suspects.of(1) == {1, 2}
+    assert suspects.of(7) == {7}
