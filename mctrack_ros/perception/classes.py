@@ -16,7 +16,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class ClassConfig:
-    """Parameters of `ClassVotes`."""
+    """What makes a vehicle, and how long it is remembered."""
 
     vehicle_area_m2: float = parameter(
         3.0, 'bounding rectangle above which an object is a vehicle [m²]', minimum=0.0
@@ -28,25 +28,30 @@ class ClassConfig:
         minimum=0.0,
     )
     vehicle_height_m: float = parameter(1.5, 'height of vehicles [m]', minimum=0.1)
-    bicycle_width_m: float = parameter(
-        0.95, 'width from which what is fast and seen through is a bicycle [m]', minimum=0.0
-    )
-    bicycle_length_m: float = parameter(2.2, 'width up to which it is one [m]', minimum=0.0)
-    bicycle_speed: float = parameter(2.5, 'speed from which it is one [m/s]', minimum=0.0)
-    bicycle_fill: float = parameter(
-        0.5, 'share of its rectangle that is foreground, at most', minimum=0.0, maximum=1.0
-    )
-    bicycle_height_m: float = parameter(1.7, 'height of people on bicycles [m]', minimum=0.1)
     memory_s: float = parameter(
         3.0, 'time of one class that outweighs all before it [s]', minimum=0.0
     )
 
+
+@dataclass(frozen=True)
+class BicycleConfig:
+    """What makes a bicycle."""
+
+    width_m: float = parameter(
+        0.95, 'width from which what is fast and seen through is a bicycle [m]', minimum=0.0
+    )
+    length_m: float = parameter(2.2, 'width up to which it is one [m]', minimum=0.0)
+    speed: float = parameter(2.5, 'speed from which it is one [m/s]', minimum=0.0)
+    fill: float = parameter(
+        0.5, 'share of its rectangle that is foreground, at most', minimum=0.0, maximum=1.0
+    )
+    height_m: float = parameter(1.7, 'height of people on bicycles [m]', minimum=0.1)
+
     def __post_init__(self) -> None:
         """Refuse sizes that no bicycle has."""
-        if self.bicycle_width_m > self.bicycle_length_m:
+        if self.width_m > self.length_m:
             raise ValueError(
-                f'bicycle_width_m is {self.bicycle_width_m}, expected at most bicycle_length_m, '
-                f'{self.bicycle_length_m}'
+                f'width_m is {self.width_m}, expected at most length_m, {self.length_m}'
             )
 
 
@@ -72,7 +77,7 @@ def looks_like_vehicle(extent: Floats, config: ClassConfig) -> Mask:
     return np.asarray(large & (extent[:, 0] >= config.vehicle_width_m))
 
 
-def looks_like_bicycle(extent: Floats, fill: Floats, speed: Floats, config: ClassConfig) -> Mask:
+def looks_like_bicycle(extent: Floats, fill: Floats, speed: Floats, config: BicycleConfig) -> Mask:
     """
     Tell which boxes are those of people on bicycles.
 
@@ -88,13 +93,13 @@ def looks_like_bicycle(extent: Floats, fill: Floats, speed: Floats, config: Clas
         Share of each that is foreground.
     speed : (n,) array
         On the ground, m/s; NaN: not known.
-    config : ClassConfig
+    config : BicycleConfig
         Parameters.
 
     """
-    low, high = config.bicycle_width_m, config.bicycle_length_m
+    low, high = config.width_m, config.length_m
     long = (extent[:, 0] >= low) & (extent[:, 0] <= high)
-    return np.asarray(long & (fill <= config.bicycle_fill) & (speed >= config.bicycle_speed))
+    return np.asarray(long & (fill <= config.fill) & (speed >= config.speed))
 
 
 class ClassVotes:

@@ -13,7 +13,7 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Feedback
 from mctrack_ros.perception.background import Background, BackgroundConfig
 from mctrack_ros.perception.blobs import BlobConfig, clean_mask, find_blobs
-from mctrack_ros.perception.classes import ClassConfig
+from mctrack_ros.perception.classes import BicycleConfig, ClassConfig
 from mctrack_ros.perception.company import CompanyConfig
 from mctrack_ros.perception.ghosts import GhostConfig, GhostWatch
 from mctrack_ros.perception.groups import GroupConfig
@@ -59,6 +59,7 @@ class CameraConfig:
     presence: PresenceConfig = field(default_factory=PresenceConfig)
     identity: IdentityConfig = field(default_factory=IdentityConfig)
     classes: ClassConfig = field(default_factory=ClassConfig)
+    bicycles: BicycleConfig = field(default_factory=BicycleConfig)
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
     watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
     silhouettes: SilhouetteConfig = field(default_factory=SilhouetteConfig)
@@ -115,6 +116,7 @@ class CameraPipeline:
             config.groups,
             config.presence,
             config.classes,
+            config.bicycles,
             mapping,
             self._sizes,
             mask,

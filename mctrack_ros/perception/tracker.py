@@ -11,7 +11,7 @@ from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
 from mctrack_ros.perception.blobs import BlobConfig, Blobs
-from mctrack_ros.perception.classes import ClassConfig
+from mctrack_ros.perception.classes import BicycleConfig, ClassConfig
 from mctrack_ros.perception.company import NOBODY, Company, CompanyConfig, Roll, Sighting
 from mctrack_ros.perception.contacts import contacts
 from mctrack_ros.perception.depth import depth_covariance
@@ -94,7 +94,9 @@ class LocalTracker:
     presence : PresenceConfig
         Of noting who comes and goes.
     classes : ClassConfig
-        Of telling vehicles and bicycles from people.
+        Of telling vehicles from people.
+    bicycles : BicycleConfig
+        And bicycles.
     mapping : GroundMapping
         Of the camera.
     sizes : SizeTable
@@ -123,6 +125,7 @@ class LocalTracker:
         groups: GroupConfig,
         presence: PresenceConfig,
         classes: ClassConfig,
+        bicycles: BicycleConfig,
         mapping: GroundMapping,
         sizes: SizeTable,
         ignored: NDArray[np.uint8] | None,
@@ -141,7 +144,7 @@ class LocalTracker:
         )
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
-        self._vehicles = Vehicles(classes, config.vehicles, usual)
+        self._vehicles = Vehicles(classes, bicycles, config.vehicles, usual)
         self._roll, self._company = Roll(company, usual, sizes, mapping), NOBODY
         self._groups, self._steadiness = Groups(groups), Steadiness(groups.stable_s)
         self._strength = Strength(groups.contact_share, groups.contact_colour)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.blobs import Blobs
 from mctrack_ros.perception.classes import (
+    BicycleConfig,
     ClassConfig,
     ClassVotes,
     looks_like_bicycle,
@@ -31,7 +32,9 @@ class Vehicles:
     Parameters
     ----------
     config : ClassConfig
-        Parameters.
+        What makes a vehicle.
+    bicycles : BicycleConfig
+        What makes a bicycle.
     come : bool
         Whether there are any; else all are people.
     usual : (2,) array
@@ -39,8 +42,11 @@ class Vehicles:
 
     """
 
-    def __init__(self, config: ClassConfig, come: bool, usual: Floats) -> None:
-        self._config, self._come, self._usual = config, come, usual
+    def __init__(
+        self, config: ClassConfig, bicycles: BicycleConfig, come: bool, usual: Floats
+    ) -> None:
+        self._config, self._bicycles = config, bicycles
+        self._come, self._usual = come, usual
         self._votes = ClassVotes(config.memory_s)
 
     def heights(self, blobs: Blobs, blob_of: Ints, tracks: LocalTracks) -> Floats:
@@ -65,9 +71,9 @@ class Vehicles:
         np.maximum.at(speed, blob_of[inside], self._speed(tracks)[inside])
         look = self._look(blobs, speed)
         kind, lead = self._votes.leads(tracks.local_id)
-        short = self._extent(blobs)[:, 0] <= self._config.bicycle_length_m
+        short = self._extent(blobs)[:, 0] <= self._bicycles.length_m
         bicycle = bicycles_among(blob_of, kind, tracks.confirmed, look, short)
-        height[bicycle] = self._config.bicycle_height_m
+        height[bicycle] = self._bicycles.height_m
         vehicle = vehicles_among(blob_of, kind, lead, look, blobs.truncated)
         height[vehicle] = self._config.vehicle_height_m
         return height
@@ -109,7 +115,7 @@ class Vehicles:
         """Return the `ClassCode` that each blob looks like, (n,), by its (n,) speed, m/s."""
         extent = self._extent(blobs)
         fill = blobs.area / blobs.box[:, 2:].prod(axis=1)
-        bicycle = looks_like_bicycle(extent, fill, speed, self._config)
+        bicycle = looks_like_bicycle(extent, fill, speed, self._bicycles)
         vehicle = looks_like_vehicle(extent, self._config)
         is_large = np.where(vehicle, ClassCode.VEHICLE, ClassCode.PERSON)
         return np.where(bicycle, ClassCode.BICYCLE, is_large)

@@ -2,6 +2,7 @@ import numpy as np
 
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.classes import (
+    BicycleConfig,
     ClassConfig,
     ClassVotes,
     looks_like_bicycle,
@@ -37,7 +38,7 @@ RIDES = {
 
 def test_length_speed_and_what_is_seen_through_tell_bicycles():
     extent, fill, speed, expected = map(np.array, zip(*RIDES.values()))
-    assert looks_like_bicycle(extent, fill, speed, ClassConfig()).tolist() == expected.tolist()
+    assert looks_like_bicycle(extent, fill, speed, BicycleConfig()).tolist() == expected.tolist()
 
 
 def counted(votes, look, whole=True, times=1):
