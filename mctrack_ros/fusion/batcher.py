@@ -161,20 +161,31 @@ class Batcher:
         self._cameras[camera].feedback_missed += count
 
     def _has_begun_anew(self, camera: str, stamp_ns: int, now_ns: int) -> bool:
-        """Tell whether time begins anew: not while another live camera is ahead of that."""
-        state, closed_ns = self._cameras[camera], self._closed_ns
-        if closed_ns is not None and stamp_ns >= closed_ns - RESET_NS:
+        """
+        Tell whether time begins anew: not while another live camera is ahead of that.
+
+        The tick that it begins with, and that may end a period later, must be a second earlier
+        than all that is known.
+        """
+        state = self._cameras[camera]
+        is_starved = now_ns - self._admitted_ns >= self._timeout_ns
+        steps_back = state.last_stamp_ns is not None and stamp_ns < state.last_stamp_ns - RESET_NS
+        if not (is_starved or steps_back) or stamp_ns >= self._oldest_ns():
             return False
-        if closed_ns is not None and now_ns - self._admitted_ns >= self._timeout_ns:
+        if is_starved:
             return True
-        if state.last_stamp_ns is None or stamp_ns >= state.last_stamp_ns - RESET_NS:
-            return False
         state.step_back()
         return all(
             other.last_stamp_ns is None or other.last_stamp_ns <= stamp_ns + RESET_NS
             for other in self._cameras.values()
             if other is not state and self._is_live(other, now_ns)
         )
+
+    def _oldest_ns(self) -> int:
+        """Return before which stamp time would begin anew."""
+        known = [stamp_ns for one in self._pending.values() for _, stamp_ns in one.frames]
+        known += [] if self._closed_ns is None else [self._closed_ns]
+        return max(known, default=0) - RESET_NS - self.period_ns
 
     def _is_closed(self, stamp_ns: int) -> bool:
         closed = self._closed_index

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from fusion_scenes import PERIOD_NS, detections
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
@@ -257,6 +257,7 @@ def test_all_begin_anew_when_the_last_camera_has_stepped_back():
         max_size=40,
     ),
 )
+@example(1.0, [('one', 0.5, 0.0, False), ('one', 0.0, -1.5, True), ('one', 0.5, 0.0, False)])
 def test_whatever_the_clocks_do_fusion_can_take_the_ticks(period, messages):
     config = FusionConfig(batching=BatchingConfig(period=period))
     batcher, fusion = Batcher(config, CAMERAS), FusionPipeline(config, CAMERAS)
