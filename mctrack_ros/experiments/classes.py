@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 
 import cv2
@@ -16,6 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation.activity import wilson_interval
 from mctrack_ros.experiments.figures import Figures
+from mctrack_ros.experiments.fusion_bench.workers import run_spread
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception import CameraConfig, CameraPipeline
 from mctrack_ros.perception.blobs import likeness
@@ -88,9 +86,7 @@ def reproduce_classes(seeds: Sequence[int] = SEEDS, duration_s: float = DURATION
         CarParkScenario(seed=seed, duration_s=duration_s, rate_hz=RATE_HZ, bicycles=True)
         for seed in seeds
     ]
-    spawned = multiprocessing.get_context('spawn')
-    with ProcessPoolExecutor(min(len(scenarios), os.cpu_count() or 1), spawned) as pool:
-        everybody = [one for came in pool.map(watched, scenarios) for one in came]
+    everybody = [one for came in run_spread(watched, scenarios) for one in came]
     figures: dict[str, float] = {}
     for name, kind in KINDS.items():
         figures |= _figures(name, [one for one in everybody if one.kind == kind])

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,6 +20,7 @@ from mctrack_ros.evaluation.perceived import (
 )
 from mctrack_ros.experiments.carpark_truth import Operator
 from mctrack_ros.experiments.figures import Figures
+from mctrack_ros.experiments.fusion_bench.workers import run_spread
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.silhouettes import SilhouettePipeline
 from mctrack_ros.recording import ROSBAGS_CLASSES
@@ -82,10 +80,7 @@ def reproduce_silhouettes(seeds: Sequence[int] = SEEDS, duration_s: float = DURA
 
     """
     scenarios = [CarParkScenario(seed=seed, duration_s=duration_s) for seed in seeds]
-    spawned = multiprocessing.get_context('spawn')
-    workers = min(len(scenarios), os.cpu_count() or 1)
-    with ProcessPoolExecutor(workers, spawned) as pool:
-        recordings = list(pool.map(watched, scenarios))
+    recordings = run_spread(watched, scenarios)
     tables = {
         kind: sum((one.table(kind) for one in recordings), ActivityTable.of([])) for kind in _KINDS
     }

@@ -148,8 +148,8 @@ def _weighed(
     begin_ns: int,
     vacant: Mask,
     probability: Floats,
-    looks: Floats,
-    look: float,
+    shares: Floats,
+    share: float,
     hit: float,
     miss_weight: float,
     vacancy_weight: float,
@@ -160,7 +160,8 @@ def _weighed(
     """
     Weigh a tick and confirm, in place.
 
-    `look` is how much of a whole look it is, and `looks`, (cameras,), each camera's picture in it.
+    `share` is how much of a whole look it is, and `shares`, (cameras,), how much each camera's
+    picture in it is.
 
     Returns
     -------
@@ -187,20 +188,20 @@ def _weighed(
                 shown_by[track] &= ~np.uint32(1 << camera)
                 shown_by[track] |= np.uint32((own or hidden) << camera)
             if own:
-                gain += looks[camera] * hit
+                gain += shares[camera] * hit
                 continue
             miss = -np.log1p(-probability[track, camera])
             others += miss if alive[camera] and not hidden else 0.0
             if vacant[track, camera]:
-                gain -= looks[camera] * vacancy_weight * miss
-                loss += looks[camera] * miss
+                gain -= shares[camera] * vacancy_weight * miss
+                loss += shares[camera] * miss
             elif watched and count < 2:
-                gain -= looks[camera] * weight * miss if count else 0.0
-                loss += looks[camera] * miss
+                gain -= shares[camera] * weight * miss if count else 0.0
+                loss += shares[camera] * miss
         if count > 1 or (count and others < NOBODY_ELSE):
             missed[track] = 0.0
         elif kept_ns[track] > begin_ns:  # by one of many cameras, or a group: he may not be back
-            missed[track] = max(missed[track] - look * hit, 0.0)
+            missed[track] = max(missed[track] - share * hit, 0.0)
         elif not shown_by[track]:
             missed[track] = min(missed[track] + loss, most)
         lowest = -most if confirmed[track] else min(evidence[track], least)
@@ -221,7 +222,7 @@ def _weighed(
 def _counted(
     tracks: Any, hidden_ns: NDArray[np.int64], reporting: Indices, begin_ns: int,
     alive: Mask, vacant: Mask, seen: Floats, watched: Floats, cell: float, prior: float,
-    seconds: float, looks: Floats, look_time: float, hit: float, miss_weight: float,
+    seconds: float, shares: Floats, look_time: float, hit: float, miss_weight: float,
     vacancy_weight: float, least: float, most: float, enough: float,
 ) -> Mask:  # fmt: skip
     """Weigh a tick by what is known of the coverage, and learn that; see `Evidence.count`."""
@@ -245,7 +246,7 @@ def _counted(
         begin_ns,
         vacant,
         probabilities(mean, is_judged, seen, watched, cell, prior),
-        looks,
+        shares,
         min(seconds / look_time, 1.0),
         hit,
         miss_weight,

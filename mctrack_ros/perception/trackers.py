@@ -24,7 +24,11 @@ class CameraTracker(Protocol):
         """Process one picture; see `CameraPipeline.step`."""
 
     def predicted_boxes(self) -> NDArray[np.float64]:
-        """Return the (n, 4) boxes, px, where the camera's own tracks are, for an overlay."""
+        """
+        Return the (n, 4) boxes, px, where the last picture was to show tracks, for an overlay.
+
+        A tracker that predicts nothing returns where they are.
+        """
 
     def groups(self) -> list[tuple[int, ...]]:
         """Return the local ids of each group, for an overlay."""

@@ -69,9 +69,10 @@ class Vehicles:
         inside = (blob_of >= 0).nonzero()[0]
         speed = np.full(len(blobs), -1.0)
         np.maximum.at(speed, blob_of[inside], self._speed(tracks)[inside])
-        look = self._look(blobs, speed)
+        extent = self._extent(blobs)
+        look = self._look(blobs, extent, speed)
         kind, lead = self._votes.leads(tracks.local_id)
-        short = self._extent(blobs)[:, 0] <= self._bicycles.length_m
+        short = extent[:, 0] <= self._bicycles.length_m
         bicycle = bicycles_among(blob_of, kind, tracks.confirmed, look, short)
         height[bicycle] = self._bicycles.height_m
         vehicle = vehicles_among(blob_of, kind, lead, look, blobs.truncated)
@@ -105,15 +106,15 @@ class Vehicles:
         speed = np.full(len(blobs), -1.0)
         speed[blob] = self._speed(tracks)[track]
         look, whole = np.zeros(len(tracks), np.int64), np.zeros(len(tracks), np.bool_)
-        look[track], whole[track] = self._look(blobs, speed)[blob], True
+        look[track] = self._look(blobs, self._extent(blobs), speed)[blob]
+        whole[track] = True
         kind = self._votes.count(tracks.local_id, look, whole, seconds)
         _, lead = self._votes.leads(tracks.local_id)
         new = (lead >= PROVEN_S) | ((lead > 0.0) & (tracks.class_id == ClassCode.UNKNOWN))
         tracks.class_id[new] = kind[new]
 
-    def _look(self, blobs: Blobs, speed: Floats) -> Ints:
-        """Return the `ClassCode` that each blob looks like, (n,), by its (n,) speed, m/s."""
-        extent = self._extent(blobs)
+    def _look(self, blobs: Blobs, extent: Floats, speed: Floats) -> Ints:
+        """Return the `ClassCode` that each blob looks like, (n,), so large, m, and fast, m/s."""
         fill = blobs.area / blobs.box[:, 2:].prod(axis=1)
         bicycle = looks_like_bicycle(extent, fill, speed, self._bicycles)
         vehicle = looks_like_vehicle(extent, self._config)
