@@ -12,6 +12,7 @@ from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, compiled
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import TEMPLATE_SIZE
+from mctrack_ros.perception.foot_noise import follow_noise, foot_noise
 from mctrack_ros.perception.lessons import correct
 from mctrack_ros.perception.sizes import SizeTable, box_at
 from mctrack_ros.tracking import kalman
@@ -37,6 +38,12 @@ class FilterConfig:
     )  # fmt: skip
     foot_noise_share: float = parameter(
         0.025, 'part that grows with the box, as a share of its height', minimum=0.0
+    )
+    noise_time_s: float = parameter(
+        2.0,
+        "time constant with which the noise of a track's foot points follows what is observed of "
+        'them, never below the above; 0: it is as above [s]',
+        minimum=0.0,
     )
     size_time_s: float = parameter(
         0.5, 'time constant with which the tracked size follows the box [s]', minimum=0.0
@@ -100,12 +107,15 @@ class LocalTracks:
     near_px : (n, 2) float64 array
         From where it stands in the picture to its foot point: 0, but a vehicle stands in the
         middle of the ground that it covers, and its foot point is at the near end.
+    noise_ratio : (n, 2) float64 array
+        How much larger the variance of its foot points is than believed of all, along x and y of
+        the picture.
 
     """
 
     ARRAYS = (
         'local_id', 'mean', 'covariance', 'extent', 'template', 'track_id', 'first_ns',
-        'seen_ns', 'clear_ns', 'confirmed', 'class_id', 'near_px',
+        'seen_ns', 'clear_ns', 'confirmed', 'class_id', 'near_px', 'noise_ratio',
     )  # fmt: skip
 
     def __init__(self, config: FilterConfig, mapping: GroundMapping, sizes: SizeTable) -> None:
@@ -131,6 +141,7 @@ class LocalTracks:
         self.confirmed: NDArray[np.bool_] = np.zeros(0, np.bool_)
         self.class_id: NDArray[np.uint8] = np.zeros(0, np.uint8)
         self.near_px: Floats = np.zeros((0, 2))
+        self.noise_ratio: Floats = np.ones((0, 2))
 
     def predict(self, seconds: float) -> None:
         """Move all tracks on with constant velocity and white acceleration."""
@@ -150,6 +161,7 @@ class LocalTracks:
             slope,
             self._config.foot_noise_px,
             self._config.foot_noise_share,
+            self.noise_ratio,
         )
         return Prediction(foot, box, spread, slope)
 
@@ -170,6 +182,26 @@ class LocalTracks:
 
         """
         correct(self.mean, self.covariance, rows, predicted.foot, predicted.slope, foot, noise)
+
+    def follow_noise(
+        self, predicted: Prediction, rows: Ints, foot: Floats, noise: Floats, seconds: float
+    ) -> None:
+        """
+        Learn how well foot points are measured, before they correct the tracks.
+
+        Parameters
+        ----------
+        predicted, rows, foot, noise
+            As `update` takes them; rows -1 where it cannot be learned.
+        seconds : float
+            Since the last picture, s.
+
+        """
+        if self._config.noise_time_s > 0.0 and len(self):
+            pace = float(1 - np.exp(-seconds / self._config.noise_time_s))
+            place = np.ascontiguousarray(self.covariance[:, :2, :2])
+            spread = kalman.projections(place, predicted.slope)
+            follow_noise(self.noise_ratio, rows, foot, predicted.foot, noise, spread, pace)
 
     def start(
         self, position: Floats, box: Floats, noise: Floats, template: Floats, stamp_ns: int
@@ -193,6 +225,7 @@ class LocalTracks:
             'confirmed': np.zeros(count, np.bool_),
             'class_id': np.zeros(count, np.uint8),
             'near_px': np.zeros((count, 2)),
+            'noise_ratio': np.ones((count, 2)),
         }
         for name in self.ARRAYS:
             setattr(self, name, np.concatenate([getattr(self, name), added[name]]))
@@ -228,33 +261,25 @@ class LocalTracks:
     def foot_noise(self, box: Floats) -> Floats:
         """Return the (n, 2, 2) covariance, px², of the foot points of (n, 4) boxes."""
         config = self._config
-        return _foot_noise(box, config.foot_noise_px, config.foot_noise_share)
-
-
-@compiled(types.f8[:, :, ::1](FLOATS_2D, types.f8, types.f8))
-def _foot_noise(box: Floats, same_px: float, share: float) -> Floats:
-    noise = np.zeros((len(box), 2, 2))
-    for row in range(len(box)):
-        noise[row, 0, 0] = noise[row, 1, 1] = (same_px + share * box[row, 3]) ** 2
-    return noise
+        return foot_noise(box, config.foot_noise_px, config.foot_noise_share)
 
 
 @compiled(
     types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(
-        FLOATS_3D, FLOATS_2D, FLOATS_2D, FLOATS_3D, FLOATS_3D, types.f8, types.f8
+        FLOATS_3D, FLOATS_2D, FLOATS_2D, FLOATS_3D, FLOATS_3D, types.f8, types.f8, FLOATS_2D
     )
 )
 def _expected(
     sizes: Floats, foot: Floats, extent: Floats, covariance: Floats, slope: Floats,
-    same_px: float, share: float,
+    same_px: float, share: float, noise_ratio: Floats,
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Return the boxes of tracks at their foot points, and how these are measured about them."""
     box = np.empty((len(foot), 4))
     for row in range(len(foot)):
         box_at(sizes, foot[row], extent[row], box[row])
     spread = kalman.projections(covariance, slope)
-    noise = _foot_noise(box, same_px, share)
+    noise = foot_noise(box, same_px, share)
     for row in range(len(foot)):
         for axis in range(2):
-            spread[row, axis, axis] += noise[row, axis, axis]
+            spread[row, axis, axis] += noise[row, axis, axis] * noise_ratio[row, axis]
     return box, spread

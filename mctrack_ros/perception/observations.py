@@ -167,12 +167,12 @@ def gathered(
 
 @compiled(
     types.Tuple([_TABLE, types.f8[:, :, ::1], types.b1[::1]])(
-        OBSERVATIONS, FLOATS_3D, BOOLS_1D, FLOATS_2D, FLOATS_2D, FOOTING
+        OBSERVATIONS, FLOATS_3D, BOOLS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FOOTING
     )
 )
 def footed(
     seen: Observations, sizes: Floats, truncated: Booleans, expected: Floats, blob_box: Floats,
-    footing: Footing,
+    noise_ratio: Floats, footing: Footing,
 ) -> tuple[Floats, Floats, Booleans]:  # fmt: skip
     """
     Find the feet of persons.
@@ -187,6 +187,8 @@ def footed(
         The camera's `SizeTable.table`.
     truncated, expected, blob_box : (n,) bool, (n, 2) and (n, 4) arrays
         Of the blobs: which touch the edge, the size of a person there and their boxes, px.
+    noise_ratio : (t, 2) array
+        Variance of each track's foot points over that of all, as it was observed.
     footing : Footing
         How well feet are seen.
 
@@ -211,7 +213,8 @@ def footed(
             hidden = 1 / min(max(seen.visible[row], footing.least_visible), 1.0)
             variance *= hidden**2
         for axis in range(2):
-            noise[row, axis, axis] = variance
+            observed = 1.0 if seen.track[row] == NEW else noise_ratio[seen.track[row], axis]
+            noise[row, axis, axis] = variance * observed
             if truncated[blob]:
                 missing = expected[blob, axis] - blob_box[blob, 2 + axis]
                 noise[row, axis, axis] += max(missing, 0.0) ** 2

@@ -118,12 +118,20 @@ class Observer:
             config,
         )
         seen = gathered(by_size, bodies, shared, rows, blobs.box, template)
-        return self._on_ground(seen, blobs, height_m)
+        return self._on_ground(seen, blobs, height_m, tracks.noise_ratio)
 
-    def _on_ground(self, seen: Observations, blobs: Blobs, height_m: Floats) -> Observations:
+    def _on_ground(
+        self, seen: Observations, blobs: Blobs, height_m: Floats, noise_ratio: Floats
+    ) -> Observations:
         """Look up where the feet of persons stand; leave out who stands nowhere."""
         foot, noise, near = footed(
-            seen, self._sizes.table, blobs.truncated, blobs.expected, blobs.box, self._footing
+            seen,
+            self._sizes.table,
+            blobs.truncated,
+            blobs.expected,
+            blobs.box,
+            noise_ratio,
+            self._footing,
         )
         position = np.ascontiguousarray(self._mapping.ground_from_image(foot))
         near &= np.isfinite(position[:, 0]) & np.isfinite(position[:, 1])

@@ -295,7 +295,7 @@ class LocalTracker:
         seconds: float,
         stamp_ns: int,
     ) -> None:
-        """Correct the tracks with what is seen of them (E6); learn sizes and colours alone."""
+        """Correct the tracks with what is seen of them (E6); learn from who is alone."""
         tracks = self.tracks
         pace = Pace(
             float(1 - np.exp(-seconds / max(self._size_time_s, 1e-9))),
@@ -315,6 +315,9 @@ class LocalTracker:
             tracks.template,
         )
         self._vehicles.stand(tracks, seen, seen.track != NEW, blobs)
+        whole = ~seen.fitted & ~blobs.truncated[seen.blob]
+        telling = np.where(whole, measured, NEW)
+        tracks.follow_noise(predicted, telling, seen.foot, seen.noise, seconds)
         tracks.update(predicted, measured, seen.foot, seen.noise)
 
     def _start(self, seen: Observations, blobs: Blobs, stamp_ns: int) -> Observations:

@@ -67,6 +67,53 @@ def test_covariances_stay_positive_definite(mapping, waits, error):
         assert np.linalg.eigvalsh(tracks.covariance[0]).min() > 0
 
 
+def stand_with(tracks, mapping, spread_px):
+    """Let two stand whose feet are seen with the noise that is believed, and with another."""
+    rng, places = np.random.default_rng(5), np.array([[-1.0, 1.0], [2.0, 1.0]])
+    rows = begin(tracks, mapping, places)
+    ratios = []
+    for _ in range(500):
+        tracks.predict(STEP_S)
+        predicted = tracks.prediction()
+        noise = tracks.foot_noise(predicted.box)
+        deviation = np.sqrt(noise[:, [0, 1], [0, 1]])
+        deviation[1] = spread_px
+        foot = mapping.image_from_ground(places) + rng.normal(0.0, deviation)
+        noise[:, [0, 1], [0, 1]] *= tracks.noise_ratio
+        tracks.follow_noise(predicted, rows, foot, noise, STEP_S)
+        tracks.update(predicted, rows, foot, noise)
+        ratios.append(tracks.noise_ratio)
+    return np.mean(ratios[250:], axis=0), noise[:, [0, 1], [0, 1]] / tracks.noise_ratio
+
+
+def test_noise_becomes_what_is_observed_along_each_axis(tracks, mapping):
+    ratio, believed = stand_with(tracks, mapping, [12.0, 8.0])
+    assert np.allclose(ratio[1] * believed[1], [144.0, 64.0], rtol=0.3)
+    assert np.allclose(ratio[0], 1.0, atol=0.35)
+
+
+def test_steady_feet_are_believed_no_more_than_all(tracks, mapping):
+    ratio, _ = stand_with(tracks, mapping, [0.1, 0.1])
+    assert np.allclose(ratio[1], 1.0)
+
+
+def test_one_leap_does_not_ruin_the_noise(tracks, mapping):
+    rows = begin(tracks, mapping, np.array([[0.0, 1.0]]))
+    tracks.predict(STEP_S)
+    predicted = tracks.prediction()
+    noise = tracks.foot_noise(predicted.box)
+    tracks.follow_noise(predicted, rows, predicted.foot + 1e4, noise, STEP_S)
+    assert (tracks.noise_ratio < 10.0).all()
+    tracks.follow_noise(predicted, rows, np.full((1, 2), np.nan), noise, STEP_S)
+    assert np.isfinite(tracks.noise_ratio).all()
+
+
+def test_fixed_noise_stays(mapping):
+    tracks = LocalTracks(FilterConfig(noise_time_s=0.0), mapping, SizeTable(mapping))
+    stand_with(tracks, mapping, [12.0, 8.0])
+    assert np.array_equal(tracks.noise_ratio, np.ones((2, 2)))
+
+
 def test_ids_are_not_used_twice(tracks, mapping):
     begin(tracks, mapping, np.zeros((3, 2)))
     tracks.keep(np.zeros(3, bool))

@@ -61,6 +61,19 @@ def test_covariance_is_honest_and_positive_definite(stage):
     assert np.mean(errors) < 3.0
 
 
+def test_whose_feet_are_seen_unsteadily_is_less_certain(new_stage):
+    def variance(jitter_m, **settings):
+        rng, stage = np.random.default_rng(3), new_stage(filter=settings)
+        for _ in range(75):
+            place = (rng.normal(0.0, jitter_m), 1.0 + rng.normal(0.0, jitter_m))
+            detections = stage.show([(place, RED)]).detections
+        return np.trace(detections.covariance[0])
+
+    steady = variance(0.0)
+    assert variance(0.35) > 2 * steady
+    assert variance(0.35, noise_time_s=0.0) < 1.5 * steady
+
+
 def test_known_target_enters_and_one_told_of_later_is_new(stage):
     def told(stamp_ns):
         count = 2 if len(outputs) > 20 else 1

@@ -1,0 +1,80 @@
+"""How well foot points are measured: as believed of all, and as observed of each; compiled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, INTS_1D, compiled
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+OUTLIER = 9.0
+"""What is farther from the expected than this is taken for as far: variances of it."""
+
+
+@compiled(types.f8[:, :, ::1](FLOATS_2D, types.f8, types.f8))
+def foot_noise(box: Floats, same_px: float, share: float) -> Floats:
+    """
+    Return the (n, 2, 2) covariance, px², of foot points as it is believed of all.
+
+    Parameters
+    ----------
+    box : (n, 4) array
+        Boxes, px.
+    same_px, share : float
+        Standard deviation: part that is the same for all, px, and part that grows with the box,
+        as a share of its height.
+
+    """
+    noise = np.zeros((len(box), 2, 2))
+    for row in range(len(box)):
+        noise[row, 0, 0] = noise[row, 1, 1] = (same_px + share * box[row, 3]) ** 2
+    return noise
+
+
+@compiled(
+    types.void(types.f8[:, ::1], INTS_1D, FLOATS_2D, FLOATS_2D, FLOATS_3D, FLOATS_3D, types.f8)
+)
+def follow_noise(
+    ratio: Floats, rows: Ints, foot: Floats, expected: Floats, noise: Floats, spread: Floats,
+    pace: float,
+) -> None:  # fmt: skip
+    """
+    Let the measurement noise of tracks follow what is observed of them.
+
+    What the squared innovation exceeds the spread of the prediction by is noise (event-tracking
+    paper, section 3.2 and Figure 5). It only ever adds to what is believed of all: the error of
+    a foot point lasts from picture to picture, and what is steady need not be right.
+
+    Parameters
+    ----------
+    ratio : (t, 2) array
+        Of each track's variance to that believed of all, along x and y of the picture, at least
+        1; changed in place.
+    rows : (n,) int64 array
+        Track that each foot point is of; -1: it is not to be learned from.
+    foot : (n, 2) array
+        Measured, px.
+    expected : (t, 2) array
+        Foot points of the tracks, predicted, px.
+    noise : (n, 2, 2) array
+        Covariance of those measured as it is believed now, px².
+    spread : (t, 2, 2) array
+        Covariance of those predicted, px².
+    pace : float
+        Share of the difference by which the ratio follows.
+
+    """
+    for row, track in enumerate(rows):
+        if track < 0:
+            continue
+        for axis in range(2):
+            innovation = foot[row, axis] - expected[track, axis]
+            variance, predicted = noise[row, axis, axis], spread[track, axis, axis]
+            square = min(innovation**2, OUTLIER * (variance + predicted))
+            usual = variance / ratio[track, axis]
+            change = pace * ((square - predicted) / usual - ratio[track, axis])
+            if np.isfinite(change):
+                ratio[track, axis] = max(ratio[track, axis] + change, 1.0)
