@@ -2,7 +2,8 @@
 
 from mctrack_ros.perception.feedback_buffer import FeedbackBuffer
 from mctrack_ros.perception.local_events import feedback_missed
-from mctrack_ros.perception.output import BackwardStampError, CameraOutput, check_picture
+from mctrack_ros.perception.output import CameraOutput, check_picture
+from mctrack_ros.perception.picture_clock import BackwardStampError
 from mctrack_ros.perception.picture_state import PictureState, PictureWatch
 from mctrack_ros.perception.pipeline import CameraConfig, CameraPipeline
 from mctrack_ros.perception.trackers import CameraTracker, open_camera

@@ -11,11 +11,6 @@ from mctrack_ros.interfaces import Detections, Events
 from mctrack_ros.perception.watchdog import CameraShift
 
 Image = NDArray[np.uint8]
-RESET_NS = 1_000_000_000
-
-
-class BackwardStampError(ValueError):
-    """A picture that is not later than the one before; drop it and go on."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,22 +56,3 @@ def check_mask(mask: Image | None, size: tuple[int, int]) -> None:
         raise ValueError(
             f'mask has shape {mask.shape} and type {mask.dtype}, expected {expected} and uint8'
         )
-
-
-def has_jumped(stamp_ns: int, last_ns: int | None) -> bool:
-    """
-    Tell whether time has jumped, by more than a second, from one picture to the next.
-
-    Raises
-    ------
-    BackwardStampError
-        If the stamp is at or up to a second before the last one.
-
-    """
-    if last_ns is None:
-        return False
-    if last_ns - RESET_NS <= stamp_ns <= last_ns:
-        raise BackwardStampError(
-            f'stamp {stamp_ns} is not later than the last, {last_ns}: the picture is not used'
-        )
-    return abs(stamp_ns - last_ns) > RESET_NS

@@ -20,9 +20,10 @@ from mctrack_ros.perception.groups import GroupConfig
 from mctrack_ros.perception.identity import IdentityConfig
 from mctrack_ros.perception.local_tracks import FilterConfig
 from mctrack_ros.perception.matching import MatchingConfig
-from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture, has_jumped
+from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture
 from mctrack_ros.perception.partition import PartitionConfig
 from mctrack_ros.perception.picture import Picture
+from mctrack_ros.perception.picture_clock import PictureClock
 from mctrack_ros.perception.picture_state import is_blank
 from mctrack_ros.perception.presence import PresenceConfig
 from mctrack_ros.perception.segmentation import inside_edges
@@ -99,9 +100,11 @@ class CameraPipeline:
         self._mask = None if mask is None else self._reduced(mask)
         self._sizes = SizeTable(mapping)
         self._background = Background(config.background)
+        self._given: Image | None = None
         if background is not None:
             check_picture(background, mapping.image_size)
-            self._background.begin(self._reduced(background))
+            self._given = self._reduced(background)
+            self._background.begin(self._given)
         self._shadows = Shadows(config.shadows, mapping, float(config.reduction))
         self._ghosts = GhostWatch(config.ghosts)
         self._watchdog = Watchdog(config.watchdog, mask)
@@ -121,7 +124,7 @@ class CameraPipeline:
             self._sizes,
             mask,
         )
-        self._last_ns: int | None = None
+        self._clock = PictureClock()
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
         """
@@ -133,7 +136,7 @@ class CameraPipeline:
             BGR picture of the mapping's size. One that is black or white counts as none.
         stamp_ns : int
             Its capture time, ns. A gap or a step back of more than a second restarts the local
-            tracks; local ids go on.
+            tracks, unless the camera is as slow as that; local ids go on.
         feedback : Feedback or None
             The fusion node's, of the design's age; see `FeedbackBuffer`.
 
@@ -147,7 +150,7 @@ class CameraPipeline:
         """
         check_picture(image, self._mapping.image_size)
         if is_blank(image):
-            has_jumped(stamp_ns, self._last_ns)
+            self._clock.check(stamp_ns)
             return CameraOutput.empty(stamp_ns, self._watchdog.shift)
         self._advance(stamp_ns)
         shift = self._watchdog.watch(image, stamp_ns)
@@ -196,13 +199,17 @@ class CameraPipeline:
         return self._tracker.groups()
 
     def _advance(self, stamp_ns: int) -> None:
-        last = self._last_ns
-        if has_jumped(stamp_ns, last):
+        """Take the time of a picture; begin anew where it has jumped."""
+        clock = self._clock
+        clock.advance(stamp_ns)
+        if clock.jumped:
             self._tracker.restart()
             self._ghosts.restart()
-            if last is not None and stamp_ns < last:
-                self._background.restart()
-        self._last_ns = stamp_ns
+        if clock.stepped_back:
+            self._shadows.restart()
+            self._background.restart()
+            if self._given is not None:
+                self._background.begin(self._given)
 
     def _reduced(self, image: Image) -> Image:
         factor = self._config.reduction

@@ -19,6 +19,11 @@ def events_of(outputs):
     return [int(event) for output in outputs for event in output.events.event]
 
 
+def empty(mapping):
+    """Return the stage without anybody, and without noise."""
+    return np.full((*mapping.image_size[::-1], 3), (60, 120, 60), np.uint8)
+
+
 def test_person_is_found_where_it_stands(stage):
     for step in range(20):
         output = stage.show([((0.1 * step, 1.0), RED)])
@@ -40,8 +45,7 @@ def test_predicted_box_lies_on_the_person(stage):
 
 def test_with_a_given_background_people_are_seen_at_once(new_stage, mapping):
     stage = new_stage()
-    background = np.full((*mapping.image_size[::-1], 3), (60, 120, 60), np.uint8)
-    stage.pipeline = CameraPipeline(CameraConfig(), mapping, background=background)
+    stage.pipeline = CameraPipeline(CameraConfig(), mapping, background=empty(mapping))
     assert len(stage.show([((1.0, 0.0), RED)]).detections) == 1
 
 
@@ -161,6 +165,18 @@ def test_gap_restarts_tracks_but_not_ids(stage):
     assert second.detections.local_id[0] > first.detections.local_id[0]
 
 
+@pytest.mark.parametrize('rate_hz', [0.5, 1.0])
+def test_a_slow_camera_keeps_who_is_in_view(stage, mapping, rate_hz):
+    pipeline = CameraPipeline(CameraConfig(), mapping, background=empty(mapping))
+    rng, ids = np.random.default_rng(4), []
+    for step in range(30):
+        picture = stage.picture([((0.3 * np.sin(step), 1.0), RED)])
+        stamp_s = 10 + (step + rng.uniform(0.0, 0.1)) / rate_hz
+        ids += pipeline.step(picture, round(stamp_s * 1e9), None).detections.local_id.tolist()
+    assert len(ids) == 30
+    assert len(set(ids[2:])) == 1
+
+
 def test_same_pictures_give_the_same_output(new_stage):
     first, second = walk_past(new_stage(), 30), walk_past(new_stage(), 30)
     for one, other in zip(first, second):
@@ -190,6 +206,14 @@ def test_repeated_or_backward_stamp_is_refused_and_changes_nothing(stage, back_n
     with pytest.raises(BackwardStampError, match='not later'):
         stage.pipeline.step(stage.picture([]), last - back_ns, None)
     stage.show([])
+
+
+def test_a_given_background_outlives_a_far_step_back(new_stage, mapping):
+    stage = new_stage()
+    stage.pipeline = CameraPipeline(CameraConfig(), mapping, background=empty(mapping))
+    stage.show([])
+    stage.index = 0
+    assert len(stage.show([((0.0, 0.0), WHITE)]).detections) == 1
 
 
 def test_far_step_back_starts_over(stage):

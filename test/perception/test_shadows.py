@@ -167,3 +167,17 @@ def standing(yard, factor, top):
     mask = body.astype(np.uint8) * 255
     area = np.array([float(np.count_nonzero(body))])
     return np.clip(np.rint(noisy), 0, 255).astype(np.uint8), mask, box, area
+
+
+def test_a_clock_that_steps_back_does_not_leave_an_old_sun(mapping):
+    yard = Yard(mapping)
+    pipeline = CameraPipeline(CameraConfig(), mapping, background=yard.ground)
+    for step in range(60):
+        places = PLACES + np.array([0.02 * step, 0.0])
+        stamp_ns = 3600_000_000_000 + step * PERIOD_NS
+        pipeline.step(yard.picture(places, 4 * [RED], 0.55), stamp_ns, None)
+    assert pipeline._shadows.sun is not None
+    for step in range(1, 11):
+        places = PLACES + np.array([0.02 * step, 0.0])
+        pipeline.step(yard.picture(places, 4 * [RED], 1.0), step * PERIOD_NS, None)
+    assert pipeline._shadows.sun is None

@@ -40,8 +40,10 @@ class Lesson:
     def tracked_mask(self) -> Image:
         """Return where foreground is tracked, 255."""
         kept = np.zeros_like(self.mask)
-        for left, top, width, height in np.maximum(self.tracked, 0).tolist():
-            part = (slice(top, top + height), slice(left, left + width))
+        low = np.maximum(self.tracked[:, :2], 0)
+        high = np.maximum(self.tracked[:, :2] + self.tracked[:, 2:], 0)
+        for (left, top), (right, bottom) in zip(low.tolist(), high.tolist()):
+            part = (slice(top, bottom), slice(left, right))
             kept[part] = self.mask[part]
         return kept
 

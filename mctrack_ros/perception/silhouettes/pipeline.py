@@ -12,7 +12,8 @@ from mctrack_ros.perception.classes import ClassVotes, looks_like_vehicle
 from mctrack_ros.perception.groups import GroupConfig, Groups
 from mctrack_ros.perception.identity import learn_identities
 from mctrack_ros.perception.local_events import EventLog
-from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture, has_jumped
+from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture
+from mctrack_ros.perception.picture_clock import PictureClock
 from mctrack_ros.perception.picture_state import is_blank
 from mctrack_ros.perception.silhouettes.background import LowPassBackground
 from mctrack_ros.perception.silhouettes.components import Silhouettes, find_silhouettes
@@ -69,9 +70,11 @@ class SilhouettePipeline:
         check_mask(mask, mapping.image_size)
         self._config, self._mapping, self._mask = config, mapping, mask
         self._background = LowPassBackground(config.background)
+        self._given: Image | None = None
         if background is not None:
             check_picture(background, mapping.image_size)
-            self._background.restart_from(self._grey(background))
+            self._given = self._grey(background)
+            self._background.restart_from(self._given)
         self._places = Places(config.places, config.tracker.classes.vehicle_height_m, mapping)
         self._tracker = SilhouetteTracker(config.tracker, self._places.sizes)
         self._rest = RestWatch(config.rest)
@@ -79,7 +82,7 @@ class SilhouettePipeline:
         self._watchdog = Watchdog(config.watchdog, mask)
         self._groups = Groups(GroupConfig(part_s=config.report.part_s))
         self._passed: set[int] = set()
-        self._last_ns: int | None = None
+        self._clock = PictureClock()
 
     @property
     def objects(self) -> TrackedObjects:
@@ -105,8 +108,8 @@ class SilhouettePipeline:
             BGR picture of the mapping's size; its brightness is what counts. One that is black
             or white counts as none.
         stamp_ns : int
-            Its capture time, ns. A gap or a step back of more than a second restarts tracking;
-            local ids go on.
+            Its capture time, ns. A gap or a step back of more than a second restarts tracking,
+            unless the camera is as slow as that; local ids go on.
         feedback : Feedback or None
             The fusion node's, of the design's age; see `FeedbackBuffer`.
 
@@ -120,7 +123,7 @@ class SilhouettePipeline:
         """
         check_picture(image, self._mapping.image_size)
         if is_blank(image):
-            has_jumped(stamp_ns, self._last_ns)
+            self._clock.check(stamp_ns)
             return CameraOutput.empty(stamp_ns, self._watchdog.shift)
         seconds = self._advance(stamp_ns)
         shift = self._watchdog.watch(image, stamp_ns)
@@ -214,14 +217,16 @@ class SilhouettePipeline:
                 log.add(EventCode.STABLE, objects, row)
 
     def _advance(self, stamp_ns: int) -> float:
-        """Check the stamp and return the seconds since the last one."""
-        last, jumped = self._last_ns, has_jumped(stamp_ns, self._last_ns)
-        self._last_ns = stamp_ns
-        if jumped and last is not None:
+        """Take the time of a picture, begin anew where it has jumped; return the seconds."""
+        clock = self._clock
+        clock.advance(stamp_ns)
+        if clock.jumped:
             self._restart()
-            if stamp_ns < last:
-                self._background.restart()
-        return 0.0 if last is None or jumped else (stamp_ns - last) * 1e-9
+        if clock.stepped_back:
+            self._background.restart()
+            if self._given is not None:
+                self._background.restart_from(self._given)
+        return clock.seconds
 
     def _restart(self) -> None:
         """Forget all objects and what was inserted; ids go on."""

@@ -1,0 +1,60 @@
+"""The time of a camera's pictures: how long since the last, and whether it has jumped."""
+
+from __future__ import annotations
+
+JUMP_NS = 1_000_000_000
+USUAL_GAPS = 2.5
+"""A gap that is no longer than this many of the gap before is the camera's pace, however slow."""
+
+
+class BackwardStampError(ValueError):
+    """A picture that is not later than the one before; drop it and go on."""
+
+
+class PictureClock:
+    """
+    Follows the stamps of one camera's pictures.
+
+    Attributes
+    ----------
+    seconds : float
+        From the picture before to the last, s; 0 at the first, and where time has jumped.
+    jumped : bool
+        Whether it came more than a second after the picture before, though the camera is not as
+        slow as that, or more than a second before it.
+    stepped_back : bool
+        Whether it came before it.
+
+    """
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self.jumped = self.stepped_back = False
+        self._last_ns: int | None = None
+        self._gap_ns = 0
+
+    def check(self, stamp_ns: int) -> None:
+        """
+        Refuse what is no step in time.
+
+        Raises
+        ------
+        BackwardStampError
+            If the stamp is at or up to a second before the last one.
+
+        """
+        last = self._last_ns
+        if last is not None and last - JUMP_NS <= stamp_ns <= last:
+            raise BackwardStampError(
+                f'stamp {stamp_ns} is not later than the last, {last}: the picture is not used'
+            )
+
+    def advance(self, stamp_ns: int) -> None:
+        """Take the stamp, ns, of the next picture; raise as `check` does, and change nothing."""
+        self.check(stamp_ns)
+        last, usual_ns = self._last_ns, self._gap_ns
+        gap_ns = 0 if last is None else stamp_ns - last
+        self.stepped_back = gap_ns < 0
+        self.jumped = self.stepped_back or gap_ns > max(JUMP_NS, USUAL_GAPS * usual_ns)
+        self.seconds = 0.0 if self.jumped else gap_ns * 1e-9
+        self._last_ns, self._gap_ns = stamp_ns, max(gap_ns, 0)
