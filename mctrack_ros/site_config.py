@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mctrack_ros.camera_names import check_camera_name
 from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.config import ConfigError, config_from, parameter, values_of
 from mctrack_ros.fusion import FusionConfig
@@ -132,11 +133,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         _check_area(scalars.area)
     settings = {}
     for name in sorted(cameras):
-        if not (isinstance(name, str) and name.isidentifier() and name.islower()):
-            raise ConfigError(
-                f'camera {name!r}: expected lower-case letters, digits and underscores, '
-                'a letter first'
-            )
+        check_camera_name(name)
         own = cameras[name]
         if not isinstance(own, Mapping):
             raise ConfigError(f'cameras.{name} is {own!r}, expected a mapping')

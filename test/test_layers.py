@@ -15,6 +15,7 @@ ALLOWED = {
     'compiled': set(),
     'resources': set(),
     'processes': set(),
+    'camera_names': {'config'},
     'ground': {'interfaces', 'config', 'compiled'},
     'tracking': {'interfaces', 'config', 'compiled', 'ground'},
     'perception': {'interfaces', 'config', 'compiled', 'ground', 'tracking'},
@@ -26,6 +27,7 @@ ALLOWED = {
 ALLOWED['camera_settings'] = {'interfaces', 'config', 'ground', 'tracking', 'perception'}
 ALLOWED['site_description'] = {'interfaces'}
 ALLOWED['site_config'] = ALLOWED['camera_settings'] | {
+    'camera_names',
     'camera_settings',
     'fusion',
     'site_description',

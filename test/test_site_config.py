@@ -63,6 +63,7 @@ def test_paths_are_relative_to_the_file(site, tmp_path):
         ({'cameras': {'north': {'gird': 'a.xml'}}}, 'unknown key cameras.north.gird'),
         ({'cameras': {'1st': {}}}, "camera '1st': expected lower-case letters"),
         ({'cameras': {'a/b': {}}}, "camera 'a/b'"),
+        ({'cameras': {'caméra': {}}}, "camera 'caméra'"),
         ({'cameras': {3: {}}}, 'camera 3'),
         ({'cameras': {f'c{i}': {} for i in range(MAX_CAMERAS + 1)}}, 'expected at most 32'),
         ({'feedback_delay': 'long'}, "feedback_delay is 'long', expected a number"),

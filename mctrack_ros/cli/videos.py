@@ -51,11 +51,14 @@ def _seconds(text: str) -> float:
 
 def _by_camera(texts: list[str], example: str) -> dict[str, str]:
     """Return what stands after the equals sign, by camera."""
+    from mctrack_ros.camera_names import check_camera_name
+
     found: dict[str, str] = {}
     for text in texts:
         name, _, value = text.partition('=')
-        if not value or not (name.isidentifier() and name.islower()):
+        if not value:
             raise ValueError(f'{text!r}: expected a camera and its value, for example {example}')
+        check_camera_name(name)
         if name in found:
             raise ValueError(f'{name} is given twice')
         found[name] = value

@@ -9,6 +9,7 @@ from typing import Any
 from rclpy.lifecycle import LifecyclePublisher
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 
+from mctrack_ros.camera_names import check_camera_name
 from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.codec import (
     cloud_from_rows,
@@ -73,6 +74,7 @@ class CameraNode(GraphNode):
     def open(self) -> None:
         """Build the pipeline and the publishers."""
         settings, camera = self.config.settings, self.config.camera
+        check_camera_name(camera)
         self.pipeline, self.overlay = settings.open(), Overlay()
         self.note_calibration()
         self.forget_feedback()

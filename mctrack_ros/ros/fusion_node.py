@@ -14,6 +14,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
+from mctrack_ros.camera_names import check_camera_name
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.config import ConfigError, parameter, values_of
 from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
@@ -56,6 +57,8 @@ class FusionNode(GraphNode):
             raise ConfigError(
                 f'cameras is {list(cameras)}, expected 1 to {MAX_CAMERAS} different names'
             )
+        for camera in cameras:
+            check_camera_name(camera)
         self.batcher = Batcher(self.config.fusion, cameras)
         self.pipeline = FusionPipeline(self.config.fusion, cameras)
         self.health = {camera: StreamHealth() for camera in cameras}
@@ -75,6 +78,7 @@ class FusionNode(GraphNode):
 
     def start(self) -> None:
         """Subscribe to every camera, and say what the site is."""
+        self.after_arrivals = self.create_guard_condition(self.on_overdue)
         values = {'cameras': list(self.config.cameras), 'fusion': values_of(self.config.fusion)}
         description = site_description(values, list(self.config.cameras))
         self.site.publish(String(data=description))
@@ -85,7 +89,6 @@ class FusionNode(GraphNode):
         # Waiting is measured on a clock that no time service moves, unless time is simulated.
         simulated = self.get_parameter('use_sim_time').value
         self.clock = self.get_clock() if simulated else Clock(clock_type=ClockType.STEADY_TIME)
-        self.after_arrivals = self.create_guard_condition(self.on_overdue)
         self.deadline = self.create_timer(3600.0, self.after_deadline, clock=self.clock)
         self.diagnostics.begin()
 

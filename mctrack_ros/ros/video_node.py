@@ -13,6 +13,7 @@ import cv2
 from rclpy.duration import Duration
 from sensor_msgs.msg import CompressedImage, Image
 
+from mctrack_ros.camera_names import check_camera_name
 from mctrack_ros.codec import compressed_message, image_message, jpeg_from_image
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.ros import quality
@@ -69,6 +70,7 @@ class VideoNode(GraphNode):
     def open(self) -> None:
         """Open the source."""
         source = self.config.source
+        check_camera_name(self.config.camera)
         if not source:
             raise ConfigError('source is empty: name a video file, a device or a stream')
         self.is_file = '://' not in source and not source.isdigit() and '/dev/' not in source

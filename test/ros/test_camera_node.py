@@ -93,6 +93,21 @@ def test_the_node_says_at_its_start_whether_its_grid_is_to_be_trusted(
     assert said in capfd.readouterr().err
 
 
+@pytest.mark.parametrize('name', ['1cam', 'a b', 'a/b'])
+@pytest.mark.parametrize('node', ['camera_node', 'video_node', 'fusion_node'])
+def test_a_name_that_is_no_cameras_is_refused_in_one_line(bench, tmp_path, node, name):
+    source = tmp_path / 'film.avi'
+    given = {
+        'camera_node': {'camera': name},
+        'video_node': {'camera': name, 'source': str(source)},
+        'fusion_node': {'cameras': ['cam1', name]},
+    }
+    source.touch()
+    assert bench.exit_code(bench.spawn(node, **given[node])) == 2
+    (line,) = bench.log(node).splitlines()
+    assert f"camera '{name}': expected lower-case letters" in line
+
+
 def bad_pictures(stamp_ns):
     empty = picture_message(1, stamp_ns)
     empty.data = b''

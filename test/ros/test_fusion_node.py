@@ -203,6 +203,20 @@ def test_namespace_and_remapping_move_its_topics(bench):
     assert node.get_fully_qualified_name() == '/hall/server'
 
 
+def test_a_start_that_fails_says_why_and_nothing_else(bench, capfd):
+    class Unheard(FusionNode):
+        def subscribe(self, *arguments):
+            raise OSError('nothing can be heard')
+
+    path = bench.parameter_file('fusion', {'cameras': CAMERAS, 'autostart': False})
+    bench.open('--params-file', str(path))
+    node = bench.add(Unheard())
+    node.trigger_configure()
+    node.trigger_activate()
+    assert node.failure == 'nothing can be heard'
+    assert 'Traceback' not in capfd.readouterr().err
+
+
 def test_why_is_told_while_somebody_asks(bench):
     graph = open_fusion(bench)
     graph.both(range(100, 110))
