@@ -15,6 +15,7 @@ import typer
 from mctrack_ros.processes import prepare_workers
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
+_USUAL_SITE = 'pitch5'
 _OVERWRITE = typer.Option(False, '--overwrite', help='Replace earlier results.')
 _PROCESSES = typer.Option(2, min=1, max=64, help='Processes to share the cameras among.')
 _WORKERS = typer.Option(
@@ -114,7 +115,9 @@ def simulate(
 def track(
     bag: Path = typer.Argument(..., help='Bag with the pictures, or detections, of every camera.'),
     out: Path = typer.Option(..., help='Folder for the bag of results and tracks.txt.'),
-    site: str = typer.Option('pitch5', help='Site YAML, or the name of a shipped site.'),
+    site: str = typer.Option(
+        '', help=f'Site YAML, or the name of a shipped site; unless given, {_USUAL_SITE}.'
+    ),
     processes: int | None = _WORKERS,
     overwrite: bool = _OVERWRITE,
     explain: bool = typer.Option(
@@ -129,7 +132,9 @@ def track(
     from mctrack_ros.experiments.figures import Figures
     from mctrack_ros.replay.track import track_bag
 
-    config = named_site(site)
+    if not site:
+        typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
+    config = named_site(site or _USUAL_SITE)
     processes = processes or len(config.cameras)
     started = time.perf_counter()
     with progress_bar('tracking') as progress:

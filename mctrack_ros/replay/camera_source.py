@@ -12,6 +12,8 @@ from mctrack_ros.interfaces import Detections, Events, Feedback
 from mctrack_ros.perception import FeedbackBuffer, check_picture
 from mctrack_ros.recording import BagError, BagReader
 
+_PICTURES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
+
 
 @dataclass(frozen=True, slots=True)
 class CameraTask:
@@ -86,8 +88,18 @@ def topic_of(task: CameraTask, reader: BagReader) -> str:
         if reader.count(topic):
             return topic
     raise BagError(
-        f'{task.bag} has no messages on {task.image_topic} nor on {task.detections_topic}'
+        f'{task.bag} has no messages on {task.image_topic} nor on {task.detections_topic}: '
+        f'its cameras are {", ".join(cameras_in(reader)) or "none"}; give the site of these, '
+        'by --site'
     )
+
+
+def cameras_in(reader: BagReader) -> list[str]:
+    """Return the names of whose pictures, or else detections, a bag holds."""
+    pictures = [topic for topic, kind in reader.topics.items() if kind in _PICTURES]
+    detections = [topic for topic in reader.topics if topic.endswith('/detections')]
+    found = {topic.split('/')[1] for topic in pictures or detections if reader.count(topic)}
+    return sorted(found - {'truth'})
 
 
 class CameraSource:

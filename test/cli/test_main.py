@@ -59,6 +59,12 @@ def test_track_writes_figures_that_a_machine_reads(tracked):
     assert content['protocol']['site'] == 'hall'
 
 
+def test_track_says_which_site_it_takes_if_none_is_given(tracked, tmp_path):
+    code, _, errors = mctrack('track', tracked / 'bag', '--out', tmp_path / 'out')
+    assert code == 1
+    assert '--site is not given: the shipped pitch5 is taken' in errors
+
+
 def test_echo_prints_a_cloud_of_a_bag_as_a_table(tracked):
     code, output, _ = mctrack('echo', '/ticks', '--bag', tracked / 'out/bag', '--count', 1)
     assert code == 0
@@ -80,7 +86,7 @@ def test_echo_prints_json_without_nan(tracked):
         (['track', 'nowhere', '--out', 'out'], 'nowhere does not exist'),
         (['track', '{bag}', '--out', '{out}', '--site', '{site}'], 'exists already'),
         (['track', '{bag}', '--out', 'x', '--site', 'atlantis'], 'atlantis.yaml: No such file'),
-        (['track', '{bag}', '--out', 'x'], 'has no messages on /cam1/image_raw/compressed'),
+        (['track', '{bag}', '--out', 'x'], 'its cameras are north, south; give the site'),
         (['echo', '/nothing', '--bag', '{bag}'], 'has no topic /nothing'),
         (['echo', '/site', '--bag', '{out}/bag'], '/site holds std_msgs/msg/String'),
         (['play', 'nowhere'], 'nowhere does not exist'),
