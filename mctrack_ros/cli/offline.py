@@ -155,7 +155,7 @@ def track(
         figures={
             'ticks': summary.ticks,
             'pictures': summary.pictures,
-            'track_ids': len(summary.track_ids),
+            'confirmed_ids': len(summary.confirmed_ids),
             'bag_seconds': summary.bag_seconds,
             'wall_seconds': wall_seconds,
             'realtime_factor': summary.bag_seconds / wall_seconds,

@@ -7,6 +7,9 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
+from mctrack_ros.interfaces import REPORTED
 from mctrack_ros.recording import BagReader, BagWriter, MotTextWriter
 from mctrack_ros.replay.camera_source import topic_of
 from mctrack_ros.replay.lockstep import TickOutput, camera_tasks, run_lockstep
@@ -30,8 +33,8 @@ class TrackSummary:
         Ticks fused.
     pictures : int
         Camera messages processed.
-    track_ids : set of int
-        Ids reported.
+    confirmed_ids : set of int
+        Ids of tracks that were confirmed.
     peak_memory_mb : float
         Largest resident set of a process, MB.
 
@@ -40,7 +43,7 @@ class TrackSummary:
     bag_seconds: float
     ticks: int = 0
     pictures: int = 0
-    track_ids: set[int] = field(default_factory=set)
+    confirmed_ids: set[int] = field(default_factory=set)
     peak_memory_mb: float = 0.0
 
 
@@ -100,7 +103,9 @@ def track_bag(
             text.write(ticked.output.tracks)
             summary.ticks += 1
             summary.pictures += len(ticked.results)
-            summary.track_ids.update(ticked.output.tracks.track_id.tolist())
+            tracks = ticked.output.tracks
+            confirmed = tracks.track_id[np.isin(tracks.status, REPORTED)]
+            summary.confirmed_ids.update(confirmed.tolist())
             progress(summary.pictures, total)
     summary.peak_memory_mb = max(peak_memory_mb(), workers.peak_memory_mb)
     return summary

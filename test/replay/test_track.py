@@ -28,6 +28,8 @@ def tracked(hall, tmp_path_factory):
     assert summary.ticks == 188
     assert summary.pictures == 376
     assert summary.peak_memory_mb > 50.0
+    written = {int(line.split(',')[1]) for line in (out / 'tracks.txt').read_text().splitlines()}
+    assert summary.confirmed_ids == written
     return out
 
 
