@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -119,9 +120,15 @@ class CameraSettings:
     def _picture(self, key: str, mode: int) -> NDArray[np.uint8]:
         """Read the picture that a key names, of the camera's size."""
         path = getattr(self, key)
+        if not Path(path).is_file():
+            raise ConfigError(f'{key} {path} does not exist')
         picture = cv2.imread(path, mode)
-        expected = (self.image_height, self.image_width)
-        if picture is None or picture.shape[:2] != expected:
-            found = 'no picture' if picture is None else f'a picture of shape {picture.shape[:2]}'
-            raise ConfigError(f'{key} {path} is {found}, expected shape {expected}')
+        if picture is None:
+            raise ConfigError(f'{key} {path} is no picture that OpenCV reads')
+        height, width = picture.shape[:2]
+        if (width, height) != (self.image_width, self.image_height):
+            raise ConfigError(
+                f'{key} {path} is {width} x {height}, expected '
+                f'{self.image_width} x {self.image_height}'
+            )
         return np.asarray(picture, np.uint8)

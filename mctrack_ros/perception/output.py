@@ -41,12 +41,14 @@ class CameraOutput:
 
 def check_picture(image: Image, size: tuple[int, int]) -> None:
     """Refuse, by `ValueError`, what is no BGR picture of a width and height."""
-    expected = (size[1], size[0], 3)
-    if image.shape != expected or image.dtype != np.uint8:
+    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
         raise ValueError(
             f'picture has shape {image.shape} and type {image.dtype}, '
-            f'expected {expected} and uint8'
+            'expected (height, width, 3) and uint8'
         )
+    height, width = image.shape[:2]
+    if (width, height) != tuple(size):
+        raise ValueError(f'picture is {width} x {height}, expected {size[0]} x {size[1]}')
 
 
 def check_mask(mask: Image | None, size: tuple[int, int]) -> None:

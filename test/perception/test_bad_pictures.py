@@ -66,7 +66,7 @@ def test_a_frozen_picture_shows_whom_it_shows_and_no_more(walked):
 
 
 def test_another_size_is_refused_and_the_next_picture_is_as_ever(walked):
-    with pytest.raises(ValueError, match='picture has shape'):
+    with pytest.raises(ValueError, match='picture is 640 x 480'):
         shown(walked, np.zeros((480, 640, 3), np.uint8))
     assert len(walking(walked).detections) == 2
 
