@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.codec import compressed_message, jpeg_from_image
 from mctrack_ros.interfaces import code_tables
-from mctrack_ros.recording import ROSBAGS_CLASSES, BagError, BagWriter
+from mctrack_ros.recording import ROSBAGS_CLASSES, BagError, BagWriter, check_place
 from mctrack_ros.simulation import (
     EventWatcher,
     Figured,
@@ -83,8 +83,7 @@ def simulate(
 
     """
     path = Path(path).absolute()
-    if path.exists() and not (overwrite and (path / 'metadata.yaml').exists()):
-        raise BagError(f'{path} exists already: choose another name or remove it')
+    check_place(path, overwrite)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f'.{path.name}.', dir=path.parent) as folder:

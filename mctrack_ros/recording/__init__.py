@@ -1,6 +1,12 @@
 """Bags and exports."""
 
-from mctrack_ros.recording.bag import ROSBAGS_CLASSES, BagError, BagReader, BagWriter
+from mctrack_ros.recording.bag import (
+    ROSBAGS_CLASSES,
+    BagError,
+    BagReader,
+    BagWriter,
+    check_place,
+)
 from mctrack_ros.recording.mot_text import (
     MotTextError,
     MotTextWriter,
@@ -16,6 +22,7 @@ __all__ = [
     'BagWriter',
     'MotTextError',
     'MotTextWriter',
+    'check_place',
     'frame_origin_ns',
     'read_mot_text',
     'write_mot_text',

@@ -65,10 +65,8 @@ class BagWriter:
 
     def __init__(self, path: str | Path, *, overwrite: bool = False) -> None:
         self.path = Path(path)
+        check_place(self.path, overwrite)
         if self.path.exists():
-            replaceable = overwrite and (self.path / 'metadata.yaml').exists()
-            if not replaceable:
-                raise BagError(f'{self.path} exists already: choose another name or remove it')
             shutil.rmtree(self.path)
         self._connections: dict[str, Connection] = {}
         try:
@@ -265,6 +263,27 @@ class BagReader:
         except Exception as error:
             reason = str(error) or type(error).__name__
             raise BagError(f'{self.path} cannot be read: {reason}') from error
+
+
+def check_place(path: Path, overwrite: bool) -> None:
+    """
+    Refuse a place where something is that a bag may not replace.
+
+    Raises
+    ------
+    BagError
+        If there is a bag that is not to be replaced, or something else.
+
+    """
+    if not path.exists():
+        return
+    if not (path / 'metadata.yaml').exists():
+        raise BagError(f'{path} exists already and is no bag: choose another name or remove it')
+    if not overwrite:
+        raise BagError(
+            f'{path} exists already: choose another name, or replace it by --overwrite '
+            "(a node's parameter: overwrite)"
+        )
 
 
 def _qos(latched: bool) -> Qos:

@@ -49,7 +49,7 @@ def test_a_run_that_breaks_off_leaves_no_bag(tmp_path):
 
 
 def test_a_bag_already_there_is_kept_unless_told_otherwise(bag):
-    with pytest.raises(BagError, match='exists already'):
+    with pytest.raises(BagError, match=r'exists already.* by --overwrite'):
         simulate(SCENARIO, bag)
 
 

@@ -82,14 +82,14 @@ def test_what_is_not_such_rows_is_named(bag, topic, kind):
 
 
 def test_a_bag_is_not_overwritten_unasked(bag):
-    with pytest.raises(BagError, match='exists already'):
+    with pytest.raises(BagError, match=r'exists already.* by --overwrite'):
         BagWriter(bag)
     BagWriter(bag, overwrite=True).close()
 
 
 def test_a_folder_that_is_no_bag_is_never_overwritten(tmp_path):
     (tmp_path / 'thesis.txt').write_text('mine')
-    with pytest.raises(BagError, match='exists already'):
+    with pytest.raises(BagError, match='exists already and is no bag'):
         BagWriter(tmp_path, overwrite=True)
     assert (tmp_path / 'thesis.txt').read_text() == 'mine'
 
