@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mctrack_ros.resources import config_file
+from mctrack_ros.config import ConfigError
+from mctrack_ros.ground.yaml_files import read_yaml_file
+from mctrack_ros.resources import config_file, share_directory
 from mctrack_ros.site_config import SiteConfig, load_site
 
 
@@ -14,5 +16,27 @@ def named_site(site: str) -> SiteConfig:
 
 
 def site_path(site: str) -> Path:
-    """Return the file of a site given by path or by the bare name of a shipped one."""
-    return config_file(f'{site}.yaml') if site.isidentifier() else Path(site)
+    """
+    Return the file of a site given by path or by the bare name of a shipped one.
+
+    Raises
+    ------
+    ConfigError
+        If no site of that name is shipped; says which are.
+
+    """
+    if not site.isidentifier():
+        return Path(site)
+    path = config_file(f'{site}.yaml')
+    if not path.is_file():
+        raise ConfigError(
+            f'no site {site!r} is shipped, only {" and ".join(shipped_sites())}; one of your own '
+            f'is given by its file, for example {site}.yaml'
+        )
+    return path
+
+
+def shipped_sites() -> list[str]:
+    """Return the names of the sites that come with the package."""
+    files = sorted((share_directory() / 'config').glob('*.yaml'))
+    return [path.stem for path in files if 'cameras' in read_yaml_file(path, ConfigError)]
