@@ -22,8 +22,8 @@ class CarParkDifficulty:
 
     Attributes
     ----------
-    people, vehicle_moves : int
-        People who are seen, and times that a car comes or leaves.
+    people, bicycles, vehicle_moves : int
+        People who are seen, bicycles that ride through, and times that a car comes or leaves.
     contrast : float
         Median difference between a person and what is behind, grey levels.
     fragmented_share : float
@@ -41,6 +41,7 @@ class CarParkDifficulty:
     """
 
     people: int
+    bicycles: int
     vehicle_moves: int
     contrast: float
     fragmented_share: float
@@ -89,10 +90,12 @@ class CarParkMeter:
         """Return the figures of what was counted."""
         pieces = np.array(self._pieces)
         minutes = self._pictures * self._world.scenario.period_s / 60
+        bicycle = self._world.class_id == ClassCode.BICYCLE
         vehicle = self._world.class_id == ClassCode.VEHICLE
         begins = np.diff(self._world.active[:, vehicle].astype(np.int8), axis=0) > 0
         return CarParkDifficulty(
             people=int(self._seen.sum()),
+            bicycles=int(self._world.active[:, bicycle].any(axis=0).sum()),
             vehicle_moves=int(begins.sum()),
             contrast=float(np.median(self._contrast or [np.nan])),
             fragmented_share=float((pieces > 1).sum() / max(len(pieces), 1)),
