@@ -13,7 +13,7 @@ _PAGE = typer.Option(Path('docs/results.md'), help='The page to write.')
 
 def evaluate(
     truth: Path = typer.Argument(..., help='Bag with /truth/tracks, or MOT text.'),
-    tracks: Path = typer.Argument(..., help='Bag with /tracks, or MOT text.'),
+    tracks: Path = typer.Argument(..., help='Bag with /tracks, MOT text, or what track wrote.'),
     gate: float = typer.Option(1.0, min=1e-6, help='Largest distance of a match, m.'),
     json_file: Path | None = _JSON,
 ) -> None:
@@ -23,6 +23,8 @@ def evaluate(
     comparison = Comparison.read(truth, tracks)
     figures = comparison.figures(gate)
     typer.echo(figures.table())
+    if comparison.note:
+        typer.echo(f'\n{comparison.note}')
     lines = comparison.switch_lines(gate)
     if lines:
         typer.echo('\nidentity switches: true id, its old and its new track')

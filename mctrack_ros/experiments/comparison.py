@@ -15,6 +15,7 @@ from mctrack_ros.recording import BagError, BagReader, frame_origin_ns, read_mot
 TRUTH_TOPIC = '/truth/tracks'
 TRACKS_TOPIC = '/tracks'
 _TEXT_PERIOD_NS = 40_000_000
+_SAME_PERIOD = 0.01
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,6 +84,8 @@ class Comparison:
         In common frames.
     seconds : dict of int to float
         Of each frame that has tracks, since the first one that has, s.
+    note : str
+        What is to be said of their periods; empty: they are the same.
 
     """
 
@@ -91,6 +94,7 @@ class Comparison:
     truth: Trajectories
     tracks: Trajectories
     seconds: dict[int, float]
+    note: str = ''
 
     @classmethod
     def read(cls, truth: str | Path, tracks: str | Path) -> Comparison:
@@ -105,23 +109,28 @@ class Comparison:
         truth : str or Path
             A bag with ``/truth/tracks`` (or ``/tracks``), or MOT text.
         tracks : str or Path
-            A bag with ``/tracks``, or MOT text.
+            A bag with ``/tracks``, MOT text, or the folder that `mctrack track` wrote.
 
         Raises
         ------
         BagError, MotTextError
             If a file cannot be read.
         ValueError
-            If the two have no instant in common.
+            If the two have no instant in common, or tracks come faster than truth.
 
         """
+        truth, tracks = _file_in(truth), _file_in(tracks)
         true = read_instants(truth, (TRUTH_TOPIC, TRACKS_TOPIC))
         found = read_instants(tracks, (TRACKS_TOPIC,))
         period_ns = found.period_ns if true.is_text else true.period_ns
         first = true if true.instants and not true.is_text else found
         origin_ns = _origin_ns(first, period_ns)
         true_rows = _trajectories(true, period_ns, origin_ns)
-        rows = _trajectories(found, period_ns, origin_ns)
+        note = _note(true, found)
+        try:
+            rows = _trajectories(found, period_ns, origin_ns)
+        except ValueError as error:
+            raise ValueError(f'{tracks}: {error} {note}'.rstrip()) from error
         if len(rows) and not np.isin(rows.frame, true_rows.frame).any():
             raise ValueError(
                 f'{tracks} and {truth} have no instant in common: if the recording was played '
@@ -132,7 +141,7 @@ class Comparison:
             period_ns, origin_ns = _TEXT_PERIOD_NS, 0
         frames = ((stamps - origin_ns) // period_ns).tolist()
         seconds = dict(zip(frames, ((stamps - stamps[:1]) * 1e-9).tolist()))
-        return cls(truth, tracks, true_rows, rows, seconds)
+        return cls(truth, tracks, true_rows, rows, seconds, note)
 
     def figures(self, gate_m: float) -> Figures:
         """Return the scores; a match is at most so far apart, m."""
@@ -141,7 +150,7 @@ class Comparison:
             command=f'mctrack evaluate {self.truth_path} {self.tracks_path} --gate {gate_m:g}',
             protocol={
                 'gate_m': gate_m,
-                'frames': len(np.unique(self.truth.frame)),
+                'frames with truth': len(np.unique(self.truth.frame)),
                 'rows': 'confirmed, coasting and grouped tracks',
             },
             figures=evaluate_ground(self.truth, self.tracks, gate_m).figures(),
@@ -193,6 +202,24 @@ def compare(truth: str | Path, tracks: str | Path, gate_m: float = 1.0) -> Figur
 
     """
     return Comparison.read(truth, tracks).figures(gate_m)
+
+
+def _file_in(path: str | Path) -> str | Path:
+    """Return the bag in a folder that `mctrack track` wrote; else what was given."""
+    bag = Path(path) / 'bag'
+    return bag if not (Path(path) / 'metadata.yaml').exists() and bag.is_dir() else path
+
+
+def _note(truth: Recording, tracks: Recording) -> str:
+    """Return what is to be said of two bags whose instants come at different rates."""
+    true_ms, found_ms = truth.period_ns * 1e-6, tracks.period_ns * 1e-6
+    if truth.is_text or tracks.is_text or abs(found_ms / true_ms - 1) < _SAME_PERIOD:
+        return ''
+    return (
+        f'(truth comes every {true_ms:g} ms, tracks every {found_ms:g} ms: a frame is '
+        f'{true_ms:g} ms long, and where one has no rows, those of the other count as '
+        'missed or false)'
+    )
 
 
 def _origin_ns(recording: Recording, period_ns: int) -> int:

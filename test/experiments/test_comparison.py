@@ -1,8 +1,8 @@
 import pytest
 
-from mctrack_ros.experiments.comparison import compare
+from mctrack_ros.experiments.comparison import Comparison, compare
 from mctrack_ros.interfaces import Tracks
-from mctrack_ros.recording import BagError, BagReader, MotTextError, write_mot_text
+from mctrack_ros.recording import BagError, BagReader, BagWriter, MotTextError, write_mot_text
 
 
 def texts(match, folder):
@@ -38,6 +38,39 @@ def test_gate_is_in_the_protocol_and_changes_the_figures(match):
 def test_recordings_without_a_common_instant_are_refused(match):
     with pytest.raises(ValueError, match='have no instant in common'):
         compare(match.source, match.recorded)
+
+
+def tracks_every(period_ns, path, offset_ns):
+    """Write tracks of one target at another rate, from the first instant of the truth on."""
+    with BagWriter(path) as bag:
+        for stamp in range(offset_ns + 60_000_000, offset_ns + 4_000_000_000, period_ns):
+            bag.write_rows(
+                '/tracks', Tracks.build(stamp, position=[[1, 2, 0]], track_id=[1]), 'map'
+            )
+    return path
+
+
+def test_tracks_at_another_rate_than_truth_are_told_of(match, tmp_path):
+    slow = tracks_every(80_000_000, tmp_path / 'slow', match.offset_ns)
+    note = Comparison.read(match.recorded, slow).note
+    assert 'truth comes every 40 ms, tracks every 80 ms' in note
+    assert not Comparison.read(match.recorded, match.recorded).note
+    fast = tracks_every(20_000_000, tmp_path / 'fast', match.offset_ns)
+    with pytest.raises(ValueError, match=r'fast: .*tracks every 20 ms'):
+        compare(match.recorded, fast)
+
+
+def test_the_folder_that_track_wrote_stands_for_its_bag(match):
+    of_folder = Comparison.read(match.recorded, match.folder)
+    assert of_folder.tracks_path == match.recorded
+    assert of_folder.figures(1.0).figures == compare(match.recorded, match.recorded).figures
+
+
+def test_frames_are_called_by_what_they_count(match):
+    result = compare(match.recorded, match.recorded)
+    assert result.protocol['frames with truth'] == 99
+    assert result.figures['frames'] == 100
+    assert 'frames' not in result.protocol
 
 
 def test_missing_files_and_topics_are_named(match, tmp_path):
