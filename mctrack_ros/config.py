@@ -53,6 +53,19 @@ class Parameter:
     maximum: float | None
     choices: tuple[str, ...]
 
+    def explained(self) -> str:
+        """Return the description with what the value may be."""
+        text, low, high = self.description, self.minimum, self.maximum
+        if self.choices:
+            text += f' ({" or ".join(self.choices)})'
+        if low is not None and high is not None:
+            text += f' ({low:g} to {high:g})'
+        elif low is not None:
+            text += f' (at least {low:g})'
+        elif high is not None:
+            text += f' (at most {high:g})'
+        return text
+
     def checked(self, value: Any) -> Value:
         """Return the value in the parameter's type, or raise `ConfigError`."""
         if self.kind is tuple:

@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from mctrack_ros.config import Parameter, parameters_of
 from mctrack_ros.ros.camera_node import CameraNodeConfig
 from mctrack_ros.ros.coverage_node import CoverageNodeConfig
@@ -17,6 +15,7 @@ from mctrack_ros.ros.fusion_node import FusionNodeConfig
 from mctrack_ros.ros.player import PlayerConfig
 from mctrack_ros.ros.recorder import RecorderConfig
 from mctrack_ros.ros.simulator_node import SimulatorNodeConfig
+from mctrack_ros.ros.usage import yaml_text
 from mctrack_ros.ros.video_node import VideoNodeConfig
 
 NODE_CONFIGS: dict[str, type[Any]] = {
@@ -47,7 +46,7 @@ def default_text(node: str) -> str:
         section = tuple(parents)
         indent = '  ' * (2 + len(parents))
         lines += _comment(parameter, indent)
-        lines.append(f'{indent}{leaf}: {_value(parameter.default)}')
+        lines.append(f'{indent}{leaf}: {yaml_text(parameter.default)}')
     return '\n'.join(lines) + '\n'
 
 
@@ -60,24 +59,10 @@ def write_defaults(directory: Path) -> Iterator[Path]:
 
 
 def _comment(parameter: Parameter, indent: str) -> list[str]:
-    text = parameter.description
-    if parameter.choices:
-        text += f' ({" or ".join(parameter.choices)})'
-    low, high = parameter.minimum, parameter.maximum
-    if low is not None and high is not None:
-        text += f' ({low:g} to {high:g})'
-    elif low is not None:
-        text += f' (at least {low:g})'
-    elif high is not None:
-        text += f' (at most {high:g})'
     start = indent + '# '
-    return textwrap.wrap(text, _WIDTH, initial_indent=start, subsequent_indent=start)
-
-
-def _value(value: Any) -> str:
-    """Return a value as YAML writes it in one line."""
-    plain = list(value) if isinstance(value, tuple) else value
-    return yaml.safe_dump(plain, default_flow_style=True, width=1000).removesuffix('...\n').strip()
+    return textwrap.wrap(
+        parameter.explained(), _WIDTH, initial_indent=start, subsequent_indent=start
+    )
 
 
 if __name__ == '__main__':

@@ -7,8 +7,9 @@ import os
 import signal
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any, Protocol
 
 import cv2
 import rclpy
@@ -18,6 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 from mctrack_ros.resources import config_file
 from mctrack_ros.ros.lifecycle import GraphNode, one_line
 from mctrack_ros.ros.supervise import BAD_CONFIGURATION, PARENT_VARIABLE
+from mctrack_ros.ros.usage import usage
 
 FAILED = 1
 """Exit code of a process that may be started again."""
@@ -25,14 +27,24 @@ FAILED = 1
 _WAKE_S = 0.2
 
 
-def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -> int:
+class NodeKind(Protocol):
+    """The class of a node, which makes one without further arguments."""
+
+    CONFIG: type[Any]
+
+    def __call__(self) -> GraphNode:
+        """Make a node."""
+        ...
+
+
+def run(make: NodeKind, arguments: Sequence[str] | None = None) -> int:
     """
-    Run one node until it is done or the process is told to end.
+    Run one node until it is done or the process is told to end; or say how, if asked by --help.
 
     Parameters
     ----------
-    make : callable
-        Makes the node.
+    make : NodeKind
+        Makes the node: its class.
     arguments : sequence of str, optional
         The command line; by default that of the process.
 
@@ -42,6 +54,10 @@ def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -
         Exit code: 0, 1 after a failure, 2 if the configuration is wrong.
 
     """
+    program = Path(sys.argv[0]).stem
+    if {'-h', '--help'} & set(sys.argv[1:] if arguments is None else arguments):
+        print(usage(program, make.__doc__ or '', make.CONFIG))
+        return 0
     cv2.setNumThreads(1)
     _prepare_environment()
     endings: list[int] = []
@@ -51,7 +67,7 @@ def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         node = make()
     except (ValueError, RuntimeError) as error:
-        print(f'{Path(sys.argv[0]).stem}: {one_line(error)}', file=sys.stderr)
+        print(f'{program}: {one_line(error)}', file=sys.stderr)
         rclpy.try_shutdown()
         return BAD_CONFIGURATION
     try:
