@@ -58,8 +58,12 @@ def explain(
             'distance², clutter, colours, likeness, belief and doubt add up to the cost: -2 log '
             f"of the likelihood ratio against nobody's. The gate is {story.gate:g}."
         )
-    for line in course(story):
+    changes = list(course(story))
+    for line in changes:
         typer.echo(line)
+    if length and not changes:
+        last_s = story.seconds(story.explanations[-1].stamp_ns)
+        typer.echo(f'Nothing changed for it until {last_s:.3f} s.')
     typer.echo('From the explanations in the bag.' if story.is_stored else 'Fused again.')
     if out is not None:
         draw_explanation(story, out)

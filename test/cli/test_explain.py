@@ -75,6 +75,12 @@ def test_a_site_with_other_cameras_than_the_bag_is_refused(tracked):
         mctrack(*words, '--site', tracked / 'other.yaml')
 
 
+def test_explain_says_that_nothing_changed(tracked):
+    words = ('explain', tracked / 'out' / 'bag', '--track', 1, '--at', 1)
+    assert 'Nothing changed for it until 1.200 s.' in mctrack(*words, '--for', 0.2)
+    assert 'Nothing changed' not in mctrack(*words)
+
+
 def test_explain_says_why_and_draws_it(tracked):
     output = mctrack(
         *('explain', tracked / 'out' / 'bag', '--track', 1, '--at', 0.5, '--for', 1),
