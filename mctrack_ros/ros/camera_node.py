@@ -36,6 +36,7 @@ from mctrack_ros.ros.diagnostics import Diagnostics, Health, StreamHealth
 from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.process import run
+from mctrack_ros.ros.silence import warn_of_silence
 
 _RESTART_NS = 1_000_000_000
 """Stamps that step back by more than this are a new run, not late pictures."""
@@ -117,6 +118,8 @@ class CameraNode(GraphNode):
         self.subscribe(PointCloud2, 'feedback', self.on_feedback, quality.reliable(10))
         pictures = quality.images(self.config.reliable, self.config.depth)
         self.create_subscription(kind, topic, self.on_image, pictures)
+        before_ns = self.health.last_stamp_ns
+        warn_of_silence(self, topic, lambda: self.health.last_stamp_ns != before_ns)
         self.diagnostics.begin()
 
     def on_feedback(self, message: PointCloud2) -> None:

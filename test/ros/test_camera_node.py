@@ -1,6 +1,7 @@
 """The camera node over DDS: pictures to detections, and what cannot stop it."""
 
 import dataclasses
+import time
 
 import moving_camera
 import numpy as np
@@ -13,6 +14,7 @@ from mctrack_ros.codec import cloud_from_rows, compressed_message, image_message
 from mctrack_ros.ground import read_grid, write_grid
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
 from mctrack_ros.resources import config_file
+from mctrack_ros.ros import silence
 from mctrack_ros.ros.camera_node import CameraNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 
@@ -91,6 +93,22 @@ def test_the_node_says_at_its_start_whether_its_grid_is_to_be_trusted(
     }  # fmt: skip
     bench.make(CameraNode, **parameters)
     assert said in capfd.readouterr().err
+
+
+def test_a_node_says_once_which_pictures_it_waits_for(bench, projection, monkeypatch, capfd):
+    monkeypatch.setattr(silence, 'PATIENCE_S', 0.1)
+    bench.make(CameraNode, **camera_parameters(projection))
+    said = []
+
+    def warnings():
+        said.extend(line for line in capfd.readouterr().err.splitlines() if 'waiting' in line)
+        return said
+
+    bench.until(warnings)
+    end = time.monotonic() + 0.5
+    bench.until(lambda: time.monotonic() > end)
+    (line,) = warnings()
+    assert 'waiting for /cam1/image_raw/compressed: nothing has come, nobody publishes it' in line
 
 
 @pytest.mark.parametrize('name', ['1cam', 'a b', 'a/b'])
