@@ -131,6 +131,7 @@ class Player(GraphNode):
         """Wait for those who listen, play, and end the process."""
         try:
             self.wait_for_subscribers()
+            self.warn_of_others()
             while not self.ending.is_set():
                 self.play_once()
                 if not self.config.loop:
@@ -163,6 +164,16 @@ class Player(GraphNode):
             if awaited.topics.fullmatch(topic)
         ]
         return min(counts, default=0) >= awaited.subscribers
+
+    def warn_of_others(self) -> None:
+        """Say which topics somebody else publishes, too: those who listen get both."""
+        names = [played.publisher.topic_name for played in self.played.values()]
+        shared = [name for name in names if self.count_publishers(name) > 1]
+        if shared:
+            self.get_logger().warning(
+                f'others publish {", ".join(shared)}, too, and both are heard: play only what '
+                'they do not, for example the pictures, by --topic (parameter topics)'
+            )
 
     def wait_for_arrival(self) -> None:
         """Leave the subscribers time to ask again for what got lost."""

@@ -81,6 +81,18 @@ def test_playing_begins_when_all_listen(bench, walker_bag):
 
 
 @pytest.mark.live
+def test_topics_that_others_publish_are_warned_of_once(bench, walker_bag, capfd):
+    parameters = {'path': str(walker_bag), 'settle': 0.0, 'rate': 100.0}
+    bench.open('--params-file', str(bench.parameter_file('player', parameters)))
+    bench.observer.create_publisher(CompressedImage, TOPICS[1], reliable(10))
+    heard = [bench.messages(CompressedImage, topic, reliable(200)) for topic in TOPICS]
+    player = bench.add(Player())
+    bench.until(lambda: player.finished and all(heard))
+    (line,) = [line for line in capfd.readouterr().err.splitlines() if '--topic' in line]
+    assert f'others publish {TOPICS[1]}, too' in line
+
+
+@pytest.mark.live
 def test_player_says_how_well_it_kept_time(bench, walker_bag):
     process = bench.spawn('player', path=str(walker_bag), wait=0.0, settle=0.0, rate=20.0)
     assert bench.exit_code(process) == 0
