@@ -43,12 +43,12 @@ class _Camera:
         """
         Tell whether no more pictures are to be expected from a period.
 
-        A camera that is a second behind is not waited for.
+        A camera that is a second behind, or a period if that is longer, is not waited for.
         """
         last = self.last_stamp_ns
         if last is None or last >= end_ns:
             return last is not None
-        if last + self.interval_ns < start_ns - RESET_NS:
+        if last + self.interval_ns < start_ns - max(RESET_NS, end_ns - start_ns):
             return True
         if not self.intervals_ns:
             return last >= start_ns
@@ -102,7 +102,7 @@ class Batcher:
         settings = config.batching
         self.period_ns = round(settings.period * SECOND_NS)
         self._max_wait_ns = round(settings.max_wait * settings.period * SECOND_NS)
-        self._timeout_ns = round(settings.camera_timeout * SECOND_NS)
+        self._timeout_ns = round(settings.patience * SECOND_NS)
         self._cameras = {name: _Camera() for name in cameras}
         self._pending: dict[int, _Pending] = {}
         self._closed_index: int | None = None

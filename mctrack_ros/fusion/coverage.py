@@ -10,7 +10,7 @@ from mctrack_ros.compiled import (
     BOOLS_1D,
     BOOLS_2D,
     COLUMN_2D,
-    COLUMN_FLAGS,
+    FLOATS_1D,
     FLOATS_3D,
     compiled,
     inner,
@@ -27,6 +27,9 @@ COARSENESS = 4
 """Edge of a coarse cell, fine cells."""
 LARGEST_PROBABILITY = 0.95
 """Whatever is learned: anything may be hidden behind something now and then."""
+MEMORY_S = 30.0
+"""What was watched in a cell before its latest so many seconds counts less and less: views
+change."""
 PRIOR_SECONDS = 1.0
 """How long a place must be watched to count as much as what is assumed of it, s."""
 
@@ -110,7 +113,7 @@ def probabilities(
 @compiled(
     types.void(
         COLUMN_2D,
-        COLUMN_FLAGS,
+        FLOATS_1D,
         BOOLS_2D,
         BOOLS_2D,
         types.f8,
@@ -121,7 +124,7 @@ def probabilities(
 )
 def learn(
     position: Floats,
-    sure: NDArray[np.bool_],
+    limit: Floats,
     is_seen: NDArray[np.bool_],
     is_watched: NDArray[np.bool_],
     seconds: float,
@@ -136,8 +139,8 @@ def learn(
     ----------
     position : (n, 2 or more) array
         Where targets stand, m.
-    sure : (n,) bool array
-        Which of them surely do; the others tell nothing.
+    limit : (n,) array
+        Of cells watched for longer than this each tells nothing, s.
     is_seen : (n, cameras) bool array
         Which cameras detected them.
     is_watched : (n, cameras) bool array
@@ -150,11 +153,14 @@ def learn(
         Edge of a fine cell, m.
 
     """
-    for row in range(len(sure)):
-        for level in range(LEVELS if sure[row] else 0):
+    for row in range(len(limit)):
+        for level in range(LEVELS if limit[row] > 0.0 else 0):
             slot = _slot(position[row], cell * COARSENESS**level)
             for camera in range(seen.shape[2]):
-                if is_watched[row, camera]:
-                    watched[level, slot, camera] += seconds
-                    if is_seen[row, camera]:
-                        seen[level, slot, camera] += seconds
+                known = watched[level, slot, camera]
+                if not is_watched[row, camera] or known > limit[row]:
+                    continue
+                kept = min(MEMORY_S / (known + seconds), 1.0)
+                watched[level, slot, camera] = kept * (known + seconds)
+                own = seconds if is_seen[row, camera] else 0.0
+                seen[level, slot, camera] = kept * (seen[level, slot, camera] + own)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, INTS_1D, compiled, inner
 from mctrack_ros.fusion.coverage import CoverageMap, learn, probabilities
 from mctrack_ros.fusion.looks import Looks
-from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.parameters import MISSED_PICTURES, FusionConfig
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 Floats = NDArray[np.float64]
@@ -29,7 +29,17 @@ NOBODY_ELSE = -math.log1p(-IN_VIEW)
 """If the misses of all other live cameras would say less, hardly any has a view [log-odds]."""
 
 TIMEOUTS = 2.0
-"""A camera that is silent for so many times `camera_timeout` has a view of nothing."""
+"""A camera that is silent for so many times the batcher's patience has a view of nothing."""
+
+LONGEST_INTERVAL_S = 10.0
+"""No camera is taken to be slower than this, s."""
+
+UNKNOWN_S = 5.0
+"""Places that were watched for less than this are not known: there even what is tentative tells
+that other cameras do not see it, s."""
+
+DOUBTED_S = 0.5
+"""Once one camera alone has seen it for so long, s."""
 
 
 class Evidence:
@@ -47,10 +57,11 @@ class Evidence:
 
     def __init__(self, cameras: int, config: FusionConfig) -> None:
         self._life = life = config.life
-        self._alive_s = TIMEOUTS * config.batching.camera_timeout
+        self._alive_s = TIMEOUTS * config.batching.patience
         self._cameras = cameras
         self._coverage = CoverageMap(cameras, life.coverage_cell, life.coverage_prior)
         self._silent_s = np.full(cameras, np.inf)
+        self._interval_s = np.zeros(cameras)
 
     def count(self, table: TrackTable, looks: Looks, tick_ns: int, seconds: float) -> Mask:
         """
@@ -87,7 +98,7 @@ class Evidence:
         life, coverage = self._life, self._coverage
         self._silent_s += seconds
         since_s = np.where(np.isfinite(self._silent_s), self._silent_s, seconds)
-        self._silent_s[looks.cameras] = 0.0
+        self._note_intervals(looks.cameras)
         vacant = np.zeros((len(table), self._cameras), np.bool_)
         if len(looks.detections.vacant_id):
             self._note_vacant(vacant, table, looks)
@@ -96,7 +107,7 @@ class Evidence:
             table.hidden_ns,
             looks.cameras,
             tick_ns - round(seconds * 1e9),
-            self._silent_s <= self._alive_s,
+            self._silent_s <= np.maximum(self._alive_s, MISSED_PICTURES * self._interval_s),
             vacant,
             coverage.seen,
             coverage.watched,
@@ -104,6 +115,8 @@ class Evidence:
             coverage.prior,
             seconds,
             np.minimum(since_s / life.look_time, 1.0),
+            self._interval_s,
+            tick_ns - round(DOUBTED_S * 1e9),
             life.look_time,
             life.hit_evidence,
             life.miss_weight,
@@ -125,6 +138,14 @@ class Evidence:
         now, soon = (self._coverage.probability(place, everybody) for place in (table.mean, ahead))
         return np.asarray(((now < IN_VIEW) & (soon >= IN_VIEW)).any(axis=1))
 
+    def _note_intervals(self, cameras: NDArray[np.intp]) -> None:
+        """Note that cameras, (k,), have sent a picture; one long gap is not their pace."""
+        silent_s, interval_s = self._silent_s[cameras], self._interval_s[cameras]
+        longest_s = np.where(interval_s > 0.0, 2 * interval_s, LONGEST_INTERVAL_S)
+        known = (silent_s > 0.0) & np.isfinite(silent_s)
+        self._interval_s[cameras] = np.where(known, np.minimum(silent_s, longest_s), interval_s)
+        self._silent_s[cameras] = 0.0
+
     def _note_vacant(self, vacant: Mask, table: TrackTable, looks: Looks) -> None:
         """Note which cameras, (n, cameras), see bare ground where a track is surely expected."""
         spread = table.covariance[:, 0, 0] + table.covariance[:, 1, 1]
@@ -143,12 +164,14 @@ def _weighed(
     missed: Floats,
     shown_by: NDArray[np.uint32],
     kept_ns: NDArray[np.int64],
+    pace_s: Floats,
     present: Mask,
     alive: Mask,
     begin_ns: int,
     vacant: Mask,
     probability: Floats,
     shares: Floats,
+    interval_s: Floats,
     share: float,
     hit: float,
     miss_weight: float,
@@ -160,8 +183,8 @@ def _weighed(
     """
     Weigh a tick and confirm, in place.
 
-    `share` is how much of a whole look it is, and `shares`, (cameras,), how much each camera's
-    picture in it is.
+    `share` is how much of a whole look it is, `shares`, (cameras,), how much each camera's
+    picture in it is, and `interval_s`, (cameras,), how long each takes from one to the next.
 
     Returns
     -------
@@ -174,7 +197,7 @@ def _weighed(
     newly = np.zeros(len(cameras), np.bool_)
     seen, told = np.zeros(hidden_ns.shape, np.bool_), np.zeros(hidden_ns.shape, np.bool_)
     for track in range(len(cameras)):
-        count, gain, loss, others = 0, 0.0, 0.0, 0.0
+        count, gain, loss, others, slowest_s, back = 0, 0.0, 0.0, 0.0, 0.0, share
         for camera in range(len(present)):
             if cameras[track] >> camera & 1:
                 seen[track, camera] = True
@@ -187,6 +210,9 @@ def _weighed(
             if present[camera] or not alive[camera]:
                 shown_by[track] &= ~np.uint32(1 << camera)
                 shown_by[track] |= np.uint32((own or hidden) << camera)
+            if own or hidden:
+                slowest_s = max(slowest_s, interval_s[camera])
+                back = max(back, shares[camera] if present[camera] else 0.0)
             if own:
                 gain += shares[camera] * hit
                 continue
@@ -198,10 +224,12 @@ def _weighed(
             elif watched and count < 2:
                 gain -= shares[camera] * weight * miss if count else 0.0
                 loss += shares[camera] * miss
+        if slowest_s > 0.0:
+            pace_s[track] = slowest_s
         if count > 1 or (count and others < NOBODY_ELSE):
             missed[track] = 0.0
         elif kept_ns[track] > begin_ns:  # by one of many cameras, or a group: he may not be back
-            missed[track] = max(missed[track] - share * hit, 0.0)
+            missed[track] = max(missed[track] - back * hit, 0.0)
         elif not shown_by[track]:
             missed[track] = min(missed[track] + loss, most)
         lowest = -most if confirmed[track] else min(evidence[track], least)
@@ -215,15 +243,16 @@ def _weighed(
     types.b1[::1](
         TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, types.i8,
         BOOLS_1D, BOOLS_2D, types.f8[:, :, ::1], types.f8[:, :, ::1], types.f8, types.f8,
-        types.f8, types.f8[::1], types.f8, types.f8, types.f8, types.f8, types.f8, types.f8,
-        types.f8,
+        types.f8, types.f8[::1], types.f8[::1], types.i8, types.f8, types.f8, types.f8, types.f8,
+        types.f8, types.f8, types.f8,
     )
 )  # fmt: skip
 def _counted(
     tracks: Any, hidden_ns: NDArray[np.int64], reporting: Indices, begin_ns: int,
     alive: Mask, vacant: Mask, seen: Floats, watched: Floats, cell: float, prior: float,
-    seconds: float, shares: Floats, look_time: float, hit: float, miss_weight: float,
-    vacancy_weight: float, least: float, most: float, enough: float,
+    seconds: float, shares: Floats, interval_s: Floats, doubted_ns: int, look_time: float,
+    hit: float, miss_weight: float, vacancy_weight: float, least: float, most: float,
+    enough: float,
 ) -> Mask:  # fmt: skip
     """Weigh a tick by what is known of the coverage, and learn that; see `Evidence.count`."""
     mean, cameras, confirmed = tracks['mean'], tracks['cameras'], tracks['confirmed']
@@ -241,12 +270,14 @@ def _counted(
         tracks['missed'],
         tracks['shown_by'],
         tracks['kept_ns'],
+        tracks['pace_s'],
         present,
         alive,
         begin_ns,
         vacant,
         probabilities(mean, is_judged, seen, watched, cell, prior),
         shares,
+        interval_s,
         min(seconds / look_time, 1.0),
         hit,
         miss_weight,
@@ -255,5 +286,11 @@ def _counted(
         most,
         enough,
     )
-    learn(mean, confirmed, is_seen, is_told, min(seconds, look_time), seen, watched, cell)
+    limit = np.zeros(len(cameras))
+    for track in range(len(cameras)):
+        if confirmed[track]:
+            limit[track] = np.inf
+        elif tracks[track]['first_ns'] <= doubted_ns:
+            limit[track] = UNKNOWN_S
+    learn(mean, limit, is_seen, is_told, min(seconds, look_time), seen, watched, cell)
     return newly

@@ -9,7 +9,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import compiled
-from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.parameters import MISSED_PICTURES, FusionConfig
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 GROUP_MEMORY_S = 0.2
@@ -27,7 +27,8 @@ def is_over(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
     """
     Return the mask of the tracks that end now.
 
-    A tentative one waits for the next picture of a camera whose latest one shows it.
+    One whom a slow camera saw last waits for its next pictures: a confirmed one for two, a
+    tentative one while the latest shows it.
     """
     life, least = config.life, 1.5 * config.batching.period
     tentative_s, confirmed_s = max(life.tentative_time, least), max(life.coast_time, least)
@@ -39,10 +40,11 @@ def _is_over(tracks: Any, stamp_ns: int, tentative_s: float, confirmed_s: float)
     over = np.empty(len(tracks), np.bool_)
     for row in range(len(tracks)):
         silent_s = (stamp_ns - tracks[row]['kept_ns']) / 1e9
+        patience_s = max(confirmed_s, MISSED_PICTURES * tracks[row]['pace_s'])
         if tracks[row]['confirmed']:
-            over[row] = silent_s > confirmed_s or tracks[row]['evidence'] < 0
+            over[row] = silent_s > patience_s or tracks[row]['evidence'] < 0
         else:
-            is_awaited = tracks[row]['shown_by'] != 0 and silent_s <= confirmed_s
+            is_awaited = tracks[row]['shown_by'] != 0 and silent_s <= patience_s
             over[row] = silent_s > tentative_s and not is_awaited
     return over
 
@@ -50,7 +52,7 @@ def _is_over(tracks: Any, stamp_ns: int, tentative_s: float, confirmed_s: float)
 def is_expected(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
     """Return the mask of the tracks whose target may be seen any moment: cameras are told."""
     limit = max(config.life.report_time, 1.5 * config.batching.period)
-    return silence(table, stamp_ns) <= limit
+    return silence(table, stamp_ns) <= np.maximum(limit, 1.5 * table.pace_s)
 
 
 def is_published(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from mctrack_ros.config import parameter
 from mctrack_ros.fusion.associators import ASSOCIATORS
 
+MISSED_PICTURES = 2.5
+"""A camera from which nothing came for so many of its intervals has lost two pictures, not one."""
+
 
 @dataclass(frozen=True)
 class BatchingConfig:
@@ -22,8 +25,16 @@ class BatchingConfig:
         maximum=100.0,
     )
     camera_timeout: float = parameter(
-        1.0, 'A camera silent for so long is not waited for [s]', minimum=0.01, maximum=600.0
+        1.0,
+        'A camera silent for so long, and for 2.5 periods, is not waited for [s]',
+        minimum=0.01,
+        maximum=600.0,
     )
+
+    @property
+    def patience(self) -> float:
+        """For how long a camera may be silent and still counts as live, s."""
+        return max(self.camera_timeout, MISSED_PICTURES * self.period)
 
 
 @dataclass(frozen=True)

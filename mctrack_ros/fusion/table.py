@@ -87,6 +87,8 @@ class TrackTable:
         Log-odds of being a target.
     missed : (n,) array
         Log-odds of having gone, as no camera has seen it, though they could have.
+    pace_s : (n,) array
+        Time between pictures of the camera that saw it last, alone or in a group, s; 0: not known.
     confirmed : (n,) bool array
     extent : (n, 2) float32 array
         Width and height, m; NaN: not told yet.
@@ -133,6 +135,7 @@ class TrackTable:
     in_contact = Column(np.bool_)
     evidence = Column(np.float64)
     missed = Column(np.float64)
+    pace_s = Column(np.float64)
     class_lead_s = Column(np.float64)
     first_ns = Column(np.int64)
     seen_ns = Column(np.int64)

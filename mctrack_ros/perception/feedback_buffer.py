@@ -37,13 +37,17 @@ class FeedbackBuffer:
             )
         self._period_ns, self._delay_ns = int(period_ns), int(delay_ns)
         self._by_tick: dict[int, Feedback] = {}
+        self._untold: dict[int, dict[int, int]] = {}
         self._first_stamp_ns: int | None = None
 
     def push(self, feedback: Feedback) -> None:
         """Store feedback under the tick it was made from; the oldest makes room."""
-        self._by_tick[feedback.stamp_ns // self._period_ns] = feedback
+        tick = feedback.stamp_ns // self._period_ns
+        self._by_tick[tick], self._untold[tick] = feedback, feedback.corrections()
         while len(self._by_tick) > KEPT_TICKS:
-            del self._by_tick[next(iter(self._by_tick))]
+            oldest = next(iter(self._by_tick))
+            del self._by_tick[oldest]
+            self._untold.pop(oldest, None)
 
     def select(self, stamp_ns: int) -> tuple[Feedback | None, bool]:
         """
@@ -58,7 +62,8 @@ class FeedbackBuffer:
         -------
         feedback : Feedback or None
             That of the tick in which the stamp less the delay falls. Corrections of ids are told
-            once, though several pictures of a fast camera fall in a tick.
+            once, though several pictures of a fast camera fall in a tick; a slow one is told
+            those of the ticks between, too.
         missed : bool
             True where there is none although the first pictures' ticks could have made it.
 
@@ -67,8 +72,18 @@ class FeedbackBuffer:
             self._first_stamp_ns = stamp_ns
         wanted = (stamp_ns - self._delay_ns) // self._period_ns
         feedback = self._by_tick.get(wanted)
-        if feedback is not None and feedback.previous_id.any():
-            told = np.zeros_like(feedback.previous_id)
-            self._by_tick[wanted] = replace(feedback, previous_id=told)
+        if feedback is not None:
+            origin = self._take_corrections(wanted)
+            previous = [origin.get(track_id, 0) for track_id in feedback.track_id.tolist()]
+            feedback = replace(feedback, previous_id=np.array(previous, np.uint32))
         possible = wanted >= self._first_stamp_ns // self._period_ns
         return feedback, feedback is None and possible
+
+    def _take_corrections(self, last: int) -> dict[int, int]:
+        """Return what ids were before all that is not told yet, up to a tick, and forget it."""
+        origin: dict[int, int] = {}
+        for tick in sorted(tick for tick in self._untold if tick <= last):
+            changed = self._untold.pop(tick)
+            known = {new: old for new, old in origin.items() if new not in changed}
+            origin = known | {new: origin.get(old, old) for old, new in changed.items()}
+        return {new: old for new, old in origin.items() if new != old}

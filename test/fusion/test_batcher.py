@@ -270,3 +270,15 @@ def test_whatever_the_clocks_do_fusion_can_take_the_ticks(period, messages):
             fusion.step(tick)
     for tick in batcher.flush():
         fusion.step(tick)
+
+
+def test_cameras_that_send_a_picture_every_two_seconds_are_waited_for():
+    config = FusionConfig(batching=BatchingConfig(period=2.0))
+    batcher = Batcher(config, CAMERAS)
+    messages = [
+        (index * 2000 * MS + wait * MS, camera, index * 2000 * MS + 500 * MS)
+        for index in range(6)
+        for wait, camera in ((510, 'one'), (520, 'two'), (590, 'three'))
+    ]
+    ticks = [*feed(batcher, messages), *batcher.flush()]
+    assert [len(tick.frames) for tick in ticks] == 6 * [3]

@@ -84,7 +84,7 @@ def test_who_was_long_missed_is_confirmed_as_fast_as_who_just_came():
         )
         return next(index for index, output in enumerate(seen) if published(output))
 
-    assert 0 < ticks_until_known(100) <= ticks_until_known(1)
+    assert 0 < ticks_until_known(12) <= ticks_until_known(1)
 
 
 def test_short_loss_keeps_the_id_and_a_long_one_ends_it_once():
@@ -546,3 +546,43 @@ def test_cameras_are_told_that_another_one_sees_apart_whom_they_see_as_one():
         flags.append(pipeline.feedback().flags & FeedbackFlag.GROUP_RESOLVED)
     assert not np.concatenate(flags[:50]).any()
     assert all(len(each) == 2 and each.all() for each in flags[55:])
+
+
+@pytest.mark.parametrize('count', [3, 8])
+def test_cameras_that_share_no_view_track_what_each_sees(count):
+    names = tuple(f'cam{index}' for index in range(count))
+    pipeline, rng = FusionPipeline(FusionConfig(), names), np.random.default_rng(7)
+    place = {name: np.array([20.0 * index, 0.0]) for index, name in enumerate(names)}
+
+    def seen(index):
+        walk = np.array([2.0 * np.cos(index / 50), 2.0 * np.sin(index / 50)])
+        return {name: (place[name] + walk + rng.normal(0, 0.1, 2))[None] for name in names}
+
+    last = [published(output) for output in run(seen, 250, pipeline)[-50:]]
+    assert all(len(told) == count for told in last)
+
+
+def test_a_false_detection_in_one_of_three_views_that_are_known_is_not_believed():
+    names = ('one', 'two', 'three')
+    pipeline = FusionPipeline(FusionConfig(), names)
+    run(lambda index: {name: [[0, 0]] for name in names}, 250, pipeline)
+    run(lambda index: {name: [] for name in names}, 75, pipeline, 250)
+    ghost = run(lambda index: {'one': [[0, 0]], 'two': [], 'three': []}, 750, pipeline, 325)
+    assert not any(published(output) for output in ghost)
+
+
+@pytest.mark.parametrize('every', [10, 25, 30])
+def test_whom_a_slow_camera_alone_sees_is_published_without_a_break(every):
+    pipeline, rng = FusionPipeline(FusionConfig(), ('fast', 'slow')), np.random.default_rng(8)
+
+    def seen(index):
+        place = np.array([[0.04 * index, 0.0]]) + rng.normal(0, 0.05, (1, 2))
+        lost = index % 400 == 200
+        return {'fast': []} | ({} if index % every else {'slow': [] if lost else place})
+
+    outputs = run(seen, 1000, pipeline)
+    first = next(index for index, output in enumerate(outputs) if published(output))
+    assert first <= 10 * every
+    ids = {track_id for output in outputs[first:] for track_id in published(output)}
+    assert len(ids) == 1
+    assert np.mean([len(published(output)) for output in outputs[first:]]) > 0.9

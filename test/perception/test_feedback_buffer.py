@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import Feedback
@@ -61,3 +62,44 @@ def test_corrections_are_told_once_to_a_fast_camera():
     assert first.corrections() == {7: 2}
     assert again.corrections() == {}
     assert again.track_id.tolist() == [2]
+
+
+def correction(stamp_ns, changes):
+    """Return feedback of targets 2, 3 and 4 in which ids changed, old to new."""
+    previous = {new: old for old, new in changes.items()}
+    return Feedback.build(
+        stamp_ns,
+        position=np.zeros((3, 3)),
+        track_id=[2, 3, 4],
+        previous_id=[previous.get(track_id, 0) for track_id in (2, 3, 4)],
+    )
+
+
+@pytest.mark.parametrize(
+    ('changes', 'told'),
+    [
+        ([{7: 2}, {}, {}], {7: 2}),
+        ([{7: 2}, {2: 3}, {}], {7: 3}),
+        ([{2: 3, 3: 2}, {}, {7: 4}], {2: 3, 3: 2, 7: 4}),
+        ([{2: 3, 3: 2}, {2: 3, 3: 2}, {}], {}),
+        ([{2: 3, 3: 2}, {2: 4, 4: 2}, {}], {2: 3, 3: 4, 4: 2}),
+    ],
+    ids=['skipped', 'twice', 'swap and another', 'swap and back', 'around'],
+)
+def test_a_slow_camera_is_told_what_changed_between_its_pictures(changes, told):
+    buffer = FeedbackBuffer(PERIOD, DELAY)
+    for index, change in enumerate(changes):
+        buffer.push(correction(20 + PERIOD * index, change))
+    found, _ = buffer.select(20 + PERIOD * 2 + DELAY)
+    assert found.corrections() == told
+    buffer.push(correction(20 + PERIOD * 3, {}))
+    assert buffer.select(20 + PERIOD * 3 + DELAY)[0].corrections() == {}
+
+
+def test_corrections_of_feedback_that_came_too_late_are_told_next_time():
+    buffer = FeedbackBuffer(PERIOD, DELAY)
+    buffer.push(correction(60, {}))
+    assert buffer.select(60 + DELAY)[0].corrections() == {}
+    buffer.push(correction(20, {7: 2}))
+    buffer.push(correction(100, {}))
+    assert buffer.select(100 + DELAY)[0].corrections() == {7: 2}
