@@ -10,7 +10,8 @@ from mctrack_ros.compiled import (
     BOOLS_1D,
     BOOLS_2D,
     COLUMN_2D,
-    FLOATS_1D,
+    COLUMN_FLAGS,
+    FLOATS_2D,
     FLOATS_3D,
     compiled,
     inner,
@@ -77,7 +78,8 @@ class CoverageMap:
         (n, cameras) array
 
         """
-        return probabilities(position, wanted, self.seen, self.watched, self.cell, self.prior)
+        prior = np.full((len(position), self.seen.shape[2]), self.prior)
+        return probabilities(position, wanted, self.seen, self.watched, self.cell, prior)
 
 
 @inner
@@ -87,19 +89,23 @@ def _slot(position: Floats, edge: float) -> int:
     return cell_slot(x, y, SLOTS)
 
 
-@compiled(types.f8[:, ::1](COLUMN_2D, BOOLS_1D, FLOATS_3D, FLOATS_3D, types.f8, types.f8))
+@compiled(types.f8[:, ::1](COLUMN_2D, BOOLS_1D, FLOATS_3D, FLOATS_3D, types.f8, FLOATS_2D))
 def probabilities(
     position: Floats,
     wanted: NDArray[np.bool_],
     seen: Floats,
     watched: Floats,
     cell: float,
-    prior: float,
+    prior: Floats,
 ) -> Floats:
-    """Return what `CoverageMap.probability` does; to be called by compiled functions, too."""
-    probability = np.full((len(position), seen.shape[2]), min(prior, LARGEST_PROBABILITY))
+    """
+    Return what `CoverageMap.probability` does; to be called by compiled functions, too.
+
+    What is assumed where nothing is known, (n, cameras), is the target's own.
+    """
+    probability = np.minimum(prior, LARGEST_PROBABILITY)
     for row in np.flatnonzero(wanted):
-        probability[row] = prior
+        probability[row] = prior[row]
         for level in range(LEVELS - 1, -1, -1):
             slot = _slot(position[row], cell * COARSENESS**level)
             for camera in range(seen.shape[2]):
@@ -113,7 +119,7 @@ def probabilities(
 @compiled(
     types.void(
         COLUMN_2D,
-        FLOATS_1D,
+        COLUMN_FLAGS,
         BOOLS_2D,
         BOOLS_2D,
         types.f8,
@@ -124,7 +130,7 @@ def probabilities(
 )
 def learn(
     position: Floats,
-    limit: Floats,
+    sure: NDArray[np.bool_],
     is_seen: NDArray[np.bool_],
     is_watched: NDArray[np.bool_],
     seconds: float,
@@ -139,8 +145,8 @@ def learn(
     ----------
     position : (n, 2 or more) array
         Where targets stand, m.
-    limit : (n,) array
-        Of cells watched for longer than this each tells nothing, s.
+    sure : (n,) bool array
+        Which of them surely do; the others tell nothing.
     is_seen : (n, cameras) bool array
         Which cameras detected them.
     is_watched : (n, cameras) bool array
@@ -153,14 +159,13 @@ def learn(
         Edge of a fine cell, m.
 
     """
-    for row in range(len(limit)):
-        for level in range(LEVELS if limit[row] > 0.0 else 0):
+    for row in range(len(sure)):
+        for level in range(LEVELS if sure[row] else 0):
             slot = _slot(position[row], cell * COARSENESS**level)
             for camera in range(seen.shape[2]):
-                known = watched[level, slot, camera]
-                if not is_watched[row, camera] or known > limit[row]:
-                    continue
-                kept = min(MEMORY_S / (known + seconds), 1.0)
-                watched[level, slot, camera] = kept * (known + seconds)
-                own = seconds if is_seen[row, camera] else 0.0
-                seen[level, slot, camera] = kept * (seen[level, slot, camera] + own)
+                if is_watched[row, camera]:
+                    total = watched[level, slot, camera] + seconds
+                    kept = min(MEMORY_S / total, 1.0)
+                    watched[level, slot, camera] = kept * total
+                    own = seconds if is_seen[row, camera] else 0.0
+                    seen[level, slot, camera] = kept * (seen[level, slot, camera] + own)

@@ -10,6 +10,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, INTS_1D, compiled, inner
+from mctrack_ros.fusion.common_views import CommonViews
 from mctrack_ros.fusion.coverage import CoverageMap, learn, probabilities
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import MISSED_PICTURES, FusionConfig
@@ -34,12 +35,8 @@ TIMEOUTS = 2.0
 LONGEST_INTERVAL_S = 10.0
 """No camera is taken to be slower than this, s."""
 
-UNKNOWN_S = 5.0
-"""Places that were watched for less than this are not known: there even what is tentative tells
-that other cameras do not see it, s."""
-
-DOUBTED_S = 0.5
-"""Once one camera alone has seen it for so long, s."""
+SURE_S = 0.5
+"""What has been there for so long tells which cameras look there, confirmed or not, s."""
 
 
 class Evidence:
@@ -60,6 +57,7 @@ class Evidence:
         self._alive_s = TIMEOUTS * config.batching.patience
         self._cameras = cameras
         self._coverage = CoverageMap(cameras, life.coverage_cell, life.coverage_prior)
+        self._common = CommonViews(cameras)
         self._silent_s = np.full(cameras, np.inf)
         self._interval_s = np.zeros(cameras)
 
@@ -102,7 +100,7 @@ class Evidence:
         vacant = np.zeros((len(table), self._cameras), np.bool_)
         if len(looks.detections.vacant_id):
             self._note_vacant(vacant, table, looks)
-        return _counted(
+        newly, seen, could = _counted(
             table.fixed,
             table.hidden_ns,
             looks.cameras,
@@ -113,10 +111,10 @@ class Evidence:
             coverage.watched,
             coverage.cell,
             coverage.prior,
+            self._common.share(),
             seconds,
             np.minimum(since_s / life.look_time, 1.0),
             self._interval_s,
-            tick_ns - round(DOUBTED_S * 1e9),
             life.look_time,
             life.hit_evidence,
             life.miss_weight,
@@ -125,6 +123,9 @@ class Evidence:
             life.most_evidence,
             life.confirm_evidence,
         )
+        sure = tick_ns - table.first_ns >= SURE_S * 1e9
+        self._common.learn(seen, could, sure, min(seconds, life.look_time))
+        return newly
 
     def entering(self, table: TrackTable) -> Mask:
         """
@@ -240,28 +241,37 @@ def _weighed(
 
 
 @compiled(
-    types.b1[::1](
+    types.Tuple([types.b1[::1], types.b1[:, ::1], types.b1[:, ::1]])(
         TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, types.i8,
         BOOLS_1D, BOOLS_2D, types.f8[:, :, ::1], types.f8[:, :, ::1], types.f8, types.f8,
-        types.f8, types.f8[::1], types.f8[::1], types.i8, types.f8, types.f8, types.f8, types.f8,
-        types.f8, types.f8, types.f8,
+        types.f8[:, ::1], types.f8, types.f8[::1], types.f8[::1], types.f8, types.f8, types.f8,
+        types.f8, types.f8, types.f8, types.f8,
     )
 )  # fmt: skip
 def _counted(
     tracks: Any, hidden_ns: NDArray[np.int64], reporting: Indices, begin_ns: int,
     alive: Mask, vacant: Mask, seen: Floats, watched: Floats, cell: float, prior: float,
-    seconds: float, shares: Floats, interval_s: Floats, doubted_ns: int, look_time: float,
+    common: Floats, seconds: float, shares: Floats, interval_s: Floats, look_time: float,
     hit: float, miss_weight: float, vacancy_weight: float, least: float, most: float,
     enough: float,
-) -> Mask:  # fmt: skip
-    """Weigh a tick by what is known of the coverage, and learn that; see `Evidence.count`."""
+) -> tuple[Mask, Mask, Mask]:  # fmt: skip
+    """
+    Weigh a tick by what is known of the coverage, and learn that; see `Evidence.count`.
+
+    Where nothing is known, the `prior` of each camera is multiplied by what it has in `common`,
+    (cameras, cameras), with the only one that sees the track. Returns what `_weighed` does.
+    """
     mean, cameras, confirmed = tracks['mean'], tracks['cameras'], tracks['confirmed']
     present = np.zeros(hidden_ns.shape[1], np.bool_)
     present[reporting] = True
     is_judged = np.empty(len(cameras), np.bool_)
+    assumed = np.full(hidden_ns.shape, prior)
     for track in range(len(cameras)):
         sole = cameras[track] & (cameras[track] - 1) == 0  # at most one camera's bit is set
         is_judged[track] = sole or vacant[track].any()
+        for camera in range(len(common) if sole and cameras[track] else 0):
+            if cameras[track] >> camera & 1:
+                assumed[track] *= common[camera]
     newly, is_seen, is_told = _weighed(
         cameras,
         hidden_ns,
@@ -275,7 +285,7 @@ def _counted(
         alive,
         begin_ns,
         vacant,
-        probabilities(mean, is_judged, seen, watched, cell, prior),
+        probabilities(mean, is_judged, seen, watched, cell, assumed),
         shares,
         interval_s,
         min(seconds / look_time, 1.0),
@@ -286,11 +296,5 @@ def _counted(
         most,
         enough,
     )
-    limit = np.zeros(len(cameras))
-    for track in range(len(cameras)):
-        if confirmed[track]:
-            limit[track] = np.inf
-        elif tracks[track]['first_ns'] <= doubted_ns:
-            limit[track] = UNKNOWN_S
-    learn(mean, limit, is_seen, is_told, min(seconds, look_time), seen, watched, cell)
-    return newly
+    learn(mean, confirmed, is_seen, is_told, min(seconds, look_time), seen, watched, cell)
+    return newly, is_seen, is_told

@@ -8,8 +8,8 @@ EVERYWHERE = np.ones(2, bool)
 
 
 def teach(coverage, position, seen, watched, seconds):
-    limit, counts = np.array([np.inf]), (coverage.seen, coverage.watched)
-    learn(position, limit, np.array([seen]), np.array([watched]), seconds, *counts, coverage.cell)
+    sure, counts = EVERYWHERE[:1], (coverage.seen, coverage.watched)
+    learn(position, sure, np.array([seen]), np.array([watched]), seconds, *counts, coverage.cell)
 
 
 def test_what_is_not_known_is_assumed():
@@ -49,14 +49,3 @@ def test_a_view_that_is_blocked_after_hours_is_soon_known_to_be():
     for _ in range(300):
         teach(coverage, np.zeros((1, 2)), [False], [True], 0.2)
     assert coverage.probability(np.zeros((1, 2)), EVERYWHERE[:1])[0, 0] < 0.2
-
-
-def test_what_is_limited_teaches_only_what_is_not_known_yet():
-    coverage = CoverageMap(1, 1.0, PRIOR)
-    place, nobody, all_watch = np.zeros((1, 2)), np.array([[False]]), np.array([[True]])
-    for _ in range(1000):
-        learn(
-            place, np.array([5.0]), nobody, all_watch, 0.1,
-            coverage.seen, coverage.watched, coverage.cell,
-        )  # fmt: skip
-    assert coverage.watched.max() == pytest.approx(5.0, abs=0.2)
