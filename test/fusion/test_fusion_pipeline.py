@@ -571,6 +571,19 @@ def test_a_false_detection_in_one_of_three_views_that_are_known_is_not_believed(
     assert not any(published(output) for output in ghost)
 
 
+def test_a_false_detection_of_one_of_three_that_share_a_view_is_not_believed_anywhere():
+    names = (*CAMERAS, 'three')
+    pipeline = FusionPipeline(FusionConfig(), names)
+
+    def seen(index):
+        together = {name: [[0.02 * index, 0.0]] for name in names}
+        return together | {'one': [[0.02 * index, 0.0], [30.0, 30.0]]}
+
+    outputs = run(seen, 750, pipeline)
+    assert all(len(published(output)) <= 1 for output in outputs)
+    assert published(outputs[-1])
+
+
 @pytest.mark.parametrize('every', [10, 25, 30])
 def test_whom_a_slow_camera_alone_sees_is_published_without_a_break(every):
     pipeline, rng = FusionPipeline(FusionConfig(), ('fast', 'slow')), np.random.default_rng(8)
