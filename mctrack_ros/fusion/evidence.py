@@ -70,7 +70,8 @@ class Evidence:
         once no live camera's latest picture shows it any more, up to `most_evidence`. It is
         forgotten when two see it in one tick, or one where hardly any other can; what one of many
         sees, or a group, takes away `hit_evidence` a look.
-        What a camera sees in a group it does not miss.
+        What a camera sees in a group it does not miss. Where nothing is known yet, a camera that
+        has never seen anybody together with the only one that sees a track hardly misses it.
         Where a camera sees bare ground ("negative information", Koch 2004) that speaks against
         every track whose place is well known, the more, the surer it sees who stands there.
         Until it is confirmed a track is judged by a cumulative sum (Page 1954, "Continuous

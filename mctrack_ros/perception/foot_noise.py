@@ -6,12 +6,18 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, INTS_1D, compiled
+from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 OUTLIER = 9.0
 """What is farther from the expected than this is taken for as far: variances of it."""
+
+
+@inner
+def foot_variance(height_px: float, same_px: float, share: float) -> float:
+    """Return the variance, px², of one foot point along each axis; see `foot_noise`."""
+    return (same_px + share * height_px) ** 2
 
 
 @compiled(types.f8[:, :, ::1](FLOATS_2D, types.f8, types.f8))
@@ -30,7 +36,7 @@ def foot_noise(box: Floats, same_px: float, share: float) -> Floats:
     """
     noise = np.zeros((len(box), 2, 2))
     for row in range(len(box)):
-        noise[row, 0, 0] = noise[row, 1, 1] = (same_px + share * box[row, 3]) ** 2
+        noise[row, 0, 0] = noise[row, 1, 1] = foot_variance(box[row, 3], same_px, share)
     return noise
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
 from mctrack_ros.perception.bodies import BODIES, Bodies
+from mctrack_ros.perception.foot_noise import foot_variance
 from mctrack_ros.perception.sizes import foot_below, metre_at
 from mctrack_ros.perception.whole_blobs import NEW, TOLD, Told
 
@@ -208,7 +209,7 @@ def footed(
         blob, (x, y) = seen.blob[row], foot_below(sizes, box)
         foot[row, 0], foot[row, 1] = x, y
         near[row] = metre_at(sizes, x, y)[1] * footing.height_m >= footing.least_height_px
-        variance = (footing.noise_px + footing.noise_share * box[3]) ** 2
+        variance = foot_variance(box[3], footing.noise_px, footing.noise_share)
         if seen.fitted[row]:
             hidden = 1 / min(max(seen.visible[row], footing.least_visible), 1.0)
             variance *= hidden**2
