@@ -56,7 +56,7 @@ def keep_members(
     Where others of the group are seen, only for a while: it may be that nobody is behind them.
     """
     groups, detections = looks.groups, looks.detections
-    picture, noise = looks.picture[groups], looks.noise[groups] * GROUP_INFLATION
+    picture, noise = looks.picture[groups], looks.noise[groups]
     named = (table.track_id[:, None] == detections.members[groups, None]).any(axis=2)
     taken = (named & ~free[picture]).sum(axis=1)
     hidden_s = (looks.stamp_ns[groups, None] - table.seen_ns) / 1e9
@@ -88,7 +88,7 @@ def keep_members(
                 members,
                 whole,
                 looks.position[groups[row]],
-                noise[row],
+                noise[row] * GROUP_INFLATION,
                 looks.seconds[picture[row]],
                 looks.stamp_ns[groups[row]],
                 config.life.look_time,

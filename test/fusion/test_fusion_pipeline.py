@@ -355,6 +355,22 @@ def test_a_member_whom_nobody_sees_is_kept_a_while_beside_one_who_is_seen():
     assert alive[-1] == ids[:1]
 
 
+def test_a_group_does_not_keep_who_was_expected_far_from_it():
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    pair = [[0, 0], [6, 0]]
+    ids = sorted(published(run(lambda index: {'one': pair, 'two': pair}, 25, pipeline)[-1]))
+
+    def half_gone(index):
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        rows = [detections(stamp_ns, pair[:1]), group_row(stamp_ns, [0.0, 0], ids)]
+        return {'one': rows[0].joined(stamp_ns, rows), 'two': []}
+
+    gone = ids[1]
+    shown = [published(output) for output in run(half_gone, 50, pipeline, 25)]
+    assert all(places[gone][0] > 5.5 for places in shown if gone in places)
+    assert gone not in shown[20]
+
+
 def test_a_track_is_as_large_as_the_cameras_say_together():
     sizes = {'one': [0.6, 1.9], 'two': [0.5, 1.7]}
     useless = [[np.nan, np.nan], [np.inf, -1.0], [0.0, 1e30]]
