@@ -96,6 +96,7 @@ class Recognition:
         """Forget one who turned out to be another."""
         self.portraits.forget(name)
         self._suspects.erase([name])
+        self._met.pop(name, None)
 
     def pass_on(self, name: int, to: int) -> None:
         """Forget one who is another from now on, who may be whoever that one may be."""
@@ -191,6 +192,7 @@ class Recognition:
                 self.certainty[name] = float(expit(lead))
                 self._replace({name: best})
                 self._suspects.become(name, best)
+                self._met.pop(name, None)
         return found
 
     def _alike(self, look: Floats, lost: list[int]) -> tuple[int, float]:
