@@ -12,6 +12,13 @@ from mctrack_ros.ground import GroundMapping
 Floats = NDArray[np.float64]
 STEP_PX = 4
 TALLEST = 1.15  # height of one person at most, in usual heights
+THICKNESS = 0.27
+"""How far a body reaches along the ground, as a share of its height: what makes it look taller
+from above."""
+ALLOWED = 0.2
+"""By so much, as a share, it may look taller before that counts: so much bodies differ."""
+USUAL_M = 1.75
+"""The head of somebody so tall is nearer to a camera above him than his feet, and looks larger."""
 
 
 class SizeTable:
@@ -27,7 +34,7 @@ class SizeTable:
     ----------
     table : (r, c, 3) float64 array
         Every `STEP_PX` pixels: pixels, across and upright, of a metre, and how far the upright
-        leans to the right, as a share of its height.
+        leans to the right, as a share of the latter.
 
     """
 
@@ -38,7 +45,7 @@ class SizeTable:
         )
         position = mapping.ground_from_image(np.column_stack([column.ravel(), row.ravel()]))
         across = mapping.width_px(position, 1.0)
-        upright = mapping.height_px(position, 1.0)
+        upright = _seen_height(mapping, position)
         slant = mapping.image_from_ground(position, 1.0)[:, 0] - column.ravel()
         self.table = np.column_stack([across, upright, slant / upright])
         self.table = self.table.reshape(*column.shape, 3)
@@ -68,6 +75,18 @@ class SizeTable:
     def _at(self, foot: Floats) -> Floats:
         """Return the (n, 3) rows of the table at (n, 2) foot points, px."""
         return _metres(self.table, np.ascontiguousarray(foot, np.float64))
+
+
+def _seen_height(mapping: GroundMapping, position: Floats) -> Floats:
+    """
+    Return how many rows, (n,) px, a body of one metre spans at (n, 2) places.
+
+    An upright metre, and the steeper a camera looks down the more of the body's thickness.
+    """
+    rows = mapping.height_px(position, 1.0)
+    whole = np.abs(mapping.height_px(position, USUAL_M)) / USUAL_M
+    along = np.hypot(*mapping.image_jacobian(position)[:, 1].T)
+    return np.asarray(np.fmax(rows, (1.0 - ALLOWED) * whole + THICKNESS * along))
 
 
 @inner
