@@ -17,8 +17,8 @@ def test_nothing_is_known_at_first():
 
 def test_cameras_that_never_see_anybody_together_share_no_view():
     views = CommonViews(3)
-    watch(views, [True, False, False], [False, True, True], 20.0)
-    watch(views, [False, True, False], [True, False, False], 20.0)
+    watch(views, [True, False, False], [False, True, True], 40.0)
+    watch(views, [False, True, False], [True, False, False], 40.0)
     share = views.share()
     assert share[0, 1] < 0.06
     assert share[0, 2] < 0.06

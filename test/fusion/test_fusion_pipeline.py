@@ -578,6 +578,13 @@ def test_cameras_that_share_no_view_track_what_each_sees(count):
     assert all(len(told) == count for told in last)
 
 
+def test_what_one_of_four_cameras_alone_sees_at_first_is_not_believed_at_once():
+    names = (*CAMERAS, 'three', 'four')
+    pipeline = FusionPipeline(FusionConfig(), names)
+    ghost = run(lambda index: {name: [[0, 0]] * (name == 'one') for name in names}, 65, pipeline)
+    assert not any(published(output) for output in ghost)
+
+
 def test_a_false_detection_in_one_of_three_views_that_are_known_is_not_believed():
     names = ('one', 'two', 'three')
     pipeline = FusionPipeline(FusionConfig(), names)
