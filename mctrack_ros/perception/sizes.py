@@ -12,10 +12,10 @@ from mctrack_ros.ground import GroundMapping
 Floats = NDArray[np.float64]
 STEP_PX = 4
 TALLEST = 1.15  # height of one person at most, in usual heights
-THICKNESS = 0.27
+THICKNESS = 0.29
 """How far a body reaches along the ground, as a share of its height: what makes it look taller
 from above."""
-ALLOWED = 0.2
+ALLOWED = 0.25
 """By so much, as a share, it may look taller before that counts: so much bodies differ."""
 USUAL_M = 1.75
 """The head of somebody so tall is nearer to a camera above him than his feet, and looks larger."""
