@@ -53,7 +53,8 @@ def keep_members(
     """
     Keep alive what merged detections hide of the tracks that are free, (pictures, n).
 
-    Where others of the group are seen, only for a while: it may be that nobody is behind them.
+    Only who is expected where the group is, by its covariance as told. Where others of it are
+    seen, only for a while: it may be that nobody is behind them.
     """
     groups, detections = looks.groups, looks.detections
     picture, noise = looks.picture[groups], looks.noise[groups]

@@ -301,6 +301,13 @@ def group_row(stamp_ns, position, members):
     return detections(stamp_ns, [position], 0.5, member_count=[len(members)], members=[padded])
 
 
+def one_of_a_group(index, place, members):
+    """Return what two cameras see: the first one of a group by himself, and that it is one."""
+    stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+    rows = [detections(stamp_ns, [place]), group_row(stamp_ns, place, members)]
+    return {'one': Detections.joined(stamp_ns, rows), 'two': []}
+
+
 def test_a_group_keeps_its_members_alive_and_moves_none_of_them_far():
     pipeline = FusionPipeline(FusionConfig(), CAMERAS)
     pair = [[0, 0], [0.8, 0]]
@@ -327,14 +334,10 @@ def test_a_member_whom_nobody_sees_turns_with_the_one_beside_him():
         gone = 0.06 * np.array([min(index, 25), max(index - 25, 0)])
         return np.array([[0, 0], [0.8, -0.8]]) + gone
 
-    def half_hidden(index):
-        stamp_ns, place = index * PERIOD_NS + PERIOD_NS // 2, pair(index)
-        rows = [detections(stamp_ns, place[:1]), group_row(stamp_ns, place[0], ids)]
-        return {'one': rows[0].joined(stamp_ns, rows), 'two': []}
-
     pipeline = FusionPipeline(FusionConfig(), CAMERAS)
     ids = sorted(published(run(lambda i: dict.fromkeys(CAMERAS, pair(i)), 25, pipeline)[-1]))
-    shown = published(run(half_hidden, 35, pipeline, 25)[-1])
+    outputs = run(lambda i: one_of_a_group(i, pair(i)[0], ids), 35, pipeline, 25)
+    shown = published(outputs[-1])
     assert sorted(shown) == ids
     np.testing.assert_allclose(shown[ids[1]] - shown[ids[0]], [0.8, -0.8], atol=0.7)
 
@@ -344,12 +347,7 @@ def test_a_member_whom_nobody_sees_is_kept_a_while_beside_one_who_is_seen():
     pair = [[0, 0], [0.8, 0]]
     ids = sorted(published(run(lambda index: {'one': pair, 'two': pair}, 25, pipeline)[-1]))
 
-    def half_hidden(index):
-        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
-        rows = [detections(stamp_ns, pair[:1]), group_row(stamp_ns, [0.0, 0], ids)]
-        return {'one': rows[0].joined(stamp_ns, rows), 'two': []}
-
-    outputs = run(half_hidden, 100, pipeline, 25)
+    outputs = run(lambda index: one_of_a_group(index, pair[0], ids), 100, pipeline, 25)
     alive = [sorted(published(output)) for output in outputs]
     assert alive[30] == ids
     assert alive[-1] == ids[:1]
@@ -360,13 +358,8 @@ def test_a_group_does_not_keep_who_was_expected_far_from_it():
     pair = [[0, 0], [6, 0]]
     ids = sorted(published(run(lambda index: {'one': pair, 'two': pair}, 25, pipeline)[-1]))
 
-    def half_gone(index):
-        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
-        rows = [detections(stamp_ns, pair[:1]), group_row(stamp_ns, [0.0, 0], ids)]
-        return {'one': rows[0].joined(stamp_ns, rows), 'two': []}
-
-    gone = ids[1]
-    shown = [published(output) for output in run(half_gone, 50, pipeline, 25)]
+    outputs = run(lambda index: one_of_a_group(index, pair[0], ids), 50, pipeline, 25)
+    gone, shown = ids[1], [published(output) for output in outputs]
     assert all(places[gone][0] > 5.5 for places in shown if gone in places)
     assert gone not in shown[20]
 
