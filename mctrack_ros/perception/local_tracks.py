@@ -48,6 +48,12 @@ class FilterConfig:
     size_time_s: float = parameter(
         0.5, 'time constant with which the tracked size follows the box [s]', minimum=0.0
     )
+    height_time_s: float = parameter(
+        20.0,
+        'time constant of the height that is remembered: by it and the head feet are found that '
+        'something of the scene hides; 0: none are [s]',
+        minimum=0.0,
+    )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,6 +110,8 @@ class LocalTracks:
         Old enough to be believed.
     class_id : (n,) uint8 array
         A `ClassCode`; unknown until it was seen as a whole.
+    height_m, height_s : (n,) float64 arrays
+        How tall it is, as remembered for longer than `extent`, m, and for how long it was seen, s.
     near_px : (n, 2) float64 array
         From where it stands in the picture to its foot point: 0, but a vehicle stands in the
         middle of the ground that it covers, and its foot point is at the near end.
@@ -115,7 +123,8 @@ class LocalTracks:
 
     ARRAYS = (
         'local_id', 'mean', 'covariance', 'extent', 'template', 'track_id', 'first_ns',
-        'seen_ns', 'clear_ns', 'confirmed', 'class_id', 'near_px', 'noise_ratio',
+        'seen_ns', 'clear_ns', 'confirmed', 'class_id', 'height_m', 'height_s',
+        'near_px', 'noise_ratio',
     )  # fmt: skip
 
     def __init__(self, config: FilterConfig, mapping: GroundMapping, sizes: SizeTable) -> None:
@@ -140,6 +149,8 @@ class LocalTracks:
         self.clear_ns: Ints = np.zeros(0, np.int64)
         self.confirmed: NDArray[np.bool_] = np.zeros(0, np.bool_)
         self.class_id: NDArray[np.uint8] = np.zeros(0, np.uint8)
+        self.height_m: Floats = np.zeros(0)
+        self.height_s: Floats = np.zeros(0)
         self.near_px: Floats = np.zeros((0, 2))
         self.noise_ratio: Floats = np.ones((0, 2))
 
@@ -224,6 +235,8 @@ class LocalTracks:
             'clear_ns': np.full(count, stamp_ns, np.int64),
             'confirmed': np.zeros(count, np.bool_),
             'class_id': np.zeros(count, np.uint8),
+            'height_m': extent[:, 1].copy(),
+            'height_s': np.zeros(count),
             'near_px': np.zeros((count, 2)),
             'noise_ratio': np.ones((count, 2)),
         }

@@ -210,9 +210,8 @@ def footed(
         foot[row, 0], foot[row, 1] = x, y
         near[row] = metre_at(sizes, x, y)[1] * footing.height_m >= footing.least_height_px
         variance = foot_variance(box[3], footing.noise_px, footing.noise_share)
-        if seen.fitted[row]:
-            hidden = 1 / min(max(seen.visible[row], footing.least_visible), 1.0)
-            variance *= hidden**2
+        hidden = 1 / min(max(seen.visible[row], footing.least_visible), 1.0)
+        variance *= hidden**2
         for axis in range(2):
             observed = 1.0 if seen.track[row] == NEW else noise_ratio[seen.track[row], axis]
             noise[row, axis, axis] = variance * observed

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.blobs import BlobConfig, Blobs
 from mctrack_ros.perception.depth import ground_depth
+from mctrack_ros.perception.hidden_feet import HiddenFeet
 from mctrack_ros.perception.local_tracks import FilterConfig, LocalTracks, Prediction
 from mctrack_ros.perception.observations import Footing, Observations, footed, gathered
 from mctrack_ros.perception.partition import PartitionConfig, partition
@@ -52,6 +53,8 @@ class Observer:
     ) -> None:
         self._mapping, self._sizes = mapping, sizes
         self._config, self._palette = config, palette
+        memory_s, usual_m = filtering.height_time_s, blobs.person_height_m
+        self._hidden_feet = HiddenFeet(mapping.image_size, usual_m, memory_s) if memory_s else None
         self._footing = Footing(
             filtering.foot_noise_px,
             filtering.foot_noise_share,
@@ -69,6 +72,8 @@ class Observer:
         template: Floats,
         picture: Picture,
         height_m: Floats,
+        stamp_ns: int,
+        seconds: float,
     ) -> Observations:
         """
         Return who is in the blobs of a picture, by blob; nobody at the horizon or above it.
@@ -89,6 +94,8 @@ class Observer:
             With its foreground.
         height_m : (n,) array
             How tall the vehicle or bicycle is that a blob is, m; 0: it is none.
+        stamp_ns, seconds : int, float
+            Time of the picture, ns, and since the last one, s.
 
         """
         config = self._config
@@ -118,6 +125,17 @@ class Observer:
             config,
         )
         seen = gathered(by_size, bodies, shared, rows, blobs.box, template)
+        if self._hidden_feet is not None:
+            self._hidden_feet.reach(
+                seen,
+                blobs.box,
+                ~(blobs.truncated | (height_m > 0.0)),
+                self._sizes.table,
+                predicted.box,
+                tracks,
+                stamp_ns,
+                seconds,
+            )
         return self._on_ground(seen, blobs, height_m, tracks.noise_ratio)
 
     def _on_ground(

@@ -201,7 +201,7 @@ class LocalTracker:
         blob_of = match(tracks, predicted, blobs, template, self._matching)
         height_m = self._vehicles.heights(blobs, blob_of, tracks)
         seen = self._observer.observe(
-            blob_of, tracks, predicted, blobs, template, picture, height_m
+            blob_of, tracks, predicted, blobs, template, picture, height_m, stamp_ns, seconds
         )
         if feedback is not None:
             self._groups.rename(feedback.corrections())
@@ -315,7 +315,7 @@ class LocalTracker:
             tracks.template,
         )
         self._vehicles.stand(tracks, seen, seen.track != NEW, blobs)
-        whole = ~seen.fitted & ~blobs.truncated[seen.blob]
+        whole = ~(seen.fitted | blobs.truncated[seen.blob]) & (seen.visible == 1.0)
         telling = np.where(whole, measured, NEW)
         tracks.follow_noise(predicted, telling, seen.foot, seen.noise, seconds)
         tracks.update(predicted, measured, seen.foot, seen.noise)

@@ -26,7 +26,8 @@ class Stage:
 
     def __init__(self, mapping, config=None, seed=0):
         self.mapping = mapping
-        self.pipeline = CameraPipeline(config or CameraConfig(), mapping)
+        self.config = config or CameraConfig()
+        self.pipeline = CameraPipeline(self.config, mapping)
         self.rng = np.random.default_rng(seed)
         self.index = 0
 
