@@ -138,11 +138,13 @@ class Recognition:
         """
         self.certainty.clear()
         self._forget_the_lost(stamp_ns)
+        fresh = confirmed.nonzero()[0].tolist()
+        looks = [first_look(table, row) for row in fresh]  # before contacts let them begin anew
         touch, due = _contacts(
             table.fixed, *near, self._config.contact_distance, self._config.look_time
         )
         self._note_contacts(table, near, touch, stamp_ns)
-        changes = self._found_again(table, confirmed.nonzero()[0], stamp_ns)
+        changes = self._found_again(table, fresh, looks, stamp_ns)
         if changes or not len(due):
             return changes
         table.judge_s[due] *= 2.0
@@ -169,11 +171,13 @@ class Recognition:
         for pair in zip(table.track_id[one].tolist(), table.track_id[other].tolist()):
             self._suspects.meet(*pair)
 
-    def _found_again(self, table: TrackTable, fresh: Indices, stamp_ns: int) -> dict[int, int]:
-        """Note who of the lost the new tracks may be; return who they are taken for at once."""
+    def _found_again(
+        self, table: TrackTable, fresh: list[int], looks: list[Floats], stamp_ns: int
+    ) -> dict[int, int]:
+        """Note who of the lost new tracks that look so may be; return who they surely are."""
         found: dict[int, int] = {}
         self._absence.found.clear()
-        for row in fresh.tolist():
+        for row, look in zip(fresh, looks):
             name, place = int(table.track_id[row]), table.mean[row, :2].tolist()
             since = {
                 other: stamp_ns - when_ns
@@ -181,7 +185,6 @@ class Recognition:
                 if math.dist(place, there) < self._reach(stamp_ns - when_ns)
             }
             self._suspects.settle(name, self._suspects.of(name).union(since))
-            look = first_look(table, row)
             soon = [one for one, ago in since.items() if ago < self._config.soon_time * 1e9]
             best = self._absence.find(table, row, look, stamp_ns)
             lead = -0.5 * self._absence.found[best] if best else 0.0

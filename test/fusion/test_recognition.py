@@ -122,6 +122,15 @@ def test_who_was_lost_is_found_again_by_his_colours(scene):
     assert scene.count(EventCode.NEW) == 2
 
 
+def test_who_turns_up_beside_another_is_found_again_by_all_that_was_seen_of_him(scene):
+    before = scene.hold(75, ([0, 0], RED), ([6, 0], BLUE))
+    scene.hold(50, ([6, 0], BLUE))
+    scene.show(([4.8, 0], GREEN), ([6, 0], BLUE))  # others' colours, as he comes out
+    after = scene.hold(25, ([4.8, 0], RED), ([6, 0], BLUE))
+    assert id_at(after, [4.8, 0]) == id_at(before, [0, 0])
+    assert scene.count(EventCode.CORRECTION) == 1
+
+
 def test_who_looks_like_nobody_lost_is_new(scene):
     before = scene.hold(75, ([0, 0], RED), ([9, 0], BLUE))
     scene.hold(50, ([9, 0], BLUE))
