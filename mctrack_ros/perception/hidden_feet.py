@@ -87,7 +87,7 @@ PLACES = types.NamedUniTuple(types.i8[:, ::1], 4, Places)
 
 class HiddenFeet:
     """
-    Learns where feet are hidden, and finds them there (DESIGN: the occlusion-aware foot point).
+    Learns where feet are hidden, and finds them there.
 
     The silhouette of one who walks may be shorter than he is known to be because he runs or is
     badly seen; but where all who pass are short, something of the scene stands before their feet.
