@@ -7,12 +7,9 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import (
-    BOOLS_1D,
     BOOLS_2D,
     COLUMN_2D,
     COLUMN_FLAGS,
-    FLOATS_2D,
-    FLOATS_3D,
     compiled,
     inner,
 )
@@ -50,17 +47,16 @@ class CoverageMap:
 
     Attributes
     ----------
-    seen, watched : (2, slots, cameras) arrays
+    seconds : (2, slots, 2, cameras) array
         For how long targets were seen, and could be, in the fine and in the coarse cells, s.
 
     """
 
     def __init__(self, cameras: int, cell: float, prior: float) -> None:
         self.prior, self.cell = prior, cell
-        self.seen = np.zeros((LEVELS, SLOTS, cameras))
-        self.watched = np.zeros((LEVELS, SLOTS, cameras))
+        self.seconds = np.zeros((LEVELS, SLOTS, 2, cameras))
 
-    def probability(self, position: Floats, wanted: NDArray[np.bool_]) -> Floats:
+    def probability(self, position: Floats) -> Floats:
         """
         Return detection probabilities at ground positions.
 
@@ -70,16 +66,13 @@ class CoverageMap:
         ----------
         position : (n, 2 or more) array
             m.
-        wanted : (n,) bool array
-            Where they are wanted; elsewhere the prior is returned.
 
         Returns
         -------
         (n, cameras) array
 
         """
-        prior = np.full((len(position), self.seen.shape[2]), self.prior)
-        return probabilities(position, wanted, self.seen, self.watched, self.cell, prior)
+        return _probabilities(position, self.seconds, self.cell, self.prior)
 
 
 @inner
@@ -89,30 +82,38 @@ def _slot(position: Floats, edge: float) -> int:
     return cell_slot(x, y, SLOTS)
 
 
-@compiled(types.f8[:, ::1](COLUMN_2D, BOOLS_1D, FLOATS_3D, FLOATS_3D, types.f8, FLOATS_2D))
-def probabilities(
-    position: Floats,
-    wanted: NDArray[np.bool_],
-    seen: Floats,
-    watched: Floats,
-    cell: float,
-    prior: Floats,
-) -> Floats:
+@inner
+def expect(position: Floats, known: Floats, cell: float, probability: Floats) -> None:
     """
-    Return what `CoverageMap.probability` does; to be called by compiled functions, too.
+    Change detection probabilities from what is assumed to what is known where a target stands.
 
-    What is assumed where nothing is known, (n, cameras), is the target's own.
+    Parameters
+    ----------
+    position : (2 or more,) array
+        m.
+    known : (2, slots, 2, cameras) array
+        The seconds of the `CoverageMap`.
+    cell : float
+        Edge of its fine cells, m.
+    probability : (cameras,) array
+        Changed in place.
+
     """
-    probability = np.minimum(prior, LARGEST_PROBABILITY)
-    for row in np.flatnonzero(wanted):
-        probability[row] = prior[row]
-        for level in range(LEVELS - 1, -1, -1):
-            slot = _slot(position[row], cell * COARSENESS**level)
-            for camera in range(seen.shape[2]):
-                known = seen[level, slot, camera] + PRIOR_SECONDS * probability[row, camera]
-                probability[row, camera] = known / (watched[level, slot, camera] + PRIOR_SECONDS)
-        for camera in range(seen.shape[2]):
-            probability[row, camera] = min(probability[row, camera], LARGEST_PROBABILITY)
+    for level in range(LEVELS - 1, -1, -1):
+        slot = _slot(position, cell * COARSENESS**level)
+        seen, watched = known[level, slot, 0], known[level, slot, 1]
+        for camera in range(len(probability)):
+            hits = seen[camera] + PRIOR_SECONDS * probability[camera]
+            probability[camera] = hits / (watched[camera] + PRIOR_SECONDS)
+    for camera in range(len(probability)):
+        probability[camera] = min(probability[camera], LARGEST_PROBABILITY)
+
+
+@compiled(types.f8[:, ::1](COLUMN_2D, types.f8[:, :, :, ::1], types.f8, types.f8))
+def _probabilities(position: Floats, known: Floats, cell: float, prior: float) -> Floats:
+    probability = np.full((len(position), known.shape[3]), prior)
+    for row in range(len(position)):
+        expect(position[row], known, cell, probability[row])
     return probability
 
 
@@ -123,8 +124,7 @@ def probabilities(
         BOOLS_2D,
         BOOLS_2D,
         types.f8,
-        types.f8[:, :, ::1],
-        types.f8[:, :, ::1],
+        types.f8[:, :, :, ::1],
         types.f8,
     )
 )
@@ -134,8 +134,7 @@ def learn(
     is_seen: NDArray[np.bool_],
     is_watched: NDArray[np.bool_],
     seconds: float,
-    seen: Floats,
-    watched: Floats,
+    known: Floats,
     cell: float,
 ) -> None:
     """
@@ -153,8 +152,8 @@ def learn(
         Which cameras could have: their pictures are there.
     seconds : float
         For how long that speaks, s.
-    seen, watched : (2, slots, cameras) arrays
-        Of the `CoverageMap`; changed in place.
+    known : (2, slots, 2, cameras) array
+        The seconds of the `CoverageMap`; changed in place.
     cell : float
         Edge of a fine cell, m.
 
@@ -162,10 +161,10 @@ def learn(
     for row in range(len(sure)):
         for level in range(LEVELS if sure[row] else 0):
             slot = _slot(position[row], cell * COARSENESS**level)
-            for camera in range(seen.shape[2]):
+            seen, watched = known[level, slot, 0], known[level, slot, 1]
+            for camera in range(len(seen)):
                 if is_watched[row, camera]:
-                    total = watched[level, slot, camera] + seconds
-                    kept = min(MEMORY_S / total, 1.0)
-                    watched[level, slot, camera] = kept * total
-                    own = seconds if is_seen[row, camera] else 0.0
-                    seen[level, slot, camera] = kept * (seen[level, slot, camera] + own)
+                    total = watched[camera] + seconds
+                    own = seen[camera] + (seconds if is_seen[row, camera] else 0.0)
+                    kept = MEMORY_S / total if total > MEMORY_S else 1.0
+                    watched[camera], seen[camera] = kept * total, kept * own

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, INTS_1D, compiled, inner
 from mctrack_ros.fusion.common_views import CommonViews
-from mctrack_ros.fusion.coverage import CoverageMap, learn, probabilities
+from mctrack_ros.fusion.coverage import CoverageMap, expect, learn
 from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.parameters import MISSED_PICTURES, FusionConfig
 from mctrack_ros.fusion.table import TRACKS, TrackTable
@@ -108,8 +108,7 @@ class Evidence:
             tick_ns - round(seconds * 1e9),
             self._silent_s <= np.maximum(self._alive_s, MISSED_PICTURES * self._interval_s),
             vacant,
-            coverage.seen,
-            coverage.watched,
+            coverage.seconds,
             coverage.cell,
             coverage.prior,
             self._common.share(),
@@ -136,8 +135,7 @@ class Evidence:
         section 4.3).
         """
         ahead = table.mean[:, :2] + ANNOUNCED_S * table.mean[:, 2:]
-        everybody = np.ones(len(table), np.bool_)
-        now, soon = (self._coverage.probability(place, everybody) for place in (table.mean, ahead))
+        now, soon = (self._coverage.probability(place) for place in (table.mean, ahead))
         return np.asarray(((now < IN_VIEW) & (soon >= IN_VIEW)).any(axis=1))
 
     def _note_intervals(self, cameras: NDArray[np.intp]) -> None:
@@ -171,6 +169,7 @@ def _weighed(
     alive: Mask,
     begin_ns: int,
     vacant: Mask,
+    is_judged: Mask,
     probability: Floats,
     shares: Floats,
     interval_s: Floats,
@@ -185,8 +184,10 @@ def _weighed(
     """
     Weigh a tick and confirm, in place.
 
-    `share` is how much of a whole look it is, `shares`, (cameras,), how much each camera's
-    picture in it is, and `interval_s`, (cameras,), how long each takes from one to the next.
+    Misses speak of those who `is_judged`, (n,), by them, as the `probability`, (n, cameras), of
+    being seen tells. `share` is how much of a whole look it is, `shares`, (cameras,), how much
+    each camera's picture in it is, and `interval_s`, (cameras,), how long each takes from one to
+    the next.
 
     Returns
     -------
@@ -200,6 +201,7 @@ def _weighed(
     seen, told = np.zeros(hidden_ns.shape, np.bool_), np.zeros(hidden_ns.shape, np.bool_)
     for track in range(len(cameras)):
         count, gain, loss, others, slowest_s, back = 0, 0.0, 0.0, 0.0, 0.0, share
+        shown = shown_by[track]
         for camera in range(len(present)):
             if cameras[track] >> camera & 1:
                 seen[track, camera] = True
@@ -210,13 +212,15 @@ def _weighed(
             watched = present[camera] and (own or not hidden)
             told[track, camera] = watched and count > own
             if present[camera] or not alive[camera]:
-                shown_by[track] &= ~np.uint32(1 << camera)
-                shown_by[track] |= np.uint32((own or hidden) << camera)
+                shown &= ~np.uint32(1 << camera)
+                shown |= np.uint32((own or hidden) << camera)
             if own or hidden:
                 slowest_s = max(slowest_s, interval_s[camera])
                 back = max(back, shares[camera] if present[camera] else 0.0)
             if own:
                 gain += shares[camera] * hit
+                continue
+            if not is_judged[track]:
                 continue
             miss = -np.log1p(-probability[track, camera])
             others += miss if alive[camera] and not hidden else 0.0
@@ -226,13 +230,14 @@ def _weighed(
             elif watched and count < 2:
                 gain -= shares[camera] * weight * miss if count else 0.0
                 loss += shares[camera] * miss
+        shown_by[track] = shown
         if slowest_s > 0.0:
             pace_s[track] = slowest_s
         if count > 1 or (count and others < NOBODY_ELSE):
             missed[track] = 0.0
         elif kept_ns[track] > begin_ns:  # by one of many cameras, or a group: he may not be back
             missed[track] = max(missed[track] - back * hit, 0.0)
-        elif not shown_by[track]:
+        elif not shown:
             missed[track] = min(missed[track] + loss, most)
         lowest = -most if confirmed[track] else min(evidence[track], least)
         evidence[track] = min(max(evidence[track] + gain, lowest), most)
@@ -244,14 +249,14 @@ def _weighed(
 @compiled(
     types.Tuple([types.b1[::1], types.b1[:, ::1], types.b1[:, ::1]])(
         TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, types.i8,
-        BOOLS_1D, BOOLS_2D, types.f8[:, :, ::1], types.f8[:, :, ::1], types.f8, types.f8,
-        types.f8[:, ::1], types.f8, types.f8[::1], types.f8[::1], types.f8, types.f8, types.f8,
+        BOOLS_1D, BOOLS_2D, types.f8[:, :, :, ::1], types.f8, types.f8, types.f8[:, ::1],
+        types.f8, types.f8[::1], types.f8[::1], types.f8, types.f8, types.f8,
         types.f8, types.f8, types.f8, types.f8,
     )
 )  # fmt: skip
 def _counted(
     tracks: Any, hidden_ns: NDArray[np.int64], reporting: Indices, begin_ns: int,
-    alive: Mask, vacant: Mask, seen: Floats, watched: Floats, cell: float, prior: float,
+    alive: Mask, vacant: Mask, known: Floats, cell: float, prior: float,
     common: Floats, seconds: float, shares: Floats, interval_s: Floats, look_time: float,
     hit: float, miss_weight: float, vacancy_weight: float, least: float, most: float,
     enough: float,
@@ -265,14 +270,17 @@ def _counted(
     mean, cameras, confirmed = tracks['mean'], tracks['cameras'], tracks['confirmed']
     present = np.zeros(hidden_ns.shape[1], np.bool_)
     present[reporting] = True
-    is_judged = np.empty(len(cameras), np.bool_)
-    assumed = np.full(hidden_ns.shape, prior)
+    is_judged, probability = np.zeros(len(cameras), np.bool_), np.empty(hidden_ns.shape)
     for track in range(len(cameras)):
         sole = cameras[track] & (cameras[track] - 1) == 0  # at most one camera's bit is set
-        is_judged[track] = sole or vacant[track].any()
+        if not (sole or vacant[track].any()):
+            continue
+        is_judged[track], expected = True, probability[track]
+        expected[:] = prior
         for camera in range(len(common) if sole and cameras[track] else 0):
             if cameras[track] >> camera & 1:
-                assumed[track] *= common[camera]
+                expected *= common[camera]
+        expect(mean[track], known, cell, expected)
     newly, is_seen, is_told = _weighed(
         cameras,
         hidden_ns,
@@ -286,7 +294,8 @@ def _counted(
         alive,
         begin_ns,
         vacant,
-        probabilities(mean, is_judged, seen, watched, cell, assumed),
+        is_judged,
+        probability,
         shares,
         interval_s,
         min(seconds / look_time, 1.0),
@@ -297,5 +306,5 @@ def _counted(
         most,
         enough,
     )
-    learn(mean, confirmed, is_seen, is_told, min(seconds, look_time), seen, watched, cell)
+    learn(mean, confirmed, is_seen, is_told, min(seconds, look_time), known, cell)
     return newly, is_seen, is_told

@@ -87,17 +87,18 @@ def _shared_out(rows: Indices, camera: Indices) -> Indices:
 
 def with_room(
     fresh: TrackTable, table: TrackTable, config: FusionConfig
-) -> tuple[TrackTable, bool]:
+) -> tuple[TrackTable, Indices]:
     """
     Return the new tracks that there is room for: in the table, and where they begin.
 
-    And whether any of them may be beside another track, within `crowd_distance`.
+    And rows of those, (k,), that are beside others, within `crowd_distance`.
     """
     room = max(config.life.most_tracks - len(table), 0)
     together, most = _together(fresh.mean, table.mean, config.life.crowd_distance)
-    if len(fresh) <= room and most < MOST_TOGETHER:
-        return fresh, most > 0
-    return fresh.select(np.flatnonzero(together < MOST_TOGETHER)[:room]), most > 0
+    if len(fresh) > room or most >= MOST_TOGETHER:
+        kept = np.flatnonzero(together < MOST_TOGETHER)[:room]
+        fresh, together = fresh.select(kept), together[kept]
+    return fresh, np.flatnonzero(together)
 
 
 def note_beside(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> None:

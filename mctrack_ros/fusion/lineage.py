@@ -54,13 +54,15 @@ class Lineage:
         found = set(names)
         self._lost = deque(one for one in self._lost if one[1] not in found)
 
-    def origins(self, fresh: TrackTable, table: TrackTable, stamp_ns: int) -> NDArray[np.uint32]:
-        """Return the id of the track, (k,), that each fresh one comes out of; 0: of none."""
+    def origins(
+        self, begun: NDArray[np.float64], table: TrackTable, stamp_ns: int
+    ) -> NDArray[np.uint32]:
+        """Return the ids of the tracks that those who have begun, (k, 4), come out of; or 0."""
         present = table.confirmed & (stamp_ns - table.kept_ns <= RECENT_S * 1e9)
-        row, gap = nearest(fresh.mean, table.mean, present)
-        origin = np.zeros(len(fresh), np.uint32)
+        row, gap = nearest(begun, table.mean, present)
+        origin = np.zeros(len(begun), np.uint32)
         for index in (gap < self._beside_m).nonzero()[0].tolist():
-            if not self._may_be_found_again(fresh.mean[index, :2].tolist(), stamp_ns):
+            if not self._may_be_found_again(begun[index, :2].tolist(), stamp_ns):
                 origin[index] = table.track_id[row[index]]
         return origin
 

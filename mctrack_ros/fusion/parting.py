@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterable, Mapping
 
 import numpy as np
@@ -53,20 +52,26 @@ def parted(
     lately = table.confirmed & (table.beside > 0) & (age_s < LATELY_S)
     if not np.count_nonzero(lately):
         return []
+    pairs: dict[int, list[tuple[int, int]]] = {name: [] for name in table.beside[lately].tolist()}
+    for (one, other), doubt in doubts.items():
+        if one in pairs:
+            pairs[one].append((other, doubt.began_ns))
+        if other in pairs:
+            pairs[other].append((one, doubt.began_ns))
+    if not any(pairs.values()):
+        return []
     sure = table.confirmed.nonzero()[0]
     rows = dict(zip(table.track_id[sure].tolist(), sure.tolist()))
-    pairs: dict[int, list[tuple[int, int, int]]] = defaultdict(list)
-    for (one, other), doubt in doubts.items():
-        if one in rows and other in rows:
-            pairs[one].append((one, other, doubt.began_ns))
-            pairs[other].append((other, one, doubt.began_ns))
     found: list[tuple[int, int]] = []
     used = set(busy)
     for row in np.flatnonzero(lately).tolist():
         own, latest_ns = int(table.track_id[row]), int(table.first_ns[row]) + round(SOON_S * 1e9)
-        for name, other, began_ns in pairs.get(int(table.beside[row]), ()):
+        name = int(table.beside[row])
+        for other, began_ns in pairs[name]:
+            if other == own or began_ns > latest_ns or not {name, other} <= rows.keys():
+                continue
             concerned = {row, rows[name], rows[other]}
-            if other != own and began_ns <= latest_ns and not used & concerned:
+            if not used & concerned:
                 used |= concerned
                 found.append((rows[name], row))
     return found

@@ -209,9 +209,9 @@ class FusionPipeline:
         site = len(self._index), self._config, self._motion
         fresh = new_tracks(looks, leftover, stamp_ns, self._next_id, *site)
         self._next_id += len(fresh)
-        fresh, is_beside = with_room(fresh, self._table, self._config)
-        if is_beside:
-            fresh.origin = self._lineage.origins(fresh, self._table, stamp_ns)
+        fresh, beside = with_room(fresh, self._table, self._config)
+        if len(beside):
+            fresh.origin[beside] = self._lineage.origins(fresh.mean[beside], self._table, stamp_ns)
         note_beside(fresh, self._table, self._config)
         self._table.append(fresh)
 
