@@ -52,7 +52,7 @@ def _excess(first: Floats, second: Floats, sizes: Floats, joining: Joining) -> f
     gap = max(gap_x, gap_y)
     middle = (left + right) / 2
     lean = metre_at(sizes, middle, bottom)[2]
-    across, upright, _ = metre_at(sizes, middle - lean * (bottom - top) / 2, bottom)
+    across, upright, _, _ = metre_at(sizes, middle - lean * (bottom - top) / 2, bottom)
     width, height = across * joining.width_m, upright * joining.height_m
     stacked = -gap_x >= 0.5 * min(first[2], second[2])
     widest = joining.widest_stride if stacked else WIDEST

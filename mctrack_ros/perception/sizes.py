@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, compiled, inner
 from mctrack_ros.ground import GroundMapping
+from mctrack_ros.perception.from_above import TALL_M, seen_from_above
 
 Floats = NDArray[np.float64]
 STEP_PX = 4
@@ -17,8 +18,9 @@ THICKNESS = 0.29
 from above."""
 ALLOWED = 0.25
 """By so much, as a share, it may look taller before that counts: so much bodies differ."""
-USUAL_M = 1.75
-"""The head of somebody so tall is nearer to a camera above him than his feet, and looks larger."""
+ROUNDS, STEP = 8, 0.45
+"""Foot points seen from above are found in so many steps, each so far to where the last one leads:
+where the body looks twice as long as it is away, whole steps would lead to and fro."""
 
 
 class SizeTable:
@@ -32,9 +34,10 @@ class SizeTable:
 
     Attributes
     ----------
-    table : (r, c, 3) float64 array
-        Every `STEP_PX` pixels: pixels, across and upright, of a metre, and how far the upright
-        leans to the right, as a share of the latter.
+    table : (r, c, 4) float64 array
+        Every `STEP_PX` pixels: pixels, across and upright, of a metre, and, as shares of the
+        latter, how far the upright leans to the right and the body reaches below its foot point
+        (0, but where it is seen from above).
 
     """
 
@@ -47,8 +50,11 @@ class SizeTable:
         across = mapping.width_px(position, 1.0)
         upright = _seen_height(mapping, position)
         slant = mapping.image_from_ground(position, 1.0)[:, 0] - column.ravel()
-        self.table = np.column_stack([across, upright, slant / upright])
-        self.table = self.table.reshape(*column.shape, 3)
+        table = np.column_stack([across, upright, slant / upright, np.zeros(len(position))])
+        metre, share = seen_from_above(mapping, position)
+        from_above = share > 0.0
+        table[from_above] += (share[:, None] * (metre - table))[from_above]
+        self.table = table.reshape(*column.shape, 4)
 
     def per_metre(self, foot: Floats) -> Floats:
         """
@@ -64,6 +70,7 @@ class SizeTable:
 
         The bottom centre (event-tracking paper, eq. (2)), moved by half of what the upright leans
         over the box's height: beside the picture's middle, head and foot are not in one column.
+        Seen from above, the point of which a body of that height fills the box.
         """
         return _feet(self.table, np.ascontiguousarray(box, np.float64))
 
@@ -73,7 +80,7 @@ class SizeTable:
         return _boxes(self.table, np.ascontiguousarray(foot, np.float64), extent)
 
     def _at(self, foot: Floats) -> Floats:
-        """Return the (n, 3) rows of the table at (n, 2) foot points, px."""
+        """Return the (n, 4) rows of the table at (n, 2) foot points, px."""
         return _metres(self.table, np.ascontiguousarray(foot, np.float64))
 
 
@@ -84,7 +91,7 @@ def _seen_height(mapping: GroundMapping, position: Floats) -> Floats:
     An upright metre, and the steeper a camera looks down the more of the body's thickness.
     """
     rows = mapping.height_px(position, 1.0)
-    whole = np.abs(mapping.height_px(position, USUAL_M)) / USUAL_M
+    whole = np.abs(mapping.height_px(position, TALL_M)) / TALL_M
     along = np.hypot(*mapping.image_jacobian(position)[:, 1].T)
     return np.asarray(np.fmax(rows, (1.0 - ALLOWED) * whole + THICKNESS * along))
 
@@ -100,7 +107,7 @@ def metre_at(table: Floats, x: float, y: float) -> Floats:
 
 @compiled(types.f8[:, ::1](FLOATS_3D, FLOATS_2D))
 def _metres(table: Floats, foot: Floats) -> Floats:
-    found = np.empty((len(foot), 3))
+    found = np.empty((len(foot), table.shape[2]))
     for index in range(len(foot)):
         found[index] = metre_at(table, foot[index, 0], foot[index, 1])
     return found
@@ -110,17 +117,24 @@ def _metres(table: Floats, foot: Floats) -> Floats:
 def foot_below(table: Floats, box: Floats) -> tuple[float, float]:
     """Return the foot point, px, of a box, (4,), in compiled functions."""
     left, top, width, height = box
-    x, y = left + width / 2, top + height
-    return x - metre_at(table, x, y)[2] * height / 2, y
+    middle, bottom = left + width / 2, top + height
+    x, y = middle, top + height / 2
+    if metre_at(table, middle, bottom)[3] == 0.0 and metre_at(table, x, y)[3] == 0.0:
+        return middle - metre_at(table, middle, bottom)[2] * height / 2, bottom
+    for _ in range(ROUNDS):
+        metre = metre_at(table, x, y)
+        x += STEP * (middle - metre[2] * height / 2 - x)
+        y += STEP * (bottom - metre[3] * height - y)
+    return x, y
 
 
 @inner
 def box_at(table: Floats, foot: Floats, extent: Floats, box: Floats) -> None:
     """Write the box, (4,), of a size, (2,) m, at a foot point, (2,) px."""
-    across, upright, lean = metre_at(table, foot[0], foot[1])
+    across, upright, lean, below = metre_at(table, foot[0], foot[1])
     width, height = extent[0] * across, extent[1] * upright
     box[0] = foot[0] - width / 2 + lean * height / 2
-    box[1] = foot[1] - height
+    box[1] = foot[1] - height + below * height
     box[2], box[3] = width, height
 
 

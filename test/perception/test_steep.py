@@ -1,4 +1,4 @@
-"""Somebody walks before a camera 5 m above the ground that looks down steeply."""
+"""People walk below cameras that look down steeply."""
 
 import cv2
 import numpy as np
@@ -6,21 +6,22 @@ import pytest
 
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.perception import CameraConfig, CameraPipeline
+from mctrack_ros.perception.from_above import TALL_M
 from mctrack_ros.perception.sizes import SizeTable
 
-SIZE, FOCAL_PX, EYE = (320, 240), 200.0, np.array([0.0, 0.0, 5.0])
+SIZE = (320, 240)
 PERIOD_NS = 40_000_000
-EMPTY_PICTURES, WALK = 30, 100
+EMPTY_PICTURES, SETTLING_PICTURES, WALK = 30, 10, 100
 
 
-def projection(degrees):
-    """Return the (3, 4) projection of the camera that looks so far below the horizon."""
+def projection(degrees, height_m=5.0, focal_px=200.0):
+    """Return the (3, 4) projection of a camera so high that looks so far below the horizon."""
     down = np.radians(degrees)
     forward = np.array([0.0, np.cos(down), -np.sin(down)])
     right = np.array([1.0, 0.0, 0.0])
     rotation = np.stack([right, np.cross(forward, right), forward])
-    intrinsics = np.array([[FOCAL_PX, 0, SIZE[0] / 2], [0, FOCAL_PX, SIZE[1] / 2], [0, 0, 1]])
-    return intrinsics @ np.column_stack([rotation, -rotation @ EYE])
+    intrinsics = np.array([[focal_px, 0, SIZE[0] / 2], [0, focal_px, SIZE[1] / 2], [0, 0, 1]])
+    return intrinsics @ np.column_stack([rotation, -rotation @ [0.0, 0.0, height_m]])
 
 
 def picture(matrix, places, rng):
@@ -35,28 +36,69 @@ def picture(matrix, places, rng):
     return np.clip(image + rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
 
 
+def track(matrix, paths, seed):
+    """Return what is detected of those who walk along paths, (pictures, 2) each, m."""
+    pipeline = CameraPipeline(CameraConfig(), ProjectiveMapping(matrix, SIZE))
+    rng, told = np.random.default_rng(seed), []
+    for index in range(-EMPTY_PICTURES, len(paths[0])):
+        image = picture(matrix, [path[index] for path in paths] if index >= 0 else [], rng)
+        stamp_ns = (index + EMPTY_PICTURES + 1) * PERIOD_NS
+        told.append(pipeline.step(image, stamp_ns, None).detections)
+    return told[EMPTY_PICTURES + SETTLING_PICTURES :]
+
+
+def assert_followed(told, paths, off_m):
+    """Check that everybody has one detection and one id, and is no farther off than that."""
+    ids = set()
+    for index, rows in enumerate(told):
+        assert len(rows) == len(paths)
+        for path in paths:
+            off = np.linalg.norm(rows.position[:, :2] - path[SETTLING_PICTURES + index], axis=1)
+            assert off.min() < off_m
+        ids |= set(rows.local_id.tolist())
+    assert len(ids) == len(paths)
+
+
 @pytest.mark.parametrize('degrees', [30, 45, 60])
 def test_one_person_is_one_however_steep_the_camera_looks(degrees):
-    matrix, rng = projection(degrees), np.random.default_rng(degrees)
-    pipeline = CameraPipeline(CameraConfig(), ProjectiveMapping(matrix, SIZE))
-    middle, told = 5.0 / np.tan(np.radians(degrees)), []
-    for index in range(EMPTY_PICTURES + WALK):
-        since = index - EMPTY_PICTURES
-        place = np.array([-1.5 + 3.0 * since / WALK, middle + 0.5 * np.sin(since / 15)])
-        image = picture(matrix, [place] if since >= 0 else [], rng)
-        result = pipeline.step(image, (index + 1) * PERIOD_NS, None)
-        if since >= 10:
-            told.append(result.detections)
-            assert len(told[-1]) == 1
-            assert np.linalg.norm(told[-1].position[0, :2] - place) < 0.4
-    assert len(np.unique(np.concatenate([rows.local_id for rows in told]))) == 1
+    since, middle = np.arange(WALK), 5.0 / np.tan(np.radians(degrees))
+    path = np.column_stack([-1.5 + 3.0 * since / WALK, middle + 0.5 * np.sin(since / 15)])
+    assert_followed(track(projection(degrees), [path], degrees), [path], 0.4)
+
+
+@pytest.mark.parametrize(
+    ('degrees', 'height_m', 'focal_px'), [(75, 5.0, 200.0), (90, 5.0, 200.0), (90, 3.5, 130.0)]
+)
+def test_from_the_ceiling_people_stand_below_their_heads(degrees, height_m, focal_px):
+    along, middle = np.linspace(-1.8, 1.8, 2 * WALK), height_m / np.tan(np.radians(degrees))
+    paths = [
+        np.column_stack([along, np.full(2 * WALK, middle + 0.8)]),
+        np.column_stack([-along, np.full(2 * WALK, middle - 0.8)]),
+    ]
+    assert_followed(track(projection(degrees, height_m, focal_px), paths, degrees), paths, 0.25)
+
+
+def test_a_box_seen_from_above_stands_where_it_was_put():
+    mapping = ProjectiveMapping(projection(90.0, 3.5, 130.0), SIZE)
+    sizes, place = (
+        SizeTable(mapping),
+        np.array([[0.1, 0.1], [1.0, -0.8], [-1.2, 0.9], [0.0, -1.0]]),
+    )
+    foot, person = mapping.image_from_ground(place), np.array([[0.5, TALL_M]])
+    box = sizes.box_of(foot, person)
+    np.testing.assert_allclose(sizes.foot_of(box), foot, atol=2.5)  # cells of the table: 4 px
+    heads = mapping.image_from_ground(place, TALL_M)
+    for inside in (foot, heads):
+        assert (inside >= box[:, :2] - 4).all()
+        assert (inside <= box[:, :2] + box[:, 2:] + 4).all()
 
 
 def test_a_body_straight_below_is_as_large_as_it_is_thick():
     sizes = SizeTable(ProjectiveMapping(projection(90.0), SIZE))
-    across, upright, _ = sizes.table.reshape(-1, 3).T
     assert np.isfinite(sizes.table).all()
-    assert (upright > 0.25 * across).all()
+    across, upright, _, below = sizes.table[SIZE[1] // 8, SIZE[0] // 8]
+    assert upright * TALL_M == pytest.approx(across * 0.5, rel=0.1)
+    assert below == pytest.approx(0.5, abs=0.05)
 
 
 def test_as_long_as_a_camera_looks_far_only_upright_metres_count():

@@ -178,7 +178,7 @@ def _united(one: Floats, other: Floats) -> NDArray[np.float64]:
 def _gap(one: Floats, other: Floats, claimed: bool, sizes: Floats, limits: Floats) -> float:
     """Return the gap, m, between two boxes that may be one body; else infinity."""
     both = _united(one, other)
-    across, upright, _ = metre_at(sizes, both[0] + both[2] / 2, both[1] + both[3])
+    across, upright, _, _ = metre_at(sizes, both[0] + both[2] / 2, both[1] + both[3])
     if not (across > 0.0 and upright > 0.0):
         return np.inf
     width, height = both[2] / across, both[3] / upright
