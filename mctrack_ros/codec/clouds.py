@@ -134,7 +134,7 @@ def fields_of_cloud(message: Any) -> dict[str, NDArray[Any]]:
     Raises
     ------
     CodecError
-        If sizes disagree or a field's type is not known.
+        If sizes disagree or are too large, a field's type is not known, or it occurs twice.
 
     """
     formats = []
@@ -143,7 +143,11 @@ def fields_of_cloud(message: Any) -> dict[str, NDArray[Any]]:
             raise CodecError(f'field {field.name!r} has the unknown datatype {field.datatype}')
         element, count = '<' + _NUMPY_TYPES[int(field.datatype)], int(field.count)
         formats.append((str(field.name), element, (count,) if count > 1 else ()))
-    packed = _packed_array(message, np.dtype(formats), 'rows')
+    try:
+        expected = np.dtype(formats)
+    except ValueError as error:
+        raise CodecError(f'a cloud has fields that cannot be: {error}') from error
+    packed = _packed_array(message, expected, 'rows')
     return {name: np.ascontiguousarray(packed[name]) for name, _, _ in formats}
 
 
@@ -178,15 +182,13 @@ def _packed_array(
             f'a cloud of {rows} {name} holds {data.size} bytes, '
             f'expected {rows * message.point_step}'
         )
-    dtype = np.dtype(
-        {
-            'names': names,
-            'formats': [expected[field_name] for field_name in names],
-            'offsets': offsets,
-            'itemsize': int(message.point_step),
-        }
+    formats = [expected[field_name] for field_name in names]
+    if not rows:
+        return np.zeros(0, list(zip(names, formats)))
+    step = int(message.point_step)
+    return data.view(
+        np.dtype({'names': names, 'formats': formats, 'offsets': offsets, 'itemsize': step})
     )
-    return data.view(dtype) if rows else np.zeros(0, dtype)
 
 
 def _check_finite(name: str, column: Column, values: NDArray[Any], dense: bool) -> None:

@@ -9,6 +9,7 @@ from strategies import ROW_TYPES, rows
 from mctrack_ros.codec import (
     CodecError,
     cloud_from_rows,
+    fields_of_cloud,
     rows_from_cloud,
 )
 from mctrack_ros.interfaces import Detections, Events, Ticks, Tracks
@@ -137,6 +138,19 @@ def test_numbers_that_must_be_finite_are(value):
     row = Detections.build(1, position=[[0, 0, 0]], score=[value])
     with pytest.raises(CodecError, match='score of row 0 is not finite'):
         rows_from_cloud(cloud_from_rows(row, ROSBAGS_CLASSES, 'map'), Detections)
+
+
+def test_an_empty_cloud_of_huge_points_is_empty():
+    message = broken(width=0, data=np.zeros(0, np.uint8), point_step=2**32 - 1)
+    assert len(rows_from_cloud(message, Detections)) == 0
+
+
+@pytest.mark.parametrize(
+    'fields', [[*fields_with('box'), *fields_with('box')], fields_with('box', count=2**32 - 1)]
+)
+def test_fields_that_cannot_be_are_refused(fields):
+    with pytest.raises(CodecError, match='fields that cannot be'):
+        fields_of_cloud(broken(fields=fields))
 
 
 def test_a_dense_cloud_with_an_unknown_position_is_refused():
