@@ -19,15 +19,11 @@ from mctrack_ros.compiled import (
     inlined,
     inner,
 )
-from mctrack_ros.interfaces import Detections
+from mctrack_ros.interfaces import LARGEST_DISTANCE, LARGEST_VARIANCE, Detections
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-LARGEST_VARIANCE = 1e6
-"""A detection less certain than this says nothing, m²."""
-LARGEST_DISTANCE = 1e6
-"""Nobody is farther than this from the origin, m."""
 NO_PICTURE = [Detections.build(0)]
 NOBODY, NOWHERE = np.empty(0, np.uint32), np.empty(0, np.int64)
 MOST_DETECTIONS = 1000

@@ -19,7 +19,7 @@ from mctrack_ros.fusion.looks import Looks
 from mctrack_ros.fusion.motion import Motion
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.fusion.table import TRACKS, TrackTable
-from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.interfaces import LARGEST_EXTENT, ClassCode
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -32,8 +32,6 @@ MOST_AT_ONCE = 0.5
 """Share of a track's size and colours that one detection is at most."""
 EXTENT_NS = 8e9
 """Time constant of its size, ns."""
-LARGEST_M = 100.0
-"""Nobody is larger than this, m."""
 CLASS_S, MOST_CLASS_S = 1.0, 3.0
 """For so long one detection tells a class at most, and for so long a class leads at most, s."""
 PERSON, OTHERS_WEIGH = int(ClassCode.PERSON), 2.0
@@ -141,7 +139,7 @@ def _note(
         share = min(since_ns / EXTENT_NS, MOST_AT_ONCE)
         for axis in range(2):
             size = told_extent[column, axis]
-            if 0.0 < size < LARGEST_M:
+            if 0.0 < size < LARGEST_EXTENT:
                 known = extent[row, axis]
                 extent[row, axis] = known + share * (size - known) if known > 0.0 else size
         track['seen_ns'] = max(track['seen_ns'], stamp_ns)

@@ -17,11 +17,21 @@ from mctrack_ros.interfaces.detections import Detections
 from mctrack_ros.interfaces.events import NO_CAMERA, Events
 from mctrack_ros.interfaces.explanation import Candidates, Decisions, Explanation
 from mctrack_ros.interfaces.feedback import Feedback
+from mctrack_ros.interfaces.limits import (
+    LARGEST_DISTANCE,
+    LARGEST_EXTENT,
+    LARGEST_SPEED,
+    LARGEST_VARIANCE,
+)
 from mctrack_ros.interfaces.rows import Column, Rows
 from mctrack_ros.interfaces.ticks import CameraDetections, Tick, Ticks
 from mctrack_ros.interfaces.tracks import Tracks
 
 __all__ = [
+    'LARGEST_DISTANCE',
+    'LARGEST_EXTENT',
+    'LARGEST_SPEED',
+    'LARGEST_VARIANCE',
     'MAX_CAMERAS',
     'MEMBERS',
     'NO_CAMERA',

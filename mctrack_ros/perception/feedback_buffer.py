@@ -40,14 +40,20 @@ class FeedbackBuffer:
         self._untold: dict[int, dict[int, int]] = {}
         self._first_stamp_ns: int | None = None
 
-    def push(self, feedback: Feedback) -> None:
-        """Store feedback under the tick it was made from; the oldest makes room."""
+    def push(self, feedback: Feedback) -> int:
+        """
+        Store feedback under the tick it was made from; the oldest makes room.
+
+        Returns how many of its rows are left out, because no target can be so.
+        """
+        given, feedback = len(feedback), feedback.select(feedback.sound())
         tick = feedback.stamp_ns // self._period_ns
         self._by_tick[tick], self._untold[tick] = feedback, feedback.corrections()
         while len(self._by_tick) > KEPT_TICKS:
             oldest = next(iter(self._by_tick))
             del self._by_tick[oldest]
             self._untold.pop(oldest, None)
+        return given - len(feedback)
 
     def select(self, stamp_ns: int) -> tuple[Feedback | None, bool]:
         """

@@ -49,11 +49,14 @@ def seen_from_above(mapping: GroundMapping, position: Floats) -> tuple[Floats, F
     low, high = outline.min(axis=1), outline.max(axis=1)
     foot = mapping.image_from_ground(position)
     width, height = (high - low).T
-    lean = (low[:, 0] + high[:, 0] - 2.0 * foot[:, 0]) / height
-    below = (high[:, 1] - foot[:, 1]) / height
+    with np.errstate(invalid='ignore', divide='ignore'):  # where nothing can be seen
+        lean = (low[:, 0] + high[:, 0] - 2.0 * foot[:, 0]) / height
+        below = (high[:, 1] - foot[:, 1]) / height
+        growth = _widest(heads) / _widest(feet)
     metre = np.column_stack([width / THICK_M, height / TALL_M, lean, below])
-    share = np.fmax(_between(BELOW, below), _between(GROWTH, _widest(heads) / _widest(feet)))
-    return metre, np.nan_to_num(share)
+    share = np.fmax(_between(BELOW, below), _between(GROWTH, growth))
+    share[~np.isfinite(metre).all(axis=1)] = 0.0
+    return metre, share
 
 
 def _widest(rim: Floats) -> Floats:

@@ -92,7 +92,7 @@ def learn_identities(
     if not usable.any():
         return
     cost = _costs(tracks.covariance[seeking], feedback.covariance[offered], difference, seconds)
-    usable &= cost <= config.learn_gate
+    usable &= (cost >= 0.0) & (cost <= config.learn_gate)
     row, column = linear_sum_assignment(np.where(usable, cost, TOO_FAR))
     fits = usable[row, column]
     tracks.track_id[seeking[row[fits]]] = known_id[offered[column[fits]]]

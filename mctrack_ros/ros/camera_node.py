@@ -125,9 +125,12 @@ class CameraNode(GraphNode):
     def on_feedback(self, message: PointCloud2) -> None:
         """Keep what the fusion node believes."""
         try:
-            self.feedback.push(rows_from_cloud(message, Feedback))
+            left_out = self.feedback.push(rows_from_cloud(message, Feedback))
         except ValueError as error:
             self.refuse(f'feedback refused: {error}')
+            return
+        if left_out:
+            self.refuse(f'rows of feedback refused: no target can be as {left_out} of them say')
 
     def on_image(self, message: Any) -> None:
         """Take one picture through the pipeline."""

@@ -7,8 +7,12 @@ from mctrack_ros.perception import FeedbackBuffer
 PERIOD, DELAY = 40, 80
 
 
-def feedback(stamp_ns):
-    return Feedback.build(stamp_ns)
+def feedback(stamp_ns, **columns):
+    """Return feedback of targets that are somewhere, as surely as any."""
+    known = np.tile(np.eye(4), (len(columns.get('track_id', ())), 1, 1))
+    if len(known):
+        columns = {'position': np.zeros((len(known), 3)), 'covariance': known} | columns
+    return Feedback.build(stamp_ns, **columns)
 
 
 def test_picture_gets_the_feedback_of_the_tick_before_the_delay():
@@ -57,7 +61,7 @@ def test_bad_times_are_refused(period, delay):
 
 def test_corrections_are_told_once_to_a_fast_camera():
     buffer = FeedbackBuffer(PERIOD, DELAY)
-    buffer.push(Feedback.build(60, position=[[0, 0, 0]], track_id=[2], previous_id=[7]))
+    buffer.push(feedback(60, track_id=[2], previous_id=[7]))
     first, again = (buffer.select(stamp)[0] for stamp in (125, 145))
     assert first.corrections() == {7: 2}
     assert again.corrections() == {}
@@ -67,12 +71,8 @@ def test_corrections_are_told_once_to_a_fast_camera():
 def correction(stamp_ns, changes):
     """Return feedback of targets 2, 3 and 4 in which ids changed, old to new."""
     previous = {new: old for old, new in changes.items()}
-    return Feedback.build(
-        stamp_ns,
-        position=np.zeros((3, 3)),
-        track_id=[2, 3, 4],
-        previous_id=[previous.get(track_id, 0) for track_id in (2, 3, 4)],
-    )
+    before = [previous.get(track_id, 0) for track_id in (2, 3, 4)]
+    return feedback(stamp_ns, track_id=[2, 3, 4], previous_id=before)
 
 
 @pytest.mark.parametrize(
@@ -103,3 +103,11 @@ def test_corrections_of_feedback_that_came_too_late_are_told_next_time():
     buffer.push(correction(20, {7: 2}))
     buffer.push(correction(100, {}))
     assert buffer.select(100 + DELAY)[0].corrections() == {7: 2}
+
+
+def test_rows_that_no_target_can_be_are_left_out():
+    buffer = FeedbackBuffer(PERIOD, DELAY)
+    position = [[1.0, 2.0, 0.0], [3e38, 0.0, 0.0], [5.0, 6.0, 0.0]]
+    assert buffer.push(feedback(60, position=position, track_id=[1, 2, 3])) == 1
+    found, _ = buffer.select(140)
+    assert found.track_id.tolist() == [1, 3]

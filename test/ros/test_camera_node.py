@@ -181,6 +181,9 @@ def test_broken_feedback_is_refused(bench, camera):
     feedback = bench.publisher(PointCloud2, '/feedback')
     feedback.publish(cloud_from_rows(Detections.build(START_NS), RCLPY_CLASSES, 'map'))
     bench.until(lambda: bench.nodes[0].health.totals.get('refused') == 1)
+    nowhere = Feedback.build(START_NS, position=[[3e38, 0, 0]], track_id=[1])
+    feedback.publish(cloud_from_rows(nowhere, RCLPY_CLASSES, 'map'))
+    bench.until(lambda: bench.nodes[0].health.totals.get('refused') == 2)
     camera.show([0])
 
 

@@ -1,0 +1,10 @@
+"""What a target is at most: what says more is not believed."""
+
+LARGEST_DISTANCE = 1e6
+"""Nobody is farther than this from the origin, m."""
+LARGEST_VARIANCE = 1e6
+"""Who is less certain than this is not known at all, m² and m²/s²."""
+LARGEST_SPEED = 1e3
+"""Nobody is faster, m/s."""
+LARGEST_EXTENT = 100.0
+"""Nobody is larger, m."""
