@@ -18,8 +18,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 COUNTED_PX = 2  # of so many rows and columns one counts for a template
-FAR_OFF = 0.8  # of what a metre at the feet is; where it is less in a row, that is far off
-MOST = 0.9  # of the width there, instead
 RARE = 0.01  # likelihood of a colour that was not seen before
 
 
@@ -82,7 +80,7 @@ def canvas_of(
     for row in range(rows):
         upright = metre_at(sizes, middle, top + (row + 1) * step)[1]
         metre[row] = upright / step if upright > 0 else 0.0
-    across = _width_in(box, sizes, expected, top + (rows // 2 + 1) * step) / step
+    across = metre_at(sizes, middle, top + (rows // 2 + 1) * step)[0] / step
     body = max(1, round(across * width_m))
     above = math.ceil(metre.max() * (TALLEST + 0.05) * height_m)
     side = body // 2
@@ -103,22 +101,6 @@ def canvas_of(
             colour[row, column] /= count[row, column]
     part = np.array([first_x, first_y, last_x, last_y])
     return Canvas(foreground, colour, metre, above, body, left, top, step, part)
-
-
-@inner
-def _width_in(box: Floats, sizes: Floats, expected: float, half_way: float) -> float:
-    """
-    Return the pixels across a metre at a blob's feet, by a row half way up.
-
-    Of a camera up on a mast that is where they are seen, about. Of a low one the ground in that
-    row is far off, if not above the horizon: there most of the width in the middle of the rows of
-    feet counts, those of the lowest and the highest person in it.
-    """
-    left, top, width, height = box
-    middle, feet = left + width / 2, top + height - max(height - expected, 0.0) / 2
-    across = metre_at(sizes, middle, feet)[0]
-    there = metre_at(sizes, middle, half_way)[0]
-    return float(there if there >= FAR_OFF * across else MOST * across)
 
 
 @inner

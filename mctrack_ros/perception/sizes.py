@@ -18,7 +18,7 @@ THICKNESS = 0.29
 from above."""
 ALLOWED = 0.25
 """By so much, as a share, it may look taller before that counts: so much bodies differ."""
-ROUNDS, STEP = 8, 0.45
+ROUNDS, OF_THE_WAY = 8, 0.45
 """Foot points seen from above are found in so many steps, each so far to where the last one leads:
 where the body looks twice as long as it is away, whole steps would lead to and fro."""
 
@@ -123,8 +123,8 @@ def foot_below(table: Floats, box: Floats) -> tuple[float, float]:
         return middle - metre_at(table, middle, bottom)[2] * height / 2, bottom
     for _ in range(ROUNDS):
         metre = metre_at(table, x, y)
-        x += STEP * (middle - metre[2] * height / 2 - x)
-        y += STEP * (bottom - metre[3] * height - y)
+        x += OF_THE_WAY * (middle - metre[2] * height / 2 - x)
+        y += OF_THE_WAY * (bottom - metre[3] * height - y)
     return x, y
 
 
