@@ -9,16 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces.codes import TEMPLATE_SIZE
-from mctrack_ros.interfaces.limits import (
-    LARGEST_DISTANCE,
-    LARGEST_EXTENT,
-    LARGEST_SPEED,
-    LARGEST_VARIANCE,
-)
 from mctrack_ros.interfaces.rows import POSITION, Column, Rows
-
-FULL = 1.001
-"""A bin of a template, which is a share, is no more, but for rounding."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -80,28 +71,6 @@ class Feedback(Rows):
         seconds = (stamp_ns - self.stamp_ns) * 1e-9
         expected = self.position[:, :2] + self.velocity * seconds
         return np.ascontiguousarray(expected, np.float64)
-
-    def sound(self) -> NDArray[np.bool_]:
-        """
-        Tell which rows, (n,), can be targets: places, speeds, sizes and colours that are possible.
-
-        Positions and velocities are bounded, no two components of the state are correlated by 1
-        or more, sizes are above 0 where they are known, bins of templates from 0 to 1.
-        """
-        diagonal = np.diagonal(self.covariance, axis1=1, axis2=2).astype(np.float64)
-        one, other = np.triu_indices(4, 1)
-        mixed = self.covariance[:, one, other].astype(np.float64)
-        known = np.isfinite(self.extent)
-        fits = (self.extent > 0.0) & (self.extent < LARGEST_EXTENT)
-        within = [
-            np.abs(self.position[:, :2]) < LARGEST_DISTANCE,
-            np.abs(self.velocity) < LARGEST_SPEED,
-            (diagonal > 0.0) & (diagonal < LARGEST_VARIANCE),
-            mixed**2 < diagonal[:, one] * diagonal[:, other],
-            fits | ~known,
-            (self.template >= 0.0) & (self.template <= FULL),
-        ]
-        return np.asarray(np.logical_and.reduce([each.all(axis=1) for each in within]))
 
     def corrections(self) -> dict[int, int]:
         """Return the ids that changed in this tick, old to new."""

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from mctrack_ros.interfaces import Feedback
+from mctrack_ros.perception.sound_feedback import is_sound
 
 KEPT_TICKS = 64
 
@@ -46,7 +47,7 @@ class FeedbackBuffer:
 
         Returns how many of its rows are left out, because no target can be so.
         """
-        given, feedback = len(feedback), feedback.select(feedback.sound())
+        given, feedback = len(feedback), feedback.select(is_sound(feedback))
         tick = feedback.stamp_ns // self._period_ns
         self._by_tick[tick], self._untold[tick] = feedback, feedback.corrections()
         while len(self._by_tick) > KEPT_TICKS:

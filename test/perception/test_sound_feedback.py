@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import Feedback
+from mctrack_ros.perception.sound_feedback import is_sound
 
 TARGET = {
     'position': [[1.0, 2.0, 0.0]],
@@ -16,10 +17,10 @@ CROSSED[0, 2] = CROSSED[2, 0] = 3.0
 
 
 def test_what_can_be_a_target_is_sound():
-    assert Feedback.build(0, **TARGET).sound().tolist() == [True]
+    assert is_sound(Feedback.build(0, **TARGET)).tolist() == [True]
     unknown = TARGET | {'extent': [[np.nan, np.nan]], 'template': [np.zeros(48)]}
-    assert Feedback.build(0, **unknown).sound().tolist() == [True]
-    assert Feedback.build(0).sound().tolist() == []
+    assert is_sound(Feedback.build(0, **unknown)).tolist() == [True]
+    assert is_sound(Feedback.build(0)).tolist() == []
 
 
 @pytest.mark.parametrize(
@@ -39,4 +40,4 @@ def test_what_can_be_a_target_is_sound():
     ],
 )
 def test_what_cannot_is_not(column, value):
-    assert Feedback.build(0, **(TARGET | {column: [value]})).sound().tolist() == [False]
+    assert is_sound(Feedback.build(0, **(TARGET | {column: [value]}))).tolist() == [False]
