@@ -6,13 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import (
-    BOOLS_2D,
-    COLUMN_2D,
-    COLUMN_FLAGS,
-    compiled,
-    inner,
-)
+from mctrack_ros.compiled import BOOLS_2D, COLUMN_2D, COLUMN_FLAGS, compiled, inner
 from mctrack_ros.fusion.neighbours import cell_slot
 
 Floats = NDArray[np.float64]
@@ -21,6 +15,8 @@ SLOTS = 1 << 14
 """Cells that can be told apart; places far from each other may share one."""
 LEVELS = 2
 """Fine cells, and the coarse ones that they lie in."""
+SEEN, WATCHED = range(2)
+"""Which of the seconds of a cell are which."""
 COARSENESS = 4
 """Edge of a coarse cell, fine cells."""
 LARGEST_PROBABILITY = 0.95
@@ -101,7 +97,7 @@ def expect(position: Floats, known: Floats, cell: float, probability: Floats) ->
     """
     for level in range(LEVELS - 1, -1, -1):
         slot = _slot(position, cell * COARSENESS**level)
-        seen, watched = known[level, slot, 0], known[level, slot, 1]
+        seen, watched = known[level, slot, SEEN], known[level, slot, WATCHED]
         for camera in range(len(probability)):
             hits = seen[camera] + PRIOR_SECONDS * probability[camera]
             probability[camera] = hits / (watched[camera] + PRIOR_SECONDS)
@@ -161,7 +157,7 @@ def learn(
     for row in range(len(sure)):
         for level in range(LEVELS if sure[row] else 0):
             slot = _slot(position[row], cell * COARSENESS**level)
-            seen, watched = known[level, slot, 0], known[level, slot, 1]
+            seen, watched = known[level, slot, SEEN], known[level, slot, WATCHED]
             for camera in range(len(seen)):
                 if is_watched[row, camera]:
                     total = watched[camera] + seconds

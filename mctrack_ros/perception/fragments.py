@@ -97,7 +97,7 @@ def joined(box: Floats, sizes: Floats, joining: Joining) -> Floats:
     ----------
     box : (n, 4) array
         Left, top, width, height, px.
-    sizes : (r, c, 3) array
+    sizes : (r, c, 4) array
         The camera's `SizeTable.table`.
     joining : Joining
         Parameters.

@@ -130,7 +130,7 @@ class HiddenFeet:
             The persons; boxes and shares that are visible are changed in place.
         blob_box, whole : (m, 4) and (m,) bool arrays
             Of the blobs: boxes, px, and which are neither cut off by the edge nor vehicles.
-        sizes : (r, c, 3) array
+        sizes : (r, c, 4) array
             The camera's `SizeTable.table`.
         predicted : (t, 4) array
             Boxes of the tracks, px.

@@ -63,7 +63,7 @@ def learn(
         Which blobs touch the picture's edge: they tell no size.
     stamp_ns : int
         Time of the picture, ns.
-    sizes : (r, c, 3) array
+    sizes : (r, c, 4) array
         The camera's `SizeTable.table`.
     pace : Pace
         What is learned of whom, and how fast.

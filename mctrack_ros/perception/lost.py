@@ -34,7 +34,7 @@ def lost_tracks(
     ----------
     foot : (n, 2) array
         Where they are expected, px.
-    sizes : (r, c, 3) array
+    sizes : (r, c, 4) array
         The camera's `SizeTable.table`.
     width, height : float
         Of the picture, px.

@@ -184,7 +184,7 @@ def footed(
     ----------
     seen : Observations
         The persons.
-    sizes : (r, c, 3) array
+    sizes : (r, c, 4) array
         The camera's `SizeTable.table`.
     truncated, expected, blob_box : (n,) bool, (n, 2) and (n, 4) arrays
         Of the blobs: which touch the edge, the size of a person there and their boxes, px.

@@ -171,7 +171,7 @@ def place(
         The blobs, px.
     scale : float
         Pixels of the picture to one of the mask.
-    sizes : (r, c, 3) array
+    sizes : (r, c, 4) array
         The camera's `SizeTable.table`.
     members : Members
         Who is known to be in them.

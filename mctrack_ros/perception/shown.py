@@ -90,7 +90,7 @@ def shown_persons(
         The persons, every one with a track.
     blob_area, truncated : (m,) arrays
         Foreground of the blobs, px², and which touch the picture's edge.
-    sizes : (r, c, 3) array
+    sizes : (r, c, 4) array
         The camera's `SizeTable.table`: who is alone in a whole blob is as large as that.
     first_ns, local_id, track_id, template : (t, ...) arrays
         Of the tracks: when they began, ns, their ids and colours.

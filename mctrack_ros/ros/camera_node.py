@@ -130,7 +130,7 @@ class CameraNode(GraphNode):
             self.refuse(f'feedback refused: {error}')
             return
         if left_out:
-            self.refuse(f'rows of feedback refused: no target can be as {left_out} of them say')
+            self.refuse(f'{left_out} rows of feedback refused: no target can be so')
 
     def on_image(self, message: Any) -> None:
         """Take one picture through the pipeline."""
