@@ -4,7 +4,12 @@ import pytest
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.experiments.datasets.boxes import BodyModel, boxes_to_detections
 from mctrack_ros.experiments.datasets.cmc import AREA, load_cmc
-from mctrack_ros.experiments.datasets.stored import feet_to_detections
+from mctrack_ros.experiments.datasets.stored import (
+    StoredScene,
+    disturbed,
+    feet_to_detections,
+    inside,
+)
 from mctrack_ros.experiments.datasets.wildtrack import load_wildtrack, load_wildtrack_boxes
 from mctrack_ros.experiments.real_data import (
     by_passage,
@@ -13,6 +18,7 @@ from mctrack_ros.experiments.real_data import (
     reproduce_pets_multiview,
 )
 from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.interfaces import Detections
 
 IMAGE_FROM_WORLD = np.array([[800.0, 0, 320], [0, 800.0, 240], [0, 0, 1]]) @ np.array(
     [[1.0, 0, 0, 0], [0, -0.5, -np.sqrt(0.75), 2.0], [0, np.sqrt(0.75), -0.5, 6.0]]
@@ -77,6 +83,23 @@ def test_who_is_away_for_longer_than_allowed_comes_back_as_somebody_new():
     assert passage[3] == passage[4] not in passage[:3]
 
 
+def test_what_lies_on_an_area_s_edge_is_inside():
+    position = np.array([[1.0, -2.0], [3.0, 5.0], [0.9, 0.0], [2.0, 5.1]])
+    assert inside(position, ((1.0, 3.0), (-2.0, 5.0))).tolist() == [True, True, False, False]
+
+
+def test_a_scene_is_disturbed_by_its_seed_and_by_no_more_than_asked():
+    rows = Detections.build(7, position=np.zeros((500, 3)), score=np.ones(500))
+    nobody = Trajectories(np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)))
+    scene = StoredScene(np.arange(1), 4.0, {'east': [rows]}, nobody)
+    one, same, other = (disturbed(scene, 0.02, seed).detections['east'][0] for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one.position, same.position)
+    assert (one.position[:, :2] != other.position[:, :2]).all()
+    assert one.position[:, :2].std() == pytest.approx(0.02, rel=0.1)
+    assert (one.position[:, 2] == 0).all()
+    assert (rows.position == 0).all()
+
+
 @pytest.mark.real_data
 def test_lab6p_four_cameras_beat_any_one(data_root):
     figures = reproduce_lab6p(data_root).figures
@@ -90,6 +113,8 @@ def test_cmc_is_tracked(data_root):
     assert figures['cmc1.mota'] >= 0.98
     assert figures['cmc2.moda'] >= 0.94
     assert figures['cmc2.mota'] >= 0.9
+    assert figures['cmc2.disturbed.mota'] >= 0.9
+    assert figures['cmc2.disturbed.mota_deviation'] < 0.03
 
 
 @pytest.mark.real_data
@@ -105,9 +130,7 @@ def test_pets_six_views_are_tracked(data_root):
 def test_detections_outside_the_room_are_dropped(data_root):
     scene = load_cmc(data_root / 'cmc_4cam', 1, BodyModel())
     positions = np.concatenate([one.position for one in scene.detections['cam4']])
-    (left, right), (low, high) = AREA
-    assert ((positions[:, 0] >= left) & (positions[:, 0] <= right)).all()
-    assert ((positions[:, 1] >= low) & (positions[:, 1] <= high)).all()
+    assert inside(positions.astype(float), AREA).all()
 
 
 @pytest.mark.real_data

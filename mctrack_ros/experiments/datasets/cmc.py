@@ -9,7 +9,7 @@ import numpy as np
 
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.experiments.datasets.boxes import BodyModel, boxes_to_detections
-from mctrack_ros.experiments.datasets.stored import StoredScene, stamp_of
+from mctrack_ros.experiments.datasets.stored import StoredScene, cut_to, stamp_of
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import Detections
 
@@ -53,12 +53,8 @@ def load_cmc(folder: Path, sequence: int, body: BodyModel) -> StoredScene:
 def _picture(
     boxes: np.ndarray, mapping: ProjectiveMapping, index: int, body: BodyModel
 ) -> Detections:
-    detections = boxes_to_detections(
-        boxes, np.ones(len(boxes)), mapping, stamp_of(index, RATE), body
-    )
-    x, y = detections.position[:, 0], detections.position[:, 1]
-    (left, right), (low, high) = AREA
-    return detections.select((x >= left) & (x <= right) & (y >= low) & (y <= high))
+    stamp_ns = stamp_of(index, RATE)
+    return cut_to(boxes_to_detections(boxes, np.ones(len(boxes)), mapping, stamp_ns, body), AREA)
 
 
 def _matrix(path: Path) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,8 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import ClassCode, Detections
 
 Floats = NDArray[np.float64]
+Area = tuple[tuple[float, float], tuple[float, float]]
+"""The least and the largest x, and the same of y, m."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -41,6 +43,44 @@ class StoredScene:
     def cameras(self) -> tuple[str, ...]:
         """Names of the cameras."""
         return tuple(self.detections)
+
+
+def inside(position: Floats, area: Area) -> NDArray[np.bool_]:
+    """Tell which ground positions, (n, 2) m, lie in an area."""
+    (left, right), (low, high) = area
+    x, y = position[:, 0], position[:, 1]
+    within: NDArray[np.bool_] = (x >= left) & (x <= right) & (y >= low) & (y <= high)
+    return within
+
+
+def cut_to(detections: Detections, area: Area) -> Detections:
+    """Return the detections that lie in an area."""
+    return detections.select(inside(detections.position[:, :2].astype(np.float64), area))
+
+
+def disturbed(scene: StoredScene, sigma: float, seed: int) -> StoredScene:
+    """
+    Move every detection a little, at random: how a tracker does then tells luck from skill.
+
+    Parameters
+    ----------
+    scene : StoredScene
+        As it is.
+    sigma : float
+        Standard deviation along each axis, m.
+    seed : int
+        Of the random numbers.
+
+    """
+    random = np.random.default_rng(seed)
+
+    def moved(detections: Detections) -> Detections:
+        position = detections.position.copy()
+        position[:, :2] += random.normal(0.0, sigma, (len(position), 2))
+        return replace(detections, position=position)
+
+    moved_all = {camera: [moved(one) for one in rows] for camera, rows in scene.detections.items()}
+    return replace(scene, detections=moved_all)
 
 
 def stamp_of(index: int, rate: float) -> int:

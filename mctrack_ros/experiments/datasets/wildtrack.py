@@ -16,11 +16,11 @@ from mctrack_ros.experiments.datasets.social_pose import load_feet
 from mctrack_ros.experiments.datasets.stored import (
     Floats,
     StoredScene,
+    cut_to,
     feet_to_detections,
     stamp_of,
 )
 from mctrack_ros.ground import GroundMapping, read_calibration
-from mctrack_ros.interfaces import Detections
 
 RATE = 2.0
 FRAMES = 360
@@ -51,7 +51,7 @@ def load_wildtrack(folder: Path, kind: str, foot_sigma_px: float) -> StoredScene
     detections = {}
     for camera in CAMERAS:
         feet = load_feet(stored_folder, camera, kind, IMAGE_SIZE, RATE, foot_sigma_px)
-        detections[camera] = [_in_area(each) for each in feet[:FRAMES]]
+        detections[camera] = [cut_to(each, AREA) for each in feet[:FRAMES]]
     return StoredScene(np.arange(FRAMES), RATE, detections, read_truth(folder))
 
 
@@ -75,14 +75,15 @@ def load_wildtrack_boxes(folder: Path, foot_sigma_px: float) -> StoredScene:
     for index, camera in enumerate(CAMERAS):
         mapping = read_mapping(folder, index)
         detections[camera] = [
-            _in_area(
+            cut_to(
                 feet_to_detections(
                     # by place in the picture: their order must not tell who is who
                     np.array(sorted(each), np.float64).reshape(-1, 2),
                     mapping,
                     stamp_of(frame, RATE),
                     foot_sigma_px,
-                )
+                ),
+                AREA,
             )
             for frame, each in enumerate(feet[index])
         ]
@@ -136,20 +137,8 @@ def _annotated(folder: Path) -> Iterator[tuple[int, dict[str, Any]]]:
                 yield int(Path(member.name).stem) // 5, person
 
 
-def inside(position: Floats) -> NDArray[np.bool_]:
-    """Tell which ground positions, (n, 2) m, lie in the annotated area."""
-    (left, right), (low, high) = AREA
-    x, y = position[:, 0], position[:, 1]
-    within: NDArray[np.bool_] = (x >= left) & (x <= right) & (y >= low) & (y <= high)
-    return within
-
-
 def position_of(position_id: NDArray[np.int64]) -> Floats:
     """Return the (n, 2) ground positions, m, of positions' numbers."""
     return np.column_stack(
         [-3.0 + 0.025 * (position_id % 480), -9.0 + 0.025 * (position_id // 480)]
     )
-
-
-def _in_area(detections: Detections) -> Detections:
-    return detections.select(inside(detections.position[:, :2].astype(np.float64)))
