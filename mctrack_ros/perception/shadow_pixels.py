@@ -242,6 +242,17 @@ def remove(kind: Image, field: Floats, direction: Floats, longest_m: float, mask
                     mask[y, x] = 0
 
 
+@compiled(types.f8(BYTES_3D, types.i8))
+def colourfulness(image: Image, step: int) -> float:
+    """Return by how much blue and red differ in the mean, grey levels, in every so many pixels."""
+    difference, count = 0.0, 0
+    for y in range(0, image.shape[0], step):
+        for x in range(0, image.shape[1], step):
+            difference += abs(float(image[y, x, 0]) - float(image[y, x, 2]))
+            count += 1
+    return difference / count
+
+
 @compiled(
     types.b1[::1](BYTES_3D, BYTES_3D, BYTES_2D, FLOATS_2D, FLOATS_1D, types.f8, types.f8, types.f8)
 )

@@ -12,6 +12,7 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.shadow_pixels import (
     FIELD_PX,
     VOTER_PX,
+    colourfulness,
     mark,
     nothing_but_shade,
     remove,
@@ -148,9 +149,8 @@ class Shadows:
             Foreground in each, px.
 
         """
-        sample = image[::SAMPLE_PX, ::SAMPLE_PX].astype(np.int64)
-        has_colour = np.abs(sample[..., 0] - sample[..., 2]).mean() >= LEAST_COLOUR
-        if not (self._config.suppress and has_colour and len(box)):
+        may_be_shade = self._config.suppress and len(box)
+        if not may_be_shade or colourfulness(image, SAMPLE_PX) < LEAST_COLOUR:
             return np.zeros(len(box), np.bool_)
         darkest, brightest = self._config.darkest, self._config.brightest
         return nothing_but_shade(image, model, mask, box, area, darkest, brightest, noise)

@@ -46,6 +46,8 @@ def vacancies(
 
     """
     missed = np.flatnonzero((part < 0) & (company.local_id == 0) & (company.track_id > 0))
+    if not len(missed):
+        return Detections.build(stamp_ns)
     rows = missed[_shares(picture.found, company.box[missed] / picture.scale) < LEAST_SHARE]
     if ignored is not None and len(rows):
         rows = rows[_shares(ignored, company.box[rows]) == 1.0]

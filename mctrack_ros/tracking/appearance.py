@@ -162,19 +162,28 @@ def _count(
 ) -> NDArray[np.float64]:
     """Add up every box pixel by pixel."""
     templates = np.zeros((len(box), TEMPLATE_SIZE))
+    shades = np.empty(256, np.int64)
+    for level in range(256):
+        shades[level] = colour_bins(palette, 0, float(level), float(level), float(level))[1]
     for index in range(len(box)):
         left, top, width, height = box[index]
-        count = 0
+        template, count = templates[index], 0
         for row in range(max(top, 0), min(top + height, mask.shape[0])):
             part = (row - top) * palette.slices // height
+            shift = part * (palette.hues + palette.greys)
             for column in range(max(left, 0), min(left + width, mask.shape[1])):
-                if mask[row, column]:
-                    pixel = image[row, column]
-                    hue, grey, weight = colour_bins(
-                        palette, part, float(pixel[0]), float(pixel[1]), float(pixel[2])
-                    )
-                    templates[index, hue] += weight
-                    templates[index, grey] += 1.0 - weight
-                    count += 1
-        templates[index] /= max(count, 1)
+                if not mask[row, column]:
+                    continue
+                count += 1
+                pixel = image[row, column]
+                blue, green, red = pixel[0], pixel[1], pixel[2]
+                if blue == green == red:  # as every pixel of a grey picture is
+                    template[shift + shades[blue]] += 1.0
+                    continue
+                hue, grey, weight = colour_bins(
+                    palette, part, float(blue), float(green), float(red)
+                )
+                template[hue] += weight
+                template[grey] += 1.0 - weight
+        template /= max(count, 1)
     return templates

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.perception import CameraConfig, CameraPipeline
+from mctrack_ros.perception.shadow_pixels import colourfulness
 from mctrack_ros.perception.shadows import ShadowConfig, Shadows
 
 PERIOD_NS = 40_000_000
@@ -140,6 +141,14 @@ def test_in_grey_pictures_it_may_as_well_be_somebody(mapping):
     image, *seen = standing(yard, 0.75, None)
     grey = np.repeat(image[..., :1], 3, axis=2)
     assert not Shadows(ShadowConfig(), mapping, 1.0).alone(grey, yard.ground, *seen, 2.0).any()
+
+
+def test_how_colourful_a_picture_is_does_not_depend_on_which_channel_is_larger():
+    image = np.zeros((32, 48, 3), np.uint8)
+    image[:16] = (250, 9, 10)
+    image[16:] = (10, 9, 130)
+    assert colourfulness(image, 16) == (240 + 120) / 2
+    assert colourfulness(image[..., :1].repeat(3, axis=2), 16) == 0
 
 
 @pytest.mark.parametrize(('top', 'count'), [(None, 0), ((60, 90, 160), 1)])
