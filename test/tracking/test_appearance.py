@@ -116,3 +116,18 @@ def test_every_slice_has_its_own_bins(part, colour):
     first = colour_bins(palette, 0, *map(float, colour))
     hue, grey, weight = colour_bins(palette, part, *map(float, colour))
     assert (hue - part * size, grey - part * size, weight) == first
+
+
+@pytest.mark.parametrize('palette', PALETTES.values(), ids=PALETTES)
+def test_pixels_count_in_the_bins_of_their_slice_whether_grey_or_not(palette):
+    image = np.random.default_rng(1).integers(0, 256, (12, 5, 3), np.uint8)
+    image[::2, :, 1:] = image[::2, :, :1]  # grey rows
+    expected = np.zeros(48)
+    for row, column in np.ndindex(12, 5):
+        part = row * palette.slices // 12
+        hue, grey, weight = colour_bins(palette, part, *image[row, column].astype(float))
+        expected[hue] += weight / 60
+        expected[grey] += (1 - weight) / 60
+    mask = np.full((12, 5), 255, np.uint8)
+    found = colour_templates(image, mask, np.array([[0, 0, 5, 12]]), palette)
+    np.testing.assert_allclose(found[0], expected, atol=1e-12)

@@ -77,7 +77,7 @@ def disturbed(scene: StoredScene, sigma: float, seed: int) -> StoredScene:
     def moved(detections: Detections) -> Detections:
         position = detections.position.copy()
         position[:, :2] += random.normal(0.0, sigma, (len(position), 2))
-        return replace(detections, position=position)
+        return detections.replace(position=position)
 
     moved_all = {camera: [moved(one) for one in rows] for camera, rows in scene.detections.items()}
     return replace(scene, detections=moved_all)
