@@ -1,7 +1,7 @@
 # Set up, test and show mctrack_ros. Everything is installed into .venv; nothing else is touched.
 
 PYTHON ?= $(shell for p in python3.12 python3.11 python3; do \
-	$$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 12))' 2>/dev/null \
+	$$p -c 'import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 12))' 2>/dev/null \
 	&& command -v $$p && break; done)
 VENV := .venv
 BIN := $(VENV)/bin
@@ -49,8 +49,8 @@ help: ## this list
 	@grep -E '^[a-z]+:.*##' Makefile | sed 's/:.*## /\t/'
 
 $(VENV)/.requirements: requirements.lock
-	@test -n "$(PYTHON)" || { echo 'Python 3.11 or 3.12 with venv is needed: install python3.12 or set PYTHON=...'; exit 1; }
-	@echo "installing into $(VENV): a minute or two"
+	@test -n "$(PYTHON)" || { echo 'Python 3.12 or 3.11 with venv is needed: install python3.12 and python3.12-venv, or set PYTHON=...'; exit 1; }
+	@echo "installing into $(VENV) with $(PYTHON): about two minutes"
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
 	touch $@
@@ -58,7 +58,7 @@ $(VENV)/.requirements: requirements.lock
 $(VENV)/.package: $(VENV)/.requirements $(SOURCES)
 	rm -rf build
 	$(BIN)/pip install -q --disable-pip-version-check --no-deps --no-build-isolation --force-reinstall .
-	@echo "compiling the inner loops: a minute or two"
+	@echo "compiling the inner loops, once: about three minutes of processor time"
 	cd / && { $(abspath $(BIN))/python -c 'import mctrack_ros.fusion' & \
 		$(abspath $(BIN))/python -c 'import mctrack_ros.perception' && wait $$!; }
 	touch $@

@@ -1,14 +1,18 @@
 """
 Loops that are compiled: entry points with stated types, kept compiled between runs.
 
-They are compiled when first imported after the sources have changed, which takes some seconds,
-and read from the user's cache afterwards.
+They are compiled when first imported after what they consist of has changed, and read from the
+user's cache afterwards.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
+import pickle
+import sys
+import tempfile
+import types as types_of_python
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -16,7 +20,9 @@ from typing import Any, TypeVar
 import numba
 import numpy
 from numba import config, njit, types
+from numba.core.caching import CacheImpl
 
+_PACKAGE = __name__.partition('.')[0]
 F = TypeVar('F', bound=Callable[..., Any])
 
 BYTES_2D = types.Array(types.u1, 2, 'C', readonly=True)
@@ -59,16 +65,95 @@ def inlined(function: F) -> F:
     return decorated
 
 
-def _cache_folder() -> str:
-    """Return a folder for these very sources and libraries; numba looks at one file only."""
-    digest = hashlib.sha256(f'numba {numba.__version__}, numpy {numpy.__version__}'.encode())
-    for path in sorted(Path(__file__).parent.rglob('*.py')):
-        source = path.read_bytes()
-        if b'mctrack_ros.compiled' in source:
-            digest.update(source)
-    base = getattr(config, 'CACHE_DIR', '') or os.environ.get('XDG_CACHE_HOME')
-    base = base or os.path.expanduser('~/.cache')
-    return os.path.join(base, 'mctrack_ros', digest.hexdigest()[:16])
+class _ByContent:
+    """
+    Where numba keeps a function's compiled code: under a digest of all that it is compiled from.
+
+    So it is compiled again when it, a function that it calls or a constant that it reads changes,
+    and neither when other lines of its file do nor when the package is installed elsewhere.
+    """
+
+    _is_announced = False
+
+    def __init__(self, function: Callable[..., Any], folder: Path) -> None:
+        digest = hashlib.sha256(f'numba {numba.__version__}, numpy {numpy.__version__}'.encode())
+        _add_function(digest, function, set())
+        self._digest, self._folder = digest.hexdigest()[:24], folder
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], _: str) -> _ByContent | None:
+        """Return the place for a function of this package; None: it is another's, or no place."""
+        if not function.__module__.startswith(f'{_PACKAGE}.'):
+            return None
+        base = getattr(config, 'CACHE_DIR', '') or os.environ.get('XDG_CACHE_HOME')
+        self = cls(function, Path(base or os.path.expanduser('~/.cache')) / _PACKAGE)
+        try:
+            self.ensure_cache_path()
+        except OSError:
+            return None
+        if not cls._is_announced and not any(self._folder.glob(f'*-{self._digest}.*.nbi')):
+            cls._is_announced = True
+            print(
+                f'{_PACKAGE}: compiling inner loops, once: up to some minutes; '
+                f'they are kept in {self._folder}',
+                file=sys.stderr,
+                flush=True,
+            )
+        return self
+
+    def ensure_cache_path(self) -> None:
+        """Create the folder; OSError: it cannot be written."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=self._folder).close()
+
+    def get_cache_path(self) -> str:
+        """Return the folder."""
+        return str(self._folder)
+
+    def get_source_stamp(self) -> str:
+        """Return what tells this version of the function from others."""
+        return self._digest
+
+    get_disambiguator = get_source_stamp
 
 
-config.CACHE_DIR = _cache_folder()  # type: ignore[attr-defined]
+def _add_function(digest: Any, function: Any, seen: set[Any]) -> None:
+    """Add a function, all that it calls and the constants that it reads to a digest."""
+    if function in seen:
+        return
+    seen.add(function)
+    digest.update(repr(function.__defaults__).encode())
+    for cell in function.__closure__ or ():
+        _add_value(digest, cell.cell_contents, seen)
+    names = _add_code(digest, function.__code__)
+    for name in sorted(names & function.__globals__.keys()):
+        digest.update(name.encode())
+        _add_value(digest, function.__globals__[name], seen)
+
+
+def _add_code(digest: Any, code: types_of_python.CodeType) -> set[str]:
+    """Add bytecode, that of inner functions too, and return the names that it looks up."""
+    names = set(code.co_names)
+    digest.update(code.co_code + repr((code.co_names, code.co_varnames)).encode())
+    for constant in code.co_consts:
+        if isinstance(constant, types_of_python.CodeType):
+            names |= _add_code(digest, constant)
+        else:
+            digest.update(repr(constant).encode())
+    return names
+
+
+def _add_value(digest: Any, value: Any, seen: set[Any]) -> None:
+    """Add what a name stands for: a compiled function by its content, a constant by its value."""
+    if hasattr(value, 'py_func'):
+        digest.update(repr(sorted(value.targetoptions.items())).encode())
+        _add_function(digest, value.py_func, seen)
+    elif isinstance(value, types_of_python.ModuleType):
+        digest.update(value.__name__.encode())
+    elif callable(value):
+        digest.update(getattr(value, '__qualname__', repr(value)).encode())
+    else:
+        digest.update(pickle.dumps(value))
+
+
+CacheImpl._locator_classes = [_ByContent, *CacheImpl._locator_classes]
