@@ -1,12 +1,7 @@
 """Bags and exports."""
 
-from mctrack_ros.recording.bag import (
-    ROSBAGS_CLASSES,
-    BagError,
-    BagReader,
-    BagWriter,
-    check_place,
-)
+from mctrack_ros.recording.bag import ROSBAGS_CLASSES, BagReader, BagWriter, check_place
+from mctrack_ros.recording.errors import BagError, CutBagWarning
 from mctrack_ros.recording.mot_text import (
     MotTextError,
     MotTextWriter,
@@ -20,6 +15,7 @@ __all__ = [
     'BagError',
     'BagReader',
     'BagWriter',
+    'CutBagWarning',
     'MotTextError',
     'MotTextWriter',
     'check_place',
