@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from rosbags.interfaces import Connection, MessageDefinitionFormat
@@ -14,6 +15,7 @@ from rosbags.typesys import (
 )
 from rosbags.typesys.store import Typestore
 
+_IDL_HEAD = re.compile('={80}\nIDL: .*\n')
 TYPES = get_typestore(Stores.ROS2_JAZZY)
 """The types that rosbags knows."""
 
@@ -67,12 +69,13 @@ def types_for(connection: Connection) -> Typestore | None:
 
 def _store(connection: Connection) -> Typestore | None:
     """Return the types that a bag defines for a topic; None: rosbags cannot read them."""
-    is_idl = connection.msgdef.format is MessageDefinitionFormat.IDL
     text, store = connection.msgdef.data, get_typestore(Stores.EMPTY)
     try:
-        store.register(
-            get_types_from_idl(text) if is_idl else get_types_from_msg(text, connection.msgtype)
-        )
+        if connection.msgdef.format is MessageDefinitionFormat.IDL:
+            for part in filter(None, _IDL_HEAD.split(text)):
+                store.register(get_types_from_idl(part))
+        else:
+            store.register(get_types_from_msg(text, connection.msgtype))
     except (TypesysError, KeyError, ValueError):
         return None
     return store if connection.msgtype in store.types else None

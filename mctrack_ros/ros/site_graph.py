@@ -44,4 +44,4 @@ def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
     awaited = [f'/{name}/{settings.image_topic}' for name, settings in cameras.items()]
     awaited += [f'/{name}/detections {1 + extra}' for name in cameras]
     awaited.append(f'/feedback {len(cameras) + extra}')
-    return awaited + (['/tracks', '/events', '/ticks'] if recorded else [])
+    return awaited + (['/tracks 1', '/events 1', '/ticks 1'] if recorded else [])
