@@ -1,6 +1,7 @@
 """Bags and exports."""
 
 from mctrack_ros.recording.bag import ROSBAGS_CLASSES, BagReader, BagWriter, check_place
+from mctrack_ros.recording.bag_files import is_bag
 from mctrack_ros.recording.errors import BagError, CutBagWarning
 from mctrack_ros.recording.mot_text import (
     MotTextError,
@@ -20,6 +21,7 @@ __all__ = [
     'MotTextWriter',
     'check_place',
     'frame_origin_ns',
+    'is_bag',
     'read_mot_text',
     'write_mot_text',
 ]

@@ -189,6 +189,8 @@ class BagReader:
     ----------
     path : str or Path
         A rosbag2 folder, finished or not, or one of its files.
+    namespace : str
+        Topics in it are named, and found, as if they lay in none; they hide others of that name.
 
     Warns
     -----
@@ -202,8 +204,8 @@ class BagReader:
 
     """
 
-    def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+    def __init__(self, path: str | Path, namespace: str = '') -> None:
+        self.path, self._namespace = Path(path), namespace
         self._storages = self._guarded(open_bag, self.path)
         self._types: dict[str, Typestore | None] = {}
         if not any(storage.message_count for storage in self._storages):
@@ -213,7 +215,11 @@ class BagReader:
     @property
     def topics(self) -> dict[str, str]:
         """Message type by topic."""
-        return {connection.topic: connection.msgtype for connection in self._connections()}
+        connections = self._connections()
+        names = {c.topic: self._name(c.topic) for c in connections}
+        inner = {name for topic, name in names.items() if topic != name}
+        shown = [c for c in connections if c.topic not in inner]
+        return {names[connection.topic]: connection.msgtype for connection in shown}
 
     @property
     def duration_s(self) -> float:
@@ -299,17 +305,19 @@ class BagReader:
         stop_ns: int | None = None,
     ) -> Iterator[tuple[str, str, bytes, int]]:
         """Yield topic, type, serialised message and log time (ns), as `messages` does."""
-        missing = set(topics or ()) - self.topics.keys()
+        asked = list(self.topics if topics is None else topics)
+        missing = [topic for topic in asked if not self._connections(topic)]
         if missing:
-            raise BagError(f'{self.path} has no topic {sorted(missing)[0]}')
+            raise BagError(f'{self.path} has no topic {self._namespace}{min(missing)}')
+        names = {c.topic: topic for topic in asked for c in self._connections(topic)}
         for storage in self._storages:
-            wanted = [c for c in storage.connections if topics is None or c.topic in topics]
+            wanted = [c for c in storage.connections if c.topic in names]
             if not wanted:
                 continue
             stream = storage.messages(wanted, start_ns, stop_ns)
             while (item := self._guarded(next, stream, None)) is not None:
                 connection, time_ns, data = item
-                yield connection.topic, connection.msgtype, data, time_ns
+                yield names[connection.topic], connection.msgtype, data, time_ns
 
     def close(self) -> None:
         """Close the files."""
@@ -332,7 +340,15 @@ class BagReader:
     def _connections(self, topic: str | None = None) -> list[Connection]:
         """Return the connections of a topic, or of all, over all files."""
         found = [c for storage in self._storages for c in storage.connections]
-        return [c for c in found if topic is None or c.topic == topic]
+        if topic is None:
+            return found
+        inner = [c for c in found if c.topic == f'{self._namespace}{topic}']
+        return inner or [c for c in found if c.topic == topic]
+
+    def _name(self, topic: str) -> str:
+        """Return what a topic is called in the namespace."""
+        inside = self._namespace and topic.startswith(f'{self._namespace}/')
+        return topic.removeprefix(self._namespace) if inside else topic
 
     def _guarded(self, call: Callable[..., Any], *arguments: Any) -> Any:
         """Call into rosbags; whatever it raises on a damaged bag becomes a `BagError`."""

@@ -101,6 +101,11 @@ def open_bag(path: Path) -> list[Storage]:
     return _open_files(files, reason)
 
 
+def is_bag(path: str | Path) -> bool:
+    """Tell whether something is to be read as a bag: a folder, or a file of the name of one."""
+    return Path(path).is_dir() or (Path(path).suffix in _STORAGES and Path(path).is_file())
+
+
 def one_line(error: Exception) -> str:
     """Return what rosbags says of a damaged bag."""
     return ' '.join((str(error) or type(error).__name__).split()).rstrip('.')

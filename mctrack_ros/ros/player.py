@@ -25,6 +25,8 @@ from mctrack_ros.ros.process import run
 from mctrack_ros.ros.topics import Awaited, pattern
 
 _ARRIVAL_S = 1.0
+_GLOBAL = ('/tf', '/tf_static', '/diagnostics', '/rosout', '/parameter_events')
+"""Topics that ROS has in no namespace."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +119,13 @@ class Player(GraphNode):
         count = self.bag.count(topic)
         offered = quality.from_bag(self.bag.offered(topic), self.config.depth, count)
         self.played[topic] = Played(
-            self.publisher(message, topic, offered), starts_with_header(message)
+            self.publisher(message, self.name_of(topic), offered), starts_with_header(message)
         )
+
+    def name_of(self, topic: str) -> str:
+        """Return where a topic is played: in the node's namespace, unless it is global."""
+        inside = topic.startswith(f'{self.get_namespace().rstrip("/")}/')
+        return topic if inside or topic in _GLOBAL else topic.lstrip('/')
 
     def start(self) -> None:
         """Begin to play."""
