@@ -188,8 +188,8 @@ def echo(
 
     from mctrack_ros.cli.tables import cloud_table, cloud_values
 
-    console = Console(width=_TABLE_WIDTH)
-    for index, message in enumerate(_messages(resolved(topic), bag, namespace)):
+    console, topic = Console(width=_TABLE_WIDTH), resolved(topic)
+    for index, message in enumerate(_messages(topic, bag, namespace)):
         if as_json:
             typer.echo(json.dumps(cloud_values(topic, message)))
         else:
