@@ -52,7 +52,7 @@ class TickOutput:
     explanation: Explanation | None
 
 
-def camera_tasks(bag: str | Path, site: SiteConfig) -> list[CameraTask]:
+def camera_tasks(bag: str | Path, site: SiteConfig, namespace: str = '') -> list[CameraTask]:
     """Return the tasks of a site's cameras over a bag."""
     period_ns = round(site.fusion.batching.period * 1e9)
     delay_ns = round(site.feedback_delay * 1e9)
@@ -62,7 +62,7 @@ def camera_tasks(bag: str | Path, site: SiteConfig) -> list[CameraTask]:
             f'{site.fusion.batching.period} s: feedback of the running tick does not exist yet'
         )
     return [
-        CameraTask(Path(bag), name, settings, period_ns, delay_ns)
+        CameraTask(Path(bag), name, settings, period_ns, delay_ns, namespace)
         for name, settings in site.cameras.items()
     ]
 

@@ -52,6 +52,7 @@ def track_bag(
     out: str | Path,
     site: SiteConfig,
     *,
+    namespace: str = '',
     processes: int | None = None,
     overwrite: bool = False,
     explain: bool = False,
@@ -70,6 +71,8 @@ def track_bag(
         Folder for the results.
     site : SiteConfig
         Cameras and settings.
+    namespace : str
+        Where the topics of the cameras lie in the bag; the results lie in none.
     processes : int, optional
         Processes for the cameras; unless given, one each: none waits for another's turn.
     overwrite : bool
@@ -85,8 +88,8 @@ def track_bag(
         What was done.
 
     """
-    tasks = camera_tasks(bag, site)
-    with BagReader(bag) as reader:
+    tasks = camera_tasks(bag, site, namespace)
+    with BagReader(bag, namespace) as reader:
         summary = TrackSummary(reader.duration_s)
         total = sum(reader.count(topic_of(task, reader)) for task in tasks)
 
