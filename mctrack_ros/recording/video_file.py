@@ -206,7 +206,8 @@ def open_video(path: str | Path, rate_hz: float = 0.0, later_s: float = 0.0) -> 
         stream, flags = _stream(container), Flags(container.format.flags)
         if not rate_hz and Flags.no_timestamps in flags:
             raise VideoError(
-                f'{path} does not say when its pictures were taken: give their rate (--rate)'
+                f'{path} does not say when its pictures were taken: give their rate (--rate; for '
+                'video_node the parameter rate)'
             )
         usual_hz = rate_hz or _usual_rate_hz(stream)
         first, delay_s = _first_frame(container, path)
