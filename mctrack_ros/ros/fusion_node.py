@@ -21,7 +21,7 @@ from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
 from mctrack_ros.interfaces import MAX_CAMERAS, Detections, EventCode, Events, Rows, Tick, Tracks
 from mctrack_ros.ros import markers, quality
 from mctrack_ros.ros.camera_agreement import ClockAgreement, agreements, clock_message
-from mctrack_ros.ros.diagnostics import Diagnostics, StreamHealth
+from mctrack_ros.ros.diagnostics import Diagnostics, Health, StreamHealth
 from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.process import run
@@ -63,8 +63,11 @@ class FusionNode(GraphNode):
         self.pipeline = FusionPipeline(self.config.fusion, cameras)
         self.health = {camera: StreamHealth() for camera in cameras}
         clocks = self.batcher.clocks
-        health = self.health | agreements(cameras, self.pipeline.bias)
-        health |= {f'{camera} clock': ClockAgreement(clocks, camera) for camera in cameras}
+        health: dict[str, Health] = {
+            **self.health,
+            **agreements(cameras, self.pipeline.bias),
+            **{f'{camera} clock': ClockAgreement(clocks, camera) for camera in cameras},
+        }
         self.left_out: set[str] = set()
         self.diagnostics = Diagnostics(self, health)
         cloud, reliable = PointCloud2, quality.reliable
