@@ -128,13 +128,15 @@ def track(
     """Track a bag offline, in lock step; the same bag gives the same bytes."""
     prepare_workers()
     from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.cli.sites import calibration_doubts, named_site
     from mctrack_ros.experiments.figures import Figures
     from mctrack_ros.replay.track import track_bag
 
     if not site:
         typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
     config = named_site(site or _USUAL_SITE)
+    for line in calibration_doubts(config):
+        typer.echo(line, err=True)
     processes = processes or len(config.cameras)
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
