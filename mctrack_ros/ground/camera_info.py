@@ -47,6 +47,7 @@ def camera_from_info(info: Any, transform: Any = None) -> StoredCamera:
 
     """
     values: dict[str, Any] = {key: getattr(info, key) for key in _INFO}
+    values |= {key: np.asarray(values[key], np.float64) for key in ('d', 'k')}
     values['roi'] = {key: getattr(info.roi, key) for key in _REGION}
     camera = camera_of(values, 'the camera info')
     if transform is None:

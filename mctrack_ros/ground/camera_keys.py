@@ -81,7 +81,7 @@ _TELLING = re.compile(
     r'.*(lens|model|size|width|height|resolution|dist(?!ance)|fisheye|omni|skew|binning|roi|crop|'
     r'focal|intrinsic|extrinsic|matrix|pixel|sensor|scale|zoom|shear|rotat|translat|mirror|flip|'
     r'unit|pose|radial|tangential|prism|kappa|rectified).*'
-    r'|xi|alpha|beta|gamma|[kps][0-9]|f|f[xyuvc]?|[cs][xyuv]|[uv]0|tau[xy]?|[wh]'
+    r'|xi|alpha|beta|gamma|rows|cols|columns|[kps][0-9]|f|f[xyuvc]?|[cs][xyuv]|[uv]0|tau[xy]?|[wh]'
 )
 """Keys that may say where a picture shows things."""
 _MATRICES = (*CAMERA['matrix'], 'm')
@@ -146,7 +146,7 @@ def sorted_keys(
             f'{where}: it is of several cameras ({_listed(pair)}): write one of them, as '
             'camera_matrix and distortion_coefficients, into a file of its own'
         )
-    telling = [key for key in strange if _TELLING.fullmatch(plain(key))]
+    telling = [key for key in strange if _tells(key, values[key])]
     if telling:
         raise CalibrationError(
             f'{where}: {_listed(telling)}: not known here, and may say where a picture shows '
@@ -158,6 +158,12 @@ def sorted_keys(
 def states_camera(values: Mapping[Any, Any]) -> bool:
     """Tell whether a file holds the matrix of a camera, or of each of a pair."""
     return any(meaning_of(key) == 'matrix' or _is_a_side(key, _MATRICES) for key in values)
+
+
+def _tells(key: object, value: object) -> bool:
+    """Tell whether a key, or one below it, may say where a picture shows things."""
+    below = value.items() if isinstance(value, Mapping) else ()
+    return bool(_TELLING.fullmatch(plain(key))) or any(_tells(*each) for each in below)
 
 
 def _is_a_side(key: object, names: Iterable[str]) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -35,10 +36,13 @@ def read_opencv(path: str | Path) -> dict[str, Any]:
         raise CalibrationError(f'{path}: OpenCV cannot read it') from error
     try:
         root = storage.root()
-        keys = root.keys() if root.isMap() else ()
-        values = {key: _held(root.getNode(key), bool(meaning_of(key))) for key in map(str, keys)}
+        keys = list(map(str, root.keys())) if root.isMap() else []
+        values = {key: _held(root.getNode(key), bool(meaning_of(key))) for key in keys}
     finally:
         storage.release()
+    twice = sorted(key for key, count in Counter(keys).items() if count > 1)
+    if twice:
+        raise CalibrationError(f'{path}: {", ".join(twice)} stands twice in it: keep one')
     if 'fisheye_model' not in values and _comment_names_a_fisheye(path):
         values['fisheye_model'] = 1
     return values
@@ -50,8 +54,8 @@ def _comment_names_a_fisheye(path: str | Path) -> bool:
 
 
 def _held(node: cv2.FileNode, lists: bool, depth: int = 0) -> Any:
-    """Return a number, a text, and if wanted a list of them, or what a matrix holds."""
-    if (node.isMap() or node.isSeq()) and (depth > DEEPEST or not lists):
+    """Return a number, a text, what is below keys, and if wanted a list of these."""
+    if depth > DEEPEST or (node.isSeq() and not lists):
         return None
     if node.isMap():
         keys = map(str, node.keys())

@@ -66,10 +66,26 @@ def _documents(text: str) -> list[Any]:
                 raise yaml.YAMLError(
                     f'its aliases unfold into more than {LARGEST} values: write them out'
                 )
+            _check_single_keys(node)
             documents.append(loader.construct_document(node))
         return documents
     finally:
         loader.dispose()
+
+
+def _check_single_keys(node: Any) -> None:
+    """Refuse a mapping in which a key stands twice: one of its values would be lost."""
+    if isinstance(node, yaml.MappingNode):
+        seen = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode) and key.value in seen:
+                line = key.start_mark.line + 1
+                raise yaml.YAMLError(f'{key.value} stands twice in it, again in line {line}')
+            seen.add(key.value if isinstance(key, yaml.ScalarNode) else id(key))
+    if isinstance(node, yaml.CollectionNode):
+        for each in node.value:
+            for part in each if isinstance(each, tuple) else (each,):
+                _check_single_keys(part)
 
 
 def _unfolded(node: Any, known: dict[int, int]) -> int:

@@ -151,6 +151,7 @@ def test_tsai_undistorts_as_its_author_says_and_comes_back(tmp_path):
         (tsai_text(kappa1=None), r':3: <Intrinsic> kappa1 is missing'),
         (tsai_text(tx='NaN'), r":4: <Extrinsic> tx is 'NaN', expected a finite number"),
         (tsai_text(focal='0'), 'expected above 0'),
+        (tsai_text().replace(' kappa1', ' kappa2="0.1" kappa1'), '<Intrinsic>: kappa2: not known'),
         (tsai_text(kappa1='-0.2'), r'folds \d+% of the picture over'),
         (tsai_text(tx='-93800', ty='-335700', tz='3537000'), r'camera would stand .*centimetres'),
         ('<Camera name="a"/>', 'has no <Geometry>'),

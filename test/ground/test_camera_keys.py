@@ -241,6 +241,8 @@ REFUSED = {
     'alpha': (BARE | {'alpha': 0.5}, 'alpha: not known here'),
     'a lens term of its own': (BARE | {'k4': 0.1}, 'k4: not known here'),
     'an unknown size': (BARE | {'sensor_width': 640}, 'sensor_width: not known here'),
+    'rows and columns': (BARE | {'rows': 360, 'cols': 640}, 'rows, cols: not known here'),
+    'a size below a key': (BARE | {'image': '{ width: 640 }'}, 'image: not known here'),
     'a crop': (BARE | {'crop': '[ 0, 0, 640, 360 ]'}, 'crop: not known here'),
     'binning without a size': (BARE | {'binning_x': 2}, 'binning, but no image_width'),
     'a width alone': (BARE | {'image_width': 1280}, 'image_width alone'),
@@ -293,6 +295,17 @@ def test_what_is_stated_and_not_used_is_refused_by_name(read, case):
         read(opencv_yaml(**content))
     assert 'camera.yml: ' in str(refusal.value)
     assert '\n' not in str(refusal.value)
+
+
+@pytest.mark.parametrize('head', ['%YAML:1.0\n---\n', ''])
+def test_a_key_that_stands_twice_is_refused(read, head):
+    once = (
+        opencv_yaml(**BARE).removeprefix('%YAML:1.0\n---\n')
+        if head
+        else yaml.safe_dump({'K': MATRIX.tolist(), 'D': PLUMB_BOB.tolist()})
+    )
+    with pytest.raises(CalibrationError, match='stands twice in it'):
+        read(head + once + once)
 
 
 def test_a_pair_is_named_in_plain_yaml_too(read):

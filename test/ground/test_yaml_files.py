@@ -23,6 +23,7 @@ MERGED = '\n'.join(
         ('a: &a [*a]', 'aliases unfold into more than'),
         ('[' * 2000, 'nested too deeply'),
         ('{a', 'not a readable YAML file'),
+        ('a: {b: 1, c: 2, b: 3}', 'b stands twice in it, again in line 1'),
         ('a: 2001-99-99', 'not a readable YAML file: month'),
     ],
 )
