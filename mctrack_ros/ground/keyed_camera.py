@@ -118,7 +118,14 @@ def _window(stated: Stated) -> _Window | None:
         return None
     if min(size) <= 0:
         raise stated.error('the camera is not calibrated')
-    return _Window(left, top, width or size[0], height or size[1], across, down)
+    if left + width > size[0] or top + height > size[1]:
+        raise stated.error(
+            f'{stated.key("region")} reaches out of the pictures of {size[0]} x {size[1]} px'
+        )
+    window = _Window(left, top, width or size[0], height or size[1], across, down)
+    if min(window.image_size) <= 0:
+        raise stated.error(f'binning by {across} x {down} leaves no pixel')
+    return window
 
 
 def _sensor_size(stated: Stated) -> tuple[int, int] | None:

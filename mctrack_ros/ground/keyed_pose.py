@@ -113,5 +113,5 @@ def _listed(values: Any, keys: str) -> list[float]:
         values = [values.get(key) for key in keys]
     try:
         return [float(value) for value in values]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return []

@@ -14,6 +14,8 @@ from mctrack_ros.ground.camera_keys import sorted_keys, spelling_table
 from mctrack_ros.ground.errors import CalibrationError
 
 Floats = NDArray[np.float64]
+LARGEST_WHOLE = 1_000_000
+"""No picture is so wide, no matrix so large."""
 
 
 class Stated:
@@ -70,7 +72,7 @@ class Stated:
         value, key = self.value(meaning), self.key(meaning)
         try:
             numbers: Floats = np.asarray(_flat(value), np.float64)
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise self.error(f'{key} is no matrix, or holds more than numbers') from error
         expected = counts or self._shape(value) or (len(numbers),)
         if len(numbers) not in expected or not np.isfinite(numbers).all():
@@ -108,10 +110,12 @@ def whole(value: Any, what: str) -> int:
     """
     try:
         number = 0.0 if value is None else float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
-    if not (number >= 0 and number.is_integer()):
-        raise CalibrationError(f'{what} is {value!r}, expected a whole number')
+    if not (0 <= number <= LARGEST_WHOLE and number.is_integer()):
+        raise CalibrationError(
+            f'{what} is {value!r}, expected a whole number up to {LARGEST_WHOLE}'
+        )
     return int(number)
 
 

@@ -227,6 +227,25 @@ def test_binning_and_a_region_of_interest_are_used(tmp_path, read, make):
         read(content)
 
 
+@pytest.mark.parametrize(
+    ('change', 'reason'),
+    [
+        (
+            {'roi': {'x_offset': 900, 'width': 600, 'height': 600}},
+            'roi reaches out of the picture',
+        ),
+        ({'binning_x': 2000}, 'binning by 2000 x 1 leaves no pixel'),
+        ({'binning_y': -1}, 'binning_y is -1, expected a whole number'),
+        ({'width': 10**30}, 'width is 1000.*, expected a whole number up to 1000000'),
+        ({'roi': [0, 0, 640, 480]}, r'roi is \[0, 0, 640, 480\], expected a mapping'),
+        ({'d': [10**400, 0, 0, 0, 0]}, 'd is no matrix, or holds more than numbers'),
+    ],
+)
+def test_a_part_of_the_sensor_that_cannot_be_is_refused(read, change, reason):
+    with pytest.raises(CalibrationError, match=reason):
+        read(message(**change))
+
+
 BARE = {'camera_matrix': MATRIX, 'distortion_coefficients': PLUMB_BOB}
 REFUSED = {
     'no lens': ({'camera_matrix': MATRIX}, 'a camera matrix, but no distortion_coefficients'),
