@@ -74,16 +74,18 @@ _PASSED = re.compile(
     r'|fix[a-z0-9]*|aspectratio|calibrate[a-z]*|zerotangentdist|releaseobject|typeid'
     r'|(camera|frame|childframe)?(name|id)|header|(ros)?topic'
     r'|rvecs|tvecs|extrinsicparameters|tcncnm1|tcamimu|timucam|timeshiftcamimu|camoverlaps|linedelay'
-    r'|r|p|rectification(matrix)?|projection(matrix)?|(optimal)?newcameramatrix'
+    r'|r|p|rectificationmatrix|projectionmatrix|(optimal)?newcameramatrix|timeoffset'
 )
 """Keys without a word on where a raw picture shows things: dates, errors, boards."""
 _TELLING = re.compile(
     r'.*(lens|model|size|width|height|resolution|dist(?!ance)|fisheye|omni|skew|binning|roi|crop|'
     r'focal|intrinsic|extrinsic|matrix|pixel|sensor|scale|zoom|shear|rotat|translat|mirror|flip|'
-    r'unit|pose|radial|tangential|prism|kappa|rectified).*'
+    r'unit|pose|radial|tangential|prism|kappa|rectified|offset|decimat|subsampl|resiz|stretch).*'
     r'|xi|alpha|beta|gamma|rows|cols|columns|[kps][0-9]|f|f[xyuvc]?|[cs][xyuv]|[uv]0|tau[xy]?|[wh]'
 )
 """Keys that may say where a picture shows things."""
+_LENS = re.compile(r'fish.?eye|equi(distant|solid)|stereographic|orthographic|omni|kannala|brown')
+"""Values that name a lens, whatever their key is."""
 _MATRICES = (*CAMERA['matrix'], 'm')
 _PAIR = re.compile(r'[rp][12]|[qef]|(essential|fundamental)(matrix)?')
 _SIDE = re.compile(r'(left|right|camera[0-9]|cam[0-9])?(.*?)(left|right|[lr]|cam[0-9]|[0-9])?')
@@ -161,9 +163,12 @@ def states_camera(values: Mapping[Any, Any]) -> bool:
 
 
 def _tells(key: object, value: object) -> bool:
-    """Tell whether a key, or one below it, may say where a picture shows things."""
-    below = value.items() if isinstance(value, Mapping) else ()
-    return bool(_TELLING.fullmatch(plain(key))) or any(_tells(*each) for each in below)
+    """Tell whether a key, its value, or a key below it may say where a picture shows things."""
+    if _TELLING.fullmatch(plain(key)):
+        return True
+    if isinstance(value, Mapping):
+        return any(_tells(*each) for each in value.items())
+    return isinstance(value, str) and _LENS.search(value.lower()) is not None
 
 
 def _is_a_side(key: object, names: Iterable[str]) -> bool:

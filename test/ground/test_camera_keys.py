@@ -81,8 +81,10 @@ def test_every_spelling_of_a_matrix_and_a_lens_is_read(read, tool):
     check_seen(read(opencv_yaml(**SPELLED[tool])))
 
 
-def test_what_the_sample_says_of_its_boards_is_let_pass(read):
+def test_what_says_nothing_of_the_camera_is_let_pass(read):
     check_seen(read(opencv_yaml(**SAMPLE, **SPELLED['calibration.cpp'])))
+    more = {'camera_name': 'fisheye_left', 'mean_error': 0.1, 'created': '"Thu"', 'fps': 25.0}
+    check_seen(read(opencv_yaml(**more, **SPELLED['calibration.cpp'])))
 
 
 @pytest.mark.parametrize(
@@ -262,6 +264,9 @@ REFUSED = {
     'an unknown size': (BARE | {'sensor_width': 640}, 'sensor_width: not known here'),
     'rows and columns': (BARE | {'rows': 360, 'cols': 640}, 'rows, cols: not known here'),
     'a size below a key': (BARE | {'image': '{ width: 640 }'}, 'image: not known here'),
+    'a lens under any key': (BARE | {'type': 'fisheye'}, 'type: not known here'),
+    'a projection that is a name': (BARE | {'projection': 'Omni'}, 'projection: not known here'),
+    'an offset': (BARE | {'OffsetX': 320}, 'OffsetX: not known here'),
     'a crop': (BARE | {'crop': '[ 0, 0, 640, 360 ]'}, 'crop: not known here'),
     'binning without a size': (BARE | {'binning_x': 2}, 'binning, but no image_width'),
     'a width alone': (BARE | {'image_width': 1280}, 'image_width alone'),
