@@ -34,6 +34,7 @@ def pose_in(values: Mapping[Any, Any], where: str | Path) -> Pose:
 
     """
     stated = Stated(values, where)
+    _check_direction(values, stated)
     pose = stated_pose(stated)
     if pose is None:
         raise stated.error(
@@ -65,6 +66,18 @@ def stated_pose(stated: Stated) -> Pose | None:
     if len(poses) > 1:
         raise stated.error(f'{len(poses)} poses: keep one')
     return poses[0] if poses else None
+
+
+def _check_direction(values: Mapping[Any, Any], stated: Stated) -> None:
+    """Refuse a transform of the ground in the optical frame, where frames tell."""
+    header = values.get('header')
+    parent = str(header.get('frame_id', '')) if isinstance(header, Mapping) else ''
+    child = str(values.get('child_frame_id', ''))
+    if 'optical' in parent and child and 'optical' not in child:
+        raise stated.error(
+            f'it is of {child} in {parent}, expected the optical frame in the ground frame: turn '
+            'the two around'
+        )
 
 
 def _pose_below(stated: Stated) -> Pose:

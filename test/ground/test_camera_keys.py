@@ -407,6 +407,8 @@ def test_every_way_to_write_a_pose_is_read(read, tmp_path, tool):
          'a rotation of x, y, z, w'),
         (yaml.safe_dump({'translation': PLACE, 'rotation_rpy': [0, 0, 0]}),
          'rotation_rpy: not known here'),
+        (yaml.safe_dump(STAMPED | {'header': {'frame_id': 'cam_optical'},
+                                   'child_frame_id': 'map'}), 'it is of map in cam_optical'),
         (yaml.safe_dump({'transforms': [STAMPED, STAMPED]}), 'transforms: expected one alone'),
         (yaml.safe_dump({'extrinsics': PLACE}), 'expected translation and rotation'),
         (f'- Translation: {PLACE}\n- Rotation: in Quaternion {TURN}\n'
