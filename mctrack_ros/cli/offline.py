@@ -135,9 +135,9 @@ def track(
     if not site:
         typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
     config = named_site(site or _USUAL_SITE)
+    processes = processes or len(config.cameras)
     for line in calibration_doubts(config):
         typer.echo(line, err=True)
-    processes = processes or len(config.cameras)
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
         summary = track_bag(
