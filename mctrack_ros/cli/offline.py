@@ -153,7 +153,7 @@ def track(
     """Track a bag, or video files, offline, in lock step; the same input gives the same bytes."""
     prepare_workers()
     from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.cli.sites import calibration_doubts, named_site
     from mctrack_ros.experiments.figures import Figures
     from mctrack_ros.replay.camera_source import Debug
     from mctrack_ros.replay.track import track_bag
@@ -163,6 +163,8 @@ def track(
     config = named_site(site or _USUAL_SITE)
     bag, name = _source(sources, config, later, rate)
     processes = processes or len(config.cameras)
+    for line in calibration_doubts(config):
+        typer.echo(line, err=True)
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
         summary = track_bag(
