@@ -1,6 +1,5 @@
 """Who ends, and who is still told of: by how long and by how slow a camera saw him."""
 
-import numpy as np
 import pytest
 
 from mctrack_ros.fusion import FusionConfig
