@@ -38,7 +38,7 @@ def test_a_lens_bends_most_in_the_farthest_corner(k1):
     direction = cv2.undistortPoints(corner[None], matrix, distortion)[0]
     straight = direction * INTRINSICS[:2] + INTRINSICS[2:]
     expected = np.linalg.norm(straight - corner)
-    assert bend_px(INTRINSICS, distortion, SIZE) == pytest.approx(expected, rel=0.15)
+    assert 0.8 * expected < bend_px(INTRINSICS, distortion, SIZE) <= expected
     assert bend_px(INTRINSICS, np.zeros(5), SIZE) == 0.0
 
 
