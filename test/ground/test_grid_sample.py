@@ -24,7 +24,7 @@ def cells(mapping, spacing):
     found = set()
     for place in np.ndindex(*np.ceil((high - low) / spacing + 1).astype(int)):
         first = np.floor(low / spacing) + place
-        corners = spacing * (first + [[0, 0], [1, 0], [1, 1], [0, 1]])
+        corners = spacing * np.add(first, [[0, 0], [1, 0], [1, 1], [0, 1]])
         if ((corners >= low) & (corners <= high)).all():
             pixel = mapping.image_from_ground(corners)
             if ((pixel >= 0) & (pixel <= SIZE)).all():
