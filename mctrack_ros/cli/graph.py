@@ -20,17 +20,18 @@ _DOMAIN = typer.Option(
 
 def run(
     site: str = typer.Argument(..., help='Site YAML, or the name of a shipped site.'),
-    namespace: str = typer.Option('', help='Namespace of all nodes, for example /hall.'),
+    namespace: str = typer.Option('', help='Namespace of all nodes, for example hall.'),
     use_sim_time: bool = typer.Option(False, '--use-sim-time', help='Take time from /clock.'),
     domain: int | None = _DOMAIN,
 ) -> None:
     """Run the graph of a site: a node a camera, fusion and coverage. Ctrl-C stops it."""
     from mctrack_ros.cli.sites import named_site, site_path
-    from mctrack_ros.ros.graph import coverage_node
+    from mctrack_ros.ros.graph import absolute_namespace, coverage_node
     from mctrack_ros.ros.site_graph import site_nodes
 
+    below = absolute_namespace(namespace)
     nodes = site_nodes(named_site(site), use_sim_time)
-    _run_nodes([*nodes, coverage_node(site_path(site), use_sim_time)], namespace, domain)
+    _run_nodes([*nodes, coverage_node(site_path(site), use_sim_time)], below, domain)
 
 
 def record(
@@ -87,7 +88,7 @@ def _run_nodes(nodes: Sequence[NodeSpec], namespace: str, domain: int | None) ->
     with tempfile.TemporaryDirectory(prefix='mctrack_') as directory:
         processes = [node.process(Path(directory), namespace) for node in nodes]
         supervisor = Supervisor(processes, typer.echo, environment)
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, lambda *_: supervisor.stop())
         code = supervisor.run()
     raise typer.Exit(code)

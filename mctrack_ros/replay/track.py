@@ -98,7 +98,8 @@ def track_bag(
     ):
         for ticked in run_lockstep(workers, site, explain=explain):
             if summary.ticks == 0:
-                writer.write_text('/site', site.description(), ticked.tick.stamp_ns)
+                began_ns = ticked.tick.stamp_ns
+                writer.write_text('/site', site.description(began_ns), began_ns)
             _write(writer, ticked, site.ground_frame)
             text.write(ticked.output.tracks)
             summary.ticks += 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,10 +11,18 @@ from typing import Any
 
 import yaml
 
+from mctrack_ros.config import ConfigError
 from mctrack_ros.ros.supervise import Process
 
 ENVIRONMENT = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
 """One thread a process: more only get in one another's way."""
+
+_NAMESPACE = re.compile('(/[A-Za-z_][A-Za-z0-9_]*)+')
+_TRUTHS = {
+    **dict.fromkeys(('true', 'yes', 'on', '1'), True),
+    **dict.fromkeys(('false', 'no', 'off', '0'), False),
+}
+"""What YAML and launch take for true and false, in any case."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +66,41 @@ class NodeSpec:
         # -P: the package that runs here, not one that lies in the current directory
         command = (sys.executable, '-P', '-m', module, *arguments)
         return Process(self.name, command, self.restart, self.ends)
+
+
+def absolute_namespace(text: str) -> str:
+    """
+    Return a namespace as ROS wants it, ``/hall`` for ``hall``; nothing for nothing.
+
+    Raises
+    ------
+    ConfigError
+        If ROS would not take it.
+
+    """
+    bare = text.strip().strip('/')
+    if bare and not _NAMESPACE.fullmatch(f'/{bare}'):
+        raise ConfigError(
+            f'namespace is {text!r}, expected names of letters, digits and underscores, no digit '
+            'first, with slashes between, for example hall or site/hall'
+        )
+    return f'/{bare}' if bare else ''
+
+
+def truth_of(name: str, text: str) -> bool:
+    """
+    Return whether the text of a launch argument means true.
+
+    Raises
+    ------
+    ConfigError
+        If it means neither true nor false; names the argument.
+
+    """
+    truth = _TRUTHS.get(text.strip().lower())
+    if truth is None:
+        raise ConfigError(f'{name} is {text!r}, expected true or false')
+    return truth
 
 
 def coverage_node(path: str | Path, use_sim_time: bool = False) -> NodeSpec:

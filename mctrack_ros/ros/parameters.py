@@ -55,12 +55,17 @@ def read(node: Node, kind: type[Config]) -> Config:
 
 
 def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[], bool]) -> None:
-    """Let parameters change only while the node is not configured, and only to what is valid."""
+    """
+    Let parameters change only while the node is not configured, and only to what is valid.
+
+    To set one to what it is changes nothing and is always right: ``ros2 param load`` does so.
+
+    """
     known = {parameter.name: parameter for parameter in parameters_of(kind)}
 
     def judge(changes: list[Any]) -> SetParametersResult:
         for change in changes:
-            if change.name not in known:
+            if change.name not in known or change.value == node.get_parameter(change.name).value:
                 continue
             if fixed():
                 reason = f'{change.name} takes effect on configuration: clean the node up first'
