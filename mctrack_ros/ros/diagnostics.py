@@ -37,7 +37,7 @@ class StreamHealth:
     ----------
     received, latency_ns, worst_ns : int
         Messages since the last report, the sum and the largest of their ages on arrival.
-    last_stamp_ns : int
+    last_stamp_ns : int or None
         Of the newest message.
     gaps_ns : deque of int
         Between the stamps of the last messages.
@@ -51,7 +51,7 @@ class StreamHealth:
     received: int = 0
     latency_ns: int = 0
     worst_ns: int = 0
-    last_stamp_ns: int = 0
+    last_stamp_ns: int | None = None
     gaps_ns: deque[int] = field(default_factory=lambda: deque(maxlen=_GAPS))
     totals: dict[str, int] = field(default_factory=dict)
     reported: dict[str, int] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class StreamHealth:
         self.received += 1
         self.latency_ns += now_ns - stamp_ns
         self.worst_ns = max(self.worst_ns, now_ns - stamp_ns)
-        gap_ns = stamp_ns - self.last_stamp_ns
+        gap_ns = _PAUSE_NS if self.last_stamp_ns is None else stamp_ns - self.last_stamp_ns
         if -_STEP_BACK_NS < gap_ns <= 0:
             return
         self.last_stamp_ns = stamp_ns
