@@ -1,15 +1,9 @@
 """Start the camera nodes, the fusion node and the coverage node of a site."""
 
-import tempfile
 from pathlib import Path
 
-from launch.actions import (
-    DeclareLaunchArgument,
-    OpaqueFunction,
-    RegisterEventHandler,
-    SetEnvironmentVariable,
-)
-from launch.event_handlers import OnShutdown
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.logging import launch_config
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
@@ -26,22 +20,19 @@ def site(context):
     namespace = absolute_namespace(values['namespace'])
     path = site_path(values['site'])
     nodes = site_nodes(load_site(path), simulated)
-    directory = tempfile.TemporaryDirectory(prefix='mctrack_')
+    directory = Path(launch_config.log_dir)
     return [
-        RegisterEventHandler(OnShutdown(on_shutdown=lambda *_: directory.cleanup())),
-        *[
-            Node(
-                package='mctrack_ros',
-                executable=spec.executable,
-                name=spec.name,
-                namespace=namespace,
-                parameters=[str(spec.write(Path(directory.name)))],
-                respawn=respawn,
-                respawn_delay=1.0,
-                output='screen',
-            )
-            for spec in [*nodes, coverage_node(path, simulated)]
-        ],
+        Node(
+            package='mctrack_ros',
+            executable=spec.executable,
+            name=spec.name,
+            namespace=namespace,
+            parameters=[str(spec.write(directory))],
+            respawn=respawn,
+            respawn_delay=1.0,
+            output='screen',
+        )
+        for spec in [*nodes, coverage_node(path, simulated)]
     ]
 
 

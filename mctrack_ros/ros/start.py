@@ -1,11 +1,12 @@
 """
-The nodes' executables: they answer ``--help`` and Ctrl-C before a node's imports, which take long.
+The nodes' executables: they answer ``--help`` and Ctrl-C while a node's imports would take long.
 
 A node imports compiled loops, and the first time compiles them for minutes.
 """
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from functools import partial
@@ -16,7 +17,8 @@ from mctrack_ros.ros.usage import asked_for_help, usage
 
 def start(node: str) -> int:
     """Run a node of the package by its name; return the exit code."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: os._exit(0))
     if asked_for_help(sys.argv[1:]):
         print(usage(node))
         return 0
