@@ -124,9 +124,9 @@ def track_bag(
     ):
         for ticked in run_lockstep(workers, site, fusion=fusion, explain=explain):
             if summary.ticks == 0:
-                writer.write_text('/site', site.description(), ticked.tick.stamp_ns)
-            now_ns = log.time_ns(ticked)
-            _write(writer, ticked, site.ground_frame, now_ns)
+                began_ns = ticked.tick.stamp_ns
+                writer.write_text('/site', site.description(began_ns), began_ns)
+            _write(writer, ticked, site.ground_frame, log.time_ns(ticked))
             text.write(ticked.output.tracks)
             summary.ticks += 1
             summary.pictures += len(ticked.results)

@@ -88,7 +88,7 @@ class CameraNode(GraphNode):
             f'{camera} calibration': self.pose,
             f'{camera} picture': self.sight,
         }
-        self.diagnostics = Diagnostics(self, parts)
+        self.diagnostics = Diagnostics(self, parts, (camera,))
         reliable = quality.reliable
         self.detections = self.publisher(PointCloud2, f'{camera}/detections', reliable(10))
         self.events = self.publisher(PointCloud2, f'{camera}/events', reliable(100))
