@@ -16,6 +16,7 @@ from mctrack_ros.cli import (
     demo,
     explain,
     graph,
+    import_detections,
     offline,
     reproduce,
     videos,
@@ -49,6 +50,7 @@ def _root(
 app.command('demo')(demo.demo)
 app.command('simulate')(offline.simulate)
 app.command('import-videos')(videos.import_videos)
+app.command('import-detections')(import_detections.import_detections)
 app.command('track')(offline.track)
 app.command('explain')(explain.explain)
 app.command('echo')(offline.echo)

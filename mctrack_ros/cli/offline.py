@@ -114,7 +114,9 @@ def simulate(
 
 def track(
     bag: Path = typer.Argument(..., help='Bag with the pictures, or detections, of every camera.'),
-    out: Path = typer.Option(..., help='Folder for the bag of results and tracks.txt.'),
+    out: Path = typer.Option(
+        ..., help='Folder for the bag of results, tracks.txt and tracks.csv.'
+    ),
     site: str = typer.Option(
         '', help=f'Site YAML, or the name of a shipped site; unless given, {_USUAL_SITE}.'
     ),
@@ -163,7 +165,7 @@ def track(
         },
     )
     typer.echo(figures.table())
-    typer.echo(f'wrote {out / "bag"} and {out / "tracks.txt"}')
+    typer.echo(f'wrote {out / "bag"}, {out / "tracks.txt"} and {out / "tracks.csv"}')
     if json_file is not None:
         figures.write(json_file)
 

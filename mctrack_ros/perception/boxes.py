@@ -186,8 +186,8 @@ def _known(stamp_ns: int, place: Floats, covariance: Floats, **columns: ArrayLik
         covariance=covariance,
         **columns,
     )
-    known: Mask = np.isfinite(place).all(axis=1)
-    known &= np.isfinite(covariance).all(axis=(1, 2))
+    certain = np.column_stack([place, covariance.reshape(-1, 4)])
+    known: Mask = np.all(np.isfinite(certain), axis=1)
     return rows.select(known)
 
 

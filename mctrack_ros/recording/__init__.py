@@ -14,6 +14,7 @@ from mctrack_ros.recording.mot_text import (
     read_mot_text,
     write_mot_text,
 )
+from mctrack_ros.recording.track_table import TrackTableWriter
 
 __all__ = [
     'ROSBAGS_CLASSES',
@@ -22,6 +23,7 @@ __all__ = [
     'BagWriter',
     'MotTextError',
     'MotTextWriter',
+    'TrackTableWriter',
     'check_place',
     'frame_origin_ns',
     'read_mot_text',

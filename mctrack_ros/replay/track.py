@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from mctrack_ros.interfaces import REPORTED
-from mctrack_ros.recording import BagReader, BagWriter, MotTextWriter
+from mctrack_ros.recording import BagReader, BagWriter, MotTextWriter, TrackTableWriter
 from mctrack_ros.replay.camera_source import topic_of
 from mctrack_ros.replay.lockstep import TickOutput, camera_tasks, run_lockstep
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
@@ -58,7 +58,7 @@ def track_bag(
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> TrackSummary:
     """
-    Track a bag and write ``out/bag`` and ``out/tracks.txt``.
+    Track a bag and write ``out/bag``, ``out/tracks.txt`` and ``out/tracks.csv``.
 
     The same bag and site give the same bytes, whatever the number of processes.
 
@@ -94,6 +94,7 @@ def track_bag(
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
         MotTextWriter(out / 'tracks.txt', tasks[0].period_ns) as text,
+        TrackTableWriter(out / 'tracks.csv', tasks[0].period_ns) as table,
         closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
     ):
         for ticked in run_lockstep(workers, site, explain=explain):
@@ -101,6 +102,7 @@ def track_bag(
                 writer.write_text('/site', site.description(), ticked.tick.stamp_ns)
             _write(writer, ticked, site.ground_frame)
             text.write(ticked.output.tracks)
+            table.write(ticked.output.tracks)
             summary.ticks += 1
             summary.pictures += len(ticked.results)
             tracks = ticked.output.tracks
