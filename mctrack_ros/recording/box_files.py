@@ -178,8 +178,14 @@ def _times(table: Table, clock: TextClock) -> tuple[Ints, Ints, float]:
     pictures = np.unique(stamps)
     interval = 1e9 / clock.rate_hz if clock.rate_hz else 0.0
     if not interval and len(pictures) > 1:
-        interval = float(np.median(np.diff(pictures)))
+        interval = _usual_gap(np.diff(pictures))
     return stamps, pictures, interval
+
+
+def _usual_gap(gaps: Ints) -> float:
+    """Return the time between pictures: of the gaps those without missing pictures, a quarter."""
+    short = np.quantile(gaps, 0.25, method='lower')
+    return float(np.median(gaps[gaps < 1.5 * short]))
 
 
 def _frame_times(table: Table, clock: TextClock) -> tuple[Ints, Ints, float]:
@@ -277,6 +283,6 @@ def _scores(table: Table, limits: tuple[float, float], is_seen: NDArray[np.bool_
         raise table.error(
             row,
             f'the score is {score[row]:g}, expected {low:g} to {high:g}; those of the file are '
-            f'{least:g} to {most:g}: --score-range {least:g},{most:g}?',
+            f'{least:g} to {most:g}: --score-range={least:g},{most:g}?',
         )
     return (score - low) / (high - low)
