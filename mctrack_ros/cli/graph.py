@@ -22,6 +22,11 @@ def run(
     site: str = typer.Argument(..., help='Site YAML, or the name of a shipped site.'),
     namespace: str = typer.Option('', help='Namespace of all nodes, for example /hall.'),
     use_sim_time: bool = typer.Option(False, '--use-sim-time', help='Take time from /clock.'),
+    own_detections: bool = typer.Option(
+        False,
+        '--own-detections',
+        help='Start no camera nodes: your own detectors send <camera>/detections.',
+    ),
     domain: int | None = _DOMAIN,
 ) -> None:
     """Run the graph of a site: a node a camera, fusion and coverage. Ctrl-C stops it."""
@@ -29,7 +34,7 @@ def run(
     from mctrack_ros.ros.graph import coverage_node
     from mctrack_ros.ros.site_graph import site_nodes
 
-    nodes = site_nodes(named_site(site), use_sim_time)
+    nodes = site_nodes(named_site(site), use_sim_time, own_detections)
     _run_nodes([*nodes, coverage_node(site_path(site), use_sim_time)], namespace, domain)
 
 
