@@ -84,6 +84,8 @@ def import_detections(
         size = camera.image_width, camera.image_height
         for line in _report(name, imported, size):
             typer.echo(line)
+        if sightings[name].unused:
+            typer.echo(f'{name}: columns not read: {", ".join(sightings[name].unused)}')
     for name in sorted(config.cameras.keys() - files.keys()):
         typer.echo(
             f'{name} of {config.name} is not in the bag: `mctrack track` wants a site without it',
@@ -101,6 +103,8 @@ def _read(name: str, source: str, clock: TextClock) -> Sightings:
     if not colon:
         path, topic = source, ''
     if Path(path).is_dir() or Path(path).suffix in _BAGS:
+        if clock.later_s:
+            raise ValueError(f'{source} has stamps of its own: --later cannot move them')
         return read_detection_arrays(path, name, f'/{topic}' if colon else '')
     return read_boxes(source, clock)
 

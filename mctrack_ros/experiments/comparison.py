@@ -148,6 +148,7 @@ class Comparison:
             protocol={
                 'gate_m': gate_m,
                 **self.selection.protocol(),
+                'frame_ms': round(self.period_ns * 1e-6, 3),
                 'frames with truth': len(np.unique(self.truth.frame)),
                 'rows': 'confirmed, coasting and grouped tracks',
             },

@@ -114,6 +114,7 @@ def read_boxes(path: str | Path, clock: TextClock) -> Sightings:
         label=np.array(table.texts('class'), np.str_)[rows],
         local_id=numbered([table.texts('id')[row] for row in rows]),
         interval_ns=interval_ns,
+        unused=table.unused,
     )
 
 
@@ -173,6 +174,8 @@ def _times(table: Table, clock: TextClock) -> tuple[Ints, Ints, float]:
             int(np.flatnonzero(is_absolute)[0]),
             'the time counts from 1970, and in lines before it does not',
         )
+    if is_absolute.any() and clock.later_s:
+        raise TableError(f'{table.path}: its times count from 1970: --later cannot move them')
     if not is_absolute.any():
         stamps += START_NS + round(clock.later_s * 1e9)
     pictures = np.unique(stamps)

@@ -160,10 +160,11 @@ def read_table(path: str | Path, spellings: Spellings) -> Table:
 
     """
     lines = read_lines(path)
-    if not any(line.strip() for line in lines):
+    top = next((index for index, line in enumerate(lines) if line.strip()), None)
+    if top is None:
         raise TableError(f'{path} is empty')
-    separator = next((each for each in _SEPARATORS if each in lines[0]), ',')
-    rows = list(csv.reader(lines, delimiter=separator, skipinitialspace=True))
+    separator = next((each for each in _SEPARATORS if each in lines[top]), ',')
+    rows = list(csv.reader(lines[top:], delimiter=separator, skipinitialspace=True))
     known = {one: name for name, more in spellings.items() for one in (name, *more)}
     headings = [_plain(text) for text in rows[0]]
     names = [known.get(heading, '') for heading in headings]
@@ -171,7 +172,9 @@ def read_table(path: str | Path, spellings: Spellings) -> Table:
         if name and names.count(name) > 1:
             both = [text for text, one in zip(rows[0], names) if one == name]
             raise TableError(f'{path}: the columns {" and ".join(both)} stand for the same')
-    filled = [(line, row) for line, row in enumerate(rows[1:], 2) if any(map(str.strip, row))]
+    filled = [
+        (line, row) for line, row in enumerate(rows[1:], top + 2) if any(map(str.strip, row))
+    ]
     for line, row in filled:
         if len(row) != len(names):
             raise TableError(
@@ -185,14 +188,14 @@ def read_table(path: str | Path, spellings: Spellings) -> Table:
             for column, name in enumerate(names)
             if name
         },
-        tuple(text.strip() for text, name in zip(rows[0], names) if not name),
+        tuple(text.strip() for text, name in zip(rows[0], names) if text.strip() and not name),
     )
 
 
 def has_header(lines: list[str]) -> bool:
-    """Tell whether the first line that is not empty names columns: it is not all numbers."""
-    first = next((line for line in lines if line.strip()), '')
-    return any(not _is_number(text) for text in re.split(r'[,;\s]+', first.strip()) if text)
+    """Tell whether the first line that is not empty names columns: it begins with no number."""
+    first = next((line for line in lines if line.strip()), '0')
+    return not _is_number(re.split(r'[,;\s]', first.strip())[0])
 
 
 def _plain(heading: str) -> str:

@@ -44,6 +44,8 @@ class Sightings:
         The detector's own tracks, from 1; 0: none.
     interval_ns : float
         Time between pictures, ns; 0: all are known of.
+    unused : tuple of str
+        Headings of columns that were not read.
     """
 
     stamp_ns: Ints
@@ -55,6 +57,7 @@ class Sightings:
     label: NDArray[np.str_]
     local_id: Ints
     interval_ns: float = 0.0
+    unused: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         """Return the number of rows."""

@@ -195,9 +195,9 @@ def test_tables_that_do_not_say_when_the_recording_began_need_frames(hall, impor
 def test_what_is_left_out_is_counted_and_said(hall, tmp_path):
     person = ','.join(map(str, boxes('north', 0)[0]))
     (tmp_path / 'north.csv').write_text(
-        'frame,left,top,width,height,score,class\n'
-        f'1,{person},0.9,person\n1,{person},0.1,person\n1,{person},1,Chair\n1,{person},1,cat\n'
-        '2,300,1,20,40,1,person\n3,900,300,20,40,1,person\n'
+        'frame,left,top,width,height,score,class,shoe\n'
+        f'1,{person},0.9,person,7\n1,{person},0.1,person,7\n1,{person},1,Chair,7\n'
+        f'1,{person},1,cat,7\n2,300,1,20,40,1,person,7\n3,900,300,20,40,1,person,7\n'
     )
     said = mctrack(
         *('import-detections', tmp_path / 'bag', f'north={tmp_path / "north.csv"}'),
@@ -209,6 +209,7 @@ def test_what_is_left_out_is_counted_and_said(hall, tmp_path):
     assert f'1 left out, outside the picture (are they of pictures of {SIZE[0]} x' in said
     assert 'north: 1 left out, their score is below --least-score' in said
     assert 'north: 1 of class Chair left out (--class Chair=person?)' in said
+    assert 'north: columns not read: shoe' in said
     assert 'south of hall is not in the bag' in said
     rows = detections_of(tmp_path / 'bag', 'north')[0]
     assert rows.class_id.tolist() == [ClassCode.PERSON, ClassCode.UNKNOWN]

@@ -80,8 +80,8 @@ def test_cmc_is_tracked(data_root):
 @pytest.mark.real_data
 def test_pets_six_views_are_tracked(data_root):
     figures = reproduce_pets_multiview(data_root).figures
-    assert figures['pets.multiview.moda'] >= 0.86
-    assert figures['pets.multiview.all_frames.moda'] >= 0.88
+    assert figures['pets.multiview.mota'] >= 0.95  # .937 where low cameras lose boxes
+    assert figures['pets.multiview.all_frames.moda'] >= 0.96
     assert figures['pets.multiview.by_passage.moda'] == figures['pets.multiview.moda']
     assert figures['pets.multiview.by_passage.idf1'] >= figures['pets.multiview.idf1'] + 0.03
 

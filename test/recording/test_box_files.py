@@ -84,6 +84,8 @@ def test_files_may_count_from_zero_and_begin_later(tmp_path):
     ('text', 'said'),
     [
         ('', r'boxes\.csv is empty|holds no rows'),
+        ('1,-1,ten,20,30,40,1\n', r"line 1: left is 'ten', expected a number"),
+        ('\n\nframe,x,y,score\n1,a,2,1\n', r"line 4: x is 'a', expected a number"),
         ('1,-1,10,20,30,40\n', r'line 1: 6 fields, expected at least 7'),
         ('1,-1,10,20,30,-40,1\n', r'line 1: the box is 30 x -40 px, expected sizes above 0'),
         ('1,-1,10,20,30,40,1\n2,-1,nan,20,30,40,1\n', r'line 2: left is nan, expected a finite'),
@@ -118,6 +120,13 @@ def test_what_cannot_be_used_is_named_with_its_line(text, said, tmp_path):
         read(tmp_path, text)
     assert 'boxes.csv' in str(refused.value)
     assert '\n' not in str(refused.value)
+
+
+def test_times_from_1970_cannot_be_moved(tmp_path):
+    text = 'time,x,y,score\n1764000000.1,1,2,1\n'
+    assert read(tmp_path, text).stamp_ns.tolist() == [1_764_000_000_100_000_000]
+    with pytest.raises(TableError, match=r'count from 1970: --later cannot move them'):
+        read(tmp_path, text, TextClock(later_s=1.0))
 
 
 def test_frames_need_a_rate(tmp_path):
