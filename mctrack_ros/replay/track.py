@@ -12,7 +12,7 @@ import numpy as np
 
 from mctrack_ros.fusion import FusionPipeline
 from mctrack_ros.interfaces import REPORTED
-from mctrack_ros.recording import BagReader, BagWriter, MotTextWriter
+from mctrack_ros.recording import BagReader, BagWriter, MotTextWriter, TrackTableWriter
 from mctrack_ros.replay.camera_source import CameraTask, Debug, topic_of
 from mctrack_ros.replay.lockstep import TickOutput, camera_tasks, run_lockstep
 from mctrack_ros.replay.quality import LEFT_OUT, Stamps, complaints, figures
@@ -75,7 +75,7 @@ def track_bag(
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> TrackSummary:
     """
-    Track a bag, or videos, and write ``out/bag`` and ``out/tracks.txt``.
+    Track a bag, or videos, and write ``out/bag``, ``out/tracks.txt`` and ``out/tracks.csv``.
 
     The same bag and site give the same bytes, whatever the number of processes; videos give
     those of the bag that `write_videos` makes of them.
@@ -120,6 +120,7 @@ def track_bag(
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
         MotTextWriter(out / 'tracks.txt', tasks[0].period_ns) as text,
+        TrackTableWriter(out / 'tracks.csv', tasks[0].period_ns) as table,
         closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
     ):
         for ticked in run_lockstep(workers, site, fusion=fusion, explain=explain):
@@ -128,6 +129,7 @@ def track_bag(
                 writer.write_text('/site', site.description(began_ns), began_ns)
             _write(writer, ticked, site.ground_frame, log.time_ns(ticked))
             text.write(ticked.output.tracks)
+            table.write(ticked.output.tracks)
             summary.ticks += 1
             summary.pictures += len(ticked.results)
             tracks = ticked.output.tracks

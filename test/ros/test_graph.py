@@ -103,6 +103,10 @@ def test_what_is_neither_true_nor_false_is_refused(text):
         truth_of('use_sim_time', text)
 
 
+def test_own_detections_need_no_camera_nodes(site):
+    assert [node.name for node in site_nodes(site, own_detections=True)] == ['fusion']
+
+
 @pytest.mark.live
 def test_a_bag_is_tracked_live_and_recorded(bench, site, supervised, walker_bag, tmp_path):
     nodes = [
