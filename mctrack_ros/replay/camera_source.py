@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.codec import image_from_message, rows_from_cloud, stamp_ns_of
 from mctrack_ros.interfaces import Detections, Events, Feedback
-from mctrack_ros.perception import FeedbackBuffer, check_picture
+from mctrack_ros.perception import FeedbackBuffer
 from mctrack_ros.recording import BagError, BagReader
 
 if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
@@ -205,8 +205,8 @@ class CameraSource:
             return True
         settings = self._task.settings
         try:
-            self._image = image_from_message(message)
-            check_picture(self._image, (settings.image_width, settings.image_height))
+            size = (settings.image_width, settings.image_height)
+            self._image = image_from_message(message, size)
         except ValueError as error:
             self.refused, self._reason = self.refused + 1, str(error)
             return False
