@@ -129,7 +129,7 @@ def _decompressed(
     if data[:2].tobytes() == JPEG_START and simplejpeg is not None and not is_mosaic:
         picture = _from_jpeg(data)
     else:
-        values = cv2.imdecode(data, cv2.IMREAD_UNCHANGED | cv2.IMREAD_IGNORE_ORIENTATION)
+        values = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
         if values is None:
             raise CodecError(f'{data.size} bytes of a {name!r} image cannot be decompressed')
         picture = _from_values(values, source if is_mosaic else '')
