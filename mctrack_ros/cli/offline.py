@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from mctrack_ros.camera_names import resolved
+from mctrack_ros.cli.options import namespace_name
 from mctrack_ros.cli.videos import LATER, RATE, open_videos, warn
 from mctrack_ros.processes import prepare_workers
 
@@ -130,6 +132,9 @@ def track(
     site: str = typer.Option(
         '', help=f'Site YAML, or the name of a shipped site; unless given, {_USUAL_SITE}.'
     ),
+    namespace: str = typer.Option(
+        '', callback=namespace_name, help='Where the topics of the cameras lie in the bag.'
+    ),
     later: list[str] = LATER,
     rate: float = RATE,
     processes: int | None = _WORKERS,
@@ -159,6 +164,7 @@ def track(
             bag,
             out,
             config,
+            namespace=namespace,
             processes=processes,
             overwrite=overwrite,
             explain=explain,
@@ -218,6 +224,9 @@ def _source(
 def echo(
     topic: str = typer.Argument(..., help='Topic of one of the clouds, for example /tracks.'),
     bag: Path | None = typer.Option(None, help='Read a bag instead of the running graph.'),
+    namespace: str = typer.Option(
+        '', callback=namespace_name, help='Namespace of the topic, for example /hall.'
+    ),
     count: int = typer.Option(0, min=0, help='Stop after so many messages; 0: go on.'),
     as_json: bool = typer.Option(False, '--json', help='One JSON object a message.'),
 ) -> None:
@@ -226,8 +235,8 @@ def echo(
 
     from mctrack_ros.cli.tables import cloud_table, cloud_values
 
-    console = Console(width=_TABLE_WIDTH)
-    for index, message in enumerate(_messages(topic, bag)):
+    console, topic = Console(width=_TABLE_WIDTH), resolved(topic)
+    for index, message in enumerate(_messages(topic, bag, namespace)):
         if as_json:
             typer.echo(json.dumps(cloud_values(topic, message)))
         else:
@@ -236,16 +245,16 @@ def echo(
             return
 
 
-def _messages(topic: str, bag: Path | None) -> Iterator[Any]:
+def _messages(topic: str, bag: Path | None, namespace: str) -> Iterator[Any]:
     """Yield the clouds of a topic, from a bag or from the running graph."""
     if bag is None:
         from mctrack_ros.ros.subscribe import clouds
 
-        yield from clouds(topic)
+        yield from clouds(namespace + topic)
         return
     from mctrack_ros.recording import BagError, BagReader
 
-    with BagReader(bag) as reader:
+    with BagReader(bag, namespace) as reader:
         kind = reader.topics.get(topic)
         if kind not in (None, 'sensor_msgs/msg/PointCloud2'):
             raise BagError(f'{bag}: {topic} holds {kind}, expected sensor_msgs/msg/PointCloud2')

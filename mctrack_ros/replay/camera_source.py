@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mctrack_ros.camera_names import is_name, picture_topic, resolved
 from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.codec import image_from_message, rows_from_cloud, stamp_ns_of
 from mctrack_ros.interfaces import Detections, Events, Feedback
@@ -35,6 +36,8 @@ class CameraTask:
         Its topics, calibration and pipeline.
     period_ns, delay_ns : int
         Tick period and feedback delay, ns.
+    namespace : str
+        Where its topics lie in the bag.
     video : CameraVideo, optional
         The video; its pictures are compressed as `import-videos` does, so they track alike.
 
@@ -45,12 +48,13 @@ class CameraTask:
     settings: CameraSettings
     period_ns: int
     delay_ns: int
+    namespace: str = ''
     video: CameraVideo | None = None
 
     @property
     def image_topic(self) -> str:
         """Topic of the pictures."""
-        return f'/{self.camera}/{self.settings.image_topic}'
+        return resolved(picture_topic(self.camera, self.settings.image_topic))
 
     @property
     def detections_topic(self) -> str:
@@ -97,17 +101,31 @@ def topic_of(task: CameraTask, reader: BagReader) -> str:
             return topic
     raise BagError(
         f'{task.bag} has no messages on {task.image_topic} nor on {task.detections_topic}: '
-        f'its cameras are {", ".join(cameras_in(reader)) or "none"}; give the site of these, '
-        'by --site'
+        f'{_where_to_look(task, reader)}'
     )
 
 
-def cameras_in(reader: BagReader) -> list[str]:
-    """Return the names of whose pictures, or else detections, a bag holds."""
-    pictures = [topic for topic, kind in reader.topics.items() if kind in _PICTURES]
-    detections = [topic for topic in reader.topics if topic.endswith('/detections')]
-    found = {topic.split('/')[1] for topic in pictures or detections if reader.count(topic)}
-    return sorted(found - {'truth'})
+def _where_to_look(task: CameraTask, reader: BagReader) -> str:
+    """Return what a bag has instead of a camera's topics, and how that is tracked."""
+    filled = [topic for topic in reader.topics if reader.count(topic)]
+    for wanted in (task.image_topic, task.detections_topic):
+        for topic in filled:
+            if topic.endswith(wanted) and not topic.startswith('/truth/'):
+                namespace = topic.removesuffix(wanted)
+                return f'it has {topic}: give --namespace {namespace}'
+    pictures = [topic for topic in filled if reader.topics[topic] in _PICTURES]
+    detections = [topic for topic in filled if topic.endswith('/detections')]
+    ending = f'/{task.settings.image_topic}' if pictures else '/detections'
+    found = {topic.removesuffix(ending)[1:] for topic in pictures or detections}
+    cameras = sorted(found - {'truth'})
+    if cameras and all(map(is_name, cameras)):
+        return f'its cameras are {", ".join(cameras)}; give the site of these, by --site'
+    if pictures:
+        return (
+            f'its pictures are on {", ".join(sorted(pictures))}; name them in the site, each as '
+            'image_topic of a camera'
+        )
+    return 'it has neither pictures nor detections of any camera'
 
 
 class CameraSource:
@@ -141,7 +159,7 @@ class CameraSource:
         if video is not None:
             self._from_pictures, self._reading = True, video.reading()
             return video.messages(self._reading)
-        self._reader = BagReader(self._task.bag)
+        self._reader = BagReader(self._task.bag, self._task.namespace)
         topic = topic_of(self._task, self._reader)
         self._from_pictures = topic == self._task.image_topic
         return self._reader.messages([topic])

@@ -52,11 +52,11 @@ class TickOutput:
     explanation: Explanation | None
 
 
-def camera_tasks(bag: str | Path, site: SiteConfig) -> list[CameraTask]:
+def camera_tasks(bag: str | Path, site: SiteConfig, namespace: str = '') -> list[CameraTask]:
     """Return the tasks of a site's cameras over a bag."""
     period_ns, delay_ns = tick_ns(site)
     return [
-        CameraTask(Path(bag), name, settings, period_ns, delay_ns)
+        CameraTask(Path(bag), name, settings, period_ns, delay_ns, namespace)
         for name, settings in site.cameras.items()
     ]
 

@@ -60,6 +60,7 @@ def track_bag(
     out: str | Path,
     site: SiteConfig,
     *,
+    namespace: str = '',
     processes: int | None = None,
     overwrite: bool = False,
     explain: bool = False,
@@ -79,6 +80,8 @@ def track_bag(
         Folder for the results.
     site : SiteConfig
         Cameras and settings.
+    namespace : str
+        Where the topics of the cameras lie in the bag; the results lie in none.
     processes : int, optional
         Processes for the cameras; unless given, one each: none waits for another's turn.
     overwrite : bool
@@ -94,7 +97,10 @@ def track_bag(
         What was done.
 
     """
-    tasks, seconds, total = _videos(bag, site) if isinstance(bag, Mapping) else _bag(bag, site)
+    if isinstance(bag, Mapping):
+        tasks, seconds, total = _videos(bag, site)
+    else:
+        tasks, seconds, total = _bag(bag, site, namespace)
     summary = TrackSummary(seconds)
     out = Path(out)
     with (
@@ -118,10 +124,10 @@ def track_bag(
     return summary
 
 
-def _bag(bag: str | Path, site: SiteConfig) -> tuple[list[CameraTask], float, int]:
+def _bag(bag: str | Path, site: SiteConfig, namespace: str) -> tuple[list[CameraTask], float, int]:
     """Return the tasks over a bag, its length, s, and how many messages they take."""
-    tasks = camera_tasks(bag, site)
-    with BagReader(bag) as reader:
+    tasks = camera_tasks(bag, site, namespace)
+    with BagReader(bag, namespace) as reader:
         return tasks, reader.duration_s, sum(reader.count(topic_of(t, reader)) for t in tasks)
 
 

@@ -38,6 +38,6 @@ def video_tasks(videos: Mapping[str, Video], site: SiteConfig) -> list[CameraTas
             )
     sources = together(videos)
     return [
-        CameraTask(videos[name].path, name, settings, period_ns, delay_ns, sources[name])
+        CameraTask(videos[name].path, name, settings, period_ns, delay_ns, video=sources[name])
         for name, settings in site.cameras.items()
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import pickle
 import resource
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -15,7 +16,7 @@ import cv2
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import CalibrationError
 from mctrack_ros.processes import worker_context
-from mctrack_ros.recording import BagError
+from mctrack_ros.recording import BagError, CutBagWarning
 from mctrack_ros.replay.camera_source import CameraResult, CameraSource, CameraTask
 
 EXPECTED_ERRORS = (BagError, CalibrationError, ConfigError, ValueError)
@@ -116,6 +117,7 @@ class CameraWorkers:
 def _work(connection: Connection, tasks: list[CameraTask]) -> None:
     """Step the cameras of one process in the order of their stamps; report tick by tick."""
     cv2.setNumThreads(1)
+    warnings.simplefilter('ignore', CutBagWarning)  # the process that began this one has warned
     try:
         sources = {task.camera: CameraSource(task) for task in tasks}
         gc.freeze()  # what is here lives on: the collector need not look at it again

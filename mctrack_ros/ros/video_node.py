@@ -14,7 +14,7 @@ import cv2
 from rclpy.duration import Duration
 from sensor_msgs.msg import CompressedImage, Image
 
-from mctrack_ros.camera_names import check_camera_name
+from mctrack_ros.camera_names import check_camera_name, picture_topic
 from mctrack_ros.codec import compressed_message, image_message, jpeg_from_image
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.ros import quality
@@ -53,7 +53,8 @@ class VideoNodeConfig:
     )
     image_topic: str = parameter(
         'image_raw/compressed',
-        'pictures, relative to the camera; a name ending in /compressed holds JPEG',
+        'pictures, below the name of the camera, or with a leading slash a whole name; one that '
+        'ends in /compressed holds JPEG',
     )
     quality: int = parameter(90, 'JPEG quality [%]', minimum=1, maximum=100)
     width: int = parameter(0, 'scale pictures to this width; 0: keep [px]', minimum=0)
@@ -88,7 +89,7 @@ class VideoNode(GraphNode):
         else:
             self.address = int(source) if source.isdigit() else source
             self.capture = self.opened()
-        topic = f'{self.config.camera}/{self.config.image_topic}'
+        topic = picture_topic(self.config.camera, self.config.image_topic)
         self.compressed = topic.endswith('/compressed')
         kind = CompressedImage if self.compressed else Image
         qos = quality.images(self.config.reliable, self.config.depth)
