@@ -19,7 +19,6 @@ from mctrack_ros.processes import prepare_workers
 
 if TYPE_CHECKING:
     from mctrack_ros.recording.videos import Video
-    from mctrack_ros.site_config import SiteConfig
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 _USUAL_SITE = 'pitch5'
@@ -127,8 +126,8 @@ def track(
         help='Bag with the pictures, or detections, of every camera; or the video file of each, '
         'for example north=north.mp4 south=south.mp4.',
     ),
-    out: Path = typer.Option(
-        ..., help='Folder for the bag of results, tracks.txt and tracks.csv.'
+    out: Path | None = typer.Option(
+        None, help='Folder for the bag of results, tracks.txt and tracks.csv.  [required]'
     ),
     site: str = typer.Option(
         '', help=f'Site YAML, or the name of a shipped site; unless given, {_USUAL_SITE}.'
@@ -160,10 +159,12 @@ def track(
     from mctrack_ros.replay.camera_source import Debug
     from mctrack_ros.replay.track import track_bag
 
+    bag, name = _source(sources, later, rate)
+    if out is None:
+        raise typer.BadParameter('a folder for the results is missing', param_hint='--out')
     if not site:
         typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
     config = named_site(site or _USUAL_SITE)
-    bag, name = _source(sources, config, later, rate)
     processes = processes or len(config.cameras)
     for line in calibration_doubts(config):
         typer.echo(line, err=True)
@@ -208,7 +209,7 @@ def track(
 
 
 def _source(
-    sources: list[str], site: SiteConfig, later: list[str], rate: float
+    sources: list[str], later: list[str], rate: float
 ) -> tuple[Path | dict[str, Video], str]:
     """
     Return the bag, or the videos by camera, and how the command names them.
@@ -226,8 +227,10 @@ def _source(
     if later or rate:
         raise ValueError('--later and --rate are for videos: camera=file')
     if path.is_file() and path.suffix not in _BAG_FILES:
-        camera = next(iter(site.cameras))
-        raise ValueError(f'{path} is no bag; a video is named with its camera: {camera}={path}')
+        raise ValueError(
+            f'{path} is no bag; videos are named with the cameras of a site: '
+            f'mctrack track CAMERA={path} ... --site SITE.yaml --out FOLDER'
+        )
     return path, path.name
 
 

@@ -36,6 +36,16 @@ def test_broken_pictures_and_those_of_another_size_are_passed_over(tmp_path):
     assert camera.refused == 2
 
 
+def test_a_huge_picture_is_passed_over_undecoded(tmp_path):
+    huge = GOOD.copy()
+    at = huge.tobytes().index(b'\xff\xc0')
+    huge[at + 5 : at + 9] = 0xFF
+    camera = source(tmp_path, [GOOD, huge, GOOD])
+    while camera.next_stamp_ns is not None:
+        camera.step()
+    assert camera.refused == 1
+
+
 def test_a_bag_without_any_usable_picture_is_refused(tmp_path):
     with pytest.raises(BagError, match='no picture on /cam1/image_raw/compressed can be used'):
         source(tmp_path, [SMALL, BROKEN])
