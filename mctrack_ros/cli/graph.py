@@ -63,7 +63,7 @@ def record(
     from mctrack_ros.ros.graph import recorder_node
 
     if namespace:
-        topics = [f'{namespace}(?:{pattern})' for pattern in topics]
+        topics = [f'{namespace}(?=/)(?:{pattern})' for pattern in topics]
     node = recorder_node(out.absolute(), topics, overwrite=overwrite, explain=explain)
     _run_nodes([node], '', domain)
 
