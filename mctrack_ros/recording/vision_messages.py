@@ -9,8 +9,9 @@ import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from mctrack_ros.codec import stamp_ns_of
-from mctrack_ros.recording.bag import BagError, BagReader
+from mctrack_ros.recording.bag import BagReader
 from mctrack_ros.recording.columns import TableError
+from mctrack_ros.recording.errors import BagError
 from mctrack_ros.recording.sightings import Sightings, numbered
 
 ARRAY = 'vision_msgs/msg/Detection2DArray'
