@@ -37,7 +37,8 @@ class CalibrationCheck:
     left_out_px : (n,) array
         The same for the camera fitted without the point (and without suspicious ones).
     score : (n,) array
-        The latter in standard deviations: of a click and of that camera together.
+        The latter in standard deviations: of a click and of that camera together; NaN where no
+        single points are to blame.
     suspicious : tuple of str
         Points that do not fit the others, worst first.
     deviation_m : float
@@ -81,7 +82,8 @@ def check_grid(
 
     Each point is held against the camera fitted without it: its distance, in standard deviations
     of click and camera, is a studentised residual, that a wrong point cannot hide by pulling the
-    camera along. The worst one beyond 4 is named and left out, and the rest is checked again. The
+    camera along. The worst one beyond 4 is named and left out, and the rest is checked again; where
+    more than a quarter of the points are too far off, no single ones are to blame, and none is. The
     calibration is accepted if a camera can be fitted and can be true, no point is suspicious, the
     leave-one-out error is at most 2 px, or 1/400 of the picture's longer side if that is more, and
     its lens is not unusual.
@@ -104,27 +106,38 @@ def check_grid(
         nothing = np.full(len(names), np.nan)
         reason = f'{error}{size_hint(grid, image_size, np.inf, most)}'
         return CalibrationCheck(names, nothing, nothing, nothing, (), np.nan, reason)
-    kept = np.ones(len(names), np.bool_)
+    residual = np.linalg.norm(fit.residual, axis=1)
+    missed, score = np.linalg.norm(fit.left_out, axis=1), np.full(len(names), np.nan)
     suspects: list[int] = []
-    while True:
-        missed, score = _Points(ground, image, image_size, click_noise_px, kept).left_out()
-        worst = int(np.argmax(np.where(kept & (score >= 0), score, -1.0)))
-        if not score[worst] > SUSPICIOUS or len(suspects) + 1 > MOST_SUSPECTS * len(names):
-            break
-        suspects.append(worst)
-        kept[worst] = False
+    if (residual > most).mean() <= MOST_SUSPECTS:
+        missed, score, suspects = _suspected(ground, image, image_size, click_noise_px)
     spread = np.trace(fit.mapping.calibration_covariance(ground), axis1=1, axis2=2)
     refusal = _refusal([names[index] for index in suspects], _rms(missed), most, fit.oddity)
     refusal = _with_hint(refusal, fit, grid, click_noise_px)
     return CalibrationCheck(
         names,
-        np.linalg.norm(fit.residual, axis=1),
+        residual,
         missed,
         score,
         tuple(names[index] for index in suspects),
         float(np.sqrt(np.median(spread))),
         refusal,
     )
+
+
+def _suspected(
+    ground: Floats, image: Floats, image_size: tuple[int, int], click_noise_px: float
+) -> tuple[Floats, Floats, list[int]]:
+    """Return left-out misses, (n,) px and (n,) deviations, and the points that do not fit."""
+    kept = np.ones(len(ground), np.bool_)
+    suspects: list[int] = []
+    while True:
+        missed, score = _Points(ground, image, image_size, click_noise_px, kept).left_out()
+        worst = int(np.argmax(np.where(kept & (score >= 0), score, -1.0)))
+        if not score[worst] > SUSPICIOUS or len(suspects) + 1 > MOST_SUSPECTS * len(ground):
+            return missed, score, suspects
+        suspects.append(worst)
+        kept[worst] = False
 
 
 def first_look(
