@@ -16,7 +16,7 @@ from mctrack_ros.ground import CalibrationError
 from mctrack_ros.perception import PictureState, PictureWatch
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.camera_source import CameraTask, topic_of
-from mctrack_ros.replay.lockstep import ReplayError, camera_tasks, tick_ns
+from mctrack_ros.replay.lockstep import ReplayError, tick_ns
 from mctrack_ros.replay.quality import LEFT_OUT, CameraQuality, complaints
 from mctrack_ros.replay.stamps import Entry, judge, logged_on_arrival, read_entries
 from mctrack_ros.site_config import SiteConfig
@@ -91,8 +91,9 @@ def _examine_camera(name: str, camera: CameraSettings) -> Iterator[Finding]:
 def examine_bag(path: str | Path, site: SiteConfig, namespace: str = '') -> Iterator[Finding]:
     """Yield what is wrong with a bag that is to be tracked with a site."""
     topics: dict[str, str] = {}
+    tasks = [CameraTask(Path(path), *each, 1, 1, namespace) for each in site.cameras.items()]
     with BagReader(path, namespace) as reader:
-        for task in camera_tasks(path, site, namespace):
+        for task in tasks:
             try:
                 topics[topic_of(task, reader)] = task.camera
             except BagError as error:
@@ -106,7 +107,7 @@ def examine_bag(path: str | Path, site: SiteConfig, namespace: str = '') -> Iter
             yield Finding(Severity.ERROR, site.name, str(error), 'track with --log-times')
             return
         yield from _examine_stamps(entries, site)
-        for task in camera_tasks(path, site, namespace):
+        for task in tasks:
             if task.image_topic in topics:
                 yield from _examine_pictures(reader, task, entries)
 

@@ -7,22 +7,24 @@ import pytest
 import yaml
 from drawn_hall import write_hall
 from typer.testing import CliRunner
+from walker import IMAGE_FROM_WORLD, SIZE
 
 from mctrack_ros.cli.main import app
 from mctrack_ros.codec import image_message
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
 
 START_NS = 1_700_000_000 * 10**9
-MATRIX = [[100.0, 0, 80, 0], [0, 0.1, 60, 100], [0, 0, 1, 4]]
 
 
 @pytest.fixture
 def examine(tmp_path):
     """Return a function that writes a site, and a bag of pictures, and has them examined."""
 
-    def run(cameras=None, *, offset_s=None, period_s=0.04, count=40, size=(160, 120), **keys):
-        (tmp_path / 'matrix.yaml').write_text(yaml.safe_dump({'image_from_world': MATRIX}))
-        own = {'calibration': 'matrix.yaml', 'image_width': 160, 'image_height': 120}
+    def run(cameras=None, *, offset_s=None, period_s=0.04, count=40, size=SIZE, **keys):
+        (tmp_path / 'matrix.yaml').write_text(
+            yaml.safe_dump({'image_from_world': IMAGE_FROM_WORLD.tolist()})
+        )
+        own = {'calibration': 'matrix.yaml', 'image_width': SIZE[0], 'image_height': SIZE[1]}
         own['image_topic'] = 'image_raw'
         cameras = cameras or {'north': {}, 'south': {}, 'west': {}}
         content = {'cameras': {name: own | more for name, more in cameras.items()}} | keys
@@ -74,7 +76,7 @@ def test_pictures_of_another_size_are_an_error(examine):
     done, findings = examine(size=(320, 240))
     errors = found(findings, 'error')
     assert {about for about, *_ in errors} == {'north', 'south', 'west'}
-    assert all('320 x 240' in what and '160 x 120' in what for _, what, _ in errors)
+    assert all('320 x 240' in what and '192 x 144' in what for _, what, _ in errors)
     assert done.exit_code == 1
 
 
