@@ -8,8 +8,9 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchDescription
+from mctrack_ros.camera_names import namespace_of
 from mctrack_ros.cli.sites import site_path
-from mctrack_ros.ros.graph import ENVIRONMENT, absolute_namespace, coverage_node, truth_of
+from mctrack_ros.ros.graph import ENVIRONMENT, coverage_node, truth_of
 from mctrack_ros.ros.site_graph import site_nodes
 from mctrack_ros.site_config import load_site
 
@@ -17,7 +18,7 @@ from mctrack_ros.site_config import load_site
 def site(context):
     values = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     simulated, respawn = (truth_of(name, values[name]) for name in ('use_sim_time', 'respawn'))
-    namespace = absolute_namespace(values['namespace'])
+    namespace = namespace_of(values['namespace'])
     path = site_path(values['site'])
     nodes = site_nodes(load_site(path), simulated)
     directory = Path(launch_config.log_dir)

@@ -153,6 +153,10 @@ class Rows:
         data = [getattr(self, name).tobytes() for name in self.COLUMNS]
         return _unpickled, (type(self), self.stamp_ns, len(self), data)
 
+    def at(self, stamp_ns: int) -> Self:
+        """Return the same rows under another stamp, ns."""
+        return _made(type(self), stamp_ns, [getattr(self, name) for name in self.COLUMNS])
+
     def replace(self, **columns: ArrayLike) -> Self:
         """Return the same rows with some columns exchanged."""
         kept = {name: getattr(self, name) for name in self.COLUMNS} | columns

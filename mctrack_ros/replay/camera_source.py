@@ -1,35 +1,85 @@
-"""What one camera gives at each stamp of a bag: from its pictures, or as it was recorded."""
+"""What one camera gives at each stamp: from pictures of a bag or video, or as recorded."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from mctrack_ros.camera_names import is_name, picture_topic, resolved
 from mctrack_ros.camera_settings import CameraSettings
-from mctrack_ros.codec import image_from_message, rows_from_cloud, stamp_ns_of
+from mctrack_ros.codec import (
+    image_from_message,
+    jpeg_from_image,
+    rows_from_cloud,
+    stamp_ns_of,
+)
 from mctrack_ros.interfaces import Detections, Events, Feedback
-from mctrack_ros.perception import FeedbackBuffer, check_picture
+from mctrack_ros.perception import (
+    FeedbackBuffer,
+    PictureState,
+    PictureWatch,
+    ShiftState,
+    check_picture,
+)
+from mctrack_ros.perception.output import CameraOutput
+from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.recording import BagError, BagReader
+from mctrack_ros.replay.quality import LEFT_OUT, SECOND_NS, CameraQuality, Stamps
+
+if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
+    from mctrack_ros.recording.video_file import VideoReading
+    from mctrack_ros.recording.videos import CameraVideo
 
 _PICTURES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
+
+
+SESSION = 1 << 44
+"""Ticks of a session of time are numbered from its multiple of this."""
+
+
+@dataclass(frozen=True, slots=True)
+class Debug:
+    """
+    Pictures with boxes, ids, groups and predictions, as files.
+
+    Attributes
+    ----------
+    folder : Path
+        Where they go, in a folder for each camera.
+    every_s : float
+        Time between them, s.
+
+    """
+
+    folder: Path
+    every_s: float
 
 
 @dataclass(frozen=True, slots=True)
 class CameraTask:
     """
-    One camera of a bag.
+    One camera of a bag, or a video of its own.
 
     Attributes
     ----------
     bag : Path
-        The bag.
+        The bag, or the file of the video.
     camera : str
         Name of the camera.
     settings : CameraSettings
         Its topics, calibration and pipeline.
     period_ns, delay_ns : int
         Tick period and feedback delay, ns.
+    namespace : str
+        Where its topics lie in the bag.
+    video : CameraVideo, optional
+        The video; its pictures are compressed as `import-videos` does, so they track alike.
+    stamps : Stamps, optional
+        How the stamps of its messages are used; unless given, as they are.
+    debug : Debug, optional
+        Where pictures with what is seen in them are written.
 
     """
 
@@ -38,11 +88,15 @@ class CameraTask:
     settings: CameraSettings
     period_ns: int
     delay_ns: int
+    namespace: str = ''
+    video: CameraVideo | None = None
+    stamps: Stamps | None = None
+    debug: Debug | None = None
 
     @property
     def image_topic(self) -> str:
         """Topic of the pictures."""
-        return f'/{self.camera}/{self.settings.image_topic}'
+        return resolved(picture_topic(self.camera, self.settings.image_topic))
 
     @property
     def detections_topic(self) -> str:
@@ -65,6 +119,8 @@ class CameraResult:
         Its own events.
     feedback_missed : bool
         Whether it had to do without feedback.
+    session : int
+        How often time had begun anew before.
 
     """
 
@@ -72,6 +128,11 @@ class CameraResult:
     detections: Detections
     events: Events
     feedback_missed: bool
+    session: int = 0
+
+    def tick(self, period_ns: int) -> int:
+        """Return the number of its tick, over all sessions."""
+        return self.session * SESSION + self.detections.stamp_ns // period_ns
 
 
 def topic_of(task: CameraTask, reader: BagReader) -> str:
@@ -89,91 +150,163 @@ def topic_of(task: CameraTask, reader: BagReader) -> str:
             return topic
     raise BagError(
         f'{task.bag} has no messages on {task.image_topic} nor on {task.detections_topic}: '
-        f'its cameras are {", ".join(cameras_in(reader)) or "none"}; give the site of these, '
-        'by --site'
+        f'{_where_to_look(task, reader)}'
     )
 
 
-def cameras_in(reader: BagReader) -> list[str]:
-    """Return the names of whose pictures, or else detections, a bag holds."""
-    pictures = [topic for topic, kind in reader.topics.items() if kind in _PICTURES]
-    detections = [topic for topic in reader.topics if topic.endswith('/detections')]
-    found = {topic.split('/')[1] for topic in pictures or detections if reader.count(topic)}
-    return sorted(found - {'truth'})
+def _where_to_look(task: CameraTask, reader: BagReader) -> str:
+    """Return what a bag has instead of a camera's topics, and how that is tracked."""
+    filled = [topic for topic in reader.topics if reader.count(topic)]
+    for wanted in (task.image_topic, task.detections_topic):
+        for topic in filled:
+            if topic.endswith(wanted) and not topic.startswith('/truth/'):
+                namespace = topic.removesuffix(wanted)
+                return f'it has {topic}: give --namespace {namespace}'
+    pictures = [topic for topic in filled if reader.topics[topic] in _PICTURES]
+    detections = [topic for topic in filled if topic.endswith('/detections')]
+    ending = f'/{task.settings.image_topic}' if pictures else '/detections'
+    found = {topic.removesuffix(ending)[1:] for topic in pictures or detections}
+    cameras = sorted(found - {'truth'})
+    if cameras and all(map(is_name, cameras)):
+        return f'its cameras are {", ".join(cameras)}; give the site of these, by --site'
+    if pictures:
+        return (
+            f'its pictures are on {", ".join(sorted(pictures))}; name them in the site, each as '
+            'image_topic of a camera'
+        )
+    return 'it has neither pictures nor detections of any camera'
 
 
 class CameraSource:
     """
-    Step one camera through a bag.
+    Step one camera through a bag or a video.
 
     ``next_stamp_ns`` is the stamp of the picture that `step` takes next; None at the end.
-    ``refused`` counts the pictures that could not be decoded or have another size.
+    ``session`` counts how often time had begun anew before it. ``quality`` says what the pictures
+    were good for so far.
 
     Parameters
     ----------
     task : CameraTask
-        Which camera of which bag.
+        Which camera, and where its pictures are.
 
     """
 
     def __init__(self, task: CameraTask) -> None:
         self._task = task
-        self._reader = BagReader(task.bag)
-        topic = topic_of(task, self._reader)
-        self._from_pictures = topic == task.image_topic
+        self._reading: VideoReading | None = None
+        self._messages = self._open()
         if self._from_pictures:
             self._pipeline = task.settings.open()
         self._buffer = FeedbackBuffer(task.period_ns, task.delay_ns)
-        self._messages: Iterator[tuple[str, object, int]] = self._reader.messages([topic])
+        self._watch, self._overlay = PictureWatch(), Overlay()
+        self._next_debug_ns = 0
+        self.quality = CameraQuality(task.camera)
         self.next_stamp_ns: int | None = None
-        self.refused, self._reason = 0, ''
+        self.session, self._read = 0, 0
         self._advance()
+
+    def _open(self) -> Iterator[tuple[str, object, int]]:
+        """Open the bag or the video; return its messages."""
+        video = self._task.video
+        if video is not None:
+            self._from_pictures, self._reading = True, video.reading()
+            return video.messages(self._reading)
+        self._reader = BagReader(self._task.bag, self._task.namespace)
+        topic = topic_of(self._task, self._reader)
+        self._from_pictures = topic == self._task.image_topic
+        return self._reader.messages([topic])
+
+    def notes(self) -> list[str]:
+        """Return what the video left open so far, a line each."""
+        return self._reading.notes() if self._reading else []
+
+    def fault(self) -> str:
+        """Return why a video that was read to its end is not whole; empty: it is."""
+        return self._reading.fault() if self._reading else ''
 
     @property
     def next_tick(self) -> int:
-        """Index of the tick of the next picture."""
+        """Number of the tick of the next picture, over all sessions."""
         assert self.next_stamp_ns is not None
-        return self.next_stamp_ns // self._task.period_ns
+        return self.session * SESSION + self.next_stamp_ns // self._task.period_ns
 
     @property
     def wanted_tick(self) -> int:
-        """Index of the tick whose feedback the next picture uses."""
+        """Number of the tick whose feedback the next picture uses."""
         assert self.next_stamp_ns is not None
-        return (self.next_stamp_ns - self._task.delay_ns) // self._task.period_ns
+        wanted_ns = self.next_stamp_ns - self._task.delay_ns
+        return self.session * SESSION + wanted_ns // self._task.period_ns
 
-    def push(self, feedback: Feedback) -> None:
-        """Hand over feedback of a tick."""
-        self._buffer.push(feedback)
+    def push(self, feedback: Feedback, session: int) -> None:
+        """Hand over feedback of a tick of a session."""
+        if session == self.session:
+            self._buffer.push(feedback)
 
     def step(self) -> CameraResult:
         """Process the next picture."""
-        message, stamp_ns = self._message, self.next_stamp_ns
+        message, stamp_ns, session = self._message, self.next_stamp_ns, self.session
         assert stamp_ns is not None
+        quality, name = self.quality, self._task.camera
         if self._from_pictures:
             feedback, missed = self._buffer.select(stamp_ns)
+            state = self._watch.look(self._image, stamp_ns)
+            quality.unusable += state is not PictureState.USABLE
             output = self._pipeline.step(self._image, stamp_ns, feedback)
-            result = CameraResult(self._task.camera, output.detections, output.events, missed)
+            moved = output.shift.state is ShiftState.MOVED
+            quality.moved_px = output.shift.size_px if moved else 0.0
+            self._draw(output)
+            result = CameraResult(name, output.detections, output.events, missed, session)
         else:
-            detections = rows_from_cloud(message, Detections)
-            result = CameraResult(self._task.camera, detections, Events.build(stamp_ns), False)
+            detections = rows_from_cloud(message, Detections).at(stamp_ns)
+            result = CameraResult(name, detections, Events.build(stamp_ns), False, session)
+        quality.messages += 1
+        quality.detections += int((~result.detections.is_vacant).sum())
         self._advance()
         return result
 
+    def _draw(self, output: CameraOutput) -> None:
+        """Write the picture with what is seen in it, if it is time for one."""
+        debug, stamp_ns = self._task.debug, output.detections.stamp_ns
+        if debug is None or 0 <= self._next_debug_ns - stamp_ns < debug.every_s * SECOND_NS:
+            return
+        self._next_debug_ns = stamp_ns + round(debug.every_s * SECOND_NS)
+        groups, predicted = self._pipeline.groups(), self._pipeline.predicted_boxes()
+        drawn = self._overlay.draw(
+            self._image, output.detections, output.events, groups, predicted
+        )
+        folder = debug.folder / self._task.camera
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f'{stamp_ns}.jpg').write_bytes(jpeg_from_image(drawn))
+
     def _advance(self) -> None:
         """Read ahead by one message; what the camera node refuses is passed over."""
-        last = self.next_stamp_ns
+        session = self.session
         for _, message, _ in self._messages:
-            stamp_ns = stamp_ns_of(message)
-            if (last is None or stamp_ns > last) and self._is_usable(message):
+            stamp_ns = self._judged(message)
+            if stamp_ns != LEFT_OUT and self._is_usable(message):
                 self._message, self.next_stamp_ns = message, stamp_ns
+                if session != self.session:
+                    self._buffer = FeedbackBuffer(self._task.period_ns, self._task.delay_ns)
                 return
+        quality, is_first = self.quality, self.next_stamp_ns is None
         self.next_stamp_ns = None
-        self._reader.close()
-        if last is None and self.refused:
-            raise BagError(
-                f'{self._task.bag}: no picture on {self._task.image_topic} can be used: '
-                f'{self._reason}'
-            )
+        if self._reading is None:
+            self._reader.close()
+        if is_first and quality.refused:
+            place = '' if self._reading else f' on {self._task.image_topic}'
+            raise BagError(f'{self._task.bag}: no picture{place} can be used: {quality.reason}')
+
+    def _judged(self, message: object) -> int:
+        """Return the stamp of the message read last as it is used, ns, and note its session."""
+        index, stamps = self._read, self._task.stamps
+        self._read += 1
+        if stamps is None:
+            return stamp_ns_of(message)
+        self.session = (
+            stamps.session[index] if stamps.stamp_ns[index] != LEFT_OUT else self.session
+        )
+        return stamps.stamp_ns[index]
 
     def _is_usable(self, message: object) -> bool:
         """Decode a picture; tell whether it can be, and has the camera's size."""
@@ -184,6 +317,7 @@ class CameraSource:
             self._image = image_from_message(message)
             check_picture(self._image, (settings.image_width, settings.image_height))
         except ValueError as error:
-            self.refused, self._reason = self.refused + 1, str(error)
+            self.quality.refused += 1
+            self.quality.reason = str(error)
             return False
         return True

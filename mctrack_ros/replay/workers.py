@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import pickle
 import resource
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -15,8 +16,9 @@ import cv2
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import CalibrationError
 from mctrack_ros.processes import worker_context
-from mctrack_ros.recording import BagError
+from mctrack_ros.recording import BagError, CutBagWarning
 from mctrack_ros.replay.camera_source import CameraResult, CameraSource, CameraTask
+from mctrack_ros.replay.quality import CameraQuality
 
 EXPECTED_ERRORS = (BagError, CalibrationError, ConfigError, ValueError)
 """What bad input raises: told in one line instead of a trace."""
@@ -39,12 +41,19 @@ class Progress:
         What was made since the last report.
     peak_memory_mb : float
         Largest resident set so far, MB; 0 while it goes on.
+    notes, faults : tuple of str
+        At the end, what the videos left open and why they are not whole, a line each.
+    quality : tuple of CameraQuality
+        At the end, what the pictures of each camera were good for.
 
     """
 
     next_tick: int
     results: list[CameraResult]
     peak_memory_mb: float = 0.0
+    notes: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
+    quality: tuple[CameraQuality, ...] = ()
 
 
 class CameraWorkers:
@@ -64,6 +73,10 @@ class CameraWorkers:
         To each.
     peak_memory_mb : float
         Largest resident set of those that are done, MB.
+    notes, faults : list of str
+        What the videos of those left open and why they are not whole, a line each.
+    quality : list of CameraQuality
+        What the pictures of those were good for.
 
     """
 
@@ -71,6 +84,9 @@ class CameraWorkers:
         context = worker_context()
         self.connections: list[Connection] = []
         self.peak_memory_mb = 0.0
+        self.notes: list[str] = []
+        self.faults: list[str] = []
+        self.quality: list[CameraQuality] = []
         self._processes = []
         for index in range(min(processes, len(tasks))):
             here, there = context.Pipe()
@@ -82,13 +98,20 @@ class CameraWorkers:
             self._processes.append(process)
 
     def announce(self, tick_index: int, feedback: Sequence[Any]) -> None:
-        """Tell all processes the feedback made since, and up to which tick it is complete."""
+        """Tell all the feedback made since, by session, and up to which tick it is complete."""
         message = pickle.dumps((tick_index, list(feedback)))
         for connection in self.connections:
             try:
                 connection.send_bytes(message)
             except (BrokenPipeError, ConnectionResetError):
                 continue
+
+    def ended(self, last: Progress) -> None:
+        """Keep what a process says at its end."""
+        self.peak_memory_mb = max(self.peak_memory_mb, last.peak_memory_mb)
+        self.notes += last.notes
+        self.faults += last.faults
+        self.quality += last.quality
 
     def close(self) -> None:
         """End the processes."""
@@ -102,26 +125,32 @@ class CameraWorkers:
 def _work(connection: Connection, tasks: list[CameraTask]) -> None:
     """Step the cameras of one process in the order of their stamps; report tick by tick."""
     cv2.setNumThreads(1)
+    warnings.simplefilter('ignore', CutBagWarning)  # the process that began this one has warned
     try:
         sources = {task.camera: CameraSource(task) for task in tasks}
         gc.freeze()  # what is here lives on: the collector need not look at it again
         complete_to, tick = -1, -1
         results: list[CameraResult] = []
         while waiting := [
-            (s.next_stamp_ns, c) for c, s in sources.items() if s.next_stamp_ns is not None
+            (s.session, s.next_stamp_ns, c)
+            for c, s in sources.items()
+            if s.next_stamp_ns is not None
         ]:
-            source = sources[min(waiting)[1]]
+            source = sources[min(waiting)[-1]]
             if source.next_tick != tick:
                 tick = source.next_tick
                 connection.send(Progress(tick, results))
                 results = []
             while complete_to < source.wanted_tick:
                 complete_to, feedback = connection.recv()
-                for item in feedback:
+                for session, item in feedback:
                     for each in sources.values():
-                        each.push(item)
+                        each.push(item, session)
             results.append(source.step())
-        connection.send(Progress(NEVER, results, peak_memory_mb()))
+        notes = tuple(line for source in sources.values() for line in source.notes())
+        faults = tuple(line for source in sources.values() if (line := source.fault()))
+        quality = tuple(source.quality for source in sources.values())
+        connection.send(Progress(NEVER, results, peak_memory_mb(), notes, faults, quality))
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return
     except EXPECTED_ERRORS as error:

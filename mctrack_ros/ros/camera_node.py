@@ -9,7 +9,7 @@ from typing import Any
 from rclpy.lifecycle import LifecyclePublisher
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 
-from mctrack_ros.camera_names import check_camera_name
+from mctrack_ros.camera_names import check_camera_name, picture_topic
 from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.codec import (
     cloud_from_rows,
@@ -95,12 +95,13 @@ class CameraNode(GraphNode):
         self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
 
     def note_calibration(self) -> None:
-        """Log whether the grid's calibration is to be trusted."""
+        """Log whether the calibration is to be trusted."""
         settings = self.config.settings
         doubt = settings.doubt()
         if doubt:
+            file = settings.grid or settings.calibration
             self.get_logger().warning(
-                f'calibration doubtful: {settings.grid}: {doubt} (mctrack check-calibration)'
+                f'calibration doubtful: {file}: {doubt} (mctrack check-calibration)'
             )
         elif settings.grid:
             self.get_logger().info(f'calibration accepted at a first look: {settings.grid}')
@@ -113,7 +114,7 @@ class CameraNode(GraphNode):
 
     def start(self) -> None:
         """Subscribe."""
-        topic = f'{self.config.camera}/{self.config.settings.image_topic}'
+        topic = picture_topic(self.config.camera, self.config.settings.image_topic)
         kind = CompressedImage if topic.endswith('/compressed') else Image
         self.subscribe(PointCloud2, 'feedback', self.on_feedback, quality.reliable(10))
         pictures = quality.images(self.config.reliable, self.config.depth)

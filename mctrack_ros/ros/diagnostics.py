@@ -165,7 +165,7 @@ class Diagnostics:
         self, node: GraphNode, parts: Mapping[str, Health], cameras: Collection[str]
     ) -> None:
         self._node = node
-        self._parts = parts
+        self._parts = {**parts, 'exceptions': node.exceptions}
         self._cameras = cameras
         self._publisher: LifecyclePublisher = node.publisher(
             DiagnosticArray, '/diagnostics', reliable(10)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,7 +16,6 @@ from mctrack_ros.ros.supervise import Process
 ENVIRONMENT = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
 """One thread a process: more only get in one another's way."""
 
-_NAMESPACE = re.compile('(/[A-Za-z_][A-Za-z0-9_]*)+')
 _TRUTHS = {
     **dict.fromkeys(('true', 'yes', 'on', '1'), True),
     **dict.fromkeys(('false', 'no', 'off', '0'), False),
@@ -66,25 +64,6 @@ class NodeSpec:
         # -P: the package that runs here, not one that lies in the current directory
         command = (sys.executable, '-P', '-m', module, *arguments)
         return Process(self.name, command, self.restart, self.ends)
-
-
-def absolute_namespace(text: str) -> str:
-    """
-    Return a namespace as ROS wants it, ``/hall`` for ``hall``; nothing for nothing.
-
-    Raises
-    ------
-    ConfigError
-        If ROS would not take it.
-
-    """
-    bare = text.strip().strip('/')
-    if bare and not _NAMESPACE.fullmatch(f'/{bare}'):
-        raise ConfigError(
-            f'namespace is {text!r}, expected names of letters, digits and underscores, no digit '
-            'first, with slashes between, for example hall or site/hall'
-        )
-    return f'/{bare}' if bare else ''
 
 
 def truth_of(name: str, text: str) -> bool:

@@ -382,6 +382,13 @@ def test_a_member_whom_nobody_sees_is_kept_a_while_beside_one_who_is_seen():
     ids = sorted(published(run(lambda index: {'one': pair, 'two': pair}, 25, pipeline)[-1]))
 
     outputs = run(lambda index: one_of_a_group(index, pair[0], ids), 100, pipeline, 25)
+    (merge,) = [
+        out.events.select(out.events.event == EventCode.MERGE)
+        for out in outputs
+        if EventCode.MERGE in out.events.event
+    ]
+    assert merge.track_id.tolist() == ids[1:]
+    assert merge.others[0, :2].tolist() == [ids[0], 0]
     alive = [sorted(published(output)) for output in outputs]
     assert alive[30] == ids
     assert alive[-1] == ids[:1]

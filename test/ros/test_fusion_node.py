@@ -3,6 +3,7 @@
 import copy
 import json
 import signal
+import time
 
 import numpy as np
 import pytest
@@ -224,8 +225,8 @@ def test_ids_that_cannot_be_kept_are_an_error_in_the_diagnostics_and_tracking_go
     bench.nodes[0].pipeline.next_id = 900
     state.with_name('ids.json.new').mkdir()
     assert ids_of(graph, range(100, 115)) == {900}
-    bench.until(lambda: reports and reports[-1].status[-1].level == DiagnosticStatus.ERROR)
-    assert 'may be used again' in reports[-1].status[-1].message
+    bench.until(lambda: reports and reports[-1].status[-2].level == DiagnosticStatus.ERROR)
+    assert 'ids may be used again' in reports[-1].status[-2].message
     state.with_name('ids.json.new').rmdir()
     graph.both([115])
     assert json.loads(state.read_text())['next_id'] > 901
@@ -239,8 +240,28 @@ def test_diagnostics_report_each_camera(bench):
     assert [(status.name, status.hardware_id) for status in reports[-1].status] == [
         ('/fusion_node: cam1', '/cam1'),
         ('/fusion_node: cam2', '/cam2'),
+        ('/fusion_node: cam1 clock', '/cam1'),
+        ('/fusion_node: cam2 clock', '/cam2'),
         ('/fusion_node: ids', '/fusion_node'),
+        ('/fusion_node: exceptions', '/fusion_node'),
     ]
+    assert reports[-1].status[2].message == 'its clock agrees with those of the other cameras'
+
+
+def test_a_camera_whose_clock_is_an_hour_ahead_is_named_and_the_other_goes_on(bench):
+    graph = open_fusion(bench)
+    reports = bench.messages(DiagnosticArray, '/diagnostics')
+    shift_ns = time.time_ns() - 100 * PERIOD_NS
+    for index in range(100, 125):
+        for camera, ahead_ns in (('cam2', 3600 * 10**9), ('cam1', 0)):
+            rows = seen(index)
+            graph.detections[camera].publish(cloud(rows.at(rows.stamp_ns + shift_ns + ahead_ns)))
+        bench.until(lambda index=index: len(graph.ticks) > index - 100)
+    bench.until(lambda: reports and 'left out' in reports[-1].status[3].message)
+    assert 'its stamps lie 3600.0' in reports[-1].status[3].message
+    assert sum(int(tick.left_out[1]) for tick in graph.ticks) >= 20
+    assert graph.ticks[-1].admitted.tolist() == [1, 0]
+    assert abs(graph.tracks[-1].stamp_ns - time.time_ns()) < 600 * 10**9
 
 
 def test_what_people_look_at_is_published_while_they_look(bench):
@@ -275,7 +296,10 @@ def test_namespace_and_remapping_move_its_topics(bench):
     assert [(status.name, status.hardware_id) for status in reports[-1].status] == [
         ('/hall/server: cam1', '/hall/cam1'),
         ('/hall/server: cam2', '/hall/cam2'),
+        ('/hall/server: cam1 clock', '/hall/cam1'),
+        ('/hall/server: cam2 clock', '/hall/cam2'),
         ('/hall/server: ids', '/hall/server'),
+        ('/hall/server: exceptions', '/hall/server'),
     ]
 
 

@@ -20,7 +20,6 @@ from mctrack_ros.recording import BagReader
 from mctrack_ros.ros.default_files import NODE_CONFIGS
 from mctrack_ros.ros.graph import (
     ENVIRONMENT,
-    absolute_namespace,
     player_node,
     recorder_node,
     truth_of,
@@ -102,20 +101,6 @@ def test_launch_arguments_are_true_or_false_as_yaml_and_launch_spell_it(texts, m
 def test_what_is_neither_true_nor_false_is_refused(text):
     with pytest.raises(ConfigError, match=r'use_sim_time is .*, expected true or false'):
         truth_of('use_sim_time', text)
-
-
-@pytest.mark.parametrize(
-    ('text', 'namespace'),
-    [('', ''), ('/', ''), ('hall', '/hall'), ('/hall', '/hall'), ('a/B_1/', '/a/B_1')],
-)
-def test_a_namespace_needs_no_slash(text, namespace):
-    assert absolute_namespace(text) == namespace
-
-
-@pytest.mark.parametrize('text', ['1hall', 'my hall', 'a//b', 'hall-1', '~hall', 'h\u00e4lle'])
-def test_a_namespace_that_ros_refuses_is_refused(text):
-    with pytest.raises(ConfigError, match=r'namespace is .*, for example hall'):
-        absolute_namespace(text)
 
 
 @pytest.mark.live
