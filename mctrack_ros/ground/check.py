@@ -82,8 +82,8 @@ def check_grid(
 
     Each point is held against the camera fitted without it: its distance, in standard deviations
     of click and camera, is a studentised residual, that a wrong point cannot hide by pulling the
-    camera along. The worst one beyond 4 is named and left out, and the rest is checked again; where
-    more than a quarter of the points are too far off, no single ones are to blame, and none is. The
+    camera along. The worst one beyond 4 is named and left out, and the rest is checked again;
+    where more than a quarter of the points are too far off, none is to blame alone. The
     calibration is accepted if a camera can be fitted and can be true, no point is suspicious, the
     leave-one-out error is at most 2 px, or 1/400 of the picture's longer side if that is more, and
     its lens is not unusual.
