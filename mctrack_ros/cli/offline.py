@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 _USUAL_SITE = 'pitch5'
-_BAG_FILES = ('.mcap', '.db3')
 _OVERWRITE = typer.Option(False, '--overwrite', help='Replace earlier results.')
 _PROCESSES = typer.Option(2, min=1, max=64, help='Processes to share the cameras among.')
 _WORKERS = typer.Option(
@@ -154,6 +153,8 @@ def track(
         typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
     config = named_site(site or _USUAL_SITE)
     bag, name = _source(sources, config, later, rate)
+    if namespace and not isinstance(bag, Path):
+        raise ValueError('--namespace is for bags, which have topics: videos have none')
     processes = processes or len(config.cameras)
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
@@ -204,13 +205,15 @@ def _source(
         If it is neither one bag nor videos; says how a video is named.
 
     """
+    from mctrack_ros.recording import is_bag
+
     path = Path(sources[0])
     if len(sources) > 1 or ('=' in sources[0] and not path.exists()):
         videos = open_videos(sources, later, rate)
         return videos, ' '.join(f'{name}={each.path.name}' for name, each in videos.items())
     if later or rate:
         raise ValueError('--later and --rate are for videos: camera=file')
-    if path.is_file() and path.suffix not in _BAG_FILES:
+    if path.exists() and not is_bag(path):
         camera = next(iter(site.cameras))
         raise ValueError(f'{path} is no bag; a video is named with its camera: {camera}={path}')
     return path, path.name
