@@ -17,8 +17,10 @@ from mctrack_ros.cli import (
     compare,
     coverage,
     demo,
+    doctor,
     explain,
     graph,
+    import_detections,
     offline,
     reproduce,
     videos,
@@ -52,6 +54,7 @@ def _root(
 app.command('demo')(demo.demo)
 app.command('simulate')(offline.simulate)
 app.command('import-videos')(videos.import_videos)
+app.command('import-detections')(import_detections.import_detections)
 app.command('track')(offline.track)
 app.command('explain')(explain.explain)
 app.command('echo')(offline.echo)
@@ -62,6 +65,7 @@ app.command('calibrate')(calibrate.calibrate)
 app.command('evaluate')(compare.evaluate)
 app.command('reproduce')(reproduce.reproduce)
 app.command('coverage')(coverage.coverage)
+app.command('doctor')(doctor.doctor)
 app.command('check-calibration')(calibration.check_calibration)
 app.command('convert-calibration')(calibration.convert_calibration)
 app.add_typer(bench.app, name='bench', help='Time the parts of the system on one core.')

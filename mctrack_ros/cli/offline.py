@@ -19,7 +19,6 @@ from mctrack_ros.processes import prepare_workers
 
 if TYPE_CHECKING:
     from mctrack_ros.recording.videos import Video
-    from mctrack_ros.site_config import SiteConfig
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 _USUAL_SITE = 'pitch5'
@@ -126,7 +125,9 @@ def track(
         help='Bag with the pictures, or detections, of every camera; or the video file of each, '
         'for example north=north.mp4 south=south.mp4.',
     ),
-    out: Path = typer.Option(..., help='Folder for the bag of results and tracks.txt.'),
+    out: Path | None = typer.Option(
+        None, help='Folder for the bag of results, tracks.txt and tracks.csv.  [required]'
+    ),
     site: str = typer.Option(
         '', help=f'Site YAML, or the name of a shipped site; unless given, {_USUAL_SITE}.'
     ),
@@ -140,22 +141,34 @@ def track(
     explain: bool = typer.Option(
         False, '--explain', help='Also write why each tick was decided as it was.'
     ),
+    log_times: bool = typer.Option(
+        False, '--log-times', help='Take the times of recording instead of the stamps of a bag.'
+    ),
+    debug_images: Path | None = typer.Option(
+        None, help='Folder for pictures with boxes, ids, groups and predictions, by camera.'
+    ),
+    debug_every: float = typer.Option(1.0, min=0.0, help='Time between these, s; 0: all.'),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
 ) -> None:
     """Track a bag, or video files, offline, in lock step; the same input gives the same bytes."""
     prepare_workers()
     from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.cli.sites import calibration_doubts, named_site
     from mctrack_ros.experiments.figures import Figures
+    from mctrack_ros.replay.camera_source import Debug
     from mctrack_ros.replay.track import track_bag
 
+    bag, name = _source(sources, later, rate)
+    if namespace and not isinstance(bag, Path):
+        raise ValueError('--namespace is for bags, which have topics: videos have none')
+    if out is None:
+        raise typer.BadParameter('a folder for the results is missing', param_hint='--out')
     if not site:
         typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
     config = named_site(site or _USUAL_SITE)
-    bag, name = _source(sources, config, later, rate)
-    if namespace and not isinstance(bag, Path):
-        raise ValueError('--namespace is for bags, which have topics: videos have none')
     processes = processes or len(config.cameras)
+    for line in calibration_doubts(config):
+        typer.echo(line, err=True)
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
         summary = track_bag(
@@ -166,6 +179,8 @@ def track(
             processes=processes,
             overwrite=overwrite,
             explain=explain,
+            log_times=log_times,
+            debug=Debug(debug_images, debug_every) if debug_images else None,
             progress=progress,
         )
     wall_seconds = time.perf_counter() - started
@@ -181,10 +196,11 @@ def track(
             'wall_seconds': wall_seconds,
             'realtime_factor': summary.bag_seconds / wall_seconds,
             'peak_memory_mb': summary.peak_memory_mb,
+            **summary.cameras,
         },
     )
     typer.echo(figures.table())
-    typer.echo(f'wrote {out / "bag"} and {out / "tracks.txt"}')
+    typer.echo(f'wrote {out / "bag"}, {out / "tracks.txt"} and {out / "tracks.csv"}')
     if json_file is not None:
         figures.write(json_file)
     for note in summary.notes:
@@ -194,7 +210,7 @@ def track(
 
 
 def _source(
-    sources: list[str], site: SiteConfig, later: list[str], rate: float
+    sources: list[str], later: list[str], rate: float
 ) -> tuple[Path | dict[str, Video], str]:
     """
     Return the bag, or the videos by camera, and how the command names them.
@@ -214,8 +230,10 @@ def _source(
     if later or rate:
         raise ValueError('--later and --rate are for videos: camera=file')
     if path.exists() and not is_bag(path):
-        camera = next(iter(site.cameras))
-        raise ValueError(f'{path} is no bag; a video is named with its camera: {camera}={path}')
+        raise ValueError(
+            f'{path} is no bag; videos are named with the cameras of a site: '
+            f'mctrack track CAMERA={path} ... --site SITE.yaml --out FOLDER'
+        )
     return path, path.name
 
 

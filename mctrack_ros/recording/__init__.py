@@ -10,6 +10,7 @@ from mctrack_ros.recording.mot_text import (
     read_mot_text,
     write_mot_text,
 )
+from mctrack_ros.recording.track_table import TrackTableWriter
 
 __all__ = [
     'ROSBAGS_CLASSES',
@@ -19,6 +20,7 @@ __all__ = [
     'CutBagWarning',
     'MotTextError',
     'MotTextWriter',
+    'TrackTableWriter',
     'check_place',
     'frame_origin_ns',
     'is_bag',

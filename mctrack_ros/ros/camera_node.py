@@ -88,19 +88,20 @@ class CameraNode(GraphNode):
             f'{camera} calibration': self.pose,
             f'{camera} picture': self.sight,
         }
-        self.diagnostics = Diagnostics(self, parts)
+        self.diagnostics = Diagnostics(self, parts, (camera,))
         reliable = quality.reliable
         self.detections = self.publisher(PointCloud2, f'{camera}/detections', reliable(10))
         self.events = self.publisher(PointCloud2, f'{camera}/events', reliable(100))
         self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
 
     def note_calibration(self) -> None:
-        """Log whether the grid's calibration is to be trusted."""
+        """Log whether the calibration is to be trusted."""
         settings = self.config.settings
         doubt = settings.doubt()
         if doubt:
+            file = settings.grid or settings.calibration
             self.get_logger().warning(
-                f'calibration doubtful: {settings.grid}: {doubt} (mctrack check-calibration)'
+                f'calibration doubtful: {file}: {doubt} (mctrack check-calibration)'
             )
         elif settings.grid:
             self.get_logger().info(f'calibration accepted at a first look: {settings.grid}')
@@ -138,8 +139,9 @@ class CameraNode(GraphNode):
         self.health.arrived(stamp_ns, self.get_clock().now().nanoseconds)
         try:
             self.check_stamp(stamp_ns)
-            image = image_from_message(message)
-            self.check_size(image.shape[1], image.shape[0])
+            settings = self.config.settings
+            size = (settings.image_width, settings.image_height)
+            image = image_from_message(message, size)
         except ValueError as error:
             self.refuse(f'picture refused: {error}')
             return
@@ -194,15 +196,6 @@ class CameraNode(GraphNode):
             raise ValueError(f'its stamp {stamp_ns} ns comes {word} after {self.last_stamp_ns}')
         self.get_logger().warning('stamps step back by more than a second: the camera begins anew')
         self.forget_feedback()
-
-    def check_size(self, width: int, height: int) -> None:
-        """Refuse a picture that the calibration is not made for."""
-        settings = self.config.settings
-        if (width, height) != (settings.image_width, settings.image_height):
-            raise ValueError(
-                f'it is {width} x {height}, expected '
-                f'{settings.image_width} x {settings.image_height}'
-            )
 
     def refuse(self, reason: str) -> None:
         """Count and report input that cannot be used; the node lives on."""
