@@ -84,7 +84,7 @@ def _show_warning(
     """Show what the package warns of as one line; of others what Python would show."""
     text = warnings.formatwarning(message, category, filename, lineno, line)
     if category.__module__.startswith('mctrack_ros.'):
-        text = f'mctrack: {message}\n'
+        text = f'warning: {message}\n'
     print(text, end='', file=file or sys.stderr)
 
 

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 _USUAL_SITE = 'pitch5'
-_BAG_FILES = ('.mcap', '.db3')
 _OVERWRITE = typer.Option(False, '--overwrite', help='Replace earlier results.')
 _PROCESSES = typer.Option(2, min=1, max=64, help='Processes to share the cameras among.')
 _WORKERS = typer.Option(
@@ -160,6 +159,8 @@ def track(
     from mctrack_ros.replay.track import track_bag
 
     bag, name = _source(sources, later, rate)
+    if namespace and not isinstance(bag, Path):
+        raise ValueError('--namespace is for bags, which have topics: videos have none')
     if out is None:
         raise typer.BadParameter('a folder for the results is missing', param_hint='--out')
     if not site:
@@ -220,13 +221,15 @@ def _source(
         If it is neither one bag nor videos; says how a video is named.
 
     """
+    from mctrack_ros.recording import is_bag
+
     path = Path(sources[0])
     if len(sources) > 1 or ('=' in sources[0] and not path.exists()):
         videos = open_videos(sources, later, rate)
         return videos, ' '.join(f'{name}={each.path.name}' for name, each in videos.items())
     if later or rate:
         raise ValueError('--later and --rate are for videos: camera=file')
-    if path.is_file() and path.suffix not in _BAG_FILES:
+    if path.exists() and not is_bag(path):
         raise ValueError(
             f'{path} is no bag; videos are named with the cameras of a site: '
             f'mctrack track CAMERA={path} ... --site SITE.yaml --out FOLDER'
