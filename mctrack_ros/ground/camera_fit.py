@@ -14,6 +14,7 @@ from mctrack_ros.ground.camera import PARAMETERS, Camera, CameraMapping
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.homography_fit import start_homography
 from mctrack_ros.ground.mapping import points_of
+from mctrack_ros.ground.origin import local_origin
 from mctrack_ros.ground.projective import ProjectiveMapping
 
 Floats = NDArray[np.float64]
@@ -109,9 +110,11 @@ def fit_camera(
         If the points are too few, lie on a line, are not finite, or say too little.
 
     """
-    ground, image = points_of(ground), points_of(image)
+    places, image = points_of(ground), points_of(image)
+    origin = local_origin(places)
+    ground = places - origin
     _check(ground, image, click_noise_px)
-    starts = _starts(ground, image, image_size) if start is None else [start]
+    starts = _starts(ground, image, image_size) if start is None else [start.moved(-origin)]
     camera = _solved(starts, ground, image, image_size, click_noise_px)
     fitted = CameraMapping(camera, image_size)
     residual = image - fitted.image_from_ground(ground)
@@ -123,7 +126,7 @@ def fit_camera(
     covariance = _covariance(fitted, ground, weight / noise_px**2)
     mapping = CameraMapping(replace(camera, covariance=covariance), image_size, image)
     _check_informative(mapping, ground)
-    return CameraFit(mapping, ground, image, residual, noise_px)
+    return CameraFit(mapping.moved(origin), places, image, residual, noise_px)
 
 
 def _solved(

@@ -89,7 +89,7 @@ def _uncertainty(fit: CameraFit) -> str:
 
 def _where(fit: CameraFit) -> str:
     camera = fit.mapping.camera
-    x, y, z = (-camera.rotation.T @ camera.translation).tolist()
+    x, y, z = fit.mapping.camera_position.tolist()
     return (
         f'Camera at ({x:.1f}, {y:.1f}) m, {z:.1f} m high; focal length '
         f'{camera.intrinsics[0]:.0f} px, k1 {camera.distortion[0]:+.3f}'
