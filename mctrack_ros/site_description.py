@@ -14,12 +14,13 @@ LAYOUT_VERSION = 1
 
 
 def site_description(configuration: Mapping[str, Any], cameras: list[str]) -> str:
-    """Return the JSON of `/site`: layout version, camera order, codes, settings of fusion."""
+    """Return the JSON of `/site`: layout version, camera order, origin, codes, settings."""
     canonical = json.dumps(configuration, sort_keys=True)
     return json.dumps(
         {
             'layout_version': LAYOUT_VERSION,
             'cameras': cameras,
+            'origin': configuration['origin'],
             'codes': code_tables(),
             'configuration_hash': hashlib.sha256(canonical.encode()).hexdigest(),
             'fusion': configuration['fusion'],

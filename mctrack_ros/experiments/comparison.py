@@ -6,11 +6,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mctrack_ros.evaluation import Trajectories, evaluate_ground, identity_switches
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.interfaces import Tracks
-from mctrack_ros.recording import BagError, BagReader, frame_origin_ns, read_mot_text
+from mctrack_ros.recording import (
+    BagError,
+    BagReader,
+    frame_origin_ns,
+    mot_text_place,
+    read_mot_text,
+    stated_origin,
+)
+from mctrack_ros.site_origin import chosen_origin
+from mctrack_ros.stated_origin import Origin
 
 TRUTH_TOPIC = '/truth/tracks'
 TRACKS_TOPIC = '/tracks'
@@ -44,7 +54,9 @@ class Recording:
         return int(np.median(np.diff(stamps)))
 
 
-def read_instants(path: str | Path, topics: tuple[str, ...]) -> Recording:
+def read_instants(
+    path: str | Path, topics: tuple[str, ...], origin: Origin | None = None
+) -> Recording:
     """
     Read the first of some topics that a bag has, or MOT text.
 
@@ -54,6 +66,8 @@ def read_instants(path: str | Path, topics: tuple[str, ...]) -> Recording:
         A bag's folder, or a file of MOT text with ground positions.
     topics : tuple of str
         Which hold `Tracks`, the preferred first.
+    origin : (float, float), optional
+        What positions are told from, m; unless given, as a bag tells them, and text from zero.
 
     Raises
     ------
@@ -62,12 +76,16 @@ def read_instants(path: str | Path, topics: tuple[str, ...]) -> Recording:
 
     """
     if Path(path).is_file():
-        return Recording(tuple(read_mot_text(path, _TEXT_PERIOD_NS)), True)
+        text = read_mot_text(path, _TEXT_PERIOD_NS, origin=origin or (0.0, 0.0))
+        return Recording(tuple(text), True)
     with BagReader(path) as reader:
         present = [topic for topic in topics if topic in reader.topics]
         if not present:
             raise BagError(f'{path} has no topic {" or ".join(topics)}')
         instants = [rows for rows, _ in reader.rows(present[0], Tracks)]
+        told = stated_origin(reader)
+    if told is not None and origin is not None and told != origin:
+        instants = [_moved(rows, np.subtract(told, origin)) for rows in instants]
     return Recording(tuple(sorted(instants, key=lambda rows: rows.stamp_ns)), False)
 
 
@@ -86,6 +104,8 @@ class Comparison:
         Of each frame that has tracks, since the first one that has, s.
     note : str
         What is to be said of their periods; empty: they are the same.
+    origin : (float, float)
+        What positions of both are told from, m.
 
     """
 
@@ -95,6 +115,7 @@ class Comparison:
     tracks: Trajectories
     seconds: dict[int, float]
     note: str = ''
+    origin: Origin = (0.0, 0.0)
 
     @classmethod
     def read(cls, truth: str | Path, tracks: str | Path) -> Comparison:
@@ -102,7 +123,8 @@ class Comparison:
         Read both.
 
         Instants of two bags fall together by their stamps. Where one of the two is text, its
-        first frame is the first instant of the other.
+        first frame is the first instant of the other. Text has the coordinates of the site's
+        files, a bag tells positions from its ``/site``'s origin; one without, from the other's.
 
         Parameters
         ----------
@@ -120,8 +142,9 @@ class Comparison:
 
         """
         truth, tracks = _file_in(truth), _file_in(tracks)
-        true = read_instants(truth, (TRUTH_TOPIC, TRACKS_TOPIC))
-        found = read_instants(tracks, (TRACKS_TOPIC,))
+        origin = _common_origin(truth, tracks)
+        true = read_instants(truth, (TRUTH_TOPIC, TRACKS_TOPIC), origin)
+        found = read_instants(tracks, (TRACKS_TOPIC,), origin)
         period_ns = found.period_ns if true.is_text else true.period_ns
         first = true if true.instants and not true.is_text else found
         origin_ns = _origin_ns(first, period_ns)
@@ -141,7 +164,7 @@ class Comparison:
             period_ns, origin_ns = _TEXT_PERIOD_NS, 0
         frames = ((stamps - origin_ns) // period_ns).tolist()
         seconds = dict(zip(frames, ((stamps - stamps[:1]) * 1e-9).tolist()))
-        return cls(truth, tracks, true_rows, rows, seconds, note)
+        return cls(truth, tracks, true_rows, rows, seconds, note, origin)
 
     def figures(self, gate_m: float) -> Figures:
         """Return the scores; a match is at most so far apart, m."""
@@ -170,7 +193,7 @@ class Comparison:
             old, new = int(switches.old_id[row]), int(switches.new_id[row])
             before = self.seconds[int(switches.last_frame[row])]
             at = self.seconds[int(switches.frame[row])]
-            x, y = switches.position[row].tolist()
+            x, y = (switches.position[row] + np.array(self.origin)).tolist()
             lines.append(
                 f'{at:9.2f} s  {switches.truth_id[row]} was {old} (until {before:.2f} s), '
                 f'is {new}, at ({x:.1f}, {y:.1f}) m'
@@ -208,6 +231,24 @@ def _file_in(path: str | Path) -> str | Path:
     """Return the bag in a folder that `mctrack track` wrote; else what was given."""
     bag = Path(path) / 'bag'
     return bag if not (Path(path) / 'metadata.yaml').exists() and bag.is_dir() else path
+
+
+def _common_origin(truth: str | Path, tracks: str | Path) -> Origin:
+    """Return what both are told from: as a bag says, else near the first place in a text."""
+    bags = [path for path in (truth, tracks) if Path(path).is_dir()]
+    for path in bags:
+        with BagReader(path) as reader:
+            told = stated_origin(reader)
+        if told is not None:
+            return told
+    texts = [] if bags else [truth, tracks]
+    places = [mot_text_place(path) for path in texts if Path(path).is_file()]
+    return chosen_origin(np.array(place) for place in places if place is not None)
+
+
+def _moved(rows: Tracks, by: NDArray[np.float64]) -> Tracks:
+    """Return instants with all positions greater by (2,) m."""
+    return rows.replace(position=rows.position + np.append(by, 0.0))
 
 
 def _note(truth: Recording, tracks: Recording) -> str:

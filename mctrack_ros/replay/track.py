@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from mctrack_ros.interfaces import REPORTED
-from mctrack_ros.recording import BagReader, BagWriter, MotTextWriter
+from mctrack_ros.recording import BagReader, BagWriter, MotTextWriter, stated_origin
 from mctrack_ros.replay.camera_source import topic_of
-from mctrack_ros.replay.lockstep import TickOutput, camera_tasks, run_lockstep
+from mctrack_ros.replay.lockstep import ReplayError, TickOutput, camera_tasks, run_lockstep
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
 from mctrack_ros.site_config import SiteConfig
+from mctrack_ros.stated_origin import origin_text
 
 CANDIDATES_TOPIC = '/explanation/candidates'
 DECISIONS_TOPIC = '/explanation/decisions'
@@ -58,7 +59,7 @@ def track_bag(
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> TrackSummary:
     """
-    Track a bag and write ``out/bag`` and ``out/tracks.txt``.
+    Track a bag and write ``out/bag`` and ``out/tracks.txt``, this in the files' coordinates.
 
     The same bag and site give the same bytes, whatever the number of processes.
 
@@ -84,16 +85,24 @@ def track_bag(
     TrackSummary
         What was done.
 
+    Raises
+    ------
+    ReplayError
+        If recorded detections are told from another origin than the site's.
+
     """
     tasks = camera_tasks(bag, site)
     with BagReader(bag) as reader:
         summary = TrackSummary(reader.duration_s)
-        total = sum(reader.count(topic_of(task, reader)) for task in tasks)
+        topics = [topic_of(task, reader) for task in tasks]
+        total = sum(reader.count(topic) for topic in topics)
+        if any(topic == task.detections_topic for topic, task in zip(topics, tasks)):
+            _check_origin(reader, site)
 
     out = Path(out)
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
-        MotTextWriter(out / 'tracks.txt', tasks[0].period_ns) as text,
+        MotTextWriter(out / 'tracks.txt', tasks[0].period_ns, origin=site.origin) as text,
         closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
     ):
         for ticked in run_lockstep(workers, site, explain=explain):
@@ -109,6 +118,16 @@ def track_bag(
             progress(summary.pictures, total)
     summary.peak_memory_mb = max(peak_memory_mb(), workers.peak_memory_mb)
     return summary
+
+
+def _check_origin(reader: BagReader, site: SiteConfig) -> None:
+    """Refuse detections that are told from elsewhere than the site's positions."""
+    told = stated_origin(reader)
+    if told is not None and told != site.origin:
+        raise ReplayError(
+            f'the detections in {reader.path} are told from the origin {origin_text(told)}, the '
+            f'site has {origin_text(site.origin)}: set origin: {origin_text(told)} in the site'
+        )
 
 
 def _write(writer: BagWriter, ticked: TickOutput, frame_id: str) -> None:
