@@ -52,7 +52,7 @@ def point_rows(pairing: Pairing) -> list[dict[str, str | float | None]]:
     return [
         {
             'name': name,
-            'ground': f'{at[name][0]:g}, {at[name][1]:g}',
+            'ground': f'{at[name][0]:.12g}, {at[name][1]:.12g}',
             'pixel': f'{x:.1f}, {y:.1f}',
             'residual': round(residual[name], 2) if name in residual else None,
         }
