@@ -131,6 +131,7 @@ def track(
     from mctrack_ros.cli.sites import named_site
     from mctrack_ros.experiments.figures import Figures
     from mctrack_ros.replay.track import track_bag
+    from mctrack_ros.stated_origin import origin_text
 
     if not site:
         typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
@@ -164,6 +165,11 @@ def track(
     )
     typer.echo(figures.table())
     typer.echo(f'wrote {out / "bag"} and {out / "tracks.txt"}')
+    if any(config.origin):
+        told = origin_text(config.origin)
+        typer.echo(
+            f"the bag tells positions from the origin {told}, tracks.txt as the site's files"
+        )
     if json_file is not None:
         figures.write(json_file)
 

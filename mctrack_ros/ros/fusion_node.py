@@ -63,6 +63,7 @@ class FusionNode(GraphNode):
             )
         for camera in cameras:
             check_camera_name(camera)
+        self.origin = origin_from(self.config.origin)
         self.batcher = Batcher(self.config.fusion, cameras)
         self.pipeline = FusionPipeline(self.config.fusion, cameras)
         self.health = {camera: StreamHealth() for camera in cameras}
@@ -83,9 +84,11 @@ class FusionNode(GraphNode):
     def start(self) -> None:
         """Subscribe to every camera, and say what the site is."""
         self.after_arrivals = self.create_guard_condition(self.on_overdue)
+        if any(self.origin):
+            self.get_logger().info(f'positions are told from the origin {self.config.origin}')
         values = {
             'cameras': list(self.config.cameras),
-            'origin': list(origin_from(self.config.origin)),
+            'origin': list(self.origin),
             'fusion': values_of(self.config.fusion),
         }
         description = site_description(values, list(self.config.cameras))
