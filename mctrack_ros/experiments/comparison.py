@@ -6,20 +6,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mctrack_ros.evaluation import Trajectories, evaluate_ground, identity_switches
+from mctrack_ros.experiments.common_origin import common_origin, retold
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import (
     BagError,
     BagReader,
     frame_origin_ns,
-    mot_text_place,
     read_mot_text,
     stated_origin,
 )
-from mctrack_ros.site_origin import chosen_origin
 from mctrack_ros.stated_origin import Origin
 
 TRUTH_TOPIC = '/truth/tracks'
@@ -83,9 +81,7 @@ def read_instants(
         if not present:
             raise BagError(f'{path} has no topic {" or ".join(topics)}')
         instants = [rows for rows, _ in reader.rows(present[0], Tracks)]
-        told = stated_origin(reader)
-    if told is not None and origin is not None and told != origin:
-        instants = [_moved(rows, np.subtract(told, origin)) for rows in instants]
+        instants = retold(instants, stated_origin(reader), origin)
     return Recording(tuple(sorted(instants, key=lambda rows: rows.stamp_ns)), False)
 
 
@@ -123,8 +119,7 @@ class Comparison:
         Read both.
 
         Instants of two bags fall together by their stamps. Where one of the two is text, its
-        first frame is the first instant of the other. Text has the coordinates of the site's
-        files, a bag tells positions from its ``/site``'s origin; one without, from the other's.
+        first frame is the first instant of the other. Positions are told from `common_origin`.
 
         Parameters
         ----------
@@ -142,7 +137,7 @@ class Comparison:
 
         """
         truth, tracks = _file_in(truth), _file_in(tracks)
-        origin = _common_origin(truth, tracks)
+        origin = common_origin((truth, tracks))
         true = read_instants(truth, (TRUTH_TOPIC, TRACKS_TOPIC), origin)
         found = read_instants(tracks, (TRACKS_TOPIC,), origin)
         period_ns = found.period_ns if true.is_text else true.period_ns
@@ -231,24 +226,6 @@ def _file_in(path: str | Path) -> str | Path:
     """Return the bag in a folder that `mctrack track` wrote; else what was given."""
     bag = Path(path) / 'bag'
     return bag if not (Path(path) / 'metadata.yaml').exists() and bag.is_dir() else path
-
-
-def _common_origin(truth: str | Path, tracks: str | Path) -> Origin:
-    """Return what both are told from: as a bag says, else near the first place in a text."""
-    bags = [path for path in (truth, tracks) if Path(path).is_dir()]
-    for path in bags:
-        with BagReader(path) as reader:
-            told = stated_origin(reader)
-        if told is not None:
-            return told
-    texts = [] if bags else [truth, tracks]
-    places = [mot_text_place(path) for path in texts if Path(path).is_file()]
-    return chosen_origin(np.array(place) for place in places if place is not None)
-
-
-def _moved(rows: Tracks, by: NDArray[np.float64]) -> Tracks:
-    """Return instants with all positions greater by (2,) m."""
-    return rows.replace(position=rows.position + np.append(by, 0.0))
 
 
 def _note(truth: Recording, tracks: Recording) -> str:
