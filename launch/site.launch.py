@@ -8,6 +8,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchDescription
+from mctrack_ros.camera_names import namespace_of
 from mctrack_ros.cli.sites import site_path
 from mctrack_ros.ros.graph import ENVIRONMENT, coverage_node
 from mctrack_ros.ros.site_graph import site_nodes
@@ -25,7 +26,7 @@ def site(context):
             package='mctrack_ros',
             executable=spec.executable,
             name=spec.name,
-            namespace=values['namespace'],
+            namespace=namespace_of(values['namespace']),
             parameters=[str(spec.write(directory))],
             respawn=values['respawn'] == 'true',
             respawn_delay=1.0,

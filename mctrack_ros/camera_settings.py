@@ -31,7 +31,8 @@ class CameraSettings:
 
     image_topic: str = parameter(
         'image_raw/compressed',
-        'pictures, relative to the camera; a name ending in /compressed holds JPEG or PNG',
+        'pictures, below the name of the camera, or with a leading slash a whole name; one that '
+        'ends in /compressed holds JPEG or PNG',
     )
     image_width: int = parameter(768, 'width of the pictures [px]', minimum=16, maximum=16384)
     image_height: int = parameter(576, 'height of the pictures [px]', minimum=16, maximum=16384)

@@ -44,7 +44,7 @@ ROSDEP_KEY_OF_IMPORT = {
     'typer': 'python3-typer',
     'yaml': 'python3-yaml',
 }
-WITHOUT_KEY = {'motmetrics', 'nicegui', 'simplejpeg', 'starlette'}
+WITHOUT_KEY = {'av', 'motmetrics', 'nicegui', 'simplejpeg', 'starlette'}
 
 
 @pytest.fixture(scope='module')

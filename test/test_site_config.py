@@ -61,7 +61,7 @@ def test_paths_are_relative_to_the_file(site, tmp_path):
         ({'cameras': None}, 'name at least one camera'),
         ({'cameras': {'north': None}}, 'cameras.north is None, expected a mapping'),
         ({'cameras': {'north': {'gird': 'a.xml'}}}, 'unknown key cameras.north.gird'),
-        ({'cameras': {'1st': {}}}, "camera '1st': expected lower-case letters"),
+        ({'cameras': {'1st': {}}}, "camera '1st': expected letters, digits"),
         ({'cameras': {'a/b': {}}}, "camera 'a/b'"),
         ({'cameras': {'caméra': {}}}, "camera 'caméra'"),
         ({'cameras': {3: {}}}, 'camera 3'),

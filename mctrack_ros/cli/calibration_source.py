@@ -62,9 +62,11 @@ def read_source(
         If there is no calibration; says why.
 
     """
+    from mctrack_ros.recording import is_bag
+
     path = Path(source)
     is_topic = not path.exists() and _TOPIC.fullmatch(source) is not None
-    if path.is_dir() or is_topic:
+    if is_bag(path) or is_topic:
         camera = _heard(source, is_topic, extrinsics, heard)
         if unit != 'm' and not extrinsics:
             raise ValueError(f'TF is in metres, not {unit}')

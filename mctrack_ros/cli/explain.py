@@ -6,7 +6,7 @@ from pathlib import Path
 
 import typer
 
-from mctrack_ros.cli.options import finite, picture_file
+from mctrack_ros.cli.options import finite, namespace_name, picture_file
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 
@@ -22,6 +22,9 @@ def explain(
     ),
     site: str = typer.Option(
         '', help='Site YAML, or the name of a shipped site; unless given, what the bag says.'
+    ),
+    namespace: str = typer.Option(
+        '', callback=namespace_name, help='Where the topics lie in the bag, for example /hall.'
     ),
     out: Path | None = typer.Option(
         None, callback=picture_file, help='Picture to write, for example why.png.'
@@ -44,7 +47,7 @@ def explain(
         write_story,
     )
 
-    story = tell(bag, track, at, length, named_site(site) if site else None)
+    story = tell(bag, track, at, length, named_site(site) if site else None, namespace)
     for sentence in sentences(story):
         typer.echo(sentence)
     table = Table(*COLUMNS, box=box.SIMPLE_HEAD)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import signal
 import tempfile
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
+
+from mctrack_ros.cli.options import namespace_name
 
 if TYPE_CHECKING:
     from mctrack_ros.ros.graph import NodeSpec
@@ -20,7 +23,9 @@ _DOMAIN = typer.Option(
 
 def run(
     site: str = typer.Argument(..., help='Site YAML, or the name of a shipped site.'),
-    namespace: str = typer.Option('', help='Namespace of all nodes, for example /hall.'),
+    namespace: str = typer.Option(
+        '', callback=namespace_name, help='Namespace of all nodes, for example /hall.'
+    ),
     use_sim_time: bool = typer.Option(False, '--use-sim-time', help='Take time from /clock.'),
     domain: int | None = _DOMAIN,
 ) -> None:
@@ -38,6 +43,11 @@ def record(
     topics: list[str] = typer.Option(
         ['.*'], '--topic', help='Regular expression of topics to record; may be repeated.'
     ),
+    namespace: str = typer.Option(
+        '',
+        callback=namespace_name,
+        help='Only topics in this namespace; --topic then says how their names go on.',
+    ),
     overwrite: bool = typer.Option(False, '--overwrite', help='Replace an earlier bag.'),
     explain: bool = typer.Option(
         False, '--explain', help='Record why fusion decided as it did, too.'
@@ -47,15 +57,21 @@ def record(
     """Record topics of the running graph into a bag until Ctrl-C."""
     from mctrack_ros.ros.graph import recorder_node
 
-    _run_nodes(
-        [recorder_node(out.absolute(), topics, overwrite=overwrite, explain=explain)], '', domain
-    )
+    if namespace:
+        topics = [f'{namespace}(?:{pattern})' for pattern in topics]
+    node = recorder_node(out.absolute(), topics, overwrite=overwrite, explain=explain)
+    _run_nodes([node], '', domain)
 
 
 def play(
     bag: Path = typer.Argument(..., help='The bag.'),
     topics: list[str] = typer.Option(
         ['.*'], '--topic', help='Regular expression of topics to play; may be repeated.'
+    ),
+    namespace: str = typer.Option(
+        '',
+        callback=namespace_name,
+        help='Namespace to play into; topics that lie in it already stay as they are.',
     ),
     rate: float = typer.Option(1.0, min=0.001, max=1000.0, help='Speed; 1: as recorded.'),
     start: float = typer.Option(0.0, min=0.0, help='Where in the bag to begin, s.'),
@@ -66,14 +82,16 @@ def play(
     domain: int | None = _DOMAIN,
 ) -> None:
     """Play a bag into the running graph, with /clock."""
-    from mctrack_ros.recording import BagReader
+    from mctrack_ros.recording import BagReader, CutBagWarning
     from mctrack_ros.ros.graph import player_node
 
-    BagReader(bag).close()
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', CutBagWarning)  # the player says it
+        BagReader(bag).close()
     node = player_node(
         bag.absolute(), topics=list(topics), rate=rate, start=start, loop=loop, restamp=restamp
     )
-    _run_nodes([node], '', domain)
+    _run_nodes([node], namespace, domain)
 
 
 def _run_nodes(nodes: Sequence[NodeSpec], namespace: str, domain: int | None) -> None:

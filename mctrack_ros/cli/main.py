@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import sys
+import warnings
+from typing import TextIO
 
 import typer
 
 from mctrack_ros import __version__
 from mctrack_ros.cli import (
+    bag,
     bench,
     calibrate,
     calibration,
@@ -62,11 +65,28 @@ app.command('coverage')(coverage.coverage)
 app.command('check-calibration')(calibration.check_calibration)
 app.command('convert-calibration')(calibration.convert_calibration)
 app.add_typer(bench.app, name='bench', help='Time the parts of the system on one core.')
+app.add_typer(bag.app, name='bag', help='Mend recordings.')
 app.command('results')(compare.results)
 
 
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Show what the package warns of as one line; of others what Python would show."""
+    text = warnings.formatwarning(message, category, filename, lineno, line)
+    if category.__module__.startswith('mctrack_ros.'):
+        text = f'mctrack: {message}\n'
+    print(text, end='', file=file or sys.stderr)
+
+
 def main() -> None:
-    """Run the command line; an expected error is one line and exit code 1."""
+    """Run the command line; an expected error is one line and exit code 1, a warning one line."""
+    warnings.showwarning = _show_warning
     try:
         app()
     except Exception as error:

@@ -8,14 +8,22 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
+from mctrack_ros.camera_names import resolved
+from mctrack_ros.cli.options import namespace_name
+from mctrack_ros.cli.videos import LATER, RATE, open_videos, warn
 from mctrack_ros.processes import prepare_workers
+
+if TYPE_CHECKING:
+    from mctrack_ros.recording.videos import Video
+    from mctrack_ros.site_config import SiteConfig
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 _USUAL_SITE = 'pitch5'
+_BAG_FILES = ('.mcap', '.db3')
 _OVERWRITE = typer.Option(False, '--overwrite', help='Replace earlier results.')
 _PROCESSES = typer.Option(2, min=1, max=64, help='Processes to share the cameras among.')
 _WORKERS = typer.Option(
@@ -113,11 +121,21 @@ def simulate(
 
 
 def track(
-    bag: Path = typer.Argument(..., help='Bag with the pictures, or detections, of every camera.'),
+    sources: list[str] = typer.Argument(
+        ...,
+        metavar='BAG | CAMERA=VIDEO...',
+        help='Bag with the pictures, or detections, of every camera; or the video file of each, '
+        'for example north=north.mp4 south=south.mp4.',
+    ),
     out: Path = typer.Option(..., help='Folder for the bag of results and tracks.txt.'),
     site: str = typer.Option(
         '', help=f'Site YAML, or the name of a shipped site; unless given, {_USUAL_SITE}.'
     ),
+    namespace: str = typer.Option(
+        '', callback=namespace_name, help='Where the topics of the cameras lie in the bag.'
+    ),
+    later: list[str] = LATER,
+    rate: float = RATE,
     processes: int | None = _WORKERS,
     overwrite: bool = _OVERWRITE,
     explain: bool = typer.Option(
@@ -125,7 +143,7 @@ def track(
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
 ) -> None:
-    """Track a bag offline, in lock step; the same bag gives the same bytes."""
+    """Track a bag, or video files, offline, in lock step; the same input gives the same bytes."""
     prepare_workers()
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.cli.sites import named_site
@@ -136,6 +154,7 @@ def track(
     if not site:
         typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
     config = named_site(site or _USUAL_SITE)
+    bag, name = _source(sources, config, later, rate)
     processes = processes or len(config.cameras)
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
@@ -143,6 +162,7 @@ def track(
             bag,
             out,
             config,
+            namespace=namespace,
             processes=processes,
             overwrite=overwrite,
             explain=explain,
@@ -151,7 +171,7 @@ def track(
     wall_seconds = time.perf_counter() - started
     figures = Figures(
         name='track',
-        command=f'mctrack track {bag.name} --site {config.name} --processes {processes}',
+        command=f'mctrack track {name} --site {config.name} --processes {processes}',
         protocol={'site': config.name, 'cameras': len(config.cameras), 'processes': processes},
         figures={
             'ticks': summary.ticks,
@@ -172,11 +192,42 @@ def track(
         )
     if json_file is not None:
         figures.write(json_file)
+    for note in summary.notes:
+        warn(note)
+    if summary.faults:
+        raise ValueError(f'{"; ".join(summary.faults)}; {out} holds what was read')
+
+
+def _source(
+    sources: list[str], site: SiteConfig, later: list[str], rate: float
+) -> tuple[Path | dict[str, Video], str]:
+    """
+    Return the bag, or the videos by camera, and how the command names them.
+
+    Raises
+    ------
+    ValueError
+        If it is neither one bag nor videos; says how a video is named.
+
+    """
+    path = Path(sources[0])
+    if len(sources) > 1 or ('=' in sources[0] and not path.exists()):
+        videos = open_videos(sources, later, rate)
+        return videos, ' '.join(f'{name}={each.path.name}' for name, each in videos.items())
+    if later or rate:
+        raise ValueError('--later and --rate are for videos: camera=file')
+    if path.is_file() and path.suffix not in _BAG_FILES:
+        camera = next(iter(site.cameras))
+        raise ValueError(f'{path} is no bag; a video is named with its camera: {camera}={path}')
+    return path, path.name
 
 
 def echo(
     topic: str = typer.Argument(..., help='Topic of one of the clouds, for example /tracks.'),
     bag: Path | None = typer.Option(None, help='Read a bag instead of the running graph.'),
+    namespace: str = typer.Option(
+        '', callback=namespace_name, help='Namespace of the topic, for example /hall.'
+    ),
     count: int = typer.Option(0, min=0, help='Stop after so many messages; 0: go on.'),
     as_json: bool = typer.Option(False, '--json', help='One JSON object a message.'),
 ) -> None:
@@ -185,8 +236,8 @@ def echo(
 
     from mctrack_ros.cli.tables import cloud_table, cloud_values
 
-    console = Console(width=_TABLE_WIDTH)
-    for index, message in enumerate(_messages(topic, bag)):
+    console, topic = Console(width=_TABLE_WIDTH), resolved(topic)
+    for index, message in enumerate(_messages(topic, bag, namespace)):
         if as_json:
             typer.echo(json.dumps(cloud_values(topic, message)))
         else:
@@ -195,16 +246,16 @@ def echo(
             return
 
 
-def _messages(topic: str, bag: Path | None) -> Iterator[Any]:
+def _messages(topic: str, bag: Path | None, namespace: str) -> Iterator[Any]:
     """Yield the clouds of a topic, from a bag or from the running graph."""
     if bag is None:
         from mctrack_ros.ros.subscribe import clouds
 
-        yield from clouds(topic)
+        yield from clouds(namespace + topic)
         return
     from mctrack_ros.recording import BagError, BagReader
 
-    with BagReader(bag) as reader:
+    with BagReader(bag, namespace) as reader:
         kind = reader.topics.get(topic)
         if kind not in (None, 'sensor_msgs/msg/PointCloud2'):
             raise BagError(f'{bag}: {topic} holds {kind}, expected sensor_msgs/msg/PointCloud2')

@@ -1,42 +1,90 @@
-"""`mctrack import-videos`: video files into a bag."""
+"""Video files: `mctrack import-videos`, and what `mctrack track` shares with it."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
+if TYPE_CHECKING:
+    from mctrack_ros.recording.videos import Video
+
 _LATEST_S = 1e6
+LATER = typer.Option([], help='camera=seconds, for a video that began so long after the others.')
+RATE = typer.Option(
+    0.0,
+    min=0.0,
+    max=1000.0,
+    help='Pictures a second of the videos; 0: at the times that each file states.',
+)
 
 
 def import_videos(
     out: Path = typer.Argument(..., help='The bag to write.'),
     videos: list[str] = typer.Argument(..., help='camera=file, for example north=north.mp4.'),
-    later: list[str] = typer.Option(
-        [], help='camera=seconds, for a video that began so long after the first.'
-    ),
-    rate: float = typer.Option(
-        0.0, min=0.0, max=1000.0, help='Pictures a second; 0: what each file states.'
-    ),
+    later: list[str] = LATER,
+    rate: float = RATE,
     overwrite: bool = typer.Option(False, '--overwrite', help='Replace an earlier bag.'),
 ) -> None:
     """Put the videos of several cameras into a bag, to be tracked offline by `mctrack track`."""
     from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.recording.videos import open_video, write_videos
+    from mctrack_ros.recording.videos import write_videos
 
-    files = _by_camera(videos, 'north=north.mp4')
+    opened = open_videos(videos, later, rate)
+    notes: list[str] = []
+    try:
+        with progress_bar('reading') as progress:
+            counts = write_videos(
+                opened, out, overwrite=overwrite, progress=progress, tell=notes.append
+            )
+    finally:
+        for note in notes:
+            warn(note)
+    for name, count in counts.items():
+        typer.echo(f'{name}: {count} pictures')
+    typer.echo(f'wrote {out}')
+
+
+def open_videos(files: list[str], later: list[str], rate: float) -> dict[str, Video]:
+    """
+    Look into the videos of several cameras and say what they are.
+
+    Parameters
+    ----------
+    files, later : list of str
+        ``camera=file`` and ``camera=seconds``.
+    rate : float
+        Pictures a second; 0: at the times that each file states.
+
+    Raises
+    ------
+    ValueError
+        If a text is not so, or a file no video.
+
+    """
+    from mctrack_ros.recording.videos import open_video, strangers
+
+    paths = _by_camera(files, 'north=north.mp4')
     delays = {name: _seconds(text) for name, text in _by_camera(later, 'south=1.5').items()}
-    for name in delays.keys() - files.keys():
-        raise ValueError(f'--later names {name}, expected one of {", ".join(files)}')
-    opened = {name: open_video(file, rate, delays.get(name, 0.0)) for name, file in files.items()}
-    with progress_bar('reading') as progress:
-        counts = write_videos(opened, out, overwrite=overwrite, progress=progress)
-    for name, video in opened.items():
+    for name in delays.keys() - paths.keys():
+        raise ValueError(f'--later names {name}, expected one of {", ".join(paths)}')
+    videos = {name: open_video(path, rate, delays.get(name, 0.0)) for name, path in paths.items()}
+    for name, video in videos.items():
         width, height = video.size
         typer.echo(
-            f'{name}: {counts[name]} pictures of {width} x {height} px, {video.rate_hz:g} a second'
+            f'{name}: {width} x {height} px, {video.rate_hz:g} pictures a second, '
+            f'{video.length_s:.2f} s from {video.begin_s:.3f} s on',
+            err=True,
         )
-    typer.echo(f'wrote {out}')
+    for line in strangers(videos):
+        warn(line)
+    return videos
+
+
+def warn(line: str) -> None:
+    """Say what may surprise on standard error."""
+    typer.echo(f'warning: {line}', err=True)
 
 
 def _seconds(text: str) -> float:

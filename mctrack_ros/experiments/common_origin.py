@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from mctrack_ros.interfaces import Tracks
-from mctrack_ros.recording import BagReader, mot_text_place, stated_origin
+from mctrack_ros.recording import BagReader, is_bag, mot_text_place, stated_origin
 from mctrack_ros.site_origin import chosen_origin
 from mctrack_ros.stated_origin import Origin
 
@@ -19,7 +19,7 @@ def common_origin(paths: tuple[str | Path, ...]) -> Origin:
     Text has the coordinates of the site's files, a bag tells positions from its ``/site``'s
     origin; one without, from the other's.
     """
-    bags = [path for path in paths if Path(path).is_dir()]
+    bags = [path for path in paths if is_bag(path)]
     for path in bags:
         with BagReader(path) as reader:
             told = stated_origin(reader)

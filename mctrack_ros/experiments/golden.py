@@ -39,8 +39,8 @@ def write_golden(folder: Path) -> Figures:
         with BagWriter(golden, overwrite=True) as writer:
             for topic, source in kept.items():
                 with BagReader(source) as reader:
-                    for _, kind, data, time_ns in reader.serialized([topic]):
-                        writer.write_serialized(topic, kind, data, time_ns)
+                    for item in reader.serialized([topic]):
+                        writer.write_copy(reader, *item)
         figures = golden_figures(golden, scratch / 'again')
     figures.write(folder / f'{NAME}.json')
     return figures

@@ -9,6 +9,7 @@ from statistics import median_low
 import numpy as np
 
 from mctrack_ros.fusion.admission import usable_rows
+from mctrack_ros.fusion.camera_clocks import CameraClocks
 from mctrack_ros.fusion.parameters import FusionConfig
 from mctrack_ros.interfaces import CameraDetections, Detections, Tick, Ticks
 
@@ -31,6 +32,7 @@ class _Camera:
     late: int = 0
     dropped_detections: int = 0
     feedback_missed: int = 0
+    left_out: int = 0
 
     def hear(self, stamp_ns: int, now_ns: int) -> None:
         self.heard_ns = now_ns
@@ -55,14 +57,22 @@ class _Camera:
         slack = self.interval_ns // 8
         return last + self.interval_ns + (slack if last >= start_ns else -slack) >= end_ns
 
+    def expected_ns(self, start_ns: int, end_ns: int) -> int:
+        """Return the stamp, ns, of the picture to come in a period; 0: none is expected."""
+        last, interval_ns = self.last_stamp_ns, self.interval_ns
+        if last is None or not interval_ns or last >= start_ns:
+            return 0
+        stamp_ns = last - (last - start_ns) // interval_ns * interval_ns
+        return stamp_ns if stamp_ns < end_ns else 0
+
     def step_back(self) -> None:
         """Take notice that the camera's clock is another one from now on."""
         self.last_stamp_ns, self.interval_ns = None, 0
         self.intervals_ns.clear()
 
-    def take_counts(self) -> tuple[int, int, int]:
-        counts = self.late, self.dropped_detections, self.feedback_missed
-        self.late = self.dropped_detections = self.feedback_missed = 0
+    def take_counts(self) -> tuple[int, int, int, int]:
+        counts = self.late, self.dropped_detections, self.feedback_missed, self.left_out
+        self.late = self.dropped_detections = self.feedback_missed = self.left_out = 0
         return counts
 
 
@@ -70,6 +80,7 @@ class _Camera:
 class _Pending:
     first_arrival_ns: int
     frames: dict[tuple[str, int], Detections] = field(default_factory=dict)
+    added_ns: dict[str, int] = field(default_factory=dict)
 
 
 class Batcher:
@@ -77,10 +88,11 @@ class Batcher:
     Groups messages into ticks: a message belongs to the period that its own stamp falls in.
 
     A tick closes when no live camera is expected to add to it, or `max_wait` after its first
-    message arrived. Ticks close in order; what comes for a closed one is late: dropped and
-    counted. At the start each camera counts as live for one `camera_timeout`. Time begins anew
-    when the stamps of all live cameras have stepped back by more than a second; what one of them
-    alone sends from then on is late.
+    message arrived; one that comes earlier than its stamp lets expect counts as arriving when it
+    should. Ticks close in order; what comes for a closed one is late: dropped and counted. Clocks
+    that disagree are set right or left out first (`CameraClocks`). At the start each camera
+    counts as live for one `camera_timeout`. Time begins anew when the stamps of all live cameras
+    have stepped back by more than a second; what one of them alone sends from then on is late.
 
     Parameters
     ----------
@@ -88,6 +100,11 @@ class Batcher:
         Its `batching` is used.
     cameras : tuple of str
         Names in the site's order.
+
+    Attributes
+    ----------
+    clocks : CameraClocks
+        How the cameras' clocks agree.
 
     Raises
     ------
@@ -103,6 +120,9 @@ class Batcher:
         self.period_ns = round(settings.period * SECOND_NS)
         self._max_wait_ns = round(settings.max_wait * settings.period * SECOND_NS)
         self._timeout_ns = round(settings.patience * SECOND_NS)
+        self.clocks = CameraClocks(settings, cameras)
+        self._sync_ns = round(settings.time_sync_limit * SECOND_NS)
+        self._reference_ns = 0
         self._cameras = {name: _Camera() for name in cameras}
         self._pending: dict[int, _Pending] = {}
         self._closed_index: int | None = None
@@ -110,7 +130,9 @@ class Batcher:
         self._started_ns: int | None = None
         self._admitted_ns = 0
 
-    def add(self, camera: str, detections: Detections, now_ns: int) -> list[Tick]:
+    def add(
+        self, camera: str, detections: Detections, now_ns: int, arrival_ns: int | None = None
+    ) -> list[Tick]:
         """
         Take a camera's message and return the ticks that it completes.
 
@@ -122,6 +144,9 @@ class Batcher:
             The message; an empty one is a heartbeat.
         now_ns : int
             Its arrival on any clock that does not step back, ns.
+        arrival_ns : int, optional
+            The same on a clock like that of the stamps, ns, by which the cameras' clocks are
+            judged; unless given, all stamps are right.
 
         Raises
         ------
@@ -132,12 +157,26 @@ class Batcher:
         if camera not in self._cameras:
             raise ValueError(f'camera is {camera!r}, expected one of {list(self._cameras)}')
         closed = self.poll(now_ns)
+        added_ns, early_ns, reference_ns = 0, None, self._reference_ns
+        if arrival_ns is not None:
+            verdict = self.clocks.judge(camera, detections.stamp_ns, arrival_ns)
+            if not verdict.is_used:
+                self.left_out(camera)
+                return closed
+            added_ns, early_ns, _, reference_ns = verdict
+            detections = detections.at(detections.stamp_ns + added_ns)
         if self._started_ns is None:
             self._started_ns = self._admitted_ns = now_ns
-        if self._has_begun_anew(camera, detections.stamp_ns, now_ns):
+        are_others_right = abs(reference_ns - self._reference_ns) > self._sync_ns
+        self._reference_ns = reference_ns
+        if self._has_begun_anew(camera, detections.stamp_ns, now_ns, are_others_right):
             closed += self._reset()
-        self._admit(camera, detections, now_ns)
+        self._admit(camera, detections, now_ns, early_ns, added_ns)
         return closed + self.poll(now_ns)
+
+    def left_out(self, camera: str, count: int = 1) -> None:
+        """Record that so many messages of a camera have stamps that cannot be believed."""
+        self._cameras[camera].left_out += count
 
     def poll(self, now_ns: int) -> list[Tick]:
         """Return the ticks that are due by now."""
@@ -160,9 +199,13 @@ class Batcher:
         """Record that a camera went without feedback for so many pictures."""
         self._cameras[camera].feedback_missed += count
 
-    def _has_begun_anew(self, camera: str, stamp_ns: int, now_ns: int) -> bool:
+    def _has_begun_anew(
+        self, camera: str, stamp_ns: int, now_ns: int, are_others_right: bool
+    ) -> bool:
         """
         Tell whether time begins anew: not while another live camera is ahead of that.
+
+        It does at once when other cameras than before have turned out to be right.
 
         The tick that it begins with, and that may end a period later, must be a second earlier
         than all that is known.
@@ -170,9 +213,9 @@ class Batcher:
         state = self._cameras[camera]
         is_starved = now_ns - self._admitted_ns >= self._timeout_ns
         steps_back = state.last_stamp_ns is not None and stamp_ns < state.last_stamp_ns - RESET_NS
-        if not (is_starved or steps_back) or stamp_ns >= self._oldest_ns():
+        if not (is_starved or steps_back or are_others_right) or stamp_ns >= self._oldest_ns():
             return False
-        if is_starved:
+        if is_starved or are_others_right:
             return True
         state.step_back()
         return all(
@@ -198,7 +241,9 @@ class Batcher:
             state.step_back()
         return closed
 
-    def _admit(self, camera: str, detections: Detections, now_ns: int) -> None:
+    def _admit(
+        self, camera: str, detections: Detections, now_ns: int, early_ns: int | None, added_ns: int
+    ) -> None:
         state, stamp_ns = self._cameras[camera], detections.stamp_ns
         index = stamp_ns // self.period_ns
         state.hear(stamp_ns, now_ns)
@@ -207,10 +252,25 @@ class Batcher:
             state.late += 1
             state.dropped_detections += len(detections)
             return
-        pending = self._pending.setdefault(index, _Pending(now_ns))
+        due_ns = (
+            now_ns if early_ns is None else now_ns + early_ns + self._pause_ns(stamp_ns, now_ns)
+        )
+        pending = self._pending.setdefault(index, _Pending(due_ns))
+        pending.first_arrival_ns = min(pending.first_arrival_ns, due_ns)
         pending.frames[camera, stamp_ns] = detections
+        pending.added_ns.setdefault(camera, added_ns)
         self._admitted_ns = now_ns
         state.dropped_detections += int((~usable_rows(detections) & ~detections.is_vacant).sum())
+
+    def _pause_ns(self, stamp_ns: int, now_ns: int) -> int:
+        """Return how long after a picture the last one of its period is expected, ns."""
+        start_ns = stamp_ns // self.period_ns * self.period_ns
+        expected = (
+            state.expected_ns(start_ns, start_ns + self.period_ns)
+            for state in self._cameras.values()
+            if self._is_live(state, now_ns)
+        )
+        return max(max(expected, default=0) - stamp_ns, 0)
 
     def _is_live(self, state: _Camera, now_ns: int) -> bool:
         heard = self._started_ns if state.heard_ns is None else state.heard_ns
@@ -237,17 +297,26 @@ class Batcher:
         order = sorted(pending.frames)
         frames = tuple(CameraDetections(key[0], pending.frames[key]) for key in order)
         stamp_ns = max(frame.detections.stamp_ns for frame in frames)
-        return Tick(stamp_ns, frames, self._record(stamp_ns, frames, now_ns))
+        return Tick(stamp_ns, frames, self._record(stamp_ns, frames, pending.added_ns, now_ns))
 
-    def _record(self, stamp_ns: int, frames: tuple[CameraDetections, ...], now_ns: int) -> Ticks:
+    def _record(
+        self,
+        stamp_ns: int,
+        frames: tuple[CameraDetections, ...],
+        added_ns: dict[str, int],
+        now_ns: int,
+    ) -> Ticks:
         names = list(self._cameras)
-        admitted, counted = np.zeros(len(names), int), np.zeros(len(names), int)
+        admitted, counted, age_us = (np.zeros(len(names), int) for _ in range(3))
         for frame in frames:
-            admitted[names.index(frame.camera)] += 1
-            counted[names.index(frame.camera)] += len(frame.detections)
+            row = names.index(frame.camera)
+            if not admitted[row]:
+                age_us[row] = (stamp_ns - frame.detections.stamp_ns) // 1000
+            admitted[row] += 1
+            counted[row] += len(frame.detections)
         live = np.array([self._is_live(state, now_ns) for state in self._cameras.values()], bool)
         counts = [state.take_counts() for state in self._cameras.values()]
-        late, dropped, missed = np.array(counts, int).reshape(-1, 3).T
+        late, dropped, missed, left_out = np.array(counts, int).reshape(-1, 4).T
         return Ticks.build(
             stamp_ns,
             camera=np.arange(len(names)),
@@ -258,4 +327,7 @@ class Batcher:
             feedback_missed=missed,
             missing=live & (admitted == 0),
             alive=live,
+            left_out=left_out,
+            added_ms=[added_ns.get(name, 0) // 1_000_000 for name in names],
+            age_us=age_us,
         )

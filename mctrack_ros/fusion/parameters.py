@@ -30,6 +30,13 @@ class BatchingConfig:
         minimum=0.01,
         maximum=600.0,
     )
+    time_sync_limit: float = parameter(
+        0.2,
+        "Cameras' clocks may differ by so much, which is removed; one that is ahead by more is "
+        'left out [s]',
+        minimum=0.0,
+        maximum=60.0,
+    )
 
     @property
     def patience(self) -> float:

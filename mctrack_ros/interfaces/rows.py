@@ -119,7 +119,7 @@ class Rows:
         arrays: list[NDArray[Any]] = []
         for name, dtype, shape, fill in cls.LAYOUT:
             if name in columns:
-                given = np.array(columns[name], dtype)
+                given = np.array(columns[name], dtype, order='C')
                 arrays.append(given if given.size else given.reshape((-1, *shape)))
             else:
                 arrays.append(np.zeros((count, *shape), dtype))
@@ -153,6 +153,10 @@ class Rows:
         data = [getattr(self, name).tobytes() for name in self.COLUMNS]
         return _unpickled, (type(self), self.stamp_ns, len(self), data)
 
+    def at(self, stamp_ns: int) -> Self:
+        """Return the same rows under another stamp, ns."""
+        return _made(type(self), stamp_ns, [getattr(self, name) for name in self.COLUMNS])
+
     def replace(self, **columns: ArrayLike) -> Self:
         """Return the same rows with some columns exchanged."""
         kept = {name: getattr(self, name) for name in self.COLUMNS} | columns
@@ -160,8 +164,16 @@ class Rows:
 
 
 def _frozen(columns: Iterable[NDArray[Any]]) -> list[NDArray[Any]]:
-    """Return read-only views: whoever made the arrays may go on writing."""
-    views = [column.view() for column in columns]
+    """
+    Return read-only arrays as compiled loops take them: row after row, without gaps.
+
+    They are views where they can be: whoever made the arrays may go on writing. Of at most one
+    row NumPy calls any strides contiguous, but joins such arrays column by column: it is copied.
+    """
+    views = [
+        np.ascontiguousarray(column).view() if len(column) > 1 else np.array(column, order='C')
+        for column in columns
+    ]
     for view in views:
         view.setflags(write=False)
     return views

@@ -55,6 +55,12 @@ class Ticks(Rows):
         1 where a live camera did not report to this tick.
     alive : (n,) uint8 array
         1 where the camera counts as live.
+    left_out : (n,) uint32 array
+        Messages since the last tick whose stamps could not be believed, dropped.
+    added_ms : (n,) int32 array
+        What was added to the stamps of those admitted, since the camera's clock differs, ms.
+    age_us : (n,) uint32 array
+        From the first of those admitted, after that, to the tick, us.
 
     """
 
@@ -68,6 +74,9 @@ class Ticks(Rows):
         'feedback_missed': Column('u4'),
         'missing': Column('u1'),
         'alive': Column('u1'),
+        'left_out': Column('u4', is_late=True),
+        'added_ms': Column('i4', is_late=True),
+        'age_us': Column('u4', is_late=True),
     }
 
     position: NDArray[np.float32]
@@ -79,6 +88,9 @@ class Ticks(Rows):
     feedback_missed: NDArray[np.uint32]
     missing: NDArray[np.uint8]
     alive: NDArray[np.uint8]
+    left_out: NDArray[np.uint32]
+    added_ms: NDArray[np.int32]
+    age_us: NDArray[np.uint32]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

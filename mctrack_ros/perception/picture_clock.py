@@ -23,7 +23,7 @@ class PictureClock:
         Whether it came more than a second after the picture before, though the camera is not as
         slow as that, or more than a second before it.
     stepped_back : bool
-        Whether it came before it.
+        Whether time has begun anew since: it, or one passed over, came before the one before.
 
     """
 
@@ -31,30 +31,34 @@ class PictureClock:
         self.seconds = 0.0
         self.jumped = self.stepped_back = False
         self._last_ns: int | None = None
+        self._seen_ns: int | None = None
+        self._has_begun_anew = False
         self._gap_ns = 0
 
-    def check(self, stamp_ns: int) -> None:
+    def pass_over(self, stamp_ns: int) -> None:
         """
-        Refuse what is no step in time.
+        Take the stamp, ns, of a picture that is not used.
 
         Raises
         ------
         BackwardStampError
-            If the stamp is at or up to a second before the last one.
+            If it is at or up to a second before the last one; nothing is changed.
 
         """
-        last = self._last_ns
-        if last is not None and last - JUMP_NS <= stamp_ns <= last:
+        seen = self._seen_ns
+        if seen is not None and seen - JUMP_NS <= stamp_ns <= seen:
             raise BackwardStampError(
-                f'stamp {stamp_ns} is not later than the last, {last}: the picture is not used'
+                f'stamp {stamp_ns} is not later than the last, {seen}: the picture is not used'
             )
+        self._has_begun_anew |= seen is not None and stamp_ns < seen
+        self._seen_ns = stamp_ns
 
     def advance(self, stamp_ns: int) -> None:
-        """Take the stamp, ns, of the next picture; raise as `check` does, and change nothing."""
-        self.check(stamp_ns)
+        """Take the stamp, ns, of the next picture; raise as `pass_over` does."""
+        self.pass_over(stamp_ns)
         last, usual_ns = self._last_ns, self._gap_ns
         gap_ns = 0 if last is None else stamp_ns - last
-        self.stepped_back = gap_ns < 0
+        self.stepped_back, self._has_begun_anew = self._has_begun_anew, False
         self.jumped = self.stepped_back or gap_ns > max(JUMP_NS, USUAL_GAPS * usual_ns)
         self.seconds = 0.0 if self.jumped else gap_ns * 1e-9
         self._last_ns, self._gap_ns = stamp_ns, max(gap_ns, 0)

@@ -150,7 +150,7 @@ class CameraPipeline:
         """
         check_picture(image, self._mapping.image_size)
         if is_blank(image):
-            self._clock.check(stamp_ns)
+            self._clock.pass_over(stamp_ns)
             return CameraOutput.empty(stamp_ns, self._watchdog.shift)
         self._advance(stamp_ns)
         shift = self._watchdog.watch(image, stamp_ns)

@@ -1,12 +1,8 @@
 """Bags and exports."""
 
-from mctrack_ros.recording.bag import (
-    ROSBAGS_CLASSES,
-    BagError,
-    BagReader,
-    BagWriter,
-    check_place,
-)
+from mctrack_ros.recording.bag import ROSBAGS_CLASSES, BagReader, BagWriter, check_place
+from mctrack_ros.recording.bag_files import is_bag
+from mctrack_ros.recording.errors import BagError, CutBagWarning
 from mctrack_ros.recording.mot_text import (
     MotTextError,
     MotTextWriter,
@@ -22,10 +18,12 @@ __all__ = [
     'BagError',
     'BagReader',
     'BagWriter',
+    'CutBagWarning',
     'MotTextError',
     'MotTextWriter',
     'check_place',
     'frame_origin_ns',
+    'is_bag',
     'mot_text_place',
     'read_mot_text',
     'stated_origin',

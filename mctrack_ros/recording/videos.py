@@ -1,4 +1,4 @@
-"""Video files as a bag of pictures, to be tracked offline."""
+"""Video files as the messages of a bag, to be tracked offline."""
 
 from __future__ import annotations
 
@@ -6,105 +6,87 @@ import heapq
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-
-import cv2
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from mctrack_ros.codec import compressed_message, jpeg_from_image
 from mctrack_ros.recording.bag import ROSBAGS_CLASSES, BagWriter
+from mctrack_ros.recording.video_file import Video, VideoError, VideoReading, open_video
+
+__all__ = [
+    'START_NS',
+    'CameraVideo',
+    'Video',
+    'VideoError',
+    'open_video',
+    'strangers',
+    'together',
+    'write_videos',
+]
 
 START_NS = 1_700_000_000_000_000_000
 """When the first video is said to have begun: the same videos give the same bag."""
-_RATES_HZ = (1.0, 1000.0)
-_MISSING_SHARE = 0.02
-"""Share of the pictures that a file states and need not hold: the count is an estimate."""
-
-
-class VideoError(ValueError):
-    """A video that cannot be read; names it and says why."""
 
 
 @dataclass(frozen=True, slots=True)
-class Video:
+class CameraVideo:
     """
-    A camera's video.
+    A camera's video among several on one time line.
 
     Attributes
     ----------
-    path : Path
-        The file.
-    rate_hz : float
-        Pictures a second.
-    stated : int
-        How many pictures the file says that it holds; 0: it does not.
-    size : (int, int)
-        Width and height of the pictures, px.
-    later_s : float
-        How long after the first video it began, s.
+    camera : str
+        Name of the camera.
+    video : Video
+        Its file.
+    origin_ns : int
+        Stamp of the time line's zero, ns.
 
     """
 
-    path: Path
-    rate_hz: float
-    stated: int
-    size: tuple[int, int]
-    later_s: float = 0.0
+    camera: str
+    video: Video
+    origin_ns: int
 
-    def stamp_ns(self, index: int) -> int:
-        """Return the stamp of a picture: the middle of its period."""
-        return START_NS + round((self.later_s + (index + 0.5) / self.rate_hz) * 1e9)
+    def reading(self) -> VideoReading:
+        """Begin to read the file."""
+        return VideoReading(self.video)
 
-    def pictures(self) -> Iterator[NDArray[np.uint8]]:
-        """Yield the (height, width, 3) pictures, blue, green, red."""
-        capture = cv2.VideoCapture(str(self.path))
-        try:
-            while True:
-                found, picture = capture.read()
-                if not found:
-                    return
-                yield np.asarray(picture, np.uint8)
-        finally:
-            capture.release()
+    def messages(self, reading: VideoReading) -> Iterator[tuple[str, Any, int]]:
+        """Yield topic, compressed picture and stamp (ns) of all that a reading gives."""
+        topic, frame = f'/{self.camera}/image_raw/compressed', f'{self.camera}_optical_frame'
+        for time_s, picture in reading:
+            stamp_ns = self.origin_ns + round((self.video.later_s + time_s) * 1e9)
+            jpeg = jpeg_from_image(picture)
+            yield topic, compressed_message(jpeg, ROSBAGS_CLASSES, stamp_ns, frame), stamp_ns
 
 
-def open_video(path: str | Path, rate_hz: float = 0.0, later_s: float = 0.0) -> Video:
+def together(videos: Mapping[str, Video]) -> dict[str, CameraVideo]:
     """
-    Look into a video file.
+    Put the videos of several cameras on one time line.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    rate_hz : float
-        Pictures a second; 0: what the file states.
-    later_s : float
-        How long after the first video it began, s.
-
-    Raises
-    ------
-    VideoError
-        If it is none, or states no rate.
-
+    The first picture of the first lies half a period of the fastest after `START_NS`: times that
+    a file states in whole milliseconds so stay on the same side of a tick's edge.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise VideoError(f'{path} does not exist')
-    capture = cv2.VideoCapture(str(path))
-    try:
-        if not capture.isOpened():
-            raise VideoError(f'{path} is no video that OpenCV reads')
-        stated = capture.get(cv2.CAP_PROP_FPS)
-        count = max(int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
-        width, height = (
-            int(capture.get(key)) for key in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
-        )
-    finally:
-        capture.release()
-    low, high = _RATES_HZ
-    if not (rate_hz or low <= stated <= high):
-        raise VideoError(f'{path} does not say how many pictures a second it holds: give --rate')
-    return Video(path, rate_hz or stated, count, (width, height), later_s)
+    lead_s = 0.5 / max(video.rate_hz for video in videos.values())
+    first_s = min(video.begin_s for video in videos.values())
+    origin_ns = START_NS + round((lead_s - first_s) * 1e9)
+    return {name: CameraVideo(name, video, origin_ns) for name, video in videos.items()}
+
+
+def strangers(videos: Mapping[str, Video]) -> list[str]:
+    """Return a line for each video that begins after another, by what they state, has ended."""
+    spans = {
+        name: (video.begin_s, video.begin_s + video.length_s)
+        for name, video in videos.items()
+        if video.length_s
+    }
+    return [
+        f'{later} begins at {begin_s:.2f} s, after the end of {name} at {end_s:.2f} s: they show '
+        'no common time (--later sets it)'
+        for name, (_, end_s) in spans.items()
+        for later, (begin_s, _) in spans.items()
+        if begin_s >= end_s
+    ]
 
 
 def write_videos(
@@ -113,6 +95,7 @@ def write_videos(
     *,
     overwrite: bool = False,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    tell: Callable[[str], None] = lambda line: None,
 ) -> dict[str, int]:
     """
     Write the pictures of videos into a bag, on ``/<camera>/image_raw/compressed``.
@@ -127,6 +110,8 @@ def write_videos(
         Whether a bag already there is replaced.
     progress : callable
         Called with pictures done and, by what the files state, in all.
+    tell : callable
+        Called with a line for everything that was left out or made up.
 
     Returns
     -------
@@ -136,27 +121,22 @@ def write_videos(
     Raises
     ------
     VideoError
-        If a video holds no pictures, or ends far before its stated end.
+        If a video holds no pictures or breaks off; the bag holds what was read.
     BagError
         If the bag cannot be written.
 
     """
-    counts, total = dict.fromkeys(videos, 0), sum(video.stated for video in videos.values())
-    streams = [_stamped(name, video) for name, video in videos.items()]
+    sources = together(videos)
+    readings = {name: source.reading() for name, source in sources.items()}
+    total = sum(video.stated for video in videos.values())
+    streams = [source.messages(readings[name]) for name, source in sources.items()]
     with BagWriter(out, overwrite=overwrite) as bag:
-        for stamp_ns, name, jpeg in heapq.merge(*streams, key=lambda item: item[:2]):
-            frame = f'{name}_optical_frame'
-            message = compressed_message(jpeg, ROSBAGS_CLASSES, stamp_ns, frame)
-            bag.write(f'/{name}/image_raw/compressed', message, stamp_ns)
-            counts[name] += 1
-            progress(sum(counts.values()), total)
-    for name, video in videos.items():
-        if counts[name] < max(1, (1 - _MISSING_SHARE) * video.stated):
-            raise VideoError(f'{video.path} breaks off after {counts[name]} of {video.stated}')
-    return counts
-
-
-def _stamped(name: str, video: Video) -> Iterator[tuple[int, str, NDArray[np.uint8]]]:
-    """Yield stamp, camera and JPEG of each picture."""
-    for index, picture in enumerate(video.pictures()):
-        yield video.stamp_ns(index), name, jpeg_from_image(picture)
+        for topic, message, stamp_ns in heapq.merge(*streams, key=lambda item: item[::-2]):
+            bag.write(topic, message, stamp_ns)
+            progress(sum(reading.count for reading in readings.values()), total)
+    for line in (note for reading in readings.values() for note in reading.notes()):
+        tell(line)
+    faults = [fault for reading in readings.values() if (fault := reading.fault())]
+    if faults:
+        raise VideoError(f'{"; ".join(faults)}; {out} holds what was read')
+    return {name: reading.count for name, reading in readings.items()}

@@ -1,16 +1,22 @@
-"""What one camera gives at each stamp of a bag: from its pictures, or as it was recorded."""
+"""What one camera gives at each stamp: from pictures of a bag or video, or as recorded."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from mctrack_ros.camera_names import is_name, picture_topic, resolved
 from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.codec import image_from_message, rows_from_cloud, stamp_ns_of
 from mctrack_ros.interfaces import Detections, Events, Feedback
 from mctrack_ros.perception import FeedbackBuffer, check_picture
 from mctrack_ros.recording import BagError, BagReader
+
+if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
+    from mctrack_ros.recording.video_file import VideoReading
+    from mctrack_ros.recording.videos import CameraVideo
 
 _PICTURES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
@@ -18,18 +24,22 @@ _PICTURES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 @dataclass(frozen=True, slots=True)
 class CameraTask:
     """
-    One camera of a bag.
+    One camera of a bag, or a video of its own.
 
     Attributes
     ----------
     bag : Path
-        The bag.
+        The bag, or the file of the video.
     camera : str
         Name of the camera.
     settings : CameraSettings
         Its topics, calibration and pipeline.
     period_ns, delay_ns : int
         Tick period and feedback delay, ns.
+    namespace : str
+        Where its topics lie in the bag.
+    video : CameraVideo, optional
+        The video; its pictures are compressed as `import-videos` does, so they track alike.
 
     """
 
@@ -38,11 +48,13 @@ class CameraTask:
     settings: CameraSettings
     period_ns: int
     delay_ns: int
+    namespace: str = ''
+    video: CameraVideo | None = None
 
     @property
     def image_topic(self) -> str:
         """Topic of the pictures."""
-        return f'/{self.camera}/{self.settings.image_topic}'
+        return resolved(picture_topic(self.camera, self.settings.image_topic))
 
     @property
     def detections_topic(self) -> str:
@@ -89,22 +101,36 @@ def topic_of(task: CameraTask, reader: BagReader) -> str:
             return topic
     raise BagError(
         f'{task.bag} has no messages on {task.image_topic} nor on {task.detections_topic}: '
-        f'its cameras are {", ".join(cameras_in(reader)) or "none"}; give the site of these, '
-        'by --site'
+        f'{_where_to_look(task, reader)}'
     )
 
 
-def cameras_in(reader: BagReader) -> list[str]:
-    """Return the names of whose pictures, or else detections, a bag holds."""
-    pictures = [topic for topic, kind in reader.topics.items() if kind in _PICTURES]
-    detections = [topic for topic in reader.topics if topic.endswith('/detections')]
-    found = {topic.split('/')[1] for topic in pictures or detections if reader.count(topic)}
-    return sorted(found - {'truth'})
+def _where_to_look(task: CameraTask, reader: BagReader) -> str:
+    """Return what a bag has instead of a camera's topics, and how that is tracked."""
+    filled = [topic for topic in reader.topics if reader.count(topic)]
+    for wanted in (task.image_topic, task.detections_topic):
+        for topic in filled:
+            if topic.endswith(wanted) and not topic.startswith('/truth/'):
+                namespace = topic.removesuffix(wanted)
+                return f'it has {topic}: give --namespace {namespace}'
+    pictures = [topic for topic in filled if reader.topics[topic] in _PICTURES]
+    detections = [topic for topic in filled if topic.endswith('/detections')]
+    ending = f'/{task.settings.image_topic}' if pictures else '/detections'
+    found = {topic.removesuffix(ending)[1:] for topic in pictures or detections}
+    cameras = sorted(found - {'truth'})
+    if cameras and all(map(is_name, cameras)):
+        return f'its cameras are {", ".join(cameras)}; give the site of these, by --site'
+    if pictures:
+        return (
+            f'its pictures are on {", ".join(sorted(pictures))}; name them in the site, each as '
+            'image_topic of a camera'
+        )
+    return 'it has neither pictures nor detections of any camera'
 
 
 class CameraSource:
     """
-    Step one camera through a bag.
+    Step one camera through a bag or a video.
 
     ``next_stamp_ns`` is the stamp of the picture that `step` takes next; None at the end.
     ``refused`` counts the pictures that could not be decoded or have another size.
@@ -112,22 +138,39 @@ class CameraSource:
     Parameters
     ----------
     task : CameraTask
-        Which camera of which bag.
+        Which camera, and where its pictures are.
 
     """
 
     def __init__(self, task: CameraTask) -> None:
         self._task = task
-        self._reader = BagReader(task.bag)
-        topic = topic_of(task, self._reader)
-        self._from_pictures = topic == task.image_topic
+        self._reading: VideoReading | None = None
+        self._messages = self._open()
         if self._from_pictures:
             self._pipeline = task.settings.open()
         self._buffer = FeedbackBuffer(task.period_ns, task.delay_ns)
-        self._messages: Iterator[tuple[str, object, int]] = self._reader.messages([topic])
         self.next_stamp_ns: int | None = None
         self.refused, self._reason = 0, ''
         self._advance()
+
+    def _open(self) -> Iterator[tuple[str, object, int]]:
+        """Open the bag or the video; return its messages."""
+        video = self._task.video
+        if video is not None:
+            self._from_pictures, self._reading = True, video.reading()
+            return video.messages(self._reading)
+        self._reader = BagReader(self._task.bag, self._task.namespace)
+        topic = topic_of(self._task, self._reader)
+        self._from_pictures = topic == self._task.image_topic
+        return self._reader.messages([topic])
+
+    def notes(self) -> list[str]:
+        """Return what the video left open so far, a line each."""
+        return self._reading.notes() if self._reading else []
+
+    def fault(self) -> str:
+        """Return why a video that was read to its end is not whole; empty: it is."""
+        return self._reading.fault() if self._reading else ''
 
     @property
     def next_tick(self) -> int:
@@ -168,12 +211,11 @@ class CameraSource:
                 self._message, self.next_stamp_ns = message, stamp_ns
                 return
         self.next_stamp_ns = None
-        self._reader.close()
+        if self._reading is None:
+            self._reader.close()
         if last is None and self.refused:
-            raise BagError(
-                f'{self._task.bag}: no picture on {self._task.image_topic} can be used: '
-                f'{self._reason}'
-            )
+            place = '' if self._reading else f' on {self._task.image_topic}'
+            raise BagError(f'{self._task.bag}: no picture{place} can be used: {self._reason}')
 
     def _is_usable(self, message: object) -> bool:
         """Decode a picture; tell whether it can be, and has the camera's size."""

@@ -52,8 +52,25 @@ class TickOutput:
     explanation: Explanation | None
 
 
-def camera_tasks(bag: str | Path, site: SiteConfig) -> list[CameraTask]:
+def camera_tasks(bag: str | Path, site: SiteConfig, namespace: str = '') -> list[CameraTask]:
     """Return the tasks of a site's cameras over a bag."""
+    period_ns, delay_ns = tick_ns(site)
+    return [
+        CameraTask(Path(bag), name, settings, period_ns, delay_ns, namespace)
+        for name, settings in site.cameras.items()
+    ]
+
+
+def tick_ns(site: SiteConfig) -> tuple[int, int]:
+    """
+    Return tick period and feedback delay, ns.
+
+    Raises
+    ------
+    ReplayError
+        If the feedback were needed before it exists.
+
+    """
     period_ns = round(site.fusion.batching.period * 1e9)
     delay_ns = round(site.feedback_delay * 1e9)
     if delay_ns < period_ns:
@@ -61,10 +78,7 @@ def camera_tasks(bag: str | Path, site: SiteConfig) -> list[CameraTask]:
             f'feedback_delay is {site.feedback_delay} s, expected at least the period, '
             f'{site.fusion.batching.period} s: feedback of the running tick does not exist yet'
         )
-    return [
-        CameraTask(Path(bag), name, settings, period_ns, delay_ns)
-        for name, settings in site.cameras.items()
-    ]
+    return period_ns, delay_ns
 
 
 def run_lockstep(
@@ -109,8 +123,7 @@ def run_lockstep(
             next_tick[connection] = progress.next_tick
             if progress.next_tick == NEVER:
                 open_connections.remove(connection)
-                memory_mb = max(workers.peak_memory_mb, progress.peak_memory_mb)
-                workers.peak_memory_mb = memory_mb
+                workers.ended(progress)
         passed = min(next_tick.values()) - 1
         feedback = []
         for index in sorted(index for index in pending if index <= passed):

@@ -1,21 +1,25 @@
-"""Track a bag offline: tracks, events and feedback as a bag, and as text."""
+"""Track a bag or videos offline: tracks, events and feedback as a bag, and as text."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mctrack_ros.interfaces import REPORTED
 from mctrack_ros.recording import BagReader, BagWriter, MotTextWriter, stated_origin
-from mctrack_ros.replay.camera_source import topic_of
+from mctrack_ros.replay.camera_source import CameraTask, topic_of
 from mctrack_ros.replay.lockstep import ReplayError, TickOutput, camera_tasks, run_lockstep
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
 from mctrack_ros.site_config import SiteConfig
 from mctrack_ros.stated_origin import origin_text
+
+if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
+    from mctrack_ros.recording.videos import Video
 
 CANDIDATES_TOPIC = '/explanation/candidates'
 DECISIONS_TOPIC = '/explanation/decisions'
@@ -29,7 +33,7 @@ class TrackSummary:
     Attributes
     ----------
     bag_seconds : float
-        How long the bag is, s.
+        How long the bag is, or the time that the videos span, s.
     ticks : int
         Ticks fused.
     pictures : int
@@ -38,6 +42,8 @@ class TrackSummary:
         Ids of tracks that were confirmed.
     peak_memory_mb : float
         Largest resident set of a process, MB.
+    notes, faults : list of str
+        What the videos left open, and why they are not whole, a line each.
 
     """
 
@@ -46,31 +52,37 @@ class TrackSummary:
     pictures: int = 0
     confirmed_ids: set[int] = field(default_factory=set)
     peak_memory_mb: float = 0.0
+    notes: list[str] = field(default_factory=list)
+    faults: list[str] = field(default_factory=list)
 
 
 def track_bag(
-    bag: str | Path,
+    bag: str | Path | Mapping[str, Video],
     out: str | Path,
     site: SiteConfig,
     *,
+    namespace: str = '',
     processes: int | None = None,
     overwrite: bool = False,
     explain: bool = False,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> TrackSummary:
     """
-    Track a bag and write ``out/bag`` and ``out/tracks.txt``, this in the files' coordinates.
+    Track a bag, or videos; write ``out/bag`` and, in the files' coordinates, ``out/tracks.txt``.
 
-    The same bag and site give the same bytes, whatever the number of processes.
+    The same bag and site give the same bytes, whatever the number of processes; videos give
+    those of the bag that `write_videos` makes of them.
 
     Parameters
     ----------
-    bag : str or Path
-        With pictures, or recorded detections, of the site's cameras.
+    bag : str, Path or mapping of str to Video
+        With pictures, or recorded detections, of the site's cameras; or their videos, by name.
     out : str or Path
         Folder for the results.
     site : SiteConfig
         Cameras and settings.
+    namespace : str
+        Where the topics of the cameras lie in the bag; the results lie in none.
     processes : int, optional
         Processes for the cameras; unless given, one each: none waits for another's turn.
     overwrite : bool
@@ -78,7 +90,7 @@ def track_bag(
     explain : bool
         Whether the bag says why fusion decided as it did; all else stays the same.
     progress : callable
-        Called with camera messages done and in all.
+        Called with camera messages done and in all; videos only say about how many they hold.
 
     Returns
     -------
@@ -91,14 +103,11 @@ def track_bag(
         If recorded detections are told from another origin than the site's.
 
     """
-    tasks = camera_tasks(bag, site)
-    with BagReader(bag) as reader:
-        summary = TrackSummary(reader.duration_s)
-        topics = [topic_of(task, reader) for task in tasks]
-        total = sum(reader.count(topic) for topic in topics)
-        if any(topic == task.detections_topic for topic, task in zip(topics, tasks)):
-            _check_origin(reader, site)
-
+    if isinstance(bag, Mapping):
+        tasks, seconds, total = _videos(bag, site)
+    else:
+        tasks, seconds, total = _bag(bag, site, namespace)
+    summary = TrackSummary(seconds)
     out = Path(out)
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
@@ -117,6 +126,7 @@ def track_bag(
             summary.confirmed_ids.update(confirmed.tolist())
             progress(summary.pictures, total)
     summary.peak_memory_mb = max(peak_memory_mb(), workers.peak_memory_mb)
+    summary.notes, summary.faults = sorted(workers.notes), sorted(workers.faults)
     return summary
 
 
@@ -128,6 +138,26 @@ def _check_origin(reader: BagReader, site: SiteConfig) -> None:
             f'the detections in {reader.path} are told from the origin {origin_text(told)}, the '
             f'site has {origin_text(site.origin)}: set origin: {origin_text(told)} in the site'
         )
+
+
+def _bag(bag: str | Path, site: SiteConfig, namespace: str) -> tuple[list[CameraTask], float, int]:
+    """Return the tasks over a bag, its length, s, and how many messages they take."""
+    tasks = camera_tasks(bag, site, namespace)
+    with BagReader(bag, namespace) as reader:
+        topics = [topic_of(task, reader) for task in tasks]
+        if any(topic == task.detections_topic for topic, task in zip(topics, tasks)):
+            _check_origin(reader, site)
+        return tasks, reader.duration_s, sum(reader.count(topic) for topic in topics)
+
+
+def _videos(videos: Mapping[str, Video], site: SiteConfig) -> tuple[list[CameraTask], float, int]:
+    """Return the tasks over videos, the time they span, s, and about how many pictures."""
+    from mctrack_ros.replay.video_tasks import video_tasks
+
+    tasks = video_tasks(videos, site)
+    begin_s = min(video.begin_s for video in videos.values())
+    end_s = max(video.begin_s + video.length_s for video in videos.values())
+    return tasks, end_s - begin_s, sum(video.stated for video in videos.values())
 
 
 def _write(writer: BagWriter, ticked: TickOutput, frame_id: str) -> None:

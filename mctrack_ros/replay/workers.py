@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import pickle
 import resource
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -15,7 +16,7 @@ import cv2
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import CalibrationError
 from mctrack_ros.processes import worker_context
-from mctrack_ros.recording import BagError
+from mctrack_ros.recording import BagError, CutBagWarning
 from mctrack_ros.replay.camera_source import CameraResult, CameraSource, CameraTask
 
 EXPECTED_ERRORS = (BagError, CalibrationError, ConfigError, ValueError)
@@ -39,12 +40,16 @@ class Progress:
         What was made since the last report.
     peak_memory_mb : float
         Largest resident set so far, MB; 0 while it goes on.
+    notes, faults : tuple of str
+        At the end, what the videos left open and why they are not whole, a line each.
 
     """
 
     next_tick: int
     results: list[CameraResult]
     peak_memory_mb: float = 0.0
+    notes: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
 
 
 class CameraWorkers:
@@ -64,6 +69,8 @@ class CameraWorkers:
         To each.
     peak_memory_mb : float
         Largest resident set of those that are done, MB.
+    notes, faults : list of str
+        What the videos of those left open and why they are not whole, a line each.
 
     """
 
@@ -71,6 +78,8 @@ class CameraWorkers:
         context = worker_context()
         self.connections: list[Connection] = []
         self.peak_memory_mb = 0.0
+        self.notes: list[str] = []
+        self.faults: list[str] = []
         self._processes = []
         for index in range(min(processes, len(tasks))):
             here, there = context.Pipe()
@@ -90,6 +99,12 @@ class CameraWorkers:
             except (BrokenPipeError, ConnectionResetError):
                 continue
 
+    def ended(self, last: Progress) -> None:
+        """Keep what a process says at its end."""
+        self.peak_memory_mb = max(self.peak_memory_mb, last.peak_memory_mb)
+        self.notes += last.notes
+        self.faults += last.faults
+
     def close(self) -> None:
         """End the processes."""
         for connection in self.connections:
@@ -102,6 +117,7 @@ class CameraWorkers:
 def _work(connection: Connection, tasks: list[CameraTask]) -> None:
     """Step the cameras of one process in the order of their stamps; report tick by tick."""
     cv2.setNumThreads(1)
+    warnings.simplefilter('ignore', CutBagWarning)  # the process that began this one has warned
     try:
         sources = {task.camera: CameraSource(task) for task in tasks}
         gc.freeze()  # what is here lives on: the collector need not look at it again
@@ -121,7 +137,9 @@ def _work(connection: Connection, tasks: list[CameraTask]) -> None:
                     for each in sources.values():
                         each.push(item)
             results.append(source.step())
-        connection.send(Progress(NEVER, results, peak_memory_mb()))
+        notes = tuple(line for source in sources.values() for line in source.notes())
+        faults = tuple(line for source in sources.values() if (line := source.fault()))
+        connection.send(Progress(NEVER, results, peak_memory_mb(), notes, faults))
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return
     except EXPECTED_ERRORS as error:

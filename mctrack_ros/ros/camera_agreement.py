@@ -1,4 +1,4 @@
-"""Whether a camera's detections lie where the others' do, as a line on `/diagnostics`."""
+"""Whether a camera's detections and its clock agree with the others', on `/diagnostics`."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from mctrack_ros.fusion.camera_bias import LEAST_CAMERAS, CameraBias
+from mctrack_ros.fusion.camera_clocks import CameraClocks
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,3 +65,44 @@ def _message(distance: float, scatter: float) -> str:
             f'its detections scatter by {scatter:.2f} m more than it says: check its calibration'
         )
     return 'its detections lie where those of the other cameras do'
+
+
+@dataclass(frozen=True, slots=True)
+class ClockAgreement:
+    """
+    How one camera's clock agrees with the others'.
+
+    Attributes
+    ----------
+    clocks : CameraClocks
+        Of all cameras; it changes with every message.
+    camera : str
+        The camera's name.
+
+    """
+
+    clocks: CameraClocks
+    camera: str
+
+    def report(self, name: str) -> DiagnosticStatus:
+        """Return the state: a clock that is set right is a warning, one left out an error."""
+        offset_s, added_s = self.clocks.offset_s(self.camera), self.clocks.added_s(self.camera)
+        level, message = DiagnosticStatus.OK, 'its clock agrees with those of the other cameras'
+        if added_s:
+            level, message = DiagnosticStatus.WARN, clock_message(offset_s) + ': this is removed'
+        if self.clocks.is_left_out(self.camera):
+            level = DiagnosticStatus.ERROR
+            message = clock_message(offset_s) + ': the camera is left out until that is mended'
+        values = {'offset [s]': f'{offset_s:.3f}', 'added to its stamps [s]': f'{added_s:.3f}'}
+        return DiagnosticStatus(
+            level=level,
+            name=name,
+            message=message,
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        )
+
+
+def clock_message(offset_s: float) -> str:
+    """Say how a camera's stamps lie to the others'."""
+    word = 'ahead of' if offset_s > 0 else 'behind'
+    return f"its stamps lie {abs(offset_s):.3f} s {word} the other cameras'"

@@ -9,7 +9,7 @@ from typing import Any
 from rclpy.lifecycle import LifecyclePublisher
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 
-from mctrack_ros.camera_names import check_camera_name
+from mctrack_ros.camera_names import check_camera_name, picture_topic
 from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.codec import (
     cloud_from_rows,
@@ -113,7 +113,7 @@ class CameraNode(GraphNode):
 
     def start(self) -> None:
         """Subscribe."""
-        topic = f'{self.config.camera}/{self.config.settings.image_topic}'
+        topic = picture_topic(self.config.camera, self.config.settings.image_topic)
         kind = CompressedImage if topic.endswith('/compressed') else Image
         self.subscribe(PointCloud2, 'feedback', self.on_feedback, quality.reliable(10))
         pictures = quality.images(self.config.reliable, self.config.depth)

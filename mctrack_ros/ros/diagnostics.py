@@ -124,7 +124,7 @@ class Diagnostics:
 
     def __init__(self, node: GraphNode, parts: Mapping[str, Health]) -> None:
         self._node = node
-        self._parts = parts
+        self._parts = {**parts, 'exceptions': node.exceptions}
         self._publisher: LifecyclePublisher = node.publisher(
             DiagnosticArray, '/diagnostics', reliable(10)
         )

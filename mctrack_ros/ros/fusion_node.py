@@ -20,7 +20,7 @@ from mctrack_ros.config import ConfigError, parameter, values_of
 from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
 from mctrack_ros.interfaces import MAX_CAMERAS, Detections, EventCode, Events, Rows, Tick, Tracks
 from mctrack_ros.ros import markers, quality
-from mctrack_ros.ros.camera_agreement import agreements
+from mctrack_ros.ros.camera_agreement import ClockAgreement, agreements, clock_message
 from mctrack_ros.ros.diagnostics import Diagnostics, StreamHealth
 from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
@@ -67,7 +67,10 @@ class FusionNode(GraphNode):
         self.batcher = Batcher(self.config.fusion, cameras)
         self.pipeline = FusionPipeline(self.config.fusion, cameras)
         self.health = {camera: StreamHealth() for camera in cameras}
+        clocks = self.batcher.clocks
         health = self.health | agreements(cameras, self.pipeline.bias)
+        health |= {f'{camera} clock': ClockAgreement(clocks, camera) for camera in cameras}
+        self.left_out: set[str] = set()
         self.diagnostics = Diagnostics(self, health)
         cloud, reliable = PointCloud2, quality.reliable
         self.tracks = self.publisher(cloud, 'tracks', reliable(10))
@@ -128,20 +131,34 @@ class FusionNode(GraphNode):
             self.refuse(camera, f'detections of {camera} refused: {error}')
             return
         self.health[camera].arrived(detections.stamp_ns, self.get_clock().now().nanoseconds)
-        self.fuse(self.batcher.add(camera, detections, self.arrival_ns(info)))
+        self.fuse(self.batcher.add(camera, detections, *self.arrival_ns(info)))
+        self.note_clock(camera)
         self.set_deadline()
 
-    def arrival_ns(self, info: dict[str, int]) -> int:
+    def arrival_ns(self, info: dict[str, int]) -> tuple[int, int]:
         """
-        Return when a message came in, on the clock that deadlines are measured with.
+        Return when a message came in: on the clock of deadlines, and on that of stamps.
 
         What came in time is not late because this process was kept from looking.
 
         """
         now_ns = int(self.clock.now().nanoseconds)
         if self.clock.clock_type != ClockType.STEADY_TIME:
-            return now_ns
-        return now_ns - max(time.time_ns() - info['received_timestamp'], 0)
+            return now_ns, now_ns
+        received_ns = info['received_timestamp']
+        return now_ns - max(time.time_ns() - received_ns, 0), received_ns
+
+    def note_clock(self, camera: str) -> None:
+        """Log when a camera is left out because of its clock, and when it is back."""
+        clocks = self.batcher.clocks
+        if clocks.is_left_out(camera) == (camera in self.left_out):
+            return
+        self.left_out ^= {camera}
+        if camera in self.left_out:
+            reason = clock_message(clocks.offset_s(camera))
+            self.get_logger().error(f'{camera} is left out: {reason}')
+        else:
+            self.get_logger().info(f"{camera} is used again: its clock agrees with the others'")
 
     def after_deadline(self) -> None:
         """Let what has arrived already be admitted first: a timer runs before subscriptions."""
@@ -187,9 +204,10 @@ class FusionNode(GraphNode):
     def count(self, tick: Tick) -> None:
         """Add what was late, missing or dropped to the diagnostics."""
         record = tick.record
-        counts = record.late, record.missing, record.dropped_detections
-        for index, late, missing, dropped in zip(record.camera, *counts):
+        counts = record.late, record.missing, record.dropped_detections, record.left_out
+        for index, late, missing, dropped, left_out in zip(record.camera, *counts):
             health = self.health[self.config.cameras[int(index)]]
+            health.count('left out for their stamps', int(left_out))
             health.count('late', int(late))
             health.count('missing', int(missing))
             health.count('dropped detections', int(dropped))

@@ -17,6 +17,7 @@ from rclpy.lifecycle import (
 from rclpy.qos import QoSProfile
 
 from mctrack_ros.ros import parameters
+from mctrack_ros.ros.exceptions import Exceptions
 
 AUTOSTART = 'configure and activate on start; false: wait for the lifecycle services'
 """What the parameter of this name does, which every node has."""
@@ -44,6 +45,7 @@ class GraphNode(LifecycleNode):
         self.config: Any = None
         self.failure = ''
         self.finished = False
+        self.exceptions = Exceptions()
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.ended = False
         self._publishers_made: list[LifecyclePublisher] = []
@@ -76,6 +78,13 @@ class GraphNode(LifecycleNode):
         self.failure = reason
         self.get_logger().error(reason)
         self.finished = True
+
+    def survive(self, error: Exception) -> None:
+        """Go on after an exception that a callback let out: it is counted and logged."""
+        line = self.exceptions.note(error)
+        trace = ''.join(traceback.format_exception(error))
+        self.get_logger().error(f'{line}: the node goes on', throttle_duration_sec=5.0)
+        self.get_logger().debug(trace)
 
     def publisher(self, kind: type[Any], topic: str, quality: QoSProfile) -> LifecyclePublisher:
         """Create a publisher that lives from `open` to `close`."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -14,8 +15,9 @@ from rosgraph_msgs.msg import Clock
 
 from mctrack_ros.codec import header
 from mctrack_ros.config import ConfigError, parameter
-from mctrack_ros.recording import BagError, BagReader
+from mctrack_ros.recording import BagError, BagReader, CutBagWarning
 from mctrack_ros.ros import quality
+from mctrack_ros.ros.definitions import definition_of
 from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES, message_class, starts_with_header
 from mctrack_ros.ros.pacing import SECOND_NS, Pace, shifted
@@ -23,6 +25,8 @@ from mctrack_ros.ros.process import run
 from mctrack_ros.ros.topics import Awaited, pattern
 
 _ARRIVAL_S = 1.0
+_GLOBAL = ('/tf', '/tf_static', '/diagnostics', '/rosout', '/parameter_events')
+"""Topics that ROS has in no namespace."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +50,9 @@ class PlayerConfig:
     )
     wait_for: tuple[str, ...] = parameter(
         ('.*/image_raw(/compressed)?',),
-        'regular expressions of topics, of the bag or of the graph; playing starts when each '
-        'matches some and all those have a subscriber, or as many as stand after a blank',
+        'regular expressions; playing starts when all topics that are played and match one have a '
+        'subscriber. With a number after a blank: when as many subscribe to them, and if none is '
+        'played, to such topics of the graph',
     )
     wait: float = parameter(
         20.0, 'how long to wait for them, then start anyway [s]', minimum=0.0, maximum=3600.0
@@ -85,7 +90,11 @@ class Player(GraphNode):
             raise ConfigError('path is empty: name the directory of the bag')
         if self.config.restamp and self.config.rate != 1.0:
             raise ConfigError(f'restamp needs the rate 1.0, got {self.config.rate}')
-        self.bag = BagReader(self.config.path)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter('always', CutBagWarning)
+            self.bag = BagReader(self.config.path)
+        for warning in caught:
+            self.get_logger().warning(str(warning.message))
         wanted = [pattern(text) for text in self.config.topics]
         self.awaited = [Awaited.parsed(text) for text in self.config.wait_for if text]
         self.played: dict[str, Played] = {}
@@ -99,17 +108,24 @@ class Player(GraphNode):
         self.ending = threading.Event()
 
     def add(self, topic: str, kind: str) -> None:
-        """Create the publisher of one topic, unless its type is not there."""
+        """Create the publisher of one topic, unless its type is not there as it was recorded."""
         try:
             message = message_class(kind)
+            recorded = self.bag.definition(topic)
+            definition_of(kind, [recorded.type_hash] if recorded and recorded.type_hash else [])
         except ValueError as error:
             self.get_logger().warning(f'{topic} is not played: {error}')
             return
-        latched = kind == 'std_msgs/msg/String'
-        offered = quality.latched() if latched else quality.reliable(self.config.depth)
+        count = self.bag.count(topic)
+        offered = quality.from_bag(self.bag.offered(topic), self.config.depth, count)
         self.played[topic] = Played(
-            self.publisher(message, topic, offered), starts_with_header(message)
+            self.publisher(message, self.name_of(topic), offered), starts_with_header(message)
         )
+
+    def name_of(self, topic: str) -> str:
+        """Return where a topic is played: in the node's namespace, unless it is global."""
+        inside = topic.startswith(f'{self.get_namespace().rstrip("/")}/')
+        return topic if inside or topic in _GLOBAL else topic.lstrip('/')
 
     def start(self) -> None:
         """Begin to play."""
@@ -142,28 +158,41 @@ class Player(GraphNode):
         self.finish()
 
     def wait_for_subscribers(self) -> None:
-        """Wait until all listen that should, so that nothing is lost."""
+        """Wait until all listen that should, so that nothing is lost; say at once for what."""
         until = time.monotonic() + self.config.wait
-        unheard = self.awaited
-        while unheard and time.monotonic() < until and not self.ending.wait(0.05):
-            unheard = [wanted for wanted in unheard if not self.is_heard(wanted)]
-        if unheard:
-            names = [wanted.topics.pattern for wanted in unheard]
-            self.get_logger().warning(f'too few listen to {names}: playing anyway')
+        missing = self.unheard()
+        if missing and self.config.wait:
+            self.get_logger().info(
+                f'waiting up to {self.config.wait:g} s for subscribers of {", ".join(missing)}'
+            )
+        while missing and time.monotonic() < until and not self.ending.wait(0.05):
+            missing = self.unheard()
+        if missing:
+            names = ', '.join(missing)
+            self.get_logger().warning(f'too few subscribe to {names}: playing anyway')
+        if self.config.settle:
+            self.get_logger().info(f'playing begins in {self.config.settle:g} s (settle)')
         self.ending.wait(self.config.settle)
 
-    def is_heard(self, awaited: Awaited) -> bool:
-        """Tell whether there are such topics, and all have their subscribers."""
-        counts = [
-            played.publisher.get_subscription_count()
-            for topic, played in self.played.items()
-            if awaited.topics.fullmatch(topic)
-        ] or [
-            self.count_subscribers(topic)
-            for topic, _ in self.get_topic_names_and_types()
-            if awaited.topics.fullmatch(topic)
-        ]
-        return min(counts, default=0) >= awaited.subscribers
+    def unheard(self) -> list[str]:
+        """Return the topics that still need subscribers."""
+        return [topic for awaited in self.awaited for topic in self.missing(awaited)]
+
+    def missing(self, awaited: Awaited) -> list[str]:
+        """Return which topics have too few subscribers, or the pattern of those not there yet."""
+        wanted, least = awaited.topics, awaited.subscribers
+        played = [topic for topic in self.played if wanted.fullmatch(topic)]
+        if played or least is None:
+            return [t for t in played if self.subscribers(t) < (1 if least is None else least)]
+        there = [t for t, _ in self.get_topic_names_and_types() if wanted.fullmatch(t)]
+        return (
+            [t for t in there if self.count_subscribers(t) < least] if there else [wanted.pattern]
+        )
+
+    def subscribers(self, topic: str) -> int:
+        """Return how many subscribe to a topic that is played."""
+        count: int = self.played[topic].publisher.get_subscription_count()
+        return count
 
     def warn_of_others(self) -> None:
         """Say which topics somebody else publishes, too: those who listen get both."""

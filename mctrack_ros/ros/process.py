@@ -100,7 +100,10 @@ def _live(node: GraphNode, endings: list[int]) -> int:
     gc.freeze()
     try:
         while not (endings or node.finished or _is_orphan()):
-            executor.spin_once(timeout_sec=_WAKE_S)
+            try:
+                executor.spin_once(timeout_sec=_WAKE_S)
+            except Exception as error:
+                node.survive(error)
     finally:
         reason = node.failure
         if not node.ended:

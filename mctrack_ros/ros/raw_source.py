@@ -7,6 +7,9 @@ from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.subscription import Subscription
+from rosbags.interfaces import Qos
+
+from mctrack_ros.recording.definitions import TypeDefinition
 
 
 class Drained(CallbackGroup):
@@ -30,12 +33,28 @@ class Drained(CallbackGroup):
         """Nothing began."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class RawSource:
-    """A topic that is recorded, with the name of its message type."""
+    """
+    A topic that is recorded.
+
+    Attributes
+    ----------
+    topic, kind : str
+        Its name and its message type.
+    definition : TypeDefinition
+        Of that type.
+    offered : list of Qos
+        What its publishers offered when they were last looked at.
+    subscription : Subscription
+        What takes its messages.
+
+    """
 
     topic: str
     kind: str
+    definition: TypeDefinition
+    offered: list[Qos]
     subscription: Subscription[Any]
 
     def take(self) -> tuple[bytes, int] | None:

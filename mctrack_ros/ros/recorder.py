@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.recording import BagError, BagWriter
+from mctrack_ros.ros.definitions import definition_of
 from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import message_class
 from mctrack_ros.ros.process import run
+from mctrack_ros.ros.quality import to_bag
 from mctrack_ros.ros.raw_source import Drained, RawSource
 from mctrack_ros.ros.topics import EXPLANATIONS, pattern
 
@@ -57,7 +62,8 @@ class Recorder(GraphNode):
         self.wanted = [pattern(text) for text in self.config.topics]
         self.excluded = [pattern(self.config.exclude)]
         self.excluded += [] if self.config.explain else [EXPLANATIONS]
-        self.known: set[str] = set()
+        self.sources: dict[str, RawSource] = {}
+        self.left_out: dict[str, str] = {}
         self.messages = self.bytes = 0
         self.writer = BagWriter(self.config.path, overwrite=self.config.overwrite)
         self.writing = True
@@ -65,8 +71,7 @@ class Recorder(GraphNode):
     def start(self) -> None:
         """Look for topics, now and again."""
         self.simulated = bool(self.get_parameter('use_sim_time').value)
-        self.known.clear()
-        self.sources: list[RawSource] = []
+        self.sources.clear()
         self.look()
         self.every(_DRAIN_S, self.drain)
         self.every(_LOOK_S, self.look)
@@ -84,65 +89,100 @@ class Recorder(GraphNode):
             self.report()
 
     def report(self) -> None:
-        """Say how far it is."""
-        self.get_logger().info(
-            f'{self.config.path}: {self.messages} messages of {len(self.known)} topics, '
+        """Say how far it is, and what it leaves out."""
+        text = (
+            f'{self.config.path}: {self.messages} messages of {len(self.sources)} topics, '
             f'{self.bytes / 1e6:.1f} MB'
         )
+        if self.left_out:
+            text += f'; {len(self.left_out)} left out: {", ".join(sorted(self.left_out))}'
+        self.get_logger().info(text)
 
     def look(self) -> None:
-        """Subscribe to what has appeared and fits."""
+        """Subscribe to what has appeared and fits; follow what its publishers offer."""
         for topic, kinds in self.get_topic_names_and_types():
-            if topic in self.known or any(each.fullmatch(topic) for each in self.excluded):
+            if topic in self.left_out or any(each.fullmatch(topic) for each in self.excluded):
                 continue
             if any(wanted.fullmatch(topic) for wanted in self.wanted):
-                self.known.add(topic)
-                self.record(topic, kinds[0])
+                source = self.sources.get(topic)
+                count = self.count_publishers(topic)
+                if count and count != (len(source.offered) if source else 0):
+                    self.hear(topic, kinds, source)
 
-    def record(self, topic: str, kind: str) -> None:
-        """Record one topic from now on."""
+    def hear(self, topic: str, kinds: Sequence[str], source: RawSource | None) -> None:
+        """Record a topic from now on, or hear those who publish it now, too."""
+        publishers = self.get_publishers_info_by_topic(topic)
+        hashes = {str(each.topic_type_hash) for each in publishers} - {'INVALID'}
+        offered = [to_bag(each.qos_profile) for each in publishers]
         try:
-            message = message_class(kind)
+            if len(kinds) > 1:
+                raise ValueError(f'it has several message types: {", ".join(kinds)}')
+            message = message_class(kinds[0])
+            definition = definition_of(kinds[0], hashes)
         except ValueError as error:
-            self.get_logger().warning(f'{topic} is not recorded: {error}')
+            self.leave_out(topic, str(error))
             return
-        subscription = self.create_subscription(
+        quality = self.quality_for([each.qos_profile for each in publishers])
+        if source is None:
+            subscription = self.subscription_of(message, topic, quality)
+            self.sources[topic] = RawSource(topic, kinds[0], definition, offered, subscription)
+            return
+        source.offered = offered
+        if quality.reliability != source.subscription.qos_profile.reliability:
+            self.drain()
+            self.destroy_subscription(source.subscription)
+            source.subscription = self.subscription_of(message, topic, quality)
+
+    def subscription_of(self, message: Any, topic: str, quality: QoSProfile) -> Subscription[Any]:
+        """Return a subscription whose messages wait until they are drained."""
+        return self.create_subscription(
             message,
             topic,
             lambda _: None,
-            self.quality_of(topic),
+            quality,
             callback_group=Drained(),
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
             raw=True,
         )
-        self.sources.append(RawSource(topic, kind, subscription))
 
-    def quality_of(self, topic: str) -> QoSProfile:
+    def leave_out(self, topic: str, reason: str) -> None:
+        """Record no more of a topic, and say so once."""
+        source = self.sources.pop(topic, None)
+        if source is not None:
+            self.destroy_subscription(source.subscription)
+        self.left_out[topic] = reason
+        self.get_logger().warning(f'{topic} is not recorded: {reason}')
+
+    def quality_for(self, offered: Sequence[QoSProfile]) -> QoSProfile:
         """Return what all that publish on a topic can give."""
-        offered = [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]
         quality = QoSProfile(depth=self.config.depth)
         if any(offer.reliability == ReliabilityPolicy.BEST_EFFORT for offer in offered):
             quality.reliability = ReliabilityPolicy.BEST_EFFORT
-        if offered and all(o.durability == DurabilityPolicy.TRANSIENT_LOCAL for o in offered):
+        if all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offered):
             quality.durability = DurabilityPolicy.TRANSIENT_LOCAL
         return quality
 
     def drain(self) -> None:
         """Write all that has arrived, logged at the time it was received."""
         now_ns = self.get_clock().now().nanoseconds if self.simulated else None
-        for source in self.sources:
-            while (taken := source.take()) is not None:
+        for source in list(self.sources.values()):
+            while source.topic in self.sources and (taken := source.take()) is not None:
                 data, received_ns = taken
                 self.write(source, data, received_ns if now_ns is None else now_ns)
 
     def write(self, source: RawSource, data: bytes, time_ns: int) -> None:
-        """Write one message; what cannot be written ends the recording."""
+        """Write one message; a full disk ends the recording."""
         try:
-            self.writer.write_serialized(source.topic, source.kind, data, time_ns)
-        except (BagError, OSError) as error:
+            self.writer.write_serialized(
+                source.topic, source.kind, data, time_ns, source.definition, source.offered
+            )
+        except BagError as error:
+            self.leave_out(source.topic, str(error))
+        except OSError as error:
             self.fail(f'{source.topic}: {error}')
-        self.messages += 1
-        self.bytes += len(data)
+        else:
+            self.messages += 1
+            self.bytes += len(data)
 
 
 def main() -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mctrack_ros.camera_names import picture_topic, resolved
 from mctrack_ros.config import values_of
 from mctrack_ros.ros.camera_node import CameraNodeConfig
 from mctrack_ros.ros.fusion_node import FusionNodeConfig
@@ -45,7 +46,7 @@ def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
 
     """
     cameras, extra = site.cameras, int(recorded)
-    awaited = [f'/{name}/{settings.image_topic}' for name, settings in cameras.items()]
+    awaited = [resolved(picture_topic(name, one.image_topic)) for name, one in cameras.items()]
     awaited += [f'/{name}/detections {1 + extra}' for name in cameras]
     awaited.append(f'/feedback {len(cameras) + extra}')
-    return awaited + (['/tracks', '/events', '/ticks'] if recorded else [])
+    return awaited + (['/tracks 1', '/events 1', '/ticks 1'] if recorded else [])

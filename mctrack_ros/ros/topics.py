@@ -13,10 +13,20 @@ EXPLANATIONS = re.compile('.*/explanation/(candidates|decisions)')
 
 @dataclass(frozen=True, slots=True)
 class Awaited:
-    """Topics that need so many subscribers before the start."""
+    """
+    Topics that need subscribers before the start.
+
+    Attributes
+    ----------
+    topics : Pattern
+        Of their whole names.
+    subscribers : int or None
+        How many, be the topic of the bag or of the graph; None: one, of the bag's only.
+
+    """
 
     topics: re.Pattern[str]
-    subscribers: int
+    subscribers: int | None
 
     @classmethod
     def parsed(cls, text: str) -> Awaited:
@@ -32,7 +42,7 @@ class Awaited:
         topics, _, number = text.partition(' ')
         if number and not number.isdigit():
             raise ConfigError(f'wait_for has {text!r}, expected a number after the blank')
-        return cls(pattern(topics), int(number or 1))
+        return cls(pattern(topics), int(number) if number else None)
 
 
 def pattern(text: str) -> re.Pattern[str]:

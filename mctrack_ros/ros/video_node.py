@@ -5,15 +5,16 @@ from __future__ import annotations
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 from rclpy.duration import Duration
 from sensor_msgs.msg import CompressedImage, Image
 
-from mctrack_ros.camera_names import check_camera_name
+from mctrack_ros.camera_names import check_camera_name, picture_topic
 from mctrack_ros.codec import compressed_message, image_message, jpeg_from_image
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.ros import quality
@@ -21,8 +22,11 @@ from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.process import run
 
-_USUAL_RATE_HZ = 25.0
+if TYPE_CHECKING:  # a device needs no decoder of files
+    from mctrack_ros.recording.video_file import VideoReading
+
 _SILENCE_S = 1.0
+_LONG_S = 5.0
 _ARRIVAL = Duration(seconds=1)
 
 
@@ -34,9 +38,12 @@ class VideoNodeConfig:
     camera: str = parameter('cam1', 'name of the camera; its topics lie below it')
     source: str = parameter('', 'video file, device (number or path) or stream (rtsp://...)')
     rate: float = parameter(
-        0.0, 'pictures a second; 0: what the source states [Hz]', minimum=0.0, maximum=1000.0
+        0.0,
+        'pictures a second of a file; 0: at the times that it states [Hz]',
+        minimum=0.0,
+        maximum=1000.0,
     )
-    realtime: bool = parameter(True, 'play a file at its rate; false: as fast as possible')
+    realtime: bool = parameter(True, 'play a file at its times; false: as fast as possible')
     loop: bool = parameter(False, 'start a file again at its end')
     start: float = parameter(
         0.0,
@@ -46,7 +53,8 @@ class VideoNodeConfig:
     )
     image_topic: str = parameter(
         'image_raw/compressed',
-        'pictures, relative to the camera; a name ending in /compressed holds JPEG',
+        'pictures, below the name of the camera, or with a leading slash a whole name; one that '
+        'ends in /compressed holds JPEG',
     )
     quality: int = parameter(90, 'JPEG quality [%]', minimum=1, maximum=100)
     width: int = parameter(0, 'scale pictures to this width; 0: keep [px]', minimum=0)
@@ -76,16 +84,34 @@ class VideoNode(GraphNode):
         self.is_file = '://' not in source and not source.isdigit() and '/dev/' not in source
         if self.is_file and not Path(source).is_file():
             raise ConfigError(f'source {source} does not exist')
-        self.address = int(source) if source.isdigit() else source
-        self.capture = self.opened()
-        stated = self.capture.get(cv2.CAP_PROP_FPS)
-        self.rate = self.config.rate or (stated if 1 <= stated <= 1000 else _USUAL_RATE_HZ)
-        topic = f'{self.config.camera}/{self.config.image_topic}'
+        if self.is_file:
+            self.open_file()
+        else:
+            self.address = int(source) if source.isdigit() else source
+            self.capture = self.opened()
+        topic = picture_topic(self.config.camera, self.config.image_topic)
         self.compressed = topic.endswith('/compressed')
         kind = CompressedImage if self.compressed else Image
         qos = quality.images(self.config.reliable, self.config.depth)
         self.pictures = self.publisher(kind, topic, qos)
         self.ending = threading.Event()
+
+    def open_file(self) -> None:
+        """
+        Look into the file.
+
+        Raises
+        ------
+        ConfigError
+            If it is no video, or does not say when its pictures were taken.
+
+        """
+        from mctrack_ros.recording.video_file import VideoError, open_video
+
+        try:
+            self.video = open_video(self.config.source, self.config.rate)
+        except VideoError as error:
+            raise ConfigError(f'source {error}') from error
 
     def opened(self) -> cv2.VideoCapture:
         """
@@ -139,28 +165,45 @@ class VideoNode(GraphNode):
                 return
 
     def play_file(self) -> None:
-        """Publish a file's pictures, stamped one period apart."""
+        """Publish a file's pictures, stamped as far apart as they were taken."""
         now_ns = self.get_clock().now().nanoseconds
         first_ns = round(self.config.start * 1e9) or now_ns
         began_ns = time.monotonic_ns() + first_ns - now_ns
         count = 0
-        while not self.ending.is_set():
-            read, image = self.capture.read()
-            if not read:
-                if not (self.config.loop and count):
-                    break
-                self.capture.release()
-                self.capture = self.opened()
-                continue
-            since_ns = round(count * 1e9 / self.rate)
+        for since_ns, image in self.film():
             wait_s = (began_ns + since_ns - time.monotonic_ns()) * 1e-9
-            if self.config.realtime and wait_s > 0 and self.ending.wait(wait_s):
+            if self.config.realtime and wait_s > _LONG_S:
+                self.get_logger().warning(
+                    f'{self.config.source}: the next picture is due in {wait_s:.0f} s'
+                )
+            if self.ending.wait(wait_s if self.config.realtime and wait_s > 0 else 0.0):
                 break
             self.send(image, first_ns + since_ns)
             count += 1
-        if not count:
-            raise ConfigError(f'source {self.config.source} holds no pictures')
         self.get_logger().info(f'{self.config.source}: {count} pictures')
+
+    def film(self) -> Iterator[tuple[int, Any]]:
+        """Yield a file's pictures, each with its time since the first, ns; again if it loops."""
+        from mctrack_ros.recording.video_file import VideoReading
+
+        round_ns = 0
+        while True:
+            reading, begin_s, since_ns = VideoReading(self.video), None, round_ns
+            for time_s, image in reading:
+                begin_s = time_s if begin_s is None else begin_s
+                since_ns = round_ns + round((time_s - begin_s) * 1e9)
+                yield since_ns, image
+            self.tell_of(reading)
+            if not (self.config.loop and reading.count):
+                return
+            round_ns = since_ns + round(1e9 / self.video.rate_hz)
+
+    def tell_of(self, reading: VideoReading) -> None:
+        """Log what a file that was played to its end left open, and why it is not whole."""
+        for note in reading.notes():
+            self.get_logger().warning(note)
+        if reading.fault():
+            self.get_logger().error(reading.fault())
 
     def play_live(self) -> None:
         """Publish what a device or stream gives; open it again when it falls silent."""

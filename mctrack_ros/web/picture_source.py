@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.codec import image_from_message
-from mctrack_ros.recording import BagReader
+from mctrack_ros.recording import BagReader, is_bag
 from mctrack_ros.web.picture_topic import IMAGE_TYPES, picture_topics
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def read_picture(
     if str(source) == LIVE:
         return _from_graph(camera, topic, patience_s)
     path = Path(source)
-    if path.is_dir():
+    if is_bag(path):
         return _from_bag(path, camera, topic)
     if not path.exists():
         raise PictureError(f'{path} does not exist')

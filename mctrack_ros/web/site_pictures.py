@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
+from mctrack_ros.camera_names import picture_topic, resolved
+from mctrack_ros.recording import is_bag
 from mctrack_ros.site_config import SiteConfig
 from mctrack_ros.web.picture_source import LIVE, Image, PictureError, read_picture
 
@@ -38,7 +39,7 @@ def site_pictures(site: SiteConfig, sources: Sequence[str]) -> dict[str, Image]:
         if equals and name not in site.cameras:
             known = ', '.join(site.cameras)
             raise PictureError(f'--source {text}: expected one of the cameras {known}')
-        if not equals and not (text == LIVE or Path(text).is_dir()):
+        if not equals and not (text == LIVE or is_bag(text)):
             raise PictureError(
                 f'--source {text} is no bag: name its camera, for example '
                 f'{site.camera_names[0]}={text}'
@@ -50,8 +51,8 @@ def site_pictures(site: SiteConfig, sources: Sequence[str]) -> dict[str, Image]:
 
 def _picture(site: SiteConfig, camera: str, source: str) -> Image:
     settings = site.cameras[camera]
-    many = source == LIVE or Path(source).is_dir()
-    picture = read_picture(source, camera, f'/{camera}/{settings.image_topic}' if many else '')
+    topic = resolved(picture_topic(camera, settings.image_topic))
+    picture = read_picture(source, camera, topic if source == LIVE or is_bag(source) else '')
     height, width = picture.shape[:2]
     if (width, height) != (settings.image_width, settings.image_height):
         raise PictureError(

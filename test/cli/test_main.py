@@ -94,7 +94,7 @@ def test_echo_prints_json_without_nan(tracked):
         (['echo', '/site', '--bag', '{out}/bag'], '/site holds std_msgs/msg/String'),
         (['play', 'nowhere'], 'nowhere does not exist'),
         (['import-videos', 'x', 'north.mp4'], 'expected a camera and its value, for example'),
-        (['import-videos', 'x', 'North=a.mp4'], "camera 'North': expected lower-case letters"),
+        (['import-videos', 'x', 'north__1=a.mp4'], "camera 'north__1': expected letters, digits"),
         (['import-videos', 'x', 'north=a.mp4'], 'a.mp4 does not exist'),
         (['import-videos', 'x', 'a=a.mp4', '--later', 'a=soon'], "has 'soon', expected seconds"),
         (['import-videos', 'x', 'a=a.mp4', '--later', 'b=1'], '--later names b'),

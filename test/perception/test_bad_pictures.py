@@ -113,3 +113,20 @@ def test_the_silhouettes_tracker_takes_black_and_white_for_none_too(mapping, new
     assert not len(shown(stage, np.full(SHAPE, level, np.uint8)).detections)
     stage.show([((1.5, 0.0), WHITE)])
     assert stage.pipeline.objects.local_id.tolist() == before
+
+
+@pytest.mark.parametrize('tracker', ['groups', 'silhouettes'])
+@pytest.mark.parametrize(('black', 'after'), [(range(20, 100), 100), (range(91, 200), 85)])
+def test_a_clip_that_begins_again_with_black_pictures_is_tracked_again(
+    mapping, new_stage, tracker, black, after
+):
+    stage = new_stage()
+    stage.pipeline = open_camera(CameraConfig(local_tracker=tracker), mapping)
+    for _ in range(60):
+        walking(stage)
+    for index in black:
+        stage.pipeline.step(np.zeros(SHAPE, np.uint8), index * 40_000_000, None)
+    stage.index = after
+    stage.empty()
+    seen = max(len(walking(stage).detections) for _ in range(100))
+    assert seen == (2 if tracker == 'groups' else 1)

@@ -39,3 +39,62 @@ def test_broken_pictures_and_those_of_another_size_are_passed_over(tmp_path):
 def test_a_bag_without_any_usable_picture_is_refused(tmp_path):
     with pytest.raises(BagError, match='no picture on /cam1/image_raw/compressed can be used'):
         source(tmp_path, [SMALL, BROKEN])
+
+
+def pictures_on(folder, topics):
+    """Write a bag with one picture on each topic."""
+    with BagWriter(folder / 'bag') as bag:
+        for topic in topics:
+            message = compressed_message(GOOD, ROSBAGS_CLASSES, PERIOD_NS, 'optical')
+            bag.write(topic, message, PERIOD_NS)
+    return folder / 'bag'
+
+
+def opened(bag, image_topic='image_raw/compressed', namespace=''):
+    settings = load_site(config_file('pitch5.yaml')).cameras['cam1']
+    settings = dataclasses.replace(settings, image_topic=image_topic)
+    return CameraSource(CameraTask(bag, 'cam1', settings, PERIOD_NS, 2 * PERIOD_NS, namespace))
+
+
+@pytest.mark.parametrize(
+    ('topic', 'image_topic', 'namespace'),
+    [
+        ('/hall/cam1/image_raw/compressed', 'image_raw/compressed', '/hall'),
+        ('/hall/cam1/image_raw/compressed', '/hall/cam1/image_raw/compressed', ''),
+        ('/hall/cam1/image_raw/compressed', '/hall/cam1/image_raw/compressed', '/hall'),
+        ('/D455_1/color/compressed', '/D455_1/color/compressed', ''),
+        ('/D455_1/color/compressed', '/D455_1/color/compressed', '/hall'),
+    ],
+)
+def test_pictures_are_found_wherever_they_lie(tmp_path, topic, image_topic, namespace):
+    camera = opened(pictures_on(tmp_path, [topic]), image_topic, namespace)
+    assert camera.next_stamp_ns == PERIOD_NS
+
+
+def test_in_a_namespace_cameras_elsewhere_of_the_same_name_are_not_mixed_in(tmp_path):
+    topics = ['/cam1/image_raw/compressed', '/hall/cam1/image_raw/compressed']
+    bag = pictures_on(tmp_path, topics)
+    for namespace in ('', '/hall'):
+        camera = opened(bag, namespace=namespace)
+        camera.step()
+        assert camera.next_stamp_ns is None
+        assert camera.refused == 0
+
+
+@pytest.mark.parametrize(
+    ('topics', 'hint'),
+    [
+        (['/hall/cam1/image_raw/compressed'], 'give --namespace /hall'),
+        (['/a/b/cam1/detections'], 'give --namespace /a/b'),
+        (['/North/image_raw/compressed'], 'its cameras are North; give the site of these'),
+        (
+            ['/D455_1/color/image_raw', '/D455_2/color/image_raw'],
+            'its pictures are on /D455_1/color/image_raw, /D455_2/color/image_raw; name them in',
+        ),
+        (['/hall/cam7/image_raw/compressed'], 'its pictures are on /hall/cam7/image_raw/comp'),
+        (['/1st/image_raw/compressed'], 'its pictures are on /1st/image_raw/compressed'),
+    ],
+)
+def test_what_a_bag_has_instead_is_said_with_what_to_do(tmp_path, topics, hint):
+    with pytest.raises(BagError, match=hint):
+        opened(pictures_on(tmp_path, topics))

@@ -124,7 +124,7 @@ def test_a_name_that_is_no_cameras_is_refused_in_one_line(bench, tmp_path, node,
     source.touch()
     assert bench.exit_code(bench.spawn(node, **given[node])) == 2
     (line,) = bench.log(node).splitlines()
-    assert f"camera '{name}': expected lower-case letters" in line
+    assert f"camera '{name}': expected letters, digits" in line
 
 
 def test_a_camera_far_from_its_origin_ends_with_the_line_to_set(bench, tmp_path):

@@ -2,6 +2,7 @@
 
 import copy
 import json
+import time
 
 import numpy as np
 import pytest
@@ -184,7 +185,27 @@ def test_diagnostics_report_each_camera(bench):
     assert [status.name for status in reports[-1].status] == [
         'fusion_node: cam1',
         'fusion_node: cam2',
+        'fusion_node: cam1 clock',
+        'fusion_node: cam2 clock',
+        'fusion_node: exceptions',
     ]
+    assert reports[-1].status[2].message == 'its clock agrees with those of the other cameras'
+
+
+def test_a_camera_whose_clock_is_an_hour_ahead_is_named_and_the_other_goes_on(bench):
+    graph = open_fusion(bench)
+    reports = bench.messages(DiagnosticArray, '/diagnostics')
+    shift_ns = time.time_ns() - 100 * PERIOD_NS
+    for index in range(100, 125):
+        for camera, ahead_ns in (('cam2', 3600 * 10**9), ('cam1', 0)):
+            rows = seen(index)
+            graph.detections[camera].publish(cloud(rows.at(rows.stamp_ns + shift_ns + ahead_ns)))
+        bench.until(lambda index=index: len(graph.ticks) > index - 100)
+    bench.until(lambda: reports and 'left out' in reports[-1].status[3].message)
+    assert 'its stamps lie 3600.0' in reports[-1].status[3].message
+    assert sum(int(tick.left_out[1]) for tick in graph.ticks) >= 20
+    assert graph.ticks[-1].admitted.tolist() == [1, 0]
+    assert abs(graph.tracks[-1].stamp_ns - time.time_ns()) < 600 * 10**9
 
 
 def test_what_people_look_at_is_published_while_they_look(bench):

@@ -1,15 +1,20 @@
 """The player: all of a bag, in its order, at its pace."""
 
+import re
 import time
 
 import pytest
+from nav_msgs.msg import OccupancyGrid
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CompressedImage
 
 from mctrack_ros.codec import stamp_ns_of
-from mctrack_ros.recording import BagReader
+from mctrack_ros.recording import BagReader, BagWriter
 from mctrack_ros.ros.player import Player
-from mctrack_ros.ros.quality import reliable
+from mctrack_ros.ros.quality import latched, reliable
+from mctrack_ros.ros.recorder import Recorder
 
 TOPICS = ['/cam1/image_raw/compressed', '/cam2/image_raw/compressed']
 
@@ -96,15 +101,112 @@ def test_topics_that_others_publish_are_warned_of_once(bench, walker_bag, capfd)
 def test_player_says_how_well_it_kept_time(bench, walker_bag):
     process = bench.spawn('player', path=str(walker_bag), wait=0.0, settle=0.0, rate=20.0)
     assert bench.exit_code(process) == 0
-    assert 'too few listen to' in bench.log('player')
+    assert 'too few subscribe to' in bench.log('player')
     assert 'played 100 messages: real-time factor' in bench.log('player')
 
 
 @pytest.mark.live
-def test_a_bag_cut_off_in_the_middle_ends_with_a_reason(bench, walker_bag):
+def test_a_cut_bag_is_played_up_to_the_cut_and_says_until_when(bench, walker_bag):
     (data,) = walker_bag.glob('*.mcap')
     data.write_bytes(data.read_bytes()[: data.stat().st_size // 2])
-    process = bench.spawn('player', path=str(walker_bag), wait=0.0, settle=0.0)
-    assert bench.exit_code(process) in (1, 2)
-    assert 'cannot be read' in bench.log('player')
-    assert 'Traceback' not in bench.log('player')
+    process = bench.spawn('player', path=str(data), wait=0.0, settle=0.0, rate=20.0)
+    assert bench.exit_code(process) == 0
+    assert len(re.findall('breaks off: it is read until', bench.log('player'))) == 1
+    count = int(re.search('played ([0-9]+) messages', bench.log('player'))[1])
+    assert 40 <= count <= 60
+
+
+@pytest.mark.live
+def test_nobody_is_waited_for_who_listens_to_what_is_not_played(bench, walker_bag):
+    bench.open()
+    bench.observer.create_publisher(CompressedImage, '/cam9/image_raw/compressed', reliable(10))
+    process = bench.spawn(
+        'player', path=str(walker_bag), topics=['/words'], settle=0.0, wait=3600.0
+    )
+    assert bench.exit_code(process) == 2
+    with BagWriter(bench.folder / 'words') as writer:
+        writer.write_text('/words', 'hello', 0)
+    process = bench.spawn('player', path=str(bench.folder / 'words'), settle=0.0, wait=3600.0)
+    assert bench.exit_code(process) == 0
+    assert 'waiting' not in bench.log('player')
+
+
+@pytest.mark.live
+def test_player_says_at_once_what_it_waits_for(bench, walker_bag, capfd):
+    parameters = {'path': str(walker_bag), 'settle': 0.0, 'wait': 3600.0}
+    parameters['wait_for'] = ['.*/image_raw(/compressed)?', '/nowhere 1']
+    bench.open('--params-file', str(bench.parameter_file('player', parameters)))
+    bench.messages(CompressedImage, TOPICS[0], reliable(200))
+    player = bench.add(Player())
+    bench.until(lambda: player.played[TOPICS[0]].publisher.get_subscription_count() == 1)
+    said = []
+    bench.until(lambda: said.append(capfd.readouterr().err) or 'waiting' in ''.join(said))
+    (line,) = [line for line in ''.join(said).splitlines() if 'waiting up to' in line]
+    assert TOPICS[1] in line
+    assert '/nowhere' in line
+
+
+PROFILES = {
+    'latched': QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+    'best effort': QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT),
+    'timed': QoSProfile(
+        depth=10,
+        deadline=Duration(seconds=2),
+        lifespan=Duration(seconds=5, nanoseconds=500),
+        liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,
+        liveliness_lease_duration=Duration(seconds=3),
+    ),
+}
+
+
+def offered_by(node, topic):
+    """Return what the only publisher of a topic offers, as discovery tells it."""
+    (info,) = node.get_publishers_info_by_topic(topic)
+    profile = info.qos_profile
+    return [
+        *(profile.reliability, profile.durability, profile.liveliness),
+        *(profile.deadline, profile.lifespan, profile.liveliness_lease_duration),
+    ]
+
+
+@pytest.mark.live
+@pytest.mark.parametrize('name', PROFILES)
+def test_what_was_recorded_is_played_with_the_quality_of_its_publishers(bench, tmp_path, name):
+    bag = tmp_path / 'bag'
+    recorder = bench.make(Recorder, path=str(bag), topics=['/map'])
+    publisher = bench.publisher(OccupancyGrid, '/map', PROFILES[name])
+    publisher.publish(OccupancyGrid(data=[1, 2, 3]))
+    bench.until(lambda: recorder.messages == 1)
+    before = offered_by(bench.observer, '/map')
+    recorder.trigger_shutdown()
+    bench.observer.destroy_publisher(publisher)
+    process = bench.spawn('player', path=str(bag), loop=True, wait=0.0, settle=0.0)
+    bench.until(lambda: bench.observer.count_publishers('/map') == 1)
+    assert offered_by(bench.observer, '/map') == before
+    process.kill()
+
+
+@pytest.mark.live
+def test_a_latched_map_reaches_who_comes_late(bench, tmp_path):
+    bag = tmp_path / 'bag'
+    recorder = bench.make(Recorder, path=str(bag), topics=['/map', '/tick'])
+    publishers = [
+        bench.publisher(OccupancyGrid, '/map', latched()),
+        bench.publisher(OccupancyGrid, '/tick', reliable(10)),
+    ]
+    for publisher in publishers:
+        publisher.publish(OccupancyGrid(data=[1, 2, 3]))
+    bench.until(lambda: recorder.messages == 2)
+    first = time.monotonic()
+    bench.until(lambda: time.monotonic() > first + 1.0)
+    publishers[1].publish(OccupancyGrid())
+    bench.until(lambda: recorder.messages == 3)
+    recorder.trigger_shutdown()
+    for publisher in publishers:
+        bench.observer.destroy_publisher(publisher)
+    bench.spawn('player', path=str(bag), wait=0.0, settle=0.0, rate=0.01)
+    clock = bench.messages(Clock, '/clock', reliable(1000))
+    bench.until(lambda: len(clock) > 50)
+    late = bench.messages(OccupancyGrid, '/map', latched())
+    bench.until(lambda: late)
+    assert list(late[0].data) == [1, 2, 3]

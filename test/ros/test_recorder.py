@@ -5,6 +5,12 @@ import subprocess
 import sys
 
 import pytest
+import rclpy
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Goals
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rosbags.interfaces import QosHistory
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 
@@ -122,5 +128,67 @@ def test_explanations_are_recorded_if_asked(bench, tmp_path, explain):
     publishers = [
         bench.observer.create_publisher(PointCloud2, name, reliable(10)) for name in names
     ]
-    bench.until(lambda: set(names) <= recorder.known if explain else names[0] in recorder.known)
+    bench.until(
+        lambda: set(names) <= recorder.sources.keys() if explain else names[0] in recorder.sources
+    )
     assert [each.get_subscription_count() for each in publishers] == [1, explain, explain]
+
+
+def test_a_type_that_rosbags_does_not_know_is_recorded_by_its_own_definition(bench, tmp_path):
+    recorder = bench.make(Recorder, path=str(tmp_path / 'bag'))
+    publishers = [bench.publisher(Goals, '/goals'), bench.publisher(PointCloud2, '/detections')]
+    goal = PoseStamped()
+    goal.pose.position.x = 3.5
+    publishers[0].publish(Goals(goals=[goal]))
+    publishers[1].publish(cloud(1))
+    bench.until(lambda: recorder.messages == 2)
+    assert not recorder.finished
+    assert not recorder.left_out
+    recorder.trigger_shutdown()
+    by_topic = {topic: message for topic, message, _ in recorded(tmp_path / 'bag')}
+    assert by_topic['/goals'].goals[0].pose.position.x == 3.5
+    assert rows_from_cloud(by_topic['/detections'], Detections).stamp_ns == 1
+    with BagReader(tmp_path / 'bag') as bag:
+        definition = bag.definition('/goals')
+        (offered,) = bag.offered('/goals')
+    (info,) = bench.observer.get_publishers_info_by_topic('/goals')
+    assert definition.type_hash == str(info.topic_type_hash)
+    assert 'MSG: geometry_msgs/PoseStamped' in definition.text
+    assert offered.history is QosHistory.UNKNOWN
+    assert offered.deadline == (9223372036, 854775807)
+
+
+def test_what_cannot_be_described_is_named_and_left_out(bench, tmp_path, capfd):
+    recorder = bench.make(Recorder, path=str(tmp_path / 'bag'))
+    bench.publisher(PointCloud2, '/detections').publish(cloud(1))
+    bench.observer.create_publisher(String, '/both', reliable(10))
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=bench.domain)
+    other = Node('other', context=context, use_global_arguments=False)
+    other.create_publisher(PointCloud2, '/both', reliable(10))
+    bench.until(lambda: recorder.left_out and recorder.messages == 1)
+    assert 'several message types' in recorder.left_out['/both']
+    other.destroy_node()
+    rclpy.shutdown(context=context)
+    recorder.trigger_shutdown()
+    assert [topic for topic, _, _ in recorded(tmp_path / 'bag')] == ['/detections']
+    log = capfd.readouterr().err
+    assert log.count('/both is not recorded: it has several message types') == 1
+    assert '1 messages of 1 topics, 0.0 MB; 1 left out: /both' in log
+
+
+def test_who_publishes_later_and_with_best_effort_is_recorded_too(bench, tmp_path):
+    recorder = bench.make(Recorder, path=str(tmp_path / 'bag'), topics=['/words'])
+    bench.messages(String, '/words', latched())
+    bench.until(lambda: bench.observer.count_subscribers('/words') == 1)
+    recorder.look()
+    said = bench.observer.create_publisher(String, '/words', latched())
+    said.publish(String(data='before'))
+    bench.until(lambda: recorder.messages == 1)
+    best_effort = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    later = bench.observer.create_publisher(String, '/words', best_effort)
+    bench.until(lambda: later.get_subscription_count() == 1)
+    later.publish(String(data='later'))
+    bench.until(lambda: recorder.messages == 2)
+    recorder.trigger_shutdown()
+    assert [message.data for _, message, _ in recorded(tmp_path / 'bag')] == ['before', 'later']

@@ -1,8 +1,8 @@
 """The video node: a file's pictures, once or again and again."""
 
-import cv2
 import numpy as np
 import pytest
+from films import level_picture, write_film, write_steady_film
 from sensor_msgs.msg import CompressedImage, Image
 from walker import SIZE
 
@@ -16,12 +16,7 @@ pytestmark = pytest.mark.live
 @pytest.fixture
 def film(tmp_path):
     """Return a video file of 20 ever brighter pictures at 50 Hz."""
-    path = tmp_path / 'film.avi'
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*'MJPG'), 50.0, SIZE)
-    for index in range(20):
-        writer.write(np.full((SIZE[1], SIZE[0], 3), 10 * index, np.uint8))
-    writer.release()
-    return path
+    return write_steady_film(tmp_path / 'film.avi', 20, 50.0, SIZE)
 
 
 def show(bench, film, kind=CompressedImage, **parameters):
@@ -40,6 +35,27 @@ def test_a_file_is_played_to_its_end_at_its_rate(bench, film):
     levels = [float(image_from_message(picture).mean()) for picture in pictures]
     assert levels == sorted(levels)
     assert not node.failure
+
+
+def test_a_file_whose_rate_changes_keeps_its_times(bench, tmp_path):
+    times = [3.0, 3.04, 3.08, 3.16, 3.24, 3.32, 3.36]
+    pictures = [level_picture(index, SIZE) for index in range(len(times))]
+    film = write_film(tmp_path / 'film.mp4', times, pictures)
+    node, shown = show(bench, film, start=1000.0, realtime=False)
+    bench.until(lambda: node.finished and len(shown) == len(times))
+    stamps = [stamp_ns_of(picture) * 1e-9 - 1000.0 for picture in shown]
+    assert stamps == pytest.approx(np.array(times) - 3.0, abs=1e-3)
+
+
+def test_a_file_without_times_asks_for_a_rate(bench, tmp_path):
+    film = write_film(tmp_path / 'film.h264', [index / 25 for index in range(20)])
+    process = bench.spawn('video_node', source=str(film))
+    assert bench.exit_code(process) == 2
+    assert 'does not say when its pictures were taken' in bench.log('video_node')
+    node, shown = show(bench, film, rate=50.0, realtime=False)
+    bench.until(lambda: node.finished and len(shown) == 20)
+    steps = np.diff([stamp_ns_of(picture) for picture in shown])
+    assert set(steps.tolist()) == {20_000_000}
 
 
 def test_a_file_is_repeated_with_rising_stamps(bench, film):

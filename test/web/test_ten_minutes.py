@@ -134,7 +134,6 @@ def test_two_videos_become_calibrated_tracks_in_less_than_ten_minutes(person, br
         calibrated(person, browser, serve, name)
     site = re.search('`hall.yaml`:\n\n```yaml\n(.*?)\n```', PAGE, re.DOTALL)[1]
     person.write('hall.yaml', *site.splitlines())
-    person.run('import-videos')
     person.run('track')
     machine_s = time.monotonic() - began
 

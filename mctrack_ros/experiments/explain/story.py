@@ -72,7 +72,12 @@ class Story:
 
 
 def tell(
-    bag: str | Path, track_id: int, at_s: float, for_s: float = 0.0, site: SiteConfig | None = None
+    bag: str | Path,
+    track_id: int,
+    at_s: float,
+    for_s: float = 0.0,
+    site: SiteConfig | None = None,
+    namespace: str = '',
 ) -> Story:
     """
     Find out why a track was treated as it was.
@@ -87,6 +92,8 @@ def tell(
         Of the tick next to that time, since the bag's first tick, and for so long after, s.
     site : SiteConfig, optional
         How fusion was set; unless given, as the bag's ``/site`` says.
+    namespace : str
+        Where the topics lie in the bag.
 
     Raises
     ------
@@ -99,7 +106,7 @@ def tell(
         If the time is not within the bag, or there is no such track then.
 
     """
-    with BagReader(bag) as reader:
+    with BagReader(bag, namespace) as reader:
         cameras, config = _settings(reader, site)
         start_ns = _first_tick_ns(reader, cameras, config)
         at_ns = start_ns + round(at_s * 1e9)

@@ -1,0 +1,173 @@
+"""Whether the cameras' clocks agree, judged by when their messages arrive."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from statistics import median_low
+from typing import NamedTuple
+
+from mctrack_ros.fusion.parameters import BatchingConfig
+
+SECOND_NS = 1_000_000_000
+KEPT = 9
+"""A camera's clock is judged by so many of its last messages: up to four of them may be wrong."""
+
+JUMPED = 3
+"""So many messages in a row that are not in line with those before show that the clock jumped."""
+
+MOST_TOLERATED_NS = 50_000_000
+"""What a longer wait would absorb is removed all the same: in it people walk 7 cm, ns."""
+
+BEHIND_NS = SECOND_NS
+"""Whatever is farther behind is left out; a delay of less may pass, ns."""
+
+
+class Verdict(NamedTuple):
+    """
+    What is made of one message.
+
+    Attributes
+    ----------
+    added_ns : int
+        What its stamp lacks, ns; negative for a clock that is ahead.
+    early_ns : int
+        By how much it has come earlier than messages of its stamp usually do, ns; not below 0.
+    is_used : bool
+        Whether its stamp can be believed, once that is added.
+    reference_ns : int
+        The lag that cameras are held against, ns.
+
+    """
+
+    added_ns: int
+    early_ns: int
+    is_used: bool
+    reference_ns: int
+
+
+@dataclass
+class _Clock:
+    """One camera's: how long after their stamps its messages arrive."""
+
+    lags_ns: deque[int] = field(default_factory=lambda: deque(maxlen=KEPT))
+    strange_ns: list[int] = field(default_factory=list)
+    heard_ns: int = 0
+    stamp_ns: int = 0
+    lag_ns: int = 0
+    added_ns: int = 0
+    is_left_out: bool = False
+    offset_ns: int = 0
+
+    def hear(self, stamp_ns: int, arrival_ns: int, limit_ns: int) -> bool:
+        """Take a message; tell whether its stamp is in line with those before."""
+        lag_ns, self.heard_ns = arrival_ns - stamp_ns, arrival_ns
+        known = self.lags_ns or (lag_ns,)
+        steps_back = stamp_ns < self.stamp_ns - BEHIND_NS and lag_ns > max(known) + BEHIND_NS
+        if not steps_back and lag_ns >= min(known) - limit_ns:
+            self.lags_ns.append(lag_ns)
+        else:
+            self.strange_ns.append(lag_ns)
+            if len(self.strange_ns) < JUMPED:
+                return False
+            self.lags_ns.clear()
+            self.lags_ns.extend(self.strange_ns)
+        self.strange_ns.clear()
+        self.stamp_ns = stamp_ns
+        self.lag_ns = median_low(self.lags_ns)
+        return True
+
+
+class CameraClocks:
+    """
+    Compares the cameras' clocks; is given all times and reads no clock.
+
+    A message's lag is the time from its stamp to its arrival: what the clock is behind, and how
+    long the message took. The reference is the lag in the middle of the most cameras that agree
+    within `time_sync_limit`; of equally many, those whose stamps lie nearer to the arrival. What
+    a camera differs from it is added to its stamps, where waiting for it would not do. A camera
+    that differs by more than the limit is left out if it is ahead; one that is behind may only be
+    slow, and is left out from a second on. So is a single stamp that far from those before it.
+
+    Parameters
+    ----------
+    config : BatchingConfig
+        ``time_sync_limit`` and what the batcher waits for.
+    cameras : sequence of str
+        Their names.
+
+    """
+
+    def __init__(self, config: BatchingConfig, cameras: Sequence[str]) -> None:
+        self._limit_ns = round(config.time_sync_limit * SECOND_NS)
+        wait_ns = round(config.max_wait * config.period * SECOND_NS)
+        self._tolerated_ns = min(wait_ns, MOST_TOLERATED_NS)
+        self._patience_ns = round(config.patience * SECOND_NS)
+        self._clocks = {camera: _Clock() for camera in cameras}
+
+    def judge(self, camera: str, stamp_ns: int, arrival_ns: int) -> Verdict:
+        """
+        Judge a message.
+
+        Parameters
+        ----------
+        camera : str
+            Who sent it.
+        stamp_ns : int
+            Its stamp, ns.
+        arrival_ns : int
+            When it arrived, or was recorded, on a clock like that of the stamps, ns.
+
+        """
+        clock, lag_ns = self._clocks[camera], arrival_ns - stamp_ns
+        is_in_line = clock.hear(stamp_ns, arrival_ns, self._limit_ns)
+        reference_ns = self._reference_ns(arrival_ns)
+        clock.offset_ns = reference_ns - clock.lag_ns
+        clock.is_left_out = not -BEHIND_NS <= clock.offset_ns <= self._limit_ns
+        if abs(clock.offset_ns) <= self._limit_ns:
+            self._settle(clock)
+        agrees = abs(lag_ns - reference_ns) <= self._limit_ns
+        is_used = agrees or (is_in_line and not clock.is_left_out)
+        early_ns = max(reference_ns - (lag_ns - clock.added_ns), 0)
+        return Verdict(clock.added_ns, early_ns, is_used, reference_ns)
+
+    def offset_s(self, camera: str) -> float:
+        """Return by how much a camera's clock is ahead of the reference, s."""
+        return self._clocks[camera].offset_ns / SECOND_NS
+
+    def added_s(self, camera: str) -> float:
+        """Return what is added to a camera's stamps, s."""
+        return self._clocks[camera].added_ns / SECOND_NS
+
+    def is_left_out(self, camera: str) -> bool:
+        """Tell whether a camera's stamps cannot be used."""
+        return self._clocks[camera].is_left_out
+
+    def _settle(self, clock: _Clock) -> None:
+        """Change what is added to a camera's stamps once it is plainly another, in whole ms."""
+        is_new = len(clock.lags_ns) < KEPT
+        if is_new or abs(clock.offset_ns + clock.added_ns) > self._tolerated_ns:
+            is_plain = abs(clock.offset_ns) > self._tolerated_ns
+            clock.added_ns = -round(clock.offset_ns / 1e6) * 1_000_000 if is_plain else 0
+
+    def _reference_ns(self, now_ns: int) -> int:
+        """Return the lag of the cameras that agree, among those heard of late."""
+        lags = sorted(
+            clock.lag_ns
+            for clock in self._clocks.values()
+            if clock.lags_ns and abs(now_ns - clock.heard_ns) <= self._patience_ns
+        )
+        ranges = [
+            (bisect_left(lags, lag - self._limit_ns), bisect_right(lags, lag + self._limit_ns))
+            for lag in lags
+        ]
+        most = max(last - first for first, last in ranges)
+        middles = (_middle(lags[a:b]) for a, b in ranges if b - a == most)
+        return min(middles, key=abs)
+
+
+def _middle(lags: list[int]) -> int:
+    """Return the median of sorted lags; of the two in the middle that nearer to none."""
+    return min(lags[(len(lags) - 1) // 2], lags[len(lags) // 2], key=abs)
