@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
+
+if TYPE_CHECKING:
+    from mctrack_ros.experiments.selection import Selection
 
 _JSON = typer.Option(None, '--json', help='Also write the figures here.')
 _FOLDER = typer.Option(Path('docs/results'), help='Folder of the JSON files.')
@@ -12,15 +17,39 @@ _PAGE = typer.Option(Path('docs/results.md'), help='The page to write.')
 
 
 def evaluate(
-    truth: Path = typer.Argument(..., help='Bag with /truth/tracks, or MOT text.'),
-    tracks: Path = typer.Argument(..., help='Bag with /tracks, MOT text, or what track wrote.'),
+    truth: Path = typer.Argument(
+        ..., help='Bag with /truth/tracks, MOT text, or CSV with a header.'
+    ),
+    tracks: Path = typer.Argument(
+        ..., help='Bag with /tracks, MOT text, CSV with a header, or what track wrote.'
+    ),
     gate: float = typer.Option(1.0, min=1e-6, help='Largest distance of a match, m.'),
+    area: str = typer.Option(
+        '',
+        help='Score only what stands here: x0,y0,x1,y1 or the corners x,y of a polygon, m '
+        '(--area=-1,0,5,9 where it begins with a minus).',
+    ),
+    start: float | None = typer.Option(
+        None, '--from', help='Score from here on, s since the tracks begin.'
+    ),
+    stop: float | None = typer.Option(
+        None, '--to', help='Score until before this, s since the tracks begin.'
+    ),
+    kind: str = typer.Option(
+        '', '--class', help='Score only these: person, vehicle, bicycle, ball.'
+    ),
+    rate: float | None = typer.Option(
+        None,
+        min=0.001,
+        max=1000.0,
+        help='Frames a second of text; unless given, those of the other file, else 25.',
+    ),
     json_file: Path | None = _JSON,
 ) -> None:
     """Score tracks against truth on the ground plane, and list the switches of identity."""
     from mctrack_ros.experiments.comparison import Comparison
 
-    comparison = Comparison.read(truth, tracks)
+    comparison = Comparison.read(truth, tracks, _selection(area, start, stop, kind), rate)
     figures = comparison.figures(gate)
     typer.echo(figures.table())
     if comparison.note:
@@ -32,6 +61,23 @@ def evaluate(
         typer.echo(line)
     if json_file is not None:
         figures.write(json_file)
+
+
+def _selection(area: str, start: float | None, stop: float | None, kind: str) -> Selection:
+    """Return what the options select."""
+    from mctrack_ros.experiments.selection import Selection
+    from mctrack_ros.ground.coverage import area_from
+    from mctrack_ros.interfaces import ClassCode
+
+    if area:
+        area_from(area)
+    first, last = -math.inf if start is None else start, math.inf if stop is None else stop
+    if not first < last:
+        raise ValueError(f'--from {first:g} is not before --to {last:g}')
+    codes = {code.name.lower(): code for code in ClassCode}
+    if kind and kind not in codes:
+        raise ValueError(f'--class is {kind!r}, expected one of {", ".join(codes)}')
+    return Selection(area, first, last, codes.get(kind))
 
 
 def results(folder: Path = _FOLDER, page: Path = _PAGE) -> None:

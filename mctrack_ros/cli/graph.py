@@ -27,6 +27,11 @@ def run(
         '', callback=namespace_name, help='Namespace of all nodes, for example /hall.'
     ),
     use_sim_time: bool = typer.Option(False, '--use-sim-time', help='Take time from /clock.'),
+    own_detections: bool = typer.Option(
+        False,
+        '--own-detections',
+        help='Start no camera nodes: your own detectors send <camera>/detections.',
+    ),
     domain: int | None = _DOMAIN,
 ) -> None:
     """Run the graph of a site: a node a camera, fusion and coverage. Ctrl-C stops it."""
@@ -34,7 +39,7 @@ def run(
     from mctrack_ros.ros.graph import coverage_node
     from mctrack_ros.ros.site_graph import site_nodes
 
-    nodes = site_nodes(named_site(site), use_sim_time)
+    nodes = site_nodes(named_site(site), use_sim_time, own_detections)
     _run_nodes([*nodes, coverage_node(site_path(site), use_sim_time)], namespace, domain)
 
 

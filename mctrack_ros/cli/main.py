@@ -19,6 +19,7 @@ from mctrack_ros.cli import (
     demo,
     explain,
     graph,
+    import_detections,
     offline,
     reproduce,
     videos,
@@ -52,6 +53,7 @@ def _root(
 app.command('demo')(demo.demo)
 app.command('simulate')(offline.simulate)
 app.command('import-videos')(videos.import_videos)
+app.command('import-detections')(import_detections.import_detections)
 app.command('track')(offline.track)
 app.command('explain')(explain.explain)
 app.command('echo')(offline.echo)

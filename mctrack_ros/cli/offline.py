@@ -127,7 +127,9 @@ def track(
         help='Bag with the pictures, or detections, of every camera; or the video file of each, '
         'for example north=north.mp4 south=south.mp4.',
     ),
-    out: Path = typer.Option(..., help='Folder for the bag of results and tracks.txt.'),
+    out: Path = typer.Option(
+        ..., help='Folder for the bag of results, tracks.txt and tracks.csv.'
+    ),
     site: str = typer.Option(
         '', help=f'Site YAML, or the name of a shipped site; unless given, {_USUAL_SITE}.'
     ),
@@ -184,12 +186,10 @@ def track(
         },
     )
     typer.echo(figures.table())
-    typer.echo(f'wrote {out / "bag"} and {out / "tracks.txt"}')
+    typer.echo(f'wrote {out / "bag"}, {out / "tracks.txt"} and {out / "tracks.csv"}')
     if any(config.origin):
         told = origin_text(config.origin)
-        typer.echo(
-            f"the bag tells positions from the origin {told}, tracks.txt as the site's files"
-        )
+        typer.echo(f"the bag tells positions from the origin {told}, the text as the site's files")
     if json_file is not None:
         figures.write(json_file)
     for note in summary.notes:

@@ -8,6 +8,8 @@ import numpy as np
 
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import BagReader, is_bag, mot_text_place, stated_origin
+from mctrack_ros.recording.columns import has_header, read_lines
+from mctrack_ros.recording.track_table import track_table_place
 from mctrack_ros.site_origin import chosen_origin
 from mctrack_ros.stated_origin import Origin
 
@@ -25,8 +27,13 @@ def common_origin(paths: tuple[str | Path, ...]) -> Origin:
             told = stated_origin(reader)
         if told is not None:
             return told
-    places = [mot_text_place(path) for path in paths if not bags and Path(path).is_file()]
+    places = [_place(path) for path in paths if not bags and Path(path).is_file()]
     return chosen_origin(np.array(place) for place in places if place is not None)
+
+
+def _place(path: str | Path) -> Origin | None:
+    """Return the first position in a text, m."""
+    return track_table_place(path) if has_header(read_lines(path)) else mot_text_place(path)
 
 
 def retold(instants: list[Tracks], told: Origin | None, origin: Origin | None) -> list[Tracks]:

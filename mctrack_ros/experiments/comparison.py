@@ -2,87 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mctrack_ros.evaluation import Trajectories, evaluate_ground, identity_switches
-from mctrack_ros.experiments.common_origin import common_origin, retold
+from mctrack_ros.experiments.common_origin import common_origin
 from mctrack_ros.experiments.figures import Figures
-from mctrack_ros.interfaces import Tracks
-from mctrack_ros.recording import (
-    BagError,
-    BagReader,
-    frame_origin_ns,
-    read_mot_text,
-    stated_origin,
-)
+from mctrack_ros.experiments.instants import TRACKS_TOPIC, TRUTH_TOPIC, Recording, read_instants
+from mctrack_ros.experiments.selection import Selection, of_class, says_classes
+from mctrack_ros.interfaces import REPORTED, ClassCode
 from mctrack_ros.stated_origin import Origin
 
-TRUTH_TOPIC = '/truth/tracks'
-TRACKS_TOPIC = '/tracks'
-_TEXT_PERIOD_NS = 40_000_000
+EVERYTHING = Selection()
 _SAME_PERIOD = 0.01
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Recording:
-    """
-    The instants of a bag or of MOT text.
-
-    Attributes
-    ----------
-    instants : tuple of Tracks
-        Ascending.
-    is_text : bool
-        Whether the file has frames instead of stamps; frame 1 then begins at 0 ns.
-
-    """
-
-    instants: tuple[Tracks, ...]
-    is_text: bool
-
-    @property
-    def period_ns(self) -> int:
-        """Time between instants, ns."""
-        stamps = [rows.stamp_ns for rows in self.instants]
-        if self.is_text or len(stamps) < 2:
-            return _TEXT_PERIOD_NS
-        return int(np.median(np.diff(stamps)))
-
-
-def read_instants(
-    path: str | Path, topics: tuple[str, ...], origin: Origin | None = None
-) -> Recording:
-    """
-    Read the first of some topics that a bag has, or MOT text.
-
-    Parameters
-    ----------
-    path : str or Path
-        A bag's folder, or a file of MOT text with ground positions.
-    topics : tuple of str
-        Which hold `Tracks`, the preferred first.
-    origin : (float, float), optional
-        What positions are told from, m; unless given, as a bag tells them, and text from zero.
-
-    Raises
-    ------
-    BagError, MotTextError
-        If the file cannot be read, or holds none of the topics.
-
-    """
-    if Path(path).is_file():
-        text = read_mot_text(path, _TEXT_PERIOD_NS, origin=origin or (0.0, 0.0))
-        return Recording(tuple(text), True)
-    with BagReader(path) as reader:
-        present = [topic for topic in topics if topic in reader.topics]
-        if not present:
-            raise BagError(f'{path} has no topic {" or ".join(topics)}')
-        instants = [rows for rows, _ in reader.rows(present[0], Tracks)]
-        instants = retold(instants, stated_origin(reader), origin)
-    return Recording(tuple(sorted(instants, key=lambda rows: rows.stamp_ns)), False)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -96,10 +31,12 @@ class Comparison:
         Where they come from.
     truth, tracks : Trajectories
         In common frames.
-    seconds : dict of int to float
-        Of each frame that has tracks, since the first one that has, s.
+    begin_ns, period_ns : int
+        When frame 0 is, after the beginning of the tracks, and how long a frame is, ns.
+    selection : Selection
+        Which rows they are.
     note : str
-        What is to be said of their periods; empty: they are the same.
+        What is to be said of them; empty: nothing.
     origin : (float, float)
         What positions of both are told from, m.
 
@@ -109,65 +46,116 @@ class Comparison:
     tracks_path: str | Path
     truth: Trajectories
     tracks: Trajectories
-    seconds: dict[int, float]
+    begin_ns: int
+    period_ns: int
+    selection: Selection = EVERYTHING
     note: str = ''
     origin: Origin = (0.0, 0.0)
 
     @classmethod
-    def read(cls, truth: str | Path, tracks: str | Path) -> Comparison:
+    def read(
+        cls,
+        truth: str | Path,
+        tracks: str | Path,
+        selection: Selection = EVERYTHING,
+        rate_hz: float | None = None,
+    ) -> Comparison:
         """
         Read both.
 
-        Instants of two bags fall together by their stamps. Where one of the two is text, its
-        first frame is the first instant of the other. Positions are told from `common_origin`.
+        Instants fall together by their stamps, where both count from 1970. Else time 0, and the
+        beginning of frame 1, is where the first period of the other begins.
 
         Parameters
         ----------
         truth : str or Path
-            A bag with ``/truth/tracks`` (or ``/tracks``), or MOT text.
+            A bag with ``/truth/tracks`` (or ``/tracks``), MOT text, or a table with a header.
         tracks : str or Path
-            A bag with ``/tracks``, MOT text, or the folder that `mctrack track` wrote.
+            A bag with ``/tracks``, text likewise, or the folder that `mctrack track` wrote.
+        selection : Selection
+            Which rows count.
+        rate_hz : float, optional
+            Frames a second of text; unless given, as many as the other file's, else 25.
 
         Raises
         ------
-        BagError, MotTextError
+        BagError, MotTextError, TableError
             If a file cannot be read.
         ValueError
-            If the two have no instant in common, or tracks come faster than truth.
+            If the two have no instant in common, or tracks come faster than truth, or nothing of
+            the truth is left, or the tracks do not say their class.
 
         """
         truth, tracks = _file_in(truth), _file_in(tracks)
         origin = common_origin((truth, tracks))
-        true = read_instants(truth, (TRUTH_TOPIC, TRACKS_TOPIC), origin)
-        found = read_instants(tracks, (TRACKS_TOPIC,), origin)
-        period_ns = found.period_ns if true.is_text else true.period_ns
-        first = true if true.instants and not true.is_text else found
-        origin_ns = _origin_ns(first, period_ns)
-        true_rows = _trajectories(true, period_ns, origin_ns)
+        true = read_instants(truth, (TRUTH_TOPIC, TRACKS_TOPIC), rate_hz, origin)
+        found = read_instants(tracks, (TRACKS_TOPIC,), rate_hz, origin)
+        true, found = _on_one_clock(true, found, truth), _on_one_clock(found, true, tracks)
+        if not rate_hz and true.counts_frames != found.counts_frames:
+            true, found = (
+                each.with_period(other.period_ns) if each.counts_frames else each
+                for each, other in ((true, found), (found, true))
+            )
+        first = true if true.instants and true.is_absolute else found
+        period_ns, origin_ns = true.period_ns, first.origin_ns()
         note = _note(true, found)
+        own_ns = origin_ns if found.is_absolute else 0
+        begin_ns = own_ns + period_ns // 2 - found.begin_ns()
+        true, found, said = _of_class(true, found, selection.class_id, (truth, tracks))
         try:
-            rows = _trajectories(found, period_ns, origin_ns)
+            true_rows = _truth(_selected(true, selection, origin), period_ns, origin_ns)
+            rows = _selected(found, selection, origin).trajectories(period_ns, origin_ns)
         except ValueError as error:
             raise ValueError(f'{tracks}: {error} {note}'.rstrip()) from error
-        if len(rows) and not np.isin(rows.frame, true_rows.frame).any():
+        both = cls(
+            truth,
+            tracks,
+            true_rows,
+            rows,
+            begin_ns,
+            period_ns,
+            selection,
+            f'{note} {said}'.strip(),
+            origin,
+        )
+        both._check_common()
+        return both._in_span()
+
+    def _check_common(self) -> None:
+        """Refuse two recordings that have no instant in common."""
+        both = len(self.tracks) and len(self.truth)
+        if both and not np.isin(self.tracks.frame, self.truth.frame).any():
             raise ValueError(
-                f'{tracks} and {truth} have no instant in common: if the recording was played '
-                'with new stamps, compare with the truth that was recorded beside it'
+                f'{self.tracks_path} and {self.truth_path} have no instant in common: if the '
+                'recording was played with new stamps, compare with the truth that was '
+                'recorded beside it'
             )
-        stamps = np.array([each.stamp_ns for each in found.instants], np.int64)
-        if found.is_text:
-            period_ns, origin_ns = _TEXT_PERIOD_NS, 0
-        frames = ((stamps - origin_ns) // period_ns).tolist()
-        seconds = dict(zip(frames, ((stamps - stamps[:1]) * 1e-9).tolist()))
-        return cls(truth, tracks, true_rows, rows, seconds, note, origin)
+
+    def _in_span(self) -> Comparison:
+        """Return what lies in the time that is selected."""
+        kept = [
+            rows.select(self.selection.in_span(self.seconds(rows.frame), self.period_ns * 1e-9))
+            for rows in (self.truth, self.tracks)
+        ]
+        if not len(kept[0]):
+            said = self.selection.options().strip()
+            raise ValueError(f'{self.truth_path}: no truth is left{" by " + said if said else ""}')
+        return replace(self, truth=kept[0], tracks=kept[1])
+
+    def seconds(self, frame: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return when frames are, s since the tracks begin."""
+        return np.asarray((self.begin_ns + frame * self.period_ns) * 1e-9, np.float64)
 
     def figures(self, gate_m: float) -> Figures:
         """Return the scores; a match is at most so far apart, m."""
         return Figures(
             name='evaluate',
-            command=f'mctrack evaluate {self.truth_path} {self.tracks_path} --gate {gate_m:g}',
+            command=f'mctrack evaluate {self.truth_path} {self.tracks_path} --gate {gate_m:g}'
+            + self.selection.options(),
             protocol={
                 'gate_m': gate_m,
+                **self.selection.protocol(),
+                'frame_ms': round(self.period_ns * 1e-6, 3),
                 'frames with truth': len(np.unique(self.truth.frame)),
                 'rows': 'confirmed, coasting and grouped tracks',
             },
@@ -186,8 +174,8 @@ class Comparison:
         lines = []
         for row in range(len(switches)):
             old, new = int(switches.old_id[row]), int(switches.new_id[row])
-            before = self.seconds[int(switches.last_frame[row])]
-            at = self.seconds[int(switches.frame[row])]
+            frames = np.array([switches.last_frame[row], switches.frame[row]])
+            before, at = self.seconds(frames).tolist()
             x, y = (switches.position[row] + np.array(self.origin)).tolist()
             lines.append(
                 f'{at:9.2f} s  {switches.truth_id[row]} was {old} (until {before:.2f} s), '
@@ -229,9 +217,9 @@ def _file_in(path: str | Path) -> str | Path:
 
 
 def _note(truth: Recording, tracks: Recording) -> str:
-    """Return what is to be said of two bags whose instants come at different rates."""
+    """Return what is to be said of two recordings whose instants come at different rates."""
     true_ms, found_ms = truth.period_ns * 1e-6, tracks.period_ns * 1e-6
-    if truth.is_text or tracks.is_text or abs(found_ms / true_ms - 1) < _SAME_PERIOD:
+    if abs(found_ms / true_ms - 1) < _SAME_PERIOD:
         return ''
     return (
         f'(truth comes every {true_ms:g} ms, tracks every {found_ms:g} ms: a frame is '
@@ -240,13 +228,52 @@ def _note(truth: Recording, tracks: Recording) -> str:
     )
 
 
-def _origin_ns(recording: Recording, period_ns: int) -> int:
-    if recording.is_text or not recording.instants:
-        return 0
-    return frame_origin_ns(recording.instants[0].stamp_ns, period_ns)
+def _on_one_clock(recording: Recording, other: Recording, path: str | Path) -> Recording:
+    """
+    Return a recording that can be laid beside the other.
+
+    A table whose times count from 1970 does not say when its recording began: beside a file that
+    does not count so its frames do.
+    """
+    if not recording.is_text or not recording.is_absolute or other.is_absolute:
+        return recording
+    if not recording.frames:
+        raise ValueError(
+            f'{path} has times since 1970 and the other file has not: give it a column frame, '
+            'or both the same kind of times'
+        )
+    return recording.by_frames()
 
 
-def _trajectories(recording: Recording, period_ns: int, origin_ns: int) -> Trajectories:
-    if recording.is_text:
-        period_ns, origin_ns = _TEXT_PERIOD_NS, 0
-    return Trajectories.from_tracks(recording.instants, period_ns, origin_ns)
+def _of_class(
+    truth: Recording,
+    tracks: Recording,
+    code: ClassCode | None,
+    paths: tuple[str | Path, str | Path],
+) -> tuple[Recording, Recording, str]:
+    """Return who is of a class, and what is to be said where the truth does not say who is."""
+    if code is None:
+        return truth, tracks, ''
+    if not says_classes(tracks.instants):
+        raise ValueError(
+            f'{paths[1]} does not say the class of its tracks: give the bag, or the tracks.csv '
+            'beside tracks.txt'
+        )
+    tracks = replace(tracks, instants=of_class(tracks.instants, code))
+    if not says_classes(truth.instants):
+        said = f'(the truth says no classes: all of it is taken for {code.name.lower()})'
+        return truth, tracks, said
+    return replace(truth, instants=of_class(truth.instants, code)), tracks, ''
+
+
+def _selected(recording: Recording, selection: Selection, origin: Origin) -> Recording:
+    return replace(recording, instants=selection.of_area(recording.instants, origin))
+
+
+def _truth(chosen: Recording, period_ns: int, origin_ns: int) -> Trajectories:
+    """Return the truth; of text, rows of score 0 are to be ignored, as in the MOTChallenge."""
+    rows = chosen.trajectories(period_ns, origin_ns)
+    if not chosen.is_text:
+        return rows
+    reported = [each.select(np.isin(each.status, REPORTED)).score for each in chosen.instants]
+    return replace(rows, ignore=np.concatenate([np.ones(0), *reported]) == 0)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from mctrack_ros.evaluation import Scores, Trajectories, evaluate_ground
-from mctrack_ros.experiments.datasets.boxes import BodyModel
 from mctrack_ros.experiments.datasets.cmc import AREA as CMC_AREA
 from mctrack_ros.experiments.datasets.cmc import load_cmc
 from mctrack_ros.experiments.datasets.lab6p import load_lab6p
@@ -27,6 +26,7 @@ from mctrack_ros.experiments.datasets.wildtrack import load_wildtrack, load_wild
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.stored_tracking import track_stored
 from mctrack_ros.fusion.associators import ASSOCIATORS
+from mctrack_ros.perception.boxes import BodyModel
 
 Settings = Mapping[str, float | str]
 

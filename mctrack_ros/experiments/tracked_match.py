@@ -17,7 +17,7 @@ from mctrack_ros.evaluation.happenings import (
     true_happenings,
 )
 from mctrack_ros.evaluation.kits import KitScore, score_kits
-from mctrack_ros.experiments.comparison import TRACKS_TOPIC, TRUTH_TOPIC, read_instants
+from mctrack_ros.experiments.instants import TRACKS_TOPIC, TRUTH_TOPIC, read_instants
 from mctrack_ros.experiments.simulate import simulate
 from mctrack_ros.interfaces import Detections, Events, Tracks
 from mctrack_ros.recording import BagReader

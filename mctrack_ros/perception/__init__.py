@@ -1,5 +1,6 @@
 """One camera: picture and feedback in, detections out."""
 
+from mctrack_ros.perception.boxes import boxes_to_detections, positions_to_detections
 from mctrack_ros.perception.feedback_buffer import FeedbackBuffer
 from mctrack_ros.perception.local_events import feedback_missed
 from mctrack_ros.perception.output import CameraOutput, check_picture
@@ -20,7 +21,9 @@ __all__ = [
     'PictureState',
     'PictureWatch',
     'ShiftState',
+    'boxes_to_detections',
     'check_picture',
     'feedback_missed',
     'open_camera',
+    'positions_to_detections',
 ]

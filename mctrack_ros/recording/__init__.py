@@ -12,6 +12,7 @@ from mctrack_ros.recording.mot_text import (
     write_mot_text,
 )
 from mctrack_ros.recording.site_topic import stated_origin
+from mctrack_ros.recording.track_table import TrackTableWriter
 
 __all__ = [
     'ROSBAGS_CLASSES',
@@ -21,6 +22,7 @@ __all__ = [
     'CutBagWarning',
     'MotTextError',
     'MotTextWriter',
+    'TrackTableWriter',
     'check_place',
     'frame_origin_ns',
     'is_bag',

@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mctrack_ros.interfaces import REPORTED
-from mctrack_ros.recording import BagReader, BagWriter, MotTextWriter, stated_origin
+from mctrack_ros.recording import (
+    BagReader,
+    BagWriter,
+    MotTextWriter,
+    TrackTableWriter,
+    stated_origin,
+)
 from mctrack_ros.replay.camera_source import CameraTask, topic_of
 from mctrack_ros.replay.lockstep import ReplayError, TickOutput, camera_tasks, run_lockstep
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
@@ -68,10 +74,11 @@ def track_bag(
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> TrackSummary:
     """
-    Track a bag, or videos; write ``out/bag`` and, in the files' coordinates, ``out/tracks.txt``.
+    Track a bag, or videos, and write ``out/bag``, ``out/tracks.txt`` and ``out/tracks.csv``.
 
     The same bag and site give the same bytes, whatever the number of processes; videos give
-    those of the bag that `write_videos` makes of them.
+    those of the bag that `write_videos` makes of them. Text has the coordinates
+    of the site's files.
 
     Parameters
     ----------
@@ -112,6 +119,7 @@ def track_bag(
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
         MotTextWriter(out / 'tracks.txt', tasks[0].period_ns, origin=site.origin) as text,
+        TrackTableWriter(out / 'tracks.csv', tasks[0].period_ns, site.origin) as table,
         closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
     ):
         for ticked in run_lockstep(workers, site, explain=explain):
@@ -119,6 +127,7 @@ def track_bag(
                 writer.write_text('/site', site.description(), ticked.tick.stamp_ns)
             _write(writer, ticked, site.ground_frame)
             text.write(ticked.output.tracks)
+            table.write(ticked.output.tracks)
             summary.ticks += 1
             summary.pictures += len(ticked.results)
             tracks = ticked.output.tracks

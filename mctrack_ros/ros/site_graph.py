@@ -11,8 +11,10 @@ from mctrack_ros.site_config import SiteConfig
 from mctrack_ros.stated_origin import origin_text
 
 
-def site_nodes(site: SiteConfig, use_sim_time: bool = False) -> list[NodeSpec]:
-    """Return a camera node for every camera of a site, and the fusion node."""
+def site_nodes(
+    site: SiteConfig, use_sim_time: bool = False, own_detections: bool = False
+) -> list[NodeSpec]:
+    """Return a site's fusion node and, but for own detections, a camera node for each camera."""
     clock = {'use_sim_time': use_sim_time}
     fusion = FusionNodeConfig(
         cameras=site.camera_names,
@@ -21,6 +23,8 @@ def site_nodes(site: SiteConfig, use_sim_time: bool = False) -> list[NodeSpec]:
         fusion=site.fusion,
     )
     nodes = [NodeSpec('fusion_node', 'fusion', values_of(fusion) | clock)]
+    if own_detections:
+        return nodes
     for name, settings in site.cameras.items():
         camera = CameraNodeConfig(
             camera=name,

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.experiments.datasets.boxes import BodyModel, boxes_to_detections
 from mctrack_ros.experiments.datasets.cmc import AREA, load_cmc
 from mctrack_ros.experiments.datasets.stored import (
     StoredScene,
@@ -19,28 +18,11 @@ from mctrack_ros.experiments.real_data import (
 )
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import Detections
+from mctrack_ros.perception.boxes import BodyModel
 
 IMAGE_FROM_WORLD = np.array([[800.0, 0, 320], [0, 800.0, 240], [0, 0, 1]]) @ np.array(
     [[1.0, 0, 0, 0], [0, -0.5, -np.sqrt(0.75), 2.0], [0, np.sqrt(0.75), -0.5, 6.0]]
 )
-
-
-def upright_boxes(mapping, places, body):
-    away = places - mapping.camera_position[:2]
-    nearest = places - body.reach * away / np.linalg.norm(away, axis=1, keepdims=True)
-    foot, toes = mapping.image_from_ground(places), mapping.image_from_ground(nearest)
-    head = mapping.image_from_ground(places, body.height)
-    middle = (foot[:, 0] + head[:, 0]) / 2
-    return np.column_stack([middle - 20, head[:, 1], np.full(len(foot), 40), (toes - head)[:, 1]])
-
-
-def test_a_box_is_put_where_its_person_stands():
-    mapping = ProjectiveMapping(IMAGE_FROM_WORLD, (640, 480))
-    places = np.array([[0.0, 0.5], [1.0, 2.0], [-1.5, 3.0]])
-    boxes = upright_boxes(mapping, places, BodyModel())
-    found = boxes_to_detections(boxes, np.ones(3), mapping, 5, BodyModel())
-    np.testing.assert_allclose(found.position[:, :2], places, atol=0.01)
-    assert (np.linalg.eigvalsh(found.covariance.astype(float)) > 0).all()
 
 
 def test_points_above_the_ground_are_put_below_where_they_are():
@@ -50,28 +32,6 @@ def test_points_above_the_ground_are_put_below_where_they_are():
     found = feet_to_detections(ankles, mapping, 5, 1.0, height=0.1)
     np.testing.assert_allclose(found.position[:, :2], places, atol=1e-5)
     assert feet_to_detections(ankles, mapping, 5, 1.0).position[1, 1] > 2.1
-
-
-def test_hidden_feet_leave_the_place_to_the_head_and_less_certain():
-    mapping = ProjectiveMapping(IMAGE_FROM_WORLD, (640, 480))
-    place = np.array([[0.0, 2.0]])
-    box = upright_boxes(mapping, place, BodyModel())
-    whole = boxes_to_detections(box, np.ones(1), mapping, 5, BodyModel())
-    low = ProjectiveMapping(IMAGE_FROM_WORLD, (640, int(box[0, 1] + box[0, 3])))
-    cut = boxes_to_detections(box - [0, 0, 0, 1], np.ones(1), low, 5, BodyModel())
-    assert cut.truncated[0]
-    assert np.linalg.norm(cut.position[0, :2] - place[0]) < 0.1
-    assert np.trace(cut.covariance[0]) > np.trace(whole.covariance[0])
-
-
-def test_feet_behind_a_nearer_person_are_less_certain():
-    mapping = ProjectiveMapping(IMAGE_FROM_WORLD, (640, 480))
-    boxes = upright_boxes(mapping, np.array([[0.0, 2.0], [0.05, 1.5]]), BodyModel())
-    alone = boxes_to_detections(boxes[:1], np.ones(1), mapping, 5, BodyModel())
-    both = boxes_to_detections(boxes, np.ones(2), mapping, 5, BodyModel())
-    nearer = boxes_to_detections(boxes[1:], np.ones(1), mapping, 5, BodyModel())
-    assert np.trace(both.covariance[0]) > np.trace(alone.covariance[0])
-    np.testing.assert_array_equal(both.covariance[1], nearer.covariance[0])
 
 
 def test_who_is_away_for_longer_than_allowed_comes_back_as_somebody_new():
@@ -120,8 +80,8 @@ def test_cmc_is_tracked(data_root):
 @pytest.mark.real_data
 def test_pets_six_views_are_tracked(data_root):
     figures = reproduce_pets_multiview(data_root).figures
-    assert figures['pets.multiview.moda'] >= 0.86
-    assert figures['pets.multiview.all_frames.moda'] >= 0.88
+    assert figures['pets.multiview.mota'] >= 0.95  # .937 where low cameras lose boxes
+    assert figures['pets.multiview.all_frames.moda'] >= 0.96
     assert figures['pets.multiview.by_passage.moda'] == figures['pets.multiview.moda']
     assert figures['pets.multiview.by_passage.idf1'] >= figures['pets.multiview.idf1'] + 0.03
 

@@ -83,6 +83,11 @@ def test_text_is_in_the_coordinates_of_the_files(halls, offset):
     )
     np.testing.assert_array_equal(far[:, :2], near[:, :2])
     np.testing.assert_allclose(far[:, 7:9] - offset, near[:, 7:9], rtol=0, atol=MM)
+    near, far = (
+        np.loadtxt(halls[each][1] / 'tracks.csv', delimiter=',', skiprows=1, usecols=(3, 4))
+        for each in ((0.0, 0.0), offset)
+    )
+    np.testing.assert_allclose(far - offset, near, rtol=0, atol=MM)
 
 
 @pytest.mark.parametrize('offset', OFFSETS)
@@ -96,6 +101,42 @@ def test_scores_are_those_of_the_near_site(halls, tmp_path, offset, tracks):
     near, far = scores
     assert near['mota'] > 0.5
     assert far == pytest.approx(near, abs=MM, nan_ok=True)
+
+
+def test_an_area_is_scored_in_the_coordinates_of_the_files(halls, tmp_path):
+    scores = []
+    for each in ((0.0, 0.0), OFFSETS[0]):
+        _, out, truth = halls[each]
+        low, high = np.array([-3.03, -4.5]) + each, np.array([3.53, 3.0]) + each
+        area = ','.join(f'{value:.12g}' for value in (*low, *high))
+        options = (f'--area={area}', '--json', tmp_path / 'scores.json')
+        mctrack('evaluate', truth, out, *options)
+        scores.append(json.loads((tmp_path / 'scores.json').read_text())['figures'])
+    near, far = scores
+    assert 0 < near['mota'] < 1
+    assert far['mota'] == pytest.approx(near['mota'], abs=0.02)
+
+
+def test_own_positions_are_taken_in_the_coordinates_of_the_files(halls, tmp_path):
+    told = []
+    for offset in ((0.0, 0.0), OFFSETS[0]):
+        site, _, _ = halls[offset]
+        rows = [
+            f'{0.04 * index:.2f},{x + offset[0]:.4f},{y + offset[1]:.4f},0.9'
+            for index in range(10)
+            for x, y in walkers(0.04 * index)
+        ]
+        seen = tmp_path / 'seen.csv'
+        seen.write_text('\n'.join(['time,x,y,score', *rows]) + '\n')
+        folder = tmp_path / f'{offset[0]:.0f}'
+        site_file = halls[offset][1].parent / 'site.yaml'
+        mctrack('import-detections', folder, f'south={seen}', '--site', site_file)
+        shift = np.append(np.subtract(site.origin, offset), 0.0)
+        instants = rows_of(folder, '/south/detections', Detections)
+        told.append(np.concatenate([each.position + shift for each in instants]))
+    near, far = told
+    assert len(near) == 30
+    np.testing.assert_allclose(far, near, rtol=0, atol=MM)
 
 
 def test_a_truth_bag_tells_from_its_own_origin(halls, tmp_path):

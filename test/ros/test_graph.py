@@ -88,6 +88,10 @@ def test_a_site_becomes_a_node_a_camera_and_one_for_fusion(site, tmp_path):
         config_from(NODE_CONFIGS[node.executable], values)
 
 
+def test_own_detections_need_no_camera_nodes(site):
+    assert [node.name for node in site_nodes(site, own_detections=True)] == ['fusion']
+
+
 @pytest.mark.live
 def test_a_bag_is_tracked_live_and_recorded(bench, site, supervised, walker_bag, tmp_path):
     nodes = [

@@ -8,10 +8,10 @@ import h5py
 import numpy as np
 
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.experiments.datasets.boxes import BodyModel, boxes_to_detections
 from mctrack_ros.experiments.datasets.stored import StoredScene, cut_to, stamp_of
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import Detections
+from mctrack_ros.perception.boxes import BodyModel, boxes_to_detections
 
 RATE = 4.0
 FRAMES = 261

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.experiments.datasets.boxes import BodyModel, boxes_to_detections
 from mctrack_ros.experiments.datasets.stored import Floats, StoredScene, stamp_of
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import Detections
+from mctrack_ros.perception.boxes import BodyModel, boxes_to_detections
 
 RATE = 7.0
 VIEWS = (1, 3, 5, 6, 7, 8)

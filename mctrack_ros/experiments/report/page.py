@@ -115,11 +115,15 @@ def _switch_lines(
 ) -> list[str]:
     """Return what to say of the identity switches, and how to ask why."""
     first_ns = session.tracks[0].stamp_ns if session.tracks else 0
-    seconds = {
-        (rows.stamp_ns - session.start_ns) // session.period_ns: (rows.stamp_ns - first_ns) * 1e-9
-        for rows in session.tracks
-    }
-    comparison = Comparison(session.source, session.recorded, truth, tracks, seconds)
+    first = (first_ns - session.start_ns) // session.period_ns
+    comparison = Comparison(
+        session.source,
+        session.recorded,
+        truth,
+        tracks,
+        -first * session.period_ns,
+        session.period_ns,
+    )
     return comparison.switch_lines(gate_m)
 
 

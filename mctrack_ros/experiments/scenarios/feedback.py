@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from mctrack_ros.evaluation import Trajectories, evaluate_ground
-from mctrack_ros.experiments.comparison import TRUTH_TOPIC, read_instants
 from mctrack_ros.experiments.figures import Figures
+from mctrack_ros.experiments.instants import TRUTH_TOPIC, read_instants
 from mctrack_ros.experiments.scenarios.haunted import WINDOW_S, haunted
 from mctrack_ros.experiments.scenarios.rates import rate_figures
 from mctrack_ros.experiments.simulate import simulate

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.experiments.comparison import TRUTH_TOPIC, read_instants
 from mctrack_ros.experiments.fusion_bench.adapter import reported
+from mctrack_ros.experiments.instants import TRUTH_TOPIC, read_instants
 from mctrack_ros.interfaces import Feedback, Tracks
 from mctrack_ros.replay.lockstep import camera_tasks, run_lockstep
 from mctrack_ros.replay.workers import CameraWorkers

@@ -1,0 +1,198 @@
+"""What somebody's own detectors saw, on the ground and in a bag, as if cameras had sent it."""
+
+from __future__ import annotations
+
+import heapq
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.ground import GroundMapping
+from mctrack_ros.interfaces import ClassCode, Detections
+from mctrack_ros.perception import boxes_to_detections, positions_to_detections
+from mctrack_ros.recording import BagWriter
+from mctrack_ros.recording.class_names import CLASS_NAMES
+from mctrack_ros.recording.columns import TableError
+from mctrack_ros.recording.sightings import Sightings
+from mctrack_ros.site_config import SiteConfig
+
+_LEFT_OUT = -1
+
+
+@dataclass(slots=True)
+class Imported:
+    """
+    What became of a camera's detections.
+
+    Attributes
+    ----------
+    pictures, empty : int
+        Messages written, and those of them without detections.
+    rows, written : int
+        Detections read, and written.
+    doubtful : int
+        Left out: their score is too low.
+    no_ground : int
+        Left out: their feet are not on the ground that the camera sees.
+    outside : int
+        Left out: boxes wholly outside the picture.
+    extrapolated : int
+        Written, with more uncertainty: beyond the points of the calibration.
+    classes : Counter of str
+        Left out: classes that this package does not know.
+
+    """
+
+    pictures: int = 0
+    empty: int = 0
+    rows: int = 0
+    written: int = 0
+    doubtful: int = 0
+    no_ground: int = 0
+    outside: int = 0
+    extrapolated: int = 0
+    classes: Counter[str] = field(default_factory=Counter)
+
+
+def import_detections(
+    sightings: Mapping[str, Sightings],
+    site: SiteConfig,
+    out: str | Path,
+    *,
+    classes: Mapping[str, ClassCode] = CLASS_NAMES,
+    least_score: float = 0.0,
+    overwrite: bool = False,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> dict[str, Imported]:
+    """
+    Write detections of a site's cameras into a bag, on ``/<camera>/detections``.
+
+    Parameters
+    ----------
+    sightings : mapping of str to Sightings
+        By the name of the camera; positions in the coordinates of the site's files.
+    site : SiteConfig
+        Whose calibrations put them on the ground.
+    out : str or Path
+        The bag.
+    classes : mapping of str to ClassCode
+        What the detectors' classes are, by small letters; one who tells none detects people.
+    least_score : float
+        Those of a lower score, 0 to 1, are left out.
+    overwrite : bool
+        Whether a bag already there is replaced.
+    progress : callable
+        Called with pictures done and in all.
+
+    Returns
+    -------
+    dict of str to Imported
+        What became of them.
+
+    Raises
+    ------
+    BagError, CalibrationError, ConfigError, TableError
+        If a camera is not the site's, its calibration or the bag cannot be used, or a class is a
+        number of which nobody said what it is.
+
+    """
+    local = {
+        name: replace(each, position=each.position - np.array(site.origin))
+        for name, each in sightings.items()
+    }
+    mappings = {name: _mapping_of(site, name) for name in sightings}
+    done = {name: Imported() for name in sightings}
+    streams = [
+        _messages(name, each, _codes(name, each, classes), mappings[name], done[name], least_score)
+        for name, each in local.items()
+    ]
+    total = sum(len(each.stamp_ns) for each in sightings.values())
+    with BagWriter(out, overwrite=overwrite) as bag:
+        merged = heapq.merge(*streams, key=lambda item: (item[1].stamp_ns, item[0]))
+        for count, (name, rows) in enumerate(merged, 1):
+            bag.write_rows(f'/{name}/detections', rows, site.ground_frame)
+            progress(count, total)
+    return done
+
+
+def _mapping_of(site: SiteConfig, camera: str) -> GroundMapping:
+    """Return the calibration of a site's camera; one that it has not is a `TableError`."""
+    if camera not in site.cameras:
+        raise TableError(
+            f'{camera} is no camera of the site {site.name}: they are '
+            f'{", ".join(site.camera_names)}'
+        )
+    return site.cameras[camera].mapping()
+
+
+def _codes(
+    camera: str, sightings: Sightings, classes: Mapping[str, ClassCode]
+) -> NDArray[np.int64]:
+    """Return the class of each row, (n,); `_LEFT_OUT` of those that are not known."""
+    labels, which = np.unique(sightings.label, return_inverse=True)
+    for label in labels.tolist():
+        if label.isdigit() and label not in classes:
+            raise TableError(
+                f'{camera}: class {label} is a number: say what it is, --class {label}=person'
+            )
+    names = [label.lower() or 'person' for label in labels.tolist()]
+    known = [int(classes.get(name, _LEFT_OUT)) for name in names]
+    return np.array([*known, _LEFT_OUT], np.int64)[which]
+
+
+def _messages(
+    name: str,
+    sightings: Sightings,
+    code: NDArray[np.int64],
+    mapping: GroundMapping,
+    done: Imported,
+    least_score: float,
+) -> Iterator[tuple[str, Detections]]:
+    """Yield what is to be written for each picture; count what becomes of the rows."""
+    stranger = code == _LEFT_OUT
+    done.classes.update(sightings.label[stranger].tolist())
+    box, size = sightings.box, np.array(mapping.image_size)
+    outside = ((box[:, :2] > size) | (box[:, :2] + box[:, 2:] < 0)).any(axis=1) & ~stranger
+    doubtful = (sightings.score < least_score) & ~stranger & ~outside
+    done.outside, done.doubtful = int(outside.sum()), int(doubtful.sum())
+    done.rows = len(sightings)
+    usable = ~(stranger | outside | doubtful)
+    bounds = np.searchsorted(sightings.picture, np.arange(len(sightings.stamp_ns) + 1))
+    for stamp_ns, start, stop in zip(sightings.stamp_ns.tolist(), bounds, bounds[1:]):
+        row = np.arange(start, stop)[usable[start:stop]]
+        detections = _located(sightings, row, code[row], mapping, stamp_ns)
+        feet = detections.box[:, :2] + detections.box[:, 2:] * np.array([0.5, 1.0])
+        boxed = detections.box[:, 2] > 0
+        done.extrapolated += int(mapping.is_extrapolated(feet[boxed]).sum()) if boxed.any() else 0
+        done.no_ground += len(row) - len(detections)
+        done.written += len(detections)
+        done.pictures += 1
+        done.empty += int(not len(detections))
+        yield name, detections
+
+
+def _located(
+    sightings: Sightings,
+    row: NDArray[np.intp],
+    code: NDArray[np.int64],
+    mapping: GroundMapping,
+    stamp_ns: int,
+) -> Detections:
+    """Return the detections of some rows: a position counts before a box."""
+    placed = np.isfinite(sightings.position[row, 0])
+    at, boxed = row[placed], row[~placed]
+    parts = [
+        positions_to_detections(
+            sightings.position[at], sightings.score[at], mapping, stamp_ns, sightings.sigma[at],
+            class_id=code[placed], local_id=sightings.local_id[at],
+        ),
+        boxes_to_detections(
+            sightings.box[boxed], sightings.score[boxed], mapping, stamp_ns,
+            class_id=code[~placed], local_id=sightings.local_id[boxed],
+        ),
+    ]  # fmt: skip
+    return Detections.joined(stamp_ns, [part for part in parts if len(part)])

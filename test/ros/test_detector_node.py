@@ -1,0 +1,52 @@
+"""The documented node of an own detector, run as it stands."""
+
+import subprocess
+import sys
+
+import numpy as np
+from conftest import ROOT
+from sensor_msgs.msg import CompressedImage
+from walker import EMPTY_PICTURES, PERIOD_NS, SIZE, picture_message
+
+from mctrack_ros.codec import stamp_ns_of
+from mctrack_ros.interfaces import Detections, Tracks
+from mctrack_ros.ros.fusion_node import FusionNode
+
+PATIENCE_S = 120.0
+FIRST_NS = 1_700_000_000 * 10**9 + PERIOD_NS // 2
+
+
+def sent(bench, publisher, picture, found):
+    """Publish a picture, again if it is lost, as with best effort it may be."""
+    stamp_ns = stamp_ns_of(picture)
+    for _ in range(100):
+        publisher.publish(picture)
+        for _ in range(50):
+            bench.executor.spin_once(timeout_sec=0.02)
+            if found and found[-1].stamp_ns == stamp_ns:
+                return
+    raise AssertionError(f'no detections of the picture at {stamp_ns} ns')
+
+
+def test_boxes_of_an_own_detector_are_published_and_tracked(bench, projection, tmp_path):
+    (tmp_path / 'hall.yaml').write_text(
+        f'cameras: {{cam1: {{calibration: {projection.name}, image_width: {SIZE[0]}, '
+        f'image_height: {SIZE[1]}}}}}\n'
+    )
+    bench.make(FusionNode, cameras=['cam1'])
+    command = [sys.executable, ROOT / 'docs' / 'detector_node.py', tmp_path / 'hall.yaml', 'cam1']
+    with open(tmp_path / 'detector.log', 'w') as log:
+        bench.processes.append(subprocess.Popen(command, cwd=ROOT, stdout=log, stderr=log))
+    found, tracks = bench.rows(Detections, '/cam1/detections'), bench.rows(Tracks, '/tracks')
+    bench.until(lambda: bench.observer.count_subscribers('/cam1/image_raw/compressed'), PATIENCE_S)
+    publisher = bench.publisher(CompressedImage, '/cam1/image_raw/compressed')
+    for index in range(EMPTY_PICTURES - 2, EMPTY_PICTURES + 40):
+        picture = picture_message(index, FIRST_NS + index * PERIOD_NS)
+        sent(bench, publisher, picture, found)
+    by_time = {rows.stamp_ns: rows for rows in found}
+    assert [len(rows) for rows in by_time.values()] == [0, 0] + [1] * 40
+    for index, rows in enumerate(list(by_time.values())[2:]):
+        np.testing.assert_allclose(rows.position[0, :2], [-2.0 + 0.06 * index, 0.0], atol=0.3)
+        assert rows.score[0] == np.float32(0.9)
+    bench.until(lambda: any(len(rows) for rows in tracks))
+    assert bench.processes[0].poll() is None, (tmp_path / 'detector.log').read_text()
