@@ -15,7 +15,7 @@ NODES = (
     'recorder',
     'player',
 )
-SCRIPTS = [f'{node} = {NAME}.ros.{node}:main' for node in NODES]
+SCRIPTS = [f'{node} = {NAME}.ros.start:{node}' for node in NODES]
 SCRIPTS.append(f'mctrack = {NAME}.cli.main:main')
 
 

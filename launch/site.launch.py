@@ -1,34 +1,35 @@
 """Start the camera nodes, the fusion node and the coverage node of a site."""
 
-import tempfile
 from pathlib import Path
 
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.logging import launch_config
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchDescription
 from mctrack_ros.camera_names import namespace_of
 from mctrack_ros.cli.sites import site_path
-from mctrack_ros.ros.graph import ENVIRONMENT, coverage_node
+from mctrack_ros.ros.graph import ENVIRONMENT, coverage_node, truth_of
 from mctrack_ros.ros.site_graph import site_nodes
 from mctrack_ros.site_config import load_site
 
 
 def site(context):
     values = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    simulated = values['use_sim_time'] == 'true'
+    simulated, respawn = (truth_of(name, values[name]) for name in ('use_sim_time', 'respawn'))
+    namespace = namespace_of(values['namespace'])
     path = site_path(values['site'])
     nodes = site_nodes(load_site(path), simulated)
-    directory = Path(tempfile.mkdtemp(prefix='mctrack_'))
+    directory = Path(launch_config.log_dir)
     return [
         Node(
             package='mctrack_ros',
             executable=spec.executable,
             name=spec.name,
-            namespace=namespace_of(values['namespace']),
+            namespace=namespace,
             parameters=[str(spec.write(directory))],
-            respawn=values['respawn'] == 'true',
+            respawn=respawn,
             respawn_delay=1.0,
             output='screen',
         )

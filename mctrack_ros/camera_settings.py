@@ -14,10 +14,13 @@ from mctrack_ros.ground import (
     METHODS,
     METRES,
     CalibrationError,
+    Choice,
     GroundMapping,
     first_look,
+    holds_camera,
     mapping_from_grid,
     read_calibration,
+    read_camera,
     read_grid,
 )
 from mctrack_ros.perception import CameraConfig, CameraTracker, open_camera
@@ -43,7 +46,11 @@ class CameraSettings:
     )
     calibration: str = parameter(
         '',
-        'instead of a grid: file with a matrix, a ROS camera info, or a camera of OpenCV or Tsai',
+        'instead of a grid: file with a matrix, a ROS camera info, or a camera of OpenCV, Kalibr '
+        'or Tsai',
+    )
+    calibration_camera: str = parameter(
+        '', 'which camera of a calibration with several: its key there (cam1), or its topic'
     )
     extrinsics: str = parameter('', "file with the camera's pose, if the calibration has none")
     length_unit: str = parameter('m', 'of lengths in the calibration', choices=tuple(METRES))
@@ -111,7 +118,9 @@ class CameraSettings:
         if bool(self.grid) == bool(self.calibration):
             raise ConfigError('name either a grid or a calibration file of the camera')
         if self.calibration:
-            return read_calibration(self.calibration, size, self.extrinsics, self.length_unit)
+            return read_calibration(
+                self.calibration, size, self.extrinsics, self.length_unit, self._choice()
+            )
         grid = read_grid(self.grid)
         try:
             return mapping_from_grid(grid, size, self.method, self.click_noise_px)
@@ -120,20 +129,27 @@ class CameraSettings:
 
     def doubt(self) -> str:
         """
-        Return why the camera fitted to the grid is to be doubted; empty: it is not, or is none.
+        Return why the calibration is to be doubted; empty: it is not.
 
-        A first look, quick enough for a start: `mctrack check-calibration` looks closer.
+        Of a camera fitted to a grid a first look, quick enough for a start (`mctrack
+        check-calibration` looks closer); of other files, what they state and is left out.
 
         Raises
         ------
         CalibrationError
-            If the grid cannot be read.
+            If the file cannot be read.
 
         """
-        if not self.grid or self.method != 'fitted':
-            return ''
         size = (self.image_width, self.image_height)
-        return first_look(read_grid(self.grid), size, self.click_noise_px)
+        if self.grid and self.method == 'fitted':
+            return first_look(read_grid(self.grid), size, self.click_noise_px)
+        if self.calibration and holds_camera(self.calibration):
+            notes = read_camera(self.calibration, size, choice=self._choice()).notes
+            return '; '.join(notes)
+        return ''
+
+    def _choice(self) -> Choice:
+        return Choice(self.calibration_camera, self.image_topic)
 
     def ignore_mask(self) -> NDArray[np.uint8] | None:
         """

@@ -21,7 +21,7 @@ from mctrack_ros.ground.coverage import area_from
 from mctrack_ros.ground.field_of_view import FieldOfViewError
 from mctrack_ros.ground.yaml_files import read_yaml_file
 from mctrack_ros.interfaces import MAX_CAMERAS
-from mctrack_ros.site_description import site_description
+from mctrack_ros.site_description import offline_run, site_description
 from mctrack_ros.site_origin import chosen_origin
 from mctrack_ros.stated_origin import Origin, origin_from, origin_text
 
@@ -66,8 +66,8 @@ class SiteConfig:
         """Names in the order of the camera bits."""
         return tuple(self.cameras)
 
-    def description(self) -> str:
-        """Return what `/site` says, as JSON: enough to decode a bag years later."""
+    def description(self, began_ns: int) -> str:
+        """Return what `/site` says of a run over a recording, by the stamp of its first tick."""
         values = {
             'name': self.name,
             'ground_frame': self.ground_frame,
@@ -76,7 +76,7 @@ class SiteConfig:
             'origin': list(self.origin),
             'fusion': values_of(self.fusion),
         }
-        return site_description(values, list(self.cameras))
+        return site_description(values, list(self.cameras), offline_run(values, began_ns))
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,17 +13,26 @@ LAYOUT_VERSION = 1
 """Of the clouds' fields; counts up when a field changes its meaning."""
 
 
-def site_description(configuration: Mapping[str, Any], cameras: list[str]) -> str:
-    """Return the JSON of `/site`: layout version, camera order, origin, codes, settings."""
-    canonical = json.dumps(configuration, sort_keys=True)
+def site_description(configuration: Mapping[str, Any], cameras: list[str], run: str) -> str:
+    """Return the JSON of `/site`: layout version, run, camera order, origin, codes, settings."""
     return json.dumps(
         {
             'layout_version': LAYOUT_VERSION,
+            'run': run,
             'cameras': cameras,
             'origin': configuration['origin'],
             'codes': code_tables(),
-            'configuration_hash': hashlib.sha256(canonical.encode()).hexdigest(),
+            'configuration_hash': _digest(configuration),
             'fusion': configuration['fusion'],
         },
         sort_keys=True,
     )
+
+
+def offline_run(configuration: Mapping[str, Any], began_ns: int) -> str:
+    """Return what a run over a recording is called: the same for the same settings and start."""
+    return _digest({'configuration': configuration, 'began_ns': began_ns})[:32]
+
+
+def _digest(values: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()

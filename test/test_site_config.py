@@ -121,11 +121,19 @@ def test_a_mask_must_have_the_pictures_size(site, tmp_path):
 
 
 def test_the_description_decodes_a_bag_and_changes_with_the_settings(site):
-    one, other = (json.loads(site(feedback_delay=d).description()) for d in (0.08, 0.12))
+    one, other = (json.loads(site(feedback_delay=d).description(1)) for d in (0.08, 0.12))
     assert one['cameras'] == ['north']
     assert one['codes']['TrackStatus']['CONFIRMED'] == 1
     assert one['layout_version'] == 1
     assert one['configuration_hash'] != other['configuration_hash']
+
+
+def test_a_run_over_a_recording_is_called_the_same_each_time(site):
+    def run(began_ns, **settings):
+        return json.loads(site(**settings).description(began_ns))['run']
+
+    assert run(5) == run(5)
+    assert len({run(5), run(6), run(5, feedback_delay=0.12)}) == 3
 
 
 def test_a_grid_that_does_not_fit_is_doubted_and_others_are_not(site, tmp_path):

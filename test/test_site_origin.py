@@ -31,7 +31,7 @@ COARSE = CoverageConfig(cell=1.0)
 def test_a_far_site_takes_whole_kilometres_near_its_cameras_for_its_origin(tmp_path, offset):
     site = write_far_hall(tmp_path, offset)
     assert site.origin == tuple(np.round(np.array(offset) / 1000) * 1000)
-    assert json.loads(site.description())['origin'] == list(site.origin)
+    assert json.loads(site.description(0))['origin'] == list(site.origin)
     near = write_far_hall(tmp_path / 'near', (0.0, 0.0))
     assert near.origin == (0.0, 0.0)
     for name, camera in site.cameras.items():

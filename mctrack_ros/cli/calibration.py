@@ -36,7 +36,11 @@ def convert_calibration(
     extrinsics: Path | None = typer.Option(
         None, help="File with the camera's pose, if it is another; in place of TF."
     ),
-    topic: str = typer.Option('', help='Of the CameraInfo in a bag, if it has several.'),
+    topic: str = typer.Option(
+        '',
+        help='Of the CameraInfo in a bag, if it has several; or which camera of a file with '
+        'several: its key there, or its topic.',
+    ),
     frame: str = typer.Option('map', help='The ground frame in TF, for a topic or a bag.'),
     timeout: float = typer.Option(5.0, min=0.0, help='How long a topic is waited for, s.'),
     unit: str = typer.Option('m', help='Of lengths in the source: m, cm or mm.'),
@@ -52,9 +56,11 @@ def convert_calibration(
     if not kind:
         raise ValueError(f'{target}: its ending names no format: name one with --to')
     stated = _size(size) if size else None
-    mapping, title = read_source(
+    mapping, title, notes = read_source(
         source, stated, extrinsics or '', unit, Heard(topic, frame, timeout)
     )
+    for each in notes:
+        typer.echo(f'{source}: {each}')
     missed = write_calibration(mapping, target, kind, name or title)
     note = f'; up to {missed:.2g} px off' if missed >= _LEAST_MISS_PX else ''
     width, height = mapping.image_size
@@ -91,7 +97,7 @@ def check_calibration(
 
 
 def _checks(source: str, size: str) -> Iterator[tuple[str, CalibrationCheck]]:
-    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.cli.sites import calibration_doubts, named_site
     from mctrack_ros.ground import check_grid, read_grid
 
     if source.endswith('.xml'):
@@ -101,7 +107,10 @@ def _checks(source: str, size: str) -> Iterator[tuple[str, CalibrationCheck]]:
             raise ValueError(f'{source} does not say how large the pictures are: name --size')
         yield grid.workstation, check_grid(grid, picture)
         return
-    for name, camera in named_site(source).cameras.items():
+    site = named_site(source)
+    for line in calibration_doubts(site):
+        typer.echo(line)
+    for name, camera in site.cameras.items():
         if camera.grid:
             picture = camera.image_width, camera.image_height
             yield name, check_grid(read_grid(camera.grid), picture, camera.click_noise_px)

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mctrack_ros.ground import (
+    Choice,
     GroundMapping,
     HeardCamera,
     StoredCamera,
     camera_mapping,
+    holds_camera,
     read_calibration,
+    read_camera,
     read_extrinsics,
     stated_size,
 )
@@ -21,7 +24,7 @@ _TOPIC = re.compile(r'(/[A-Za-z_]\w*)+')
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """How a camera is heard: its topic in a bag, the ground frame, how long to wait, s."""
+    """How a camera is heard: its topic in a bag or file, the ground frame, how long to wait, s."""
 
     topic: str
     frame: str
@@ -30,7 +33,7 @@ class Heard:
 
 def read_source(
     source: str, size: tuple[int, int] | None, extrinsics: str | Path, unit: str, heard: Heard
-) -> tuple[GroundMapping, str]:
+) -> tuple[GroundMapping, str, tuple[str, ...]]:
     """
     Read a calibration from where it is.
 
@@ -53,11 +56,13 @@ def read_source(
         The calibration.
     name : str
         Of the camera.
+    notes : tuple of str
+        What the source states and the calibration leaves out.
 
     Raises
     ------
     ValueError
-        If a topic is named for what is no bag, or the size of the pictures is not known.
+        If the size of the pictures is not known.
     CalibrationError, BagError
         If there is no calibration; says why.
 
@@ -71,13 +76,14 @@ def read_source(
         if unit != 'm' and not extrinsics:
             raise ValueError(f'TF is in metres, not {unit}')
         mapping = camera_mapping(camera, source, size or camera.image_size or (0, 0), unit)
-        return mapping, _name(source if is_topic else heard.topic)
-    if heard.topic:
-        raise ValueError(f'{source} is no bag, so it has no topic {heard.topic}')
-    size = size or stated_size(source)
+        return mapping, _name(source if is_topic else heard.topic), camera.notes
+    choice = Choice(heard.topic)
+    size = size or stated_size(source, choice)
     if size is None:
         raise ValueError(f'{source} does not say how large the pictures are: name it with --size')
-    return read_calibration(source, size, extrinsics, unit), path.stem
+    mapping = read_calibration(source, size, extrinsics, unit, choice)
+    notes = read_camera(source, size, choice=choice).notes if holds_camera(source) else ()
+    return mapping, path.stem, notes
 
 
 def _heard(source: str, is_topic: bool, extrinsics: str | Path, heard: Heard) -> StoredCamera:

@@ -110,7 +110,7 @@ def _run_nodes(nodes: Sequence[NodeSpec], namespace: str, domain: int | None) ->
     with tempfile.TemporaryDirectory(prefix='mctrack_') as directory:
         processes = [node.process(Path(directory), namespace) for node in nodes]
         supervisor = Supervisor(processes, typer.echo, environment)
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, lambda *_: supervisor.stop())
         code = supervisor.run()
     raise typer.Exit(code)

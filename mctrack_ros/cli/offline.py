@@ -143,13 +143,21 @@ def track(
     explain: bool = typer.Option(
         False, '--explain', help='Also write why each tick was decided as it was.'
     ),
+    log_times: bool = typer.Option(
+        False, '--log-times', help='Take the times of recording instead of the stamps of a bag.'
+    ),
+    debug_images: Path | None = typer.Option(
+        None, help='Folder for pictures with boxes, ids, groups and predictions, by camera.'
+    ),
+    debug_every: float = typer.Option(1.0, min=0.0, help='Time between these, s; 0: all.'),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
 ) -> None:
     """Track a bag, or video files, offline, in lock step; the same input gives the same bytes."""
     prepare_workers()
     from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.cli.sites import calibration_doubts, named_site
     from mctrack_ros.experiments.figures import Figures
+    from mctrack_ros.replay.camera_source import Debug
     from mctrack_ros.replay.track import track_bag
     from mctrack_ros.stated_origin import origin_text
 
@@ -158,6 +166,8 @@ def track(
     config = named_site(site or _USUAL_SITE)
     bag, name = _source(sources, config, later, rate)
     processes = processes or len(config.cameras)
+    for line in calibration_doubts(config):
+        typer.echo(line, err=True)
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
         summary = track_bag(
@@ -168,6 +178,8 @@ def track(
             processes=processes,
             overwrite=overwrite,
             explain=explain,
+            log_times=log_times,
+            debug=Debug(debug_images, debug_every) if debug_images else None,
             progress=progress,
         )
     wall_seconds = time.perf_counter() - started
@@ -183,6 +195,7 @@ def track(
             'wall_seconds': wall_seconds,
             'realtime_factor': summary.bag_seconds / wall_seconds,
             'peak_memory_mb': summary.peak_memory_mb,
+            **summary.cameras,
         },
     )
     typer.echo(figures.table())

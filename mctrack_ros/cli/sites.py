@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from mctrack_ros.config import ConfigError
@@ -13,6 +14,14 @@ from mctrack_ros.site_config import SiteConfig, load_site
 def named_site(site: str) -> SiteConfig:
     """Read a site YAML, or a shipped site by its bare name, for example ``pitch5``."""
     return load_site(site_path(site))
+
+
+def calibration_doubts(site: SiteConfig) -> Iterator[str]:
+    """Yield a line on each calibration file that states what is left out; absent files pass."""
+    for name, camera in site.cameras.items():
+        doubt = camera.doubt() if Path(camera.calibration).is_file() else ''
+        if doubt:
+            yield f'{name}: {camera.calibration}: {doubt}'
 
 
 def site_path(site: str) -> Path:

@@ -170,7 +170,7 @@ class Batcher:
         are_others_right = abs(reference_ns - self._reference_ns) > self._sync_ns
         self._reference_ns = reference_ns
         if self._has_begun_anew(camera, detections.stamp_ns, now_ns, are_others_right):
-            closed += self._reset()
+            closed += self.begin_anew()
         self._admit(camera, detections, now_ns, early_ns, added_ns)
         return closed + self.poll(now_ns)
 
@@ -234,7 +234,8 @@ class Batcher:
         closed = self._closed_index
         return closed is not None and stamp_ns // self.period_ns <= closed
 
-    def _reset(self) -> list[Tick]:
+    def begin_anew(self) -> list[Tick]:
+        """Close all that is pending; whatever comes then is not late."""
         closed = self.flush()
         self._closed_index = self._closed_ns = None
         for state in self._cameras.values():

@@ -121,6 +121,8 @@ class CameraClocks:
             When it arrived, or was recorded, on a clock like that of the stamps, ns.
 
         """
+        if not self._limit_ns:
+            return Verdict(0, 0, True, 0)
         clock, lag_ns = self._clocks[camera], arrival_ns - stamp_ns
         is_in_line = clock.hear(stamp_ns, arrival_ns, self._limit_ns)
         reference_ns = self._reference_ns(arrival_ns)

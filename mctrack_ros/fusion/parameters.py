@@ -33,7 +33,7 @@ class BatchingConfig:
     time_sync_limit: float = parameter(
         0.2,
         "Cameras' clocks may differ by so much, which is removed; one that is ahead by more is "
-        'left out [s]',
+        'left out; 0: clocks are not compared [s]',
         minimum=0.0,
         maximum=60.0,
     )

@@ -10,7 +10,7 @@ from mctrack_ros.fusion.account import Account
 from mctrack_ros.fusion.camera_bias import CameraBias
 from mctrack_ros.fusion.duplicates import DuplicateWatch, absorb, alone, close_pairs
 from mctrack_ros.fusion.evidence import Evidence
-from mctrack_ros.fusion.initiation import new_tracks, note_beside, with_room
+from mctrack_ros.fusion.initiation import MOST_STARTS, new_tracks, note_beside, with_room
 from mctrack_ros.fusion.kits import Kits
 from mctrack_ros.fusion.lineage import Lineage
 from mctrack_ros.fusion.looks import Looks
@@ -23,6 +23,9 @@ from mctrack_ros.fusion.parting import DOUBT, go_on_as, parted
 from mctrack_ros.fusion.recognition import Recognition
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import MAX_CAMERAS, EventCode, Feedback, Tick
+
+LARGEST_ID = 2**32 - 1
+"""Ids travel as 32 bits."""
 
 RESET_S = 1.0
 """Time that steps back by more than this begins anew, s."""
@@ -42,9 +45,13 @@ class FusionPipeline:
         Parameters.
     cameras : tuple of str
         Names in the site's order, at most 32.
+    first_id : int
+        Id of the first track; those of later ones ascend from it.
 
     Attributes
     ----------
+    next_id : int
+        Id of the next track that begins.
     bias : CameraBias
         How the cameras disagree, in the site's order.
 
@@ -55,7 +62,7 @@ class FusionPipeline:
 
     """
 
-    def __init__(self, config: FusionConfig, cameras: tuple[str, ...]) -> None:
+    def __init__(self, config: FusionConfig, cameras: tuple[str, ...], first_id: int = 1) -> None:
         if len(cameras) > MAX_CAMERAS or len(set(cameras)) != len(cameras):
             raise ValueError(f'cameras are {cameras!r}, expected at most {MAX_CAMERAS}, distinct')
         self._config = config
@@ -72,7 +79,7 @@ class FusionPipeline:
         self._kits = Kits(config)
         self.bias = CameraBias(len(cameras))
         self._stamp_ns: int | None = None
-        self._next_id = 1
+        self.next_id = first_id
 
     def step(self, tick: Tick, account: Account | None = None) -> FusionOutput:
         """
@@ -92,8 +99,12 @@ class FusionPipeline:
         ------
         ValueError
             If a camera is not known or the tick's stamp steps back by less than a second.
+        OverflowError
+            If there may be no ids left for who begins.
 
         """
+        if self.next_id + MOST_STARTS > LARGEST_ID:
+            raise OverflowError(f'ids have run out: the next is {self.next_id}; start anew')
         events = EventLog()
         looks, ended = self._observe(tick, events)
         if account is not None:
@@ -207,8 +218,8 @@ class FusionPipeline:
         if len(leftover) == 0:
             return
         site = len(self._index), self._config, self._motion
-        fresh = new_tracks(looks, leftover, stamp_ns, self._next_id, *site)
-        self._next_id += len(fresh)
+        fresh = new_tracks(looks, leftover, stamp_ns, self.next_id, *site)
+        self.next_id += len(fresh)
         fresh, beside = with_room(fresh, self._table, self._config)
         if len(beside):
             fresh.origin[beside] = self._lineage.origins(fresh.mean[beside], self._table, stamp_ns)

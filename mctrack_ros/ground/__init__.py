@@ -5,6 +5,7 @@ from mctrack_ros.ground.calibration_file import (
     METRES,
     camera_mapping,
     file_format,
+    holds_camera,
     knows_its_error,
     read_calibration,
     read_camera,
@@ -14,7 +15,7 @@ from mctrack_ros.ground.calibration_file import (
 )
 from mctrack_ros.ground.camera import Camera, CameraMapping
 from mctrack_ros.ground.camera_fit import CameraFit, FitError, fit_camera
-from mctrack_ros.ground.camera_info import camera_from_info, read_pose
+from mctrack_ros.ground.camera_info import camera_from_info
 from mctrack_ros.ground.cells import CellMapping, Cells
 from mctrack_ros.ground.check import CalibrationCheck, check_grid, first_look
 from mctrack_ros.ground.errors import CalibrationError, GridError, SceneError
@@ -30,6 +31,7 @@ from mctrack_ros.ground.plausible import check_plausible
 from mctrack_ros.ground.projection_file import ProjectionError, read_projection
 from mctrack_ros.ground.projective import ProjectiveMapping
 from mctrack_ros.ground.scene import read_scene, write_scene
+from mctrack_ros.ground.several_cameras import Choice
 from mctrack_ros.ground.stored_camera import Pose, StoredCamera, stored_camera
 from mctrack_ros.ground.tsai_file import TsaiCalibration, read_tsai
 
@@ -44,6 +46,7 @@ __all__ = [
     'CameraMapping',
     'CellMapping',
     'Cells',
+    'Choice',
     'FitError',
     'GridError',
     'GroundMapping',
@@ -65,13 +68,13 @@ __all__ = [
     'fit_camera',
     'grid_flaws',
     'grid_from_points',
+    'holds_camera',
     'knows_its_error',
     'mapping_from_grid',
     'read_calibration',
     'read_camera',
     'read_extrinsics',
     'read_grid',
-    'read_pose',
     'read_projection',
     'read_scene',
     'read_tsai',

@@ -3,28 +3,30 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from mctrack_ros.ground.camera import CameraMapping
-from mctrack_ros.ground.camera_info import (
-    read_camera_info,
-    read_pose,
-    read_yaml,
-    write_camera_info,
-)
+from mctrack_ros.ground.camera_info import read_yaml, write_camera_info
+from mctrack_ros.ground.camera_keys import states_camera
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.grid_file import read_grid, write_grid
 from mctrack_ros.ground.grid_sample import grid_miss_px, sampled_grid
+from mctrack_ros.ground.kalibr_file import kalibr_cameras, read_kalibr
+from mctrack_ros.ground.keyed_camera import camera_of, size_of
+from mctrack_ros.ground.keyed_pose import pose_in
 from mctrack_ros.ground.lens import LARGEST_RESIDUAL_PX, STRAIGHT_PX, bend_px
 from mctrack_ros.ground.mapping import GroundMapping
 from mctrack_ros.ground.methods import mapping_from_grid
-from mctrack_ros.ground.opencv_file import opencv_size, read_opencv, read_opencv_pose, write_opencv
+from mctrack_ros.ground.opencv_file import read_opencv, write_opencv
+from mctrack_ros.ground.ost_file import is_ost, read_ost
 from mctrack_ros.ground.plausible import check_plausible
 from mctrack_ros.ground.projection_file import holds_projection, read_projection, write_projection
 from mctrack_ros.ground.projective import ProjectiveMapping
+from mctrack_ros.ground.several_cameras import ANY, Choice
 from mctrack_ros.ground.stored_camera import Pose, StoredCamera, stored_camera
 from mctrack_ros.ground.tsai_file import read_tsai, write_tsai
 from mctrack_ros.ground.xml_files import read_xml
@@ -38,34 +40,20 @@ def file_format(path: str | Path) -> str:
     """
     Return what a calibration file holds, one of `FORMATS`; matrices are ``projection``.
 
+    Formats that are only read are ``kalibr`` and ``ost``, the old text of `camera_calibration`.
+
     Raises
     ------
     CalibrationError
         If it is nothing that is known.
 
     """
-    try:
-        content = Path(path).read_bytes().lstrip(b'\xef\xbb\xbf \t\r\n')
-    except OSError as error:
-        raise CalibrationError(f'{path}: {error.strerror or error}') from error
-    if content.startswith(b'<'):
-        root = read_xml(path, CalibrationError).tag
-        if root in _ROOTS:
-            return _ROOTS[root]
-        hint = ': a scene has no pixels' if root == 'scene' else ''
-        raise CalibrationError(f'{path}: <{root}> is no calibration{hint}')
-    if _is_opencv_yaml(content):
-        return 'opencv'
-    values = read_yaml(path)
-    if holds_projection(values):
-        return 'projection'
-    if 'camera_matrix' in values:
-        return 'camera_info'
-    raise CalibrationError(
-        f'{path}: no calibration that is known: expected a transformation grid, a matrix '
-        '(image_from_ground, ground_from_image, image_from_world), a camera info, or a file of '
-        "OpenCV's or Tsai's"
-    )
+    return _content(path)[0]
+
+
+def holds_camera(path: str | Path) -> bool:
+    """Tell whether a calibration file holds a camera, as `read_camera` reads it."""
+    return file_format(path) not in ('grid', 'projection')
 
 
 def read_calibration(
@@ -73,6 +61,7 @@ def read_calibration(
     image_size: tuple[int, int],
     extrinsics: str | Path = '',
     unit: str = 'm',
+    choice: Choice = ANY,
 ) -> GroundMapping:
     """
     Read a calibration of any format.
@@ -80,37 +69,43 @@ def read_calibration(
     Parameters
     ----------
     path : str or Path
-        Transformation grid (mapped by a fitted camera), Tsai XML, OpenCV XML or YAML, the YAML of
-        a ROS camera info, or a YAML with one matrix.
+        Transformation grid (mapped by a fitted camera), Tsai XML, OpenCV XML or YAML, the YAML or
+        the printed message of a ROS camera info, Kalibr's chain, or a YAML with one matrix.
     image_size : (int, int)
         Width and height of the camera's pictures, px.
     extrinsics : str or Path
         File with the camera's pose, if it is another; replaces the one in `path`.
     unit : str
         Of lengths in the files, one of `METRES`; grids are in metres, Tsai's in millimetres.
+    choice : Choice
+        Which camera, where a file holds several.
 
     Raises
     ------
     CalibrationError
-        If a file cannot be used, is for pictures of another size, or cannot be true; names it.
+        If a file cannot be used, states what is not known, is for pictures of another size, or
+        cannot be true; names it.
 
     """
     metres = _metres(unit)
     kind = file_format(path)
     if kind in ('grid', 'tsai') and unit != 'm':
         raise CalibrationError(f'{path}: its lengths have a unit of their own, not {unit}')
-    if kind in ('grid', 'projection') and extrinsics:
-        raise CalibrationError(f'{path}: needs no extrinsics beside it')
+    if kind in ('grid', 'projection'):
+        if extrinsics:
+            raise CalibrationError(f'{path}: needs no extrinsics beside it')
+        _check_single(path, choice)
     if kind == 'projection':
         mapping: GroundMapping = read_projection(path, image_size, metres)
         return _checked(path, lambda: mapping)
     if kind == 'grid':
         grid = read_grid(path)
         return _checked(path, lambda: mapping_from_grid(grid, image_size))
-    return camera_mapping(read_camera(path, image_size, extrinsics), path, image_size, unit)
+    camera = read_camera(path, image_size, extrinsics, choice)
+    return camera_mapping(camera, path, image_size, unit)
 
 
-def stated_size(path: str | Path) -> tuple[int, int] | None:
+def stated_size(path: str | Path, choice: Choice = ANY) -> tuple[int, int] | None:
     """
     Return the size of the pictures, px, that a calibration file states; None: it does not.
 
@@ -120,50 +115,51 @@ def stated_size(path: str | Path) -> tuple[int, int] | None:
         If the file cannot be used.
 
     """
-    kind = file_format(path)
+    kind, values = _content(path)
     if kind == 'grid':
         return read_grid(path).image_size
     if kind == 'tsai':
         return read_tsai(path).image_size
-    if kind == 'opencv':
-        return opencv_size(path)
-    return None if kind == 'projection' else read_camera_info(path).image_size
+    if kind == 'projection':
+        return None
+    if kind == 'kalibr':
+        return read_kalibr(values, path, choice).image_size
+    return size_of(read_ost(path, choice) if kind == 'ost' else values, path)
 
 
 def read_camera(
-    path: str | Path, image_size: tuple[int, int], extrinsics: str | Path = ''
+    path: str | Path,
+    image_size: tuple[int, int],
+    extrinsics: str | Path = '',
+    choice: Choice = ANY,
 ) -> StoredCamera:
     """Read a file that holds a camera; its pose from another, if one is named."""
-    kind = file_format(path)
-    if kind == 'tsai':
-        stored = read_tsai(path)
-        try:
-            camera = stored.camera()
-        except CalibrationError as error:
-            raise CalibrationError(f'{path}: {error}') from error
+    kind, values = _content(path)
+    if kind == 'kalibr':
+        camera = read_kalibr(values, path, choice)
+    elif kind == 'ost':
+        camera = camera_of(read_ost(path, choice), path, image_size)
     else:
-        camera = read_opencv(path, image_size) if kind == 'opencv' else read_camera_info(path)
+        _check_single(path, choice)
+        camera = _tsai(path) if kind == 'tsai' else camera_of(values, path, image_size)
     return dataclasses.replace(camera, pose=read_extrinsics(extrinsics)) if extrinsics else camera
 
 
 def read_extrinsics(path: str | Path) -> Pose:
     """
-    Read a camera's pose: YAML as TF has it, or a file of OpenCV's.
+    Read a camera's pose: YAML as TF has it, what `tf2_echo` prints, or a file of OpenCV's.
 
     Raises
     ------
     CalibrationError
-        If the file cannot be read or holds no pose; names it.
+        If the file cannot be read, holds no pose or what is not known; names it.
 
     """
-    try:
-        content = Path(path).read_bytes().lstrip()
-    except OSError as error:
-        raise CalibrationError(f'{path}: {error.strerror or error}') from error
-    if content.startswith(b'<'):
+    start = _start(path)
+    if start.startswith(b'<'):
         read_xml(path, CalibrationError)
-        return read_opencv_pose(path)
-    return read_opencv_pose(path) if _is_opencv_yaml(content) else read_pose(path)
+        return pose_in(read_opencv(path), path)
+    return pose_in(read_opencv(path) if _is_opencv_yaml(start) else read_yaml(path), path)
 
 
 def camera_mapping(
@@ -230,9 +226,58 @@ def knows_its_error(mapping: GroundMapping) -> bool:
     return isinstance(mapping, CameraMapping) and bool(mapping.camera.covariance.any())
 
 
+def _start(path: str | Path) -> bytes:
+    """Return the bytes of a file from its first character on."""
+    try:
+        return Path(path).read_bytes().lstrip(b'\xef\xbb\xbf \t\r\n')
+    except OSError as error:
+        raise CalibrationError(f'{path}: {error.strerror or error}') from error
+
+
 def _is_opencv_yaml(content: bytes) -> bool:
     """Tell whether a YAML file is one of OpenCV's: other readers do not know its tags."""
-    return content.startswith(b'%YAML:') or b'!!opencv-matrix' in content
+    return b'!!opencv-' in content
+
+
+def _content(path: str | Path) -> tuple[str, Mapping[Any, Any]]:
+    """Return a file's format, and where it has keys, what it holds."""
+    start = _start(path)
+    if start.startswith(b'<'):
+        root = read_xml(path, CalibrationError).tag
+        if root in _ROOTS:
+            kind = _ROOTS[root]
+            return kind, read_opencv(path) if kind == 'opencv' else {}
+        hint = ': a scene has no pixels' if root == 'scene' else ''
+        raise CalibrationError(f'{path}: <{root}> is no calibration{hint}')
+    if is_ost(start):
+        return 'ost', {}
+    if _is_opencv_yaml(start):
+        return 'opencv', read_opencv(path)
+    values = read_yaml(path)
+    if holds_projection(values):
+        return 'projection', values
+    if kalibr_cameras(values):
+        return 'kalibr', values
+    if states_camera(values):
+        return 'camera_info', values
+    raise CalibrationError(
+        f'{path}: no calibration that is known: expected a transformation grid, a matrix '
+        '(image_from_ground, ground_from_image, image_from_world), a camera_matrix as of ROS or '
+        "OpenCV, Kalibr's cam0, or a file of Tsai's"
+    )
+
+
+def _check_single(path: str | Path, choice: Choice) -> None:
+    if choice.camera:
+        raise CalibrationError(f'{path}: it holds one camera alone, no {choice.camera}')
+
+
+def _tsai(path: str | Path) -> StoredCamera:
+    stored = read_tsai(path)
+    try:
+        return stored.camera()
+    except CalibrationError as error:
+        raise CalibrationError(f'{path}: {error}') from error
 
 
 def _metres(unit: str) -> float:

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import dataclasses
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from mctrack_ros.ground.errors import CalibrationError
-from mctrack_ros.ground.lens_models import lens_of
-from mctrack_ros.ground.opencv_file import intrinsics_of
+from mctrack_ros.ground.keyed_camera import camera_of
+from mctrack_ros.ground.keyed_pose import pose_in
 from mctrack_ros.ground.stored_camera import Pose, StoredCamera
-from mctrack_ros.ground.yaml_files import read_yaml_file
+from mctrack_ros.ground.yaml_files import read_yaml_documents
 
-Floats = NDArray[np.float64]
-POSE_KEYS = ('extrinsics', 'transform')
+_INFO = ('width', 'height', 'distortion_model', 'd', 'k', 'binning_x', 'binning_y')
+_REGION = ('x_offset', 'y_offset', 'width', 'height')
+_TF2_ECHO = re.compile(
+    rb'- Translation: (\[[^\]]*\])\s*- Rotation: in Quaternion (?:\(xyzw\) )?(\[[^\]]*\])'
+)
 
 
 def camera_from_info(info: Any, transform: Any = None) -> StoredCamera:
@@ -42,14 +46,13 @@ def camera_from_info(info: Any, transform: Any = None) -> StoredCamera:
         If the message holds no calibration, or the lens cannot be followed.
 
     """
-    pose = None if transform is None else pose_from_transform(transform, 'the transform')
-    matrix: Floats = np.array(info.k, np.float64).reshape(3, 3)
-    window, binning = info.roi, np.maximum([info.binning_x, info.binning_y], 1)
-    size = np.array([window.width or info.width, window.height or info.height])
-    matrix[:2, 2] -= window.x_offset, window.y_offset
-    matrix[:2] /= binning[:, None]
-    width, height = (size // binning).tolist()
-    return _stored((width, height), matrix, info.distortion_model, info.d, pose, 'the camera info')
+    values: dict[str, Any] = {key: getattr(info, key) for key in _INFO}
+    values |= {key: np.asarray(values[key], np.float64) for key in ('d', 'k')}
+    values['roi'] = {key: getattr(info.roi, key) for key in _REGION}
+    camera = camera_of(values, 'the camera info')
+    if transform is None:
+        return camera
+    return dataclasses.replace(camera, pose=pose_from_transform(transform, 'the transform'))
 
 
 def pose_from_transform(transform: Any, where: str) -> Pose:
@@ -64,48 +67,60 @@ def pose_from_transform(transform: Any, where: str) -> Pose:
     """
     inner = getattr(transform, 'transform', transform)
     shift, turn = inner.translation, inner.rotation
-    return pose_of([shift.x, shift.y, shift.z], [turn.x, turn.y, turn.z, turn.w], where)
+    values = {
+        'translation': [shift.x, shift.y, shift.z],
+        'rotation': [turn.x, turn.y, turn.z, turn.w],
+    }
+    return pose_in(values, where)
 
 
-def read_camera_info(path: str | Path) -> StoredCamera:
+def read_yaml(path: str | Path) -> Mapping[str, Any]:
     """
-    Read the YAML of `camera_calibration`; with a pose where it has a key ``extrinsics``.
+    Read a YAML file that holds a mapping: of several documents, all have to hold the same one.
+
+    So `ros2 topic echo` prints messages; their stamps may differ. What `tf2_echo` prints is read
+    as a mapping, too.
 
     Raises
     ------
     CalibrationError
-        If the file cannot be read or holds no calibration; names it.
+        If it cannot be read or holds something else; names it.
 
     """
-    content = read_yaml(path)
+    printed = _tf2_echo(path)
+    documents = printed or [
+        each for each in read_yaml_documents(path, CalibrationError) if each is not None
+    ]
+    if not documents or not all(isinstance(each, Mapping) for each in documents):
+        raise CalibrationError(f'{path}: expected a mapping')
+    first = _without_stamps(documents[0])
+    if any(_without_stamps(each) != first for each in documents[1:]):
+        raise CalibrationError(f'{path}: it holds several messages that differ: keep one')
+    content: Mapping[str, Any] = documents[0]
+    return content
+
+
+def _tf2_echo(path: str | Path) -> list[Any]:
+    """Return what `tf2_echo` printed, if the file holds that."""
     try:
-        size = int(content['image_width']), int(content['image_height'])
-        matrix = content['camera_matrix']['data']
-        terms = content.get('distortion_coefficients', {}).get('data', [])
-        model = str(content.get('distortion_model', ''))
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise CalibrationError(
-            f'{path}: no camera info: expected image_width, image_height, camera_matrix.data '
-            'and distortion_coefficients.data'
-        ) from error
-    pose = _pose_below(content, path) if any(key in content for key in POSE_KEYS) else None
-    return _stored(size, matrix, model, terms, pose, str(path))
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise CalibrationError(f'{path}: {error.strerror or error}') from error
+    return [
+        {'translation': yaml.safe_load(shift), 'rotation': yaml.safe_load(turn)}
+        for shift, turn in _TF2_ECHO.findall(content)
+    ]
 
 
-def read_pose(path: str | Path) -> Pose:
-    """
-    Read where a camera's optical frame is: YAML with ``translation`` and ``rotation``.
-
-    Both may lie below ``extrinsics`` or ``transform`` (as `ros2 topic echo` prints a
-    TransformStamped); a mapping x, y, z (, w) or a list each, metres and a quaternion.
-
-    Raises
-    ------
-    CalibrationError
-        If the file cannot be read or holds no pose; names it.
-
-    """
-    return _pose_below(read_yaml(path), path)
+def _without_stamps(content: Any) -> Any:
+    """Return a message without when it was sent."""
+    if isinstance(content, Mapping):
+        return {
+            key: _without_stamps(value)
+            for key, value in content.items()
+            if key not in ('stamp', 'seq')
+        }
+    return [_without_stamps(each) for each in content] if isinstance(content, list) else content
 
 
 def write_camera_info(
@@ -136,79 +151,6 @@ def write_camera_info(
         }
     text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=99)
     Path(path).write_text(text, encoding='utf-8')
-
-
-def read_yaml(path: str | Path) -> Mapping[str, Any]:
-    """
-    Read a YAML file that holds a mapping.
-
-    Raises
-    ------
-    CalibrationError
-        If it cannot be read or holds something else.
-
-    """
-    content = read_yaml_file(path, CalibrationError, several=True)
-    if not isinstance(content, Mapping):
-        raise CalibrationError(f'{path}: expected a mapping')
-    return content
-
-
-def pose_of(translation: Any, quaternion: Any, where: str | Path) -> Pose:
-    """
-    Return the pose of lists or mappings: metres, and a quaternion x, y, z, w.
-
-    Raises
-    ------
-    CalibrationError
-        If they hold something else.
-
-    """
-    shift, turn = _listed(translation, 'xyz'), _listed(quaternion, 'xyzw')
-    if len(shift) != 3 or len(turn) != 4 or not np.isfinite([*shift, *turn]).all():
-        raise CalibrationError(
-            f'{where}: expected a translation of x, y, z and a rotation of x, y, z, w'
-        )
-    if abs(np.linalg.norm(turn) - 1) > 1e-3:
-        raise CalibrationError(f'{where}: the quaternion {turn} has not the length 1')
-    return Pose.of_frame(shift, turn)
-
-
-def _stored(
-    size: tuple[int, int], matrix: Any, model: str, terms: Any, pose: Pose | None, where: str
-) -> StoredCamera:
-    try:
-        numbers: Floats = np.asarray(matrix, np.float64).reshape(3, 3)
-        coefficients: Floats = np.asarray(terms, np.float64)
-    except (TypeError, ValueError) as error:
-        raise CalibrationError(
-            f'{where}: the camera matrix or the lens holds no numbers'
-        ) from error
-    if min(size) <= 0 or not numbers.any():
-        raise CalibrationError(f'{where}: the camera is not calibrated')
-    intrinsics = intrinsics_of(numbers, where)
-    try:
-        intrinsics, distortion, residual = lens_of(model, intrinsics, coefficients, size)
-    except CalibrationError as error:
-        raise CalibrationError(f'{where}: {error}') from error
-    return StoredCamera(intrinsics, distortion, pose, size, residual)
-
-
-def _pose_below(content: Mapping[str, Any], path: str | Path) -> Pose:
-    for key in POSE_KEYS:
-        if isinstance(content.get(key), Mapping):
-            content = content[key]
-    turn = content.get('rotation', content.get('quaternion'))
-    return pose_of(content.get('translation'), turn, path)
-
-
-def _listed(values: Any, keys: str) -> list[float]:
-    if isinstance(values, Mapping):
-        values = [values.get(key) for key in keys]
-    try:
-        return [float(value) for value in values]
-    except (TypeError, ValueError):
-        return []
 
 
 def _table(rows: int, columns: int, data: list[float]) -> dict[str, Any]:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares, lsq_linear
 
-from mctrack_ros.ground.distortion import SURE, pole_radius, turning_radius
+from mctrack_ros.ground.distortion import SURE, TERMS, pole_radius, turning_radius
 from mctrack_ros.ground.errors import CalibrationError
 
 Floats = NDArray[np.float64]
@@ -56,7 +57,7 @@ def seen_directions(
     ----------
     intrinsics : (4,) array
         Focal lengths across and down, principal point across and down, px.
-    distortion : (5,) or (8,) array
+    distortion : (5,), (8,) or (14,) array
         Of OpenCV.
     image_size : (int, int)
         Width and height of the picture, px.
@@ -75,7 +76,7 @@ def seen_directions(
     away = np.linalg.norm(pixel - intrinsics[2:], axis=2)
     outwards = np.diff(away, axis=1, prepend=0.0) > 0
     kept = np.logical_and.accumulate(outwards, axis=1)
-    kept &= radius <= SURE * pole_radius(distortion)
+    kept &= radius <= SURE * pole_radius(distortion[:TERMS])
     kept &= ((pixel >= 0) & (pixel <= image_size)).all(axis=2)
     return direction[kept], pixel[kept]
 
@@ -122,22 +123,65 @@ def fit_lens(intrinsics: Floats, radius: Floats, shown: Floats) -> tuple[Floats,
 
     """
     focal = float(intrinsics[:2].max())
-    found = [_solved(radius, shown, 0, np.ones(len(radius)))]
-    weight = np.ones(len(radius))
-    for _ in range(REWEIGHTED):
-        found.append(_solved(radius, shown, 3, weight))
-        weight = 1 / np.maximum(np.abs(found[-1].bottom), 1e-6)
-    polynomial, *rational = found
-    best = min(rational, key=lambda each: each.missed)
-    if polynomial.missed * focal <= FINE_PX:
-        best = polynomial
+    polynomial = _solved(radius, shown, 0, np.ones(len(radius)))
+    rational = _rational(radius, shown)
+    if not rational.missed * focal <= LARGEST_RESIDUAL_PX:  # its denominator crosses zero
+        rational = _rational(radius, shown, signed=True)
+    best = polynomial if polynomial.missed * focal <= FINE_PX else rational
     missed = best.missed * focal
+    _check_followed(missed)
+    return np.concatenate([intrinsics[:2] * best.factor, intrinsics[2:]]), best.terms, missed
+
+
+def nearest_lens(
+    intrinsics: Floats, distortion: Floats, direction: Floats, pixel: Floats
+) -> tuple[Floats, Floats, float]:
+    """
+    Return the intrinsics and eight terms that put directions nearest to where they are seen.
+
+    The denominator (k4, k5, k6) stays as it is.
+
+    Parameters
+    ----------
+    intrinsics : (4,) array
+        To begin with: focal lengths across and down, principal point across and down, px.
+    distortion : (8,) array
+        To begin with.
+    direction, pixel : (n, 2) arrays
+        Directions at depth 1, and where they are seen, px.
+
+    Returns
+    -------
+    intrinsics, distortion, residual_px
+        As of `fit_lens`.
+
+    Raises
+    ------
+    CalibrationError
+        If a direction is missed by more than `LARGEST_RESIDUAL_PX`.
+
+    """
+
+    def lens(values: Floats) -> tuple[Floats, Floats]:
+        return values[:4], np.concatenate([values[4:], distortion[5:]])
+
+    def missed(values: Floats) -> Floats:
+        return (distorted(*lens(values), direction) - pixel).ravel()
+
+    values = least_squares(missed, np.append(intrinsics, distortion[:5]), x_scale='jac').x
+    found, terms = lens(values)
+    orderly = min(turning_radius(terms), pole_radius(terms)) >= np.hypot(*direction.T).max()
+    most = float(np.hypot(*missed(values).reshape(-1, 2).T).max()) if orderly else np.inf
+    _check_followed(most)
+    return found, terms, most
+
+
+def _check_followed(missed: float) -> None:
     if not missed <= LARGEST_RESIDUAL_PX:
         raise CalibrationError(
             f"OpenCV's lens of eight terms (k1 to k6, p1, p2) does not follow this one: it is up "
             f'to {missed:.2g} px off, expected at most {LARGEST_RESIDUAL_PX:g} px'
         )
-    return np.concatenate([intrinsics[:2] * best.factor, intrinsics[2:]]), best.terms, missed
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -150,14 +194,31 @@ class _Solved:
     missed: float
 
 
-def _solved(radius: Floats, shown: Floats, below: int, weight: Floats) -> _Solved:
-    """Solve shown (1 + k4 s + ..) = radius (c + c k1 s + ..), s = radius², `below` terms below."""
+def _rational(radius: Floats, shown: Floats, signed: bool = False) -> _Solved:
+    """Return the best of the rational solutions, each weighted by the one before."""
+    found, weight = [], np.ones(len(radius))
+    for _ in range(REWEIGHTED):
+        found.append(_solved(radius, shown, 3, weight, signed))
+        weight = 1 / np.maximum(np.abs(found[-1].bottom), 1e-6)
+    return min(found, key=lambda each: each.missed)
+
+
+def _solved(
+    radius: Floats, shown: Floats, below: int, weight: Floats, signed: bool = False
+) -> _Solved:
+    """
+    Solve shown (1 + k4 s + ..) = radius (c + c k1 s + ..), s = radius², `below` terms below.
+
+    If `signed`, those below are positive, so that there is no pole.
+
+    """
     square = (radius**2)[:, None] / radius.max() ** 2
     design = np.hstack(
         [radius[:, None] * square ** np.arange(4), -shown[:, None] * square ** np.arange(1, 4)]
     )[:, : 4 + below] * weight[:, None]  # fmt: skip
     scale = np.abs(design).max(axis=0)
-    solved = np.linalg.lstsq(design / scale, shown * weight, rcond=None)[0] / scale
+    least = np.where(signed & (np.arange(4 + below) > 3), 0.0, -np.inf)
+    solved = lsq_linear(design / scale, shown * weight, (least, np.inf), 'bvls').x / scale
     solved /= radius.max() ** np.array([0, 2, 4, 6, 2, 4, 6])[: 4 + below]
     factor, upper, lower = float(solved[0]), solved[1:4] / solved[0], solved[4:]
     top = np.polyval([*upper[::-1], 1.0], radius**2)

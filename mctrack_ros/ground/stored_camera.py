@@ -58,6 +58,8 @@ class StoredCamera:
         Width and height of the pictures it was calibrated for, px.
     lens_residual_px : float
         How far at most the coefficients miss the lens of the file, px.
+    notes : tuple of str
+        What the file states and the camera leaves out, with how much it is.
 
     """
 
@@ -66,6 +68,7 @@ class StoredCamera:
     pose: Pose | None = None
     image_size: tuple[int, int] | None = None
     lens_residual_px: float = 0.0
+    notes: tuple[str, ...] = ()
 
     def mapping(self, image_size: tuple[int, int], metres_per_unit: float = 1.0) -> CameraMapping:
         """

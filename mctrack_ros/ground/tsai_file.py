@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from mctrack_ros.ground.camera_keys import TSAI, sorted_keys
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.lens import (
     LARGEST_RESIDUAL_PX,
@@ -117,6 +118,7 @@ def read_tsai(path: str | Path) -> TsaiCalibration:
         element = root.find(name)
         if element is None:
             raise CalibrationError(f'{path}:{root.sourceline}: <{root.tag}> has no <{name}>')
+        sorted_keys(dict(element.items()), f'{path}:{element.sourceline}: <{name}>', TSAI)
         for key in attributes:
             values[key] = _number(element.get(key), f'{path}:{element.sourceline}: <{name}> {key}')
     if min(values[key] for key in ('width', 'height', 'dpx', 'dpy', 'focal', 'sx')) <= 0:

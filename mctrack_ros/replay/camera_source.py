@@ -9,16 +9,52 @@ from typing import TYPE_CHECKING
 
 from mctrack_ros.camera_names import is_name, picture_topic, resolved
 from mctrack_ros.camera_settings import CameraSettings
-from mctrack_ros.codec import image_from_message, rows_from_cloud, stamp_ns_of
+from mctrack_ros.codec import (
+    image_from_message,
+    jpeg_from_image,
+    rows_from_cloud,
+    stamp_ns_of,
+)
 from mctrack_ros.interfaces import Detections, Events, Feedback
-from mctrack_ros.perception import FeedbackBuffer, check_picture
+from mctrack_ros.perception import (
+    FeedbackBuffer,
+    PictureState,
+    PictureWatch,
+    ShiftState,
+    check_picture,
+)
+from mctrack_ros.perception.output import CameraOutput
+from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.recording import BagError, BagReader
+from mctrack_ros.replay.quality import LEFT_OUT, SECOND_NS, CameraQuality, Stamps
 
 if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
     from mctrack_ros.recording.video_file import VideoReading
     from mctrack_ros.recording.videos import CameraVideo
 
 _PICTURES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
+
+
+SESSION = 1 << 44
+"""Ticks of a session of time are numbered from its multiple of this."""
+
+
+@dataclass(frozen=True, slots=True)
+class Debug:
+    """
+    Pictures with boxes, ids, groups and predictions, as files.
+
+    Attributes
+    ----------
+    folder : Path
+        Where they go, in a folder for each camera.
+    every_s : float
+        Time between them, s.
+
+    """
+
+    folder: Path
+    every_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +76,10 @@ class CameraTask:
         Where its topics lie in the bag.
     video : CameraVideo, optional
         The video; its pictures are compressed as `import-videos` does, so they track alike.
+    stamps : Stamps, optional
+        How the stamps of its messages are used; unless given, as they are.
+    debug : Debug, optional
+        Where pictures with what is seen in them are written.
 
     """
 
@@ -50,6 +90,8 @@ class CameraTask:
     delay_ns: int
     namespace: str = ''
     video: CameraVideo | None = None
+    stamps: Stamps | None = None
+    debug: Debug | None = None
 
     @property
     def image_topic(self) -> str:
@@ -77,6 +119,8 @@ class CameraResult:
         Its own events.
     feedback_missed : bool
         Whether it had to do without feedback.
+    session : int
+        How often time had begun anew before.
 
     """
 
@@ -84,6 +128,11 @@ class CameraResult:
     detections: Detections
     events: Events
     feedback_missed: bool
+    session: int = 0
+
+    def tick(self, period_ns: int) -> int:
+        """Return the number of its tick, over all sessions."""
+        return self.session * SESSION + self.detections.stamp_ns // period_ns
 
 
 def topic_of(task: CameraTask, reader: BagReader) -> str:
@@ -133,7 +182,8 @@ class CameraSource:
     Step one camera through a bag or a video.
 
     ``next_stamp_ns`` is the stamp of the picture that `step` takes next; None at the end.
-    ``refused`` counts the pictures that could not be decoded or have another size.
+    ``session`` counts how often time had begun anew before it. ``quality`` says what the pictures
+    were good for so far.
 
     Parameters
     ----------
@@ -149,8 +199,11 @@ class CameraSource:
         if self._from_pictures:
             self._pipeline = task.settings.open()
         self._buffer = FeedbackBuffer(task.period_ns, task.delay_ns)
+        self._watch, self._overlay = PictureWatch(), Overlay()
+        self._next_debug_ns = 0
+        self.quality = CameraQuality(task.camera)
         self.next_stamp_ns: int | None = None
-        self.refused, self._reason = 0, ''
+        self.session, self._read = 0, 0
         self._advance()
 
     def _open(self) -> Iterator[tuple[str, object, int]]:
@@ -174,48 +227,86 @@ class CameraSource:
 
     @property
     def next_tick(self) -> int:
-        """Index of the tick of the next picture."""
+        """Number of the tick of the next picture, over all sessions."""
         assert self.next_stamp_ns is not None
-        return self.next_stamp_ns // self._task.period_ns
+        return self.session * SESSION + self.next_stamp_ns // self._task.period_ns
 
     @property
     def wanted_tick(self) -> int:
-        """Index of the tick whose feedback the next picture uses."""
+        """Number of the tick whose feedback the next picture uses."""
         assert self.next_stamp_ns is not None
-        return (self.next_stamp_ns - self._task.delay_ns) // self._task.period_ns
+        wanted_ns = self.next_stamp_ns - self._task.delay_ns
+        return self.session * SESSION + wanted_ns // self._task.period_ns
 
-    def push(self, feedback: Feedback) -> None:
-        """Hand over feedback of a tick."""
-        self._buffer.push(feedback)
+    def push(self, feedback: Feedback, session: int) -> None:
+        """Hand over feedback of a tick of a session."""
+        if session == self.session:
+            self._buffer.push(feedback)
 
     def step(self) -> CameraResult:
         """Process the next picture."""
-        message, stamp_ns = self._message, self.next_stamp_ns
+        message, stamp_ns, session = self._message, self.next_stamp_ns, self.session
         assert stamp_ns is not None
+        quality, name = self.quality, self._task.camera
         if self._from_pictures:
             feedback, missed = self._buffer.select(stamp_ns)
+            state = self._watch.look(self._image, stamp_ns)
+            quality.unusable += state is not PictureState.USABLE
             output = self._pipeline.step(self._image, stamp_ns, feedback)
-            result = CameraResult(self._task.camera, output.detections, output.events, missed)
+            moved = output.shift.state is ShiftState.MOVED
+            quality.moved_px = output.shift.size_px if moved else 0.0
+            self._draw(output)
+            result = CameraResult(name, output.detections, output.events, missed, session)
         else:
-            detections = rows_from_cloud(message, Detections)
-            result = CameraResult(self._task.camera, detections, Events.build(stamp_ns), False)
+            detections = rows_from_cloud(message, Detections).at(stamp_ns)
+            result = CameraResult(name, detections, Events.build(stamp_ns), False, session)
+        quality.messages += 1
+        quality.detections += int((~result.detections.is_vacant).sum())
         self._advance()
         return result
 
+    def _draw(self, output: CameraOutput) -> None:
+        """Write the picture with what is seen in it, if it is time for one."""
+        debug, stamp_ns = self._task.debug, output.detections.stamp_ns
+        if debug is None or 0 <= self._next_debug_ns - stamp_ns < debug.every_s * SECOND_NS:
+            return
+        self._next_debug_ns = stamp_ns + round(debug.every_s * SECOND_NS)
+        groups, predicted = self._pipeline.groups(), self._pipeline.predicted_boxes()
+        drawn = self._overlay.draw(
+            self._image, output.detections, output.events, groups, predicted
+        )
+        folder = debug.folder / self._task.camera
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f'{stamp_ns}.jpg').write_bytes(jpeg_from_image(drawn))
+
     def _advance(self) -> None:
         """Read ahead by one message; what the camera node refuses is passed over."""
-        last = self.next_stamp_ns
+        session = self.session
         for _, message, _ in self._messages:
-            stamp_ns = stamp_ns_of(message)
-            if (last is None or stamp_ns > last) and self._is_usable(message):
+            stamp_ns = self._judged(message)
+            if stamp_ns != LEFT_OUT and self._is_usable(message):
                 self._message, self.next_stamp_ns = message, stamp_ns
+                if session != self.session:
+                    self._buffer = FeedbackBuffer(self._task.period_ns, self._task.delay_ns)
                 return
+        quality, is_first = self.quality, self.next_stamp_ns is None
         self.next_stamp_ns = None
         if self._reading is None:
             self._reader.close()
-        if last is None and self.refused:
+        if is_first and quality.refused:
             place = '' if self._reading else f' on {self._task.image_topic}'
-            raise BagError(f'{self._task.bag}: no picture{place} can be used: {self._reason}')
+            raise BagError(f'{self._task.bag}: no picture{place} can be used: {quality.reason}')
+
+    def _judged(self, message: object) -> int:
+        """Return the stamp of the message read last as it is used, ns, and note its session."""
+        index, stamps = self._read, self._task.stamps
+        self._read += 1
+        if stamps is None:
+            return stamp_ns_of(message)
+        self.session = (
+            stamps.session[index] if stamps.stamp_ns[index] != LEFT_OUT else self.session
+        )
+        return stamps.stamp_ns[index]
 
     def _is_usable(self, message: object) -> bool:
         """Decode a picture; tell whether it can be, and has the camera's size."""
@@ -226,6 +317,7 @@ class CameraSource:
             self._image = image_from_message(message)
             check_picture(self._image, (settings.image_width, settings.image_height))
         except ValueError as error:
-            self.refused, self._reason = self.refused + 1, str(error)
+            self.quality.refused += 1
+            self.quality.reason = str(error)
             return False
         return True

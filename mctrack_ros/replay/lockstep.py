@@ -82,7 +82,11 @@ def tick_ns(site: SiteConfig) -> tuple[int, int]:
 
 
 def run_lockstep(
-    workers: CameraWorkers, site: SiteConfig, *, explain: bool = False
+    workers: CameraWorkers,
+    site: SiteConfig,
+    *,
+    fusion: FusionPipeline | None = None,
+    explain: bool = False,
 ) -> Iterator[TickOutput]:
     """
     Run the cameras and the fusion of a site over a bag; fusion runs in the caller's process.
@@ -93,6 +97,8 @@ def run_lockstep(
         Processes with the `camera_tasks` of the bag.
     site : SiteConfig
         Cameras and settings.
+    fusion : FusionPipeline, optional
+        A new one of the site, for who looks at it afterwards.
     explain : bool
         Whether it is taken down why fusion decides as it does.
 
@@ -109,7 +115,8 @@ def run_lockstep(
     """
     period_ns = round(site.fusion.batching.period * 1e9)
     batcher = Batcher(site.fusion, site.camera_names)
-    fusion = FusionPipeline(site.fusion, site.camera_names)
+    fusion = fusion or FusionPipeline(site.fusion, site.camera_names)
+    session = 0
     pending: dict[int, list[CameraResult]] = defaultdict(list)
     complete_to = -1
     next_tick = dict.fromkeys(workers.connections, -1)
@@ -119,7 +126,7 @@ def run_lockstep(
             assert isinstance(connection, Connection)
             progress = _received(connection)
             for result in progress.results:
-                pending[result.detections.stamp_ns // period_ns].append(result)
+                pending[result.tick(period_ns)].append(result)
             next_tick[connection] = progress.next_tick
             if progress.next_tick == NEVER:
                 open_connections.remove(connection)
@@ -128,12 +135,15 @@ def run_lockstep(
         feedback = []
         for index in sorted(index for index in pending if index <= passed):
             results = in_order(pending.pop(index))
+            if results[0].session > session:
+                session = results[0].session
+                batcher.begin_anew()
             for tick in batched(batcher, results):
                 account = Account() if explain else None
                 output = fusion.step(tick, account)
-                feedback.append(fusion.feedback())
+                feedback.append((session, fusion.feedback()))
                 explanation = account.explanation if account else None
-                yield TickOutput(tick, results, output, feedback[-1], explanation)
+                yield TickOutput(tick, results, output, feedback[-1][1], explanation)
         if passed > complete_to:
             complete_to = passed
             workers.announce(complete_to, feedback)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict, deque
+from collections import defaultdict
 from collections.abc import Iterator
 
 from mctrack_ros.fusion import Batcher, FusionConfig
@@ -10,8 +10,12 @@ from mctrack_ros.interfaces import CameraDetections, Detections, Events, Tick, T
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.camera_source import CameraResult
 from mctrack_ros.replay.lockstep import batched, in_order
+from mctrack_ros.replay.quality import LEFT_OUT
+from mctrack_ros.replay.stamps import Entry, judge
 
 TICKS_TOPIC = '/ticks'
+Message = tuple[int, str, Detections]
+"""Log time, ns, camera and what it holds."""
 
 
 def recorded_ticks(
@@ -39,53 +43,92 @@ def recorded_ticks(
 
     """
     period_ns = round(config.batching.period * 1e9)
-    periods: dict[int, list[CameraResult]] = defaultdict(list)
     present = [camera for camera in cameras if reader.count(f'/{camera}/detections')]
     if not present:
         raise BagError(
             f'{reader.path} holds no detections of {", ".join(cameras)}: track it first '
             '(mctrack track), or record /<camera>/detections'
         )
-    for camera in present:
-        for rows, _ in reader.rows(f'/{camera}/detections', Detections):
-            events = Events.build(rows.stamp_ns)
-            periods[rows.stamp_ns // period_ns].append(CameraResult(camera, rows, events, False))
+    messages = [
+        (time_ns, camera, rows)
+        for camera in present
+        for rows, time_ns in reader.rows(f'/{camera}/detections', Detections)
+    ]
+    messages.sort(key=lambda message: message[0])
     if reader.count(TICKS_TOPIC):
         records = [rows for rows, _ in reader.rows(TICKS_TOPIC, Ticks)]
-        yield from _admitted(records, periods, cameras, period_ns, reader)
-        return
-    batcher = Batcher(config, cameras)
+        yield from _admitted(records, messages, cameras, period_ns, reader)
+    else:
+        yield from _judged(messages, cameras, config)
+
+
+def _judged(
+    messages: list[Message], cameras: tuple[str, ...], config: FusionConfig
+) -> Iterator[Tick]:
+    """Yield ticks as the offline runner makes them: by the stamps that can be believed."""
+    period_ns, batcher = round(config.batching.period * 1e9), Batcher(config, cameras)
+    entries = [Entry(camera, rows.stamp_ns, time_ns) for time_ns, camera, rows in messages]
+    judged = {
+        camera: iter(zip(stamps.stamp_ns, stamps.session))
+        for camera, stamps in judge(entries, cameras, config.batching).items()
+    }
+    periods: dict[int, list[CameraResult]] = defaultdict(list)
+    for _, camera, rows in messages:
+        stamp_ns, session = next(judged[camera])
+        if stamp_ns != LEFT_OUT:
+            events = Events.build(stamp_ns)
+            result = CameraResult(camera, rows.at(stamp_ns), events, False, session)
+            periods[result.tick(period_ns)].append(result)
+    session = 0
     for index in sorted(periods):
-        yield from batched(batcher, in_order(periods[index]))
+        results = in_order(periods[index])
+        if results[0].session > session:
+            session = results[0].session
+            batcher.begin_anew()
+        yield from batched(batcher, results)
 
 
 def _admitted(
     records: list[Ticks],
-    periods: dict[int, list[CameraResult]],
+    messages: list[Message],
     cameras: tuple[str, ...],
     period_ns: int,
     reader: BagReader,
 ) -> Iterator[Tick]:
-    """Yield the ticks that were recorded: of each camera the first messages of the period."""
+    """Yield the ticks that were recorded, each message under the stamp that it was given."""
+    waiting: dict[tuple[str, int], list[Detections]] = defaultdict(list)
+    for _, camera, rows in messages:
+        waiting[camera, rows.stamp_ns // period_ns].append(rows)
     for record in records:
-        waiting = {camera: deque[Detections]() for camera in cameras}
-        index = record.stamp_ns // period_ns
-        for result in periods.pop(index, []):
-            waiting[result.camera].append(result.detections)
-        frames = []
         if record.camera.max(initial=0) >= len(cameras):
             raise BagError(
                 f'{reader.path} was recorded with more cameras than the site has: '
                 f'{", ".join(cameras)}'
             )
-        for camera, count in zip(record.camera.tolist(), record.admitted.tolist()):
-            name = cameras[camera]
-            if len(waiting[name]) < count:
+        frames = []
+        columns = record.camera, record.admitted, record.added_ms, record.age_us
+        for camera, count, added_ms, age_us in zip(*(each.tolist() for each in columns)):
+            name, added_ns = cameras[camera], added_ms * 1_000_000
+            begin_ns = record.stamp_ns // period_ns * period_ns - added_ns
+            stores = [waiting[name, (begin_ns + at) // period_ns] for at in (0, period_ns - 1)]
+            stores = stores[: 1 + (stores[0] is not stores[1])]
+            found = [
+                (store, rows)
+                for store in stores
+                for rows in store
+                if begin_ns <= rows.stamp_ns < begin_ns + period_ns
+            ]
+            first_ns = record.stamp_ns - age_us * 1000 - added_ns
+            first = next(
+                (at for at, (_, one) in enumerate(found) if 0 <= first_ns - one.stamp_ns < 1000), 0
+            )
+            if len(found) - first < count:
                 raise BagError(
                     f'{reader.path} lacks detections of {name} that were fused at '
                     f'{record.stamp_ns * 1e-9:.3f} s: it cannot be replayed'
                 )
-            admitted = [waiting[name].popleft() for _ in range(count)]
-            frames += [CameraDetections(name, rows) for rows in admitted]
+            for store, rows in found[first : first + count]:
+                store.remove(rows)
+                frames.append(CameraDetections(name, rows.at(rows.stamp_ns + added_ns)))
         frames.sort(key=lambda frame: (frame.camera, frame.detections.stamp_ns))
         yield Tick(record.stamp_ns, tuple(frames), record)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mctrack_ros.fusion import FusionPipeline
 from mctrack_ros.interfaces import REPORTED
 from mctrack_ros.recording import (
     BagReader,
@@ -18,8 +19,10 @@ from mctrack_ros.recording import (
     TrackTableWriter,
     stated_origin,
 )
-from mctrack_ros.replay.camera_source import CameraTask, topic_of
+from mctrack_ros.replay.camera_source import CameraTask, Debug, topic_of
 from mctrack_ros.replay.lockstep import ReplayError, TickOutput, camera_tasks, run_lockstep
+from mctrack_ros.replay.quality import LEFT_OUT, Stamps, complaints, figures
+from mctrack_ros.replay.stamps import judge, read_entries
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
 from mctrack_ros.site_config import SiteConfig
 from mctrack_ros.stated_origin import origin_text
@@ -49,7 +52,9 @@ class TrackSummary:
     peak_memory_mb : float
         Largest resident set of a process, MB.
     notes, faults : list of str
-        What the videos left open, and why they are not whole, a line each.
+        What a user should know of the data, and why videos are not whole, a line each.
+    cameras : dict of str to float
+        Counts of the cameras, by name of the camera and of the count.
 
     """
 
@@ -60,6 +65,7 @@ class TrackSummary:
     peak_memory_mb: float = 0.0
     notes: list[str] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)
+    cameras: dict[str, float] = field(default_factory=dict)
 
 
 def track_bag(
@@ -71,6 +77,8 @@ def track_bag(
     processes: int | None = None,
     overwrite: bool = False,
     explain: bool = False,
+    log_times: bool = False,
+    debug: Debug | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> TrackSummary:
     """
@@ -96,6 +104,10 @@ def track_bag(
         Whether earlier results there are replaced.
     explain : bool
         Whether the bag says why fusion decided as it did; all else stays the same.
+    log_times : bool
+        Whether the times of recording stand for the stamps of a bag.
+    debug : Debug, optional
+        Where pictures with what is seen in them are written.
     progress : callable
         Called with camera messages done and in all; videos only say about how many they hold.
 
@@ -113,8 +125,10 @@ def track_bag(
     if isinstance(bag, Mapping):
         tasks, seconds, total = _videos(bag, site)
     else:
-        tasks, seconds, total = _bag(bag, site, namespace)
-    summary = TrackSummary(seconds)
+        tasks, seconds, total = _bag(bag, site, namespace, log_times)
+    tasks = [replace(task, debug=debug) for task in tasks]
+    log = _LogTimes(tasks[0].period_ns)
+    summary, fusion = TrackSummary(seconds), FusionPipeline(site.fusion, site.camera_names)
     out = Path(out)
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
@@ -122,10 +136,11 @@ def track_bag(
         TrackTableWriter(out / 'tracks.csv', tasks[0].period_ns, site.origin) as table,
         closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
     ):
-        for ticked in run_lockstep(workers, site, explain=explain):
+        for ticked in run_lockstep(workers, site, fusion=fusion, explain=explain):
             if summary.ticks == 0:
-                writer.write_text('/site', site.description(), ticked.tick.stamp_ns)
-            _write(writer, ticked, site.ground_frame)
+                began_ns = ticked.tick.stamp_ns
+                writer.write_text('/site', site.description(began_ns), began_ns)
+            _write(writer, ticked, site.ground_frame, log.time_ns(ticked))
             text.write(ticked.output.tracks)
             table.write(ticked.output.tracks)
             summary.ticks += 1
@@ -136,6 +151,12 @@ def track_bag(
             progress(summary.pictures, total)
     summary.peak_memory_mb = max(peak_memory_mb(), workers.peak_memory_mb)
     summary.notes, summary.faults = sorted(workers.notes), sorted(workers.faults)
+    offsets = dict(zip(site.camera_names, np.hypot(*fusion.bias.offset.T).tolist()))
+    stamps = {task.camera: task.stamps or Stamps() for task in tasks}
+    for each in sorted(workers.quality, key=lambda quality: quality.camera):
+        summary.notes += complaints(each, stamps[each.camera], offsets[each.camera])
+        for name, count in figures(each, stamps[each.camera]).items():
+            summary.cameras[f'{each.camera}.{name}'] = count
     return summary
 
 
@@ -149,14 +170,21 @@ def _check_origin(reader: BagReader, site: SiteConfig) -> None:
         )
 
 
-def _bag(bag: str | Path, site: SiteConfig, namespace: str) -> tuple[list[CameraTask], float, int]:
+def _bag(
+    bag: str | Path, site: SiteConfig, namespace: str, log_times: bool
+) -> tuple[list[CameraTask], float, int]:
     """Return the tasks over a bag, its length, s, and how many messages they take."""
     tasks = camera_tasks(bag, site, namespace)
     with BagReader(bag, namespace) as reader:
-        topics = [topic_of(task, reader) for task in tasks]
-        if any(topic == task.detections_topic for topic, task in zip(topics, tasks)):
+        topics = {topic_of(task, reader): task.camera for task in tasks}
+        if any(task.detections_topic in topics for task in tasks):
             _check_origin(reader, site)
-        return tasks, reader.duration_s, sum(reader.count(topic) for topic in topics)
+        entries = read_entries(reader, topics, log_times)
+        seconds = reader.duration_s
+    stamps = judge(entries, site.camera_names, site.fusion.batching)
+    unused = sum(each.stamp_ns.count(LEFT_OUT) for each in stamps.values())
+    tasks = [replace(task, stamps=stamps[task.camera]) for task in tasks]
+    return tasks, seconds, len(entries) - unused
 
 
 def _videos(videos: Mapping[str, Video], site: SiteConfig) -> tuple[list[CameraTask], float, int]:
@@ -169,13 +197,29 @@ def _videos(videos: Mapping[str, Video], site: SiteConfig) -> tuple[list[CameraT
     return tasks, end_s - begin_s, sum(video.stated for video in videos.values())
 
 
-def _write(writer: BagWriter, ticked: TickOutput, frame_id: str) -> None:
+class _LogTimes:
+    """When ticks are logged: at their stamps, which go on where they begin anew."""
+
+    def __init__(self, period_ns: int) -> None:
+        self._period_ns = period_ns
+        self._last_ns = self._added_ns = self._session = 0
+
+    def time_ns(self, ticked: TickOutput) -> int:
+        """Return the log time of a tick, ns."""
+        stamp_ns, session = ticked.tick.stamp_ns, ticked.results[0].session
+        if session > self._session:
+            self._session = session
+            self._added_ns = self._last_ns + self._period_ns - stamp_ns
+        self._last_ns = stamp_ns + self._added_ns
+        return self._last_ns
+
+
+def _write(writer: BagWriter, ticked: TickOutput, frame_id: str, now_ns: int) -> None:
     """
-    Append everything of one tick, in a fixed order, logged at the tick's stamp.
+    Append everything of one tick, in a fixed order, logged at a time, ns.
 
     As from the nodes there is no message where nothing happened.
     """
-    now_ns = ticked.tick.stamp_ns
     for result in ticked.results:
         if len(result.events):
             writer.write_rows(f'/{result.camera}/events', result.events, frame_id, now_ns)

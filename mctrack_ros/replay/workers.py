@@ -18,6 +18,7 @@ from mctrack_ros.ground import CalibrationError
 from mctrack_ros.processes import worker_context
 from mctrack_ros.recording import BagError, CutBagWarning
 from mctrack_ros.replay.camera_source import CameraResult, CameraSource, CameraTask
+from mctrack_ros.replay.quality import CameraQuality
 
 EXPECTED_ERRORS = (BagError, CalibrationError, ConfigError, ValueError)
 """What bad input raises: told in one line instead of a trace."""
@@ -42,6 +43,8 @@ class Progress:
         Largest resident set so far, MB; 0 while it goes on.
     notes, faults : tuple of str
         At the end, what the videos left open and why they are not whole, a line each.
+    quality : tuple of CameraQuality
+        At the end, what the pictures of each camera were good for.
 
     """
 
@@ -50,6 +53,7 @@ class Progress:
     peak_memory_mb: float = 0.0
     notes: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
+    quality: tuple[CameraQuality, ...] = ()
 
 
 class CameraWorkers:
@@ -71,6 +75,8 @@ class CameraWorkers:
         Largest resident set of those that are done, MB.
     notes, faults : list of str
         What the videos of those left open and why they are not whole, a line each.
+    quality : list of CameraQuality
+        What the pictures of those were good for.
 
     """
 
@@ -80,6 +86,7 @@ class CameraWorkers:
         self.peak_memory_mb = 0.0
         self.notes: list[str] = []
         self.faults: list[str] = []
+        self.quality: list[CameraQuality] = []
         self._processes = []
         for index in range(min(processes, len(tasks))):
             here, there = context.Pipe()
@@ -91,7 +98,7 @@ class CameraWorkers:
             self._processes.append(process)
 
     def announce(self, tick_index: int, feedback: Sequence[Any]) -> None:
-        """Tell all processes the feedback made since, and up to which tick it is complete."""
+        """Tell all the feedback made since, by session, and up to which tick it is complete."""
         message = pickle.dumps((tick_index, list(feedback)))
         for connection in self.connections:
             try:
@@ -104,6 +111,7 @@ class CameraWorkers:
         self.peak_memory_mb = max(self.peak_memory_mb, last.peak_memory_mb)
         self.notes += last.notes
         self.faults += last.faults
+        self.quality += last.quality
 
     def close(self) -> None:
         """End the processes."""
@@ -124,22 +132,25 @@ def _work(connection: Connection, tasks: list[CameraTask]) -> None:
         complete_to, tick = -1, -1
         results: list[CameraResult] = []
         while waiting := [
-            (s.next_stamp_ns, c) for c, s in sources.items() if s.next_stamp_ns is not None
+            (s.session, s.next_stamp_ns, c)
+            for c, s in sources.items()
+            if s.next_stamp_ns is not None
         ]:
-            source = sources[min(waiting)[1]]
+            source = sources[min(waiting)[-1]]
             if source.next_tick != tick:
                 tick = source.next_tick
                 connection.send(Progress(tick, results))
                 results = []
             while complete_to < source.wanted_tick:
                 complete_to, feedback = connection.recv()
-                for item in feedback:
+                for session, item in feedback:
                     for each in sources.values():
-                        each.push(item)
+                        each.push(item, session)
             results.append(source.step())
         notes = tuple(line for source in sources.values() for line in source.notes())
         faults = tuple(line for source in sources.values() if (line := source.fault()))
-        connection.send(Progress(NEVER, results, peak_memory_mb(), notes, faults))
+        quality = tuple(source.quality for source in sources.values())
+        connection.send(Progress(NEVER, results, peak_memory_mb(), notes, faults, quality))
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return
     except EXPECTED_ERRORS as error:

@@ -88,19 +88,20 @@ class CameraNode(GraphNode):
             f'{camera} calibration': self.pose,
             f'{camera} picture': self.sight,
         }
-        self.diagnostics = Diagnostics(self, parts)
+        self.diagnostics = Diagnostics(self, parts, (camera,))
         reliable = quality.reliable
         self.detections = self.publisher(PointCloud2, f'{camera}/detections', reliable(10))
         self.events = self.publisher(PointCloud2, f'{camera}/events', reliable(100))
         self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
 
     def note_calibration(self) -> None:
-        """Log whether the grid's calibration is to be trusted."""
+        """Log whether the calibration is to be trusted."""
         settings = self.config.settings
         doubt = settings.doubt()
         if doubt:
+            file = settings.grid or settings.calibration
             self.get_logger().warning(
-                f'calibration doubtful: {settings.grid}: {doubt} (mctrack check-calibration)'
+                f'calibration doubtful: {file}: {doubt} (mctrack check-calibration)'
             )
         elif settings.grid:
             self.get_logger().info(f'calibration accepted at a first look: {settings.grid}')

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from mctrack_ros.config import Parameter, parameters_of
 from mctrack_ros.ros.camera_node import CameraNodeConfig
 from mctrack_ros.ros.coverage_node import CoverageNodeConfig
@@ -15,7 +17,6 @@ from mctrack_ros.ros.fusion_node import FusionNodeConfig
 from mctrack_ros.ros.player import PlayerConfig
 from mctrack_ros.ros.recorder import RecorderConfig
 from mctrack_ros.ros.simulator_node import SimulatorNodeConfig
-from mctrack_ros.ros.usage import yaml_text
 from mctrack_ros.ros.video_node import VideoNodeConfig
 
 NODE_CONFIGS: dict[str, type[Any]] = {
@@ -34,9 +35,11 @@ _WIDTH = 95
 
 def default_text(node: str) -> str:
     """Return a node's parameter file: every parameter with its default, unit and range."""
-    lines = [f'# Every parameter of {node} with its default.', '/**:', '  ros__parameters:']
+    kind = NODE_CONFIGS[node]
+    summary = str(sys.modules[kind.__module__].__doc__).strip().splitlines()[0]
+    lines = [f'# {summary}', '# Every parameter with its default.', '/**:', '  ros__parameters:']
     section: tuple[str, ...] = ()
-    for parameter in parameters_of(NODE_CONFIGS[node]):
+    for parameter in parameters_of(kind):
         *parents, leaf = parameter.name.split('.')
         shared = 0
         while shared < len(parents) and parents[: shared + 1] == list(section[: shared + 1]):
@@ -56,6 +59,12 @@ def write_defaults(directory: Path) -> Iterator[Path]:
         path = directory / f'{node}.yaml'
         path.write_text(default_text(node), encoding='utf-8')
         yield path
+
+
+def yaml_text(value: Any) -> str:
+    """Return a value as YAML writes it in one line."""
+    plain = list(value) if isinstance(value, tuple) else value
+    return yaml.safe_dump(plain, default_flow_style=True, width=1000).removesuffix('...\n').strip()
 
 
 def _comment(parameter: Parameter, indent: str) -> list[str]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from statistics import fmean, median
 from typing import Protocol
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -17,6 +19,13 @@ from mctrack_ros.ros.quality import reliable
 _PERIOD_S = 1.0
 _PAUSE_NS = 10_000_000_000
 """A stream that is silent for so long has stopped; it has not lost all that."""
+_STEP_BACK_NS = 1_000_000_000
+"""What is stamped by so much earlier is of a new run, not late."""
+_GAPS = 25
+"""The interval of a stream is the median of so many gaps between its messages."""
+_FEWEST_GAPS = 3
+_IRREGULAR = 0.15
+"""Gaps that are so far from whole intervals, in the mean, show nothing to be lost."""
 
 
 @dataclass(slots=True)
@@ -28,8 +37,10 @@ class StreamHealth:
     ----------
     received, latency_ns, worst_ns : int
         Messages since the last report, the sum and the largest of their ages on arrival.
-    last_stamp_ns, interval_ns : int
-        Of the newest message, and between messages when none is lost.
+    last_stamp_ns : int or None
+        Of the newest message.
+    gaps_ns : deque of int
+        Between the stamps of the last messages.
     totals : dict of str to int
         What went wrong since the start, by kind: ``late``, ``lost``, ``refused`` ...
     reported : dict of str to int
@@ -40,8 +51,8 @@ class StreamHealth:
     received: int = 0
     latency_ns: int = 0
     worst_ns: int = 0
-    last_stamp_ns: int = 0
-    interval_ns: int = 0
+    last_stamp_ns: int | None = None
+    gaps_ns: deque[int] = field(default_factory=lambda: deque(maxlen=_GAPS))
     totals: dict[str, int] = field(default_factory=dict)
     reported: dict[str, int] = field(default_factory=dict)
 
@@ -50,12 +61,34 @@ class StreamHealth:
         self.received += 1
         self.latency_ns += now_ns - stamp_ns
         self.worst_ns = max(self.worst_ns, now_ns - stamp_ns)
-        gap_ns, self.last_stamp_ns = stamp_ns - self.last_stamp_ns, stamp_ns
+        gap_ns = _PAUSE_NS if self.last_stamp_ns is None else stamp_ns - self.last_stamp_ns
+        if -_STEP_BACK_NS < gap_ns <= 0:
+            return
+        self.last_stamp_ns = stamp_ns
         if 0 < gap_ns < _PAUSE_NS:
-            self.interval_ns = min(gap_ns, self.interval_ns or gap_ns)
-            lost = round(gap_ns / self.interval_ns) - 1
+            self.gaps_ns.append(gap_ns)
+            lost = self._lost_in(gap_ns)
             if lost:
                 self.count('lost', lost)
+
+    def _lost_in(self, gap_ns: int) -> int:
+        """Return how many messages a gap shows to be lost."""
+        interval_ns = median(self.gaps_ns)
+        lost = round(gap_ns / interval_ns) - 1
+        return lost if lost > 0 and self._is_regular(interval_ns) else 0
+
+    def _is_regular(self, interval_ns: float) -> bool:
+        """Tell whether messages come at an interval, some of them being lost."""
+        periods = [gap_ns / interval_ns for gap_ns in self.gaps_ns]
+        error = fmean(abs(each - max(round(each), 1)) for each in periods)
+        return len(periods) >= _FEWEST_GAPS and error < _IRREGULAR
+
+    def _interval_text(self) -> str:
+        """Return the interval of the stream in milliseconds, if it has one."""
+        if len(self.gaps_ns) < _FEWEST_GAPS:
+            return 'not known yet'
+        interval_ns = median(self.gaps_ns)
+        return f'{interval_ns / 1e6:.1f}' if self._is_regular(interval_ns) else 'irregular'
 
     def count(self, kind: str, number: int = 1) -> None:
         """Count what went wrong."""
@@ -72,6 +105,7 @@ class StreamHealth:
             'rate [Hz]': f'{self.received / _PERIOD_S:.1f}',
             'mean latency [ms]': f'{mean_ns / 1e6:.1f}',
             'worst latency [ms]': f'{self.worst_ns / 1e6:.1f}',
+            'interval [ms]': self._interval_text(),
             **{kind: str(number) for kind, number in self.totals.items()},
         }
         level, message = self._judged()
@@ -113,18 +147,26 @@ class Diagnostics:
     """
     Publish the health of a node's parts once a second.
 
+    A status is called ``<node>: <part>``, with the node's fully qualified name, as
+    ``diagnostic_updater`` does it; its hardware is the camera, in the node's namespace.
+
     Parameters
     ----------
     node : GraphNode
         Opened just now; its `start` calls `begin`.
     parts : mapping of str to Health
-        By name.
+        By name; of those that are about a camera, the first word is the camera's.
+    cameras : collection of str
+        Names of the cameras.
 
     """
 
-    def __init__(self, node: GraphNode, parts: Mapping[str, Health]) -> None:
+    def __init__(
+        self, node: GraphNode, parts: Mapping[str, Health], cameras: Collection[str]
+    ) -> None:
         self._node = node
         self._parts = {**parts, 'exceptions': node.exceptions}
+        self._cameras = cameras
         self._publisher: LifecyclePublisher = node.publisher(
             DiagnosticArray, '/diagnostics', reliable(10)
         )
@@ -136,10 +178,17 @@ class Diagnostics:
     def publish(self) -> None:
         """Report now."""
         stamp_ns = self._node.get_clock().now().nanoseconds
-        name = self._node.get_name()
         self._publisher.publish(
             DiagnosticArray(
                 header=header(RCLPY_CLASSES, stamp_ns, ''),
-                status=[health.report(f'{name}: {part}') for part, health in self._parts.items()],
+                status=[self._status(part, health) for part, health in self._parts.items()],
             )
         )
+
+    def _status(self, part: str, health: Health) -> DiagnosticStatus:
+        node = self._node.get_fully_qualified_name()
+        status = health.report(f'{node}: {part}')
+        camera = part.split()[0]
+        namespace = self._node.get_namespace().rstrip('/')
+        status.hardware_id = f'{namespace}/{camera}' if camera in self._cameras else node
+        return status

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+import uuid
 from dataclasses import dataclass
 from functools import partial
 
@@ -21,10 +22,11 @@ from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
 from mctrack_ros.interfaces import MAX_CAMERAS, Detections, EventCode, Events, Rows, Tick, Tracks
 from mctrack_ros.ros import markers, quality
 from mctrack_ros.ros.camera_agreement import ClockAgreement, agreements, clock_message
-from mctrack_ros.ros.diagnostics import Diagnostics, StreamHealth
+from mctrack_ros.ros.diagnostics import Diagnostics, Health, StreamHealth
 from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.process import run
+from mctrack_ros.ros.track_ids import TrackIds, state_path
 from mctrack_ros.site_description import site_description
 from mctrack_ros.stated_origin import origin_from
 
@@ -42,6 +44,11 @@ class FusionNodeConfig:
     obstacle_height: float = parameter(
         0.5, 'height of the points on /tracks/obstacles [m]', minimum=0.0, maximum=10.0
     )
+    state_file: str = parameter(
+        'auto',
+        'file that keeps which ids were used, so that none is used again; auto: one of this '
+        "node's own below ROS_HOME or ~/.ros; empty: none, ids begin at 1 with each configuration",
+    )
     fusion: FusionConfig = FusionConfig()
 
 
@@ -53,6 +60,7 @@ class FusionNode(GraphNode):
 
     def __init__(self) -> None:
         super().__init__('fusion_node')
+        self.ids: TrackIds | None = None
 
     def open(self) -> None:
         """Build batcher and pipeline and the publishers."""
@@ -65,13 +73,18 @@ class FusionNode(GraphNode):
             check_camera_name(camera)
         self.origin = origin_from(self.config.origin)
         self.batcher = Batcher(self.config.fusion, cameras)
-        self.pipeline = FusionPipeline(self.config.fusion, cameras)
+        self.ids = self.open_ids()
+        self.pipeline = FusionPipeline(self.config.fusion, cameras, self.ids.first)
         self.health = {camera: StreamHealth() for camera in cameras}
         clocks = self.batcher.clocks
-        health = self.health | agreements(cameras, self.pipeline.bias)
-        health |= {f'{camera} clock': ClockAgreement(clocks, camera) for camera in cameras}
+        parts: dict[str, Health] = {
+            **self.health,
+            **agreements(cameras, self.pipeline.bias),
+            **{f'{camera} clock': ClockAgreement(clocks, camera) for camera in cameras},
+            'ids': self.ids,
+        }
         self.left_out: set[str] = set()
-        self.diagnostics = Diagnostics(self, health)
+        self.diagnostics = Diagnostics(self, parts, cameras)
         cloud, reliable = PointCloud2, quality.reliable
         self.tracks = self.publisher(cloud, 'tracks', reliable(10))
         self.feedback = self.publisher(cloud, 'feedback', reliable(10))
@@ -84,6 +97,17 @@ class FusionNode(GraphNode):
         self.poses = self.publisher(PoseArray, 'tracks/poses', reliable(1))
         self.obstacles = self.publisher(cloud, 'tracks/obstacles', reliable(1))
 
+    def open_ids(self) -> TrackIds:
+        """Reserve ids that no earlier run used."""
+        node, domain = self.get_fully_qualified_name(), self.context.get_domain_id()
+        ids = TrackIds(state_path(self.config.state_file, domain, node))
+        if ids.began_again:
+            self.get_logger().warning(
+                'ids begin at 1 again, as they had come to half of what 32 bits hold: tell ids of '
+                'this run from older ones by run on /site'
+            )
+        return ids
+
     def start(self) -> None:
         """Subscribe to every camera, and say what the site is."""
         self.after_arrivals = self.create_guard_condition(self.on_overdue)
@@ -94,7 +118,7 @@ class FusionNode(GraphNode):
             'origin': list(self.origin),
             'fusion': values_of(self.config.fusion),
         }
-        description = site_description(values, list(self.config.cameras))
+        description = site_description(values, list(self.config.cameras), uuid.uuid4().hex)
         self.site.publish(String(data=description))
         for camera in self.config.cameras:
             for kind, depth in ((self.on_events, 100), (self.on_detections, 10)):
@@ -110,6 +134,12 @@ class FusionNode(GraphNode):
         """Fuse what waits."""
         self.fuse(self.batcher.flush())
         self.destroy_guard_condition(self.after_arrivals)
+
+    def close(self) -> None:
+        """Keep where the ids of the next run begin."""
+        ids, self.ids = self.ids, None
+        if ids is not None:
+            ids.close(self.pipeline.next_id)
 
     def on_events(self, camera: str, message: PointCloud2) -> None:
         """Note for which pictures a camera had no feedback."""
@@ -183,6 +213,7 @@ class FusionNode(GraphNode):
     def fuse(self, ticks: list[Tick]) -> None:
         """Take ticks through the pipeline and publish what comes out."""
         for tick in ticks:
+            self.reserve_ids()
             account = Account() if self.is_asked_why() else None
             output = self.pipeline.step(tick, account)
             self.send(self.tracks, output.tracks)
@@ -195,6 +226,16 @@ class FusionNode(GraphNode):
                 self.send(self.decisions, account.explanation.decisions)
             self.count(tick)
             self.show(output.tracks)
+
+    def reserve_ids(self) -> None:
+        """See to it that what the next tick begins has ids of its own for ever."""
+        assert self.ids is not None
+        try:
+            self.ids.keep_ahead(self.pipeline.next_id)
+        except OSError as error:
+            self.get_logger().error(
+                f'ids may be used again after a restart: {error}', throttle_duration_sec=60.0
+            )
 
     def is_asked_why(self) -> bool:
         """Tell whether somebody wants explanations."""

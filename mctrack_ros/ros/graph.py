@@ -10,10 +10,17 @@ from typing import Any
 
 import yaml
 
+from mctrack_ros.config import ConfigError
 from mctrack_ros.ros.supervise import Process
 
 ENVIRONMENT = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
 """One thread a process: more only get in one another's way."""
+
+_TRUTHS = {
+    **dict.fromkeys(('true', 'yes', 'on', '1'), True),
+    **dict.fromkeys(('false', 'no', 'off', '0'), False),
+}
+"""What YAML and launch take for true and false, in any case."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +64,22 @@ class NodeSpec:
         # -P: the package that runs here, not one that lies in the current directory
         command = (sys.executable, '-P', '-m', module, *arguments)
         return Process(self.name, command, self.restart, self.ends)
+
+
+def truth_of(name: str, text: str) -> bool:
+    """
+    Return whether the text of a launch argument means true.
+
+    Raises
+    ------
+    ConfigError
+        If it means neither true nor false; names the argument.
+
+    """
+    truth = _TRUTHS.get(text.strip().lower())
+    if truth is None:
+        raise ConfigError(f'{name} is {text!r}, expected true or false')
+    return truth
 
 
 def coverage_node(path: str | Path, use_sim_time: bool = False) -> NodeSpec:

@@ -6,6 +6,7 @@ import traceback
 from collections.abc import Callable
 from typing import Any, ClassVar
 
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.lifecycle import (
@@ -56,6 +57,12 @@ class GraphNode(LifecycleNode):
             self.destroy_node()
             raise
         parameters.refuse_changes(self, self.CONFIG, lambda: self.config is not None)
+
+    def set_parameters_atomically(self, parameter_list: list[Any]) -> SetParametersResult:
+        """Set parameters, as a service asks; those that are so already may be read-only."""
+        if parameters.are_as_told(self, parameter_list):
+            return SetParametersResult(successful=True)
+        return super().set_parameters_atomically(parameter_list)
 
     def open(self) -> None:
         """Build the core and the publishers from ``self.config``."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import (
@@ -72,6 +72,20 @@ def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[], bool]) -> No
         return SetParametersResult(successful=True)
 
     node.add_on_set_parameters_callback(judge)
+
+
+def are_as_told(node: Node, told: Sequence[Any]) -> bool:
+    """
+    Tell whether parameters have the values already that they are told to have.
+
+    ``ros2 param load`` hands over what YAML makes of a value's text: a number for the string
+    ``'0'``, a string for the number 1e-05, bytes for an empty list. So it is the text that counts.
+
+    """
+    return all(
+        node.has_parameter(one.name) and str(node.get_parameter(one.name).value) == str(one.value)
+        for one in told
+    )
 
 
 def descriptor(parameter: Parameter) -> ParameterDescriptor:

@@ -7,9 +7,8 @@ import os
 import signal
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Protocol
 
 import cv2
 import rclpy
@@ -19,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from mctrack_ros.resources import config_file
 from mctrack_ros.ros.lifecycle import GraphNode, one_line
 from mctrack_ros.ros.supervise import BAD_CONFIGURATION, PARENT_VARIABLE
-from mctrack_ros.ros.usage import usage
+from mctrack_ros.ros.usage import asked_for_help, usage
 
 FAILED = 1
 """Exit code of a process that may be started again."""
@@ -27,23 +26,13 @@ FAILED = 1
 _WAKE_S = 0.2
 
 
-class NodeKind(Protocol):
-    """The class of a node, which makes one without further arguments."""
-
-    CONFIG: type[Any]
-
-    def __call__(self) -> GraphNode:
-        """Make a node."""
-        ...
-
-
-def run(make: NodeKind, arguments: Sequence[str] | None = None) -> int:
+def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -> int:
     """
     Run one node until it is done or the process is told to end; or say how, if asked by --help.
 
     Parameters
     ----------
-    make : NodeKind
+    make : callable
         Makes the node: its class.
     arguments : sequence of str, optional
         The command line; by default that of the process.
@@ -55,8 +44,8 @@ def run(make: NodeKind, arguments: Sequence[str] | None = None) -> int:
 
     """
     program = Path(sys.argv[0]).stem
-    if {'-h', '--help'} & set(sys.argv[1:] if arguments is None else arguments):
-        print(usage(program, make.__doc__ or '', make.CONFIG))
+    if asked_for_help(sys.argv[1:] if arguments is None else arguments):
+        print(usage(program))
         return 0
     cv2.setNumThreads(1)
     _prepare_environment()

@@ -1,54 +1,66 @@
-"""What a node says of itself when it is asked by ``--help``."""
+"""What a node says of itself when it is asked by ``--help``: what its parameter file says."""
 
 from __future__ import annotations
 
 import textwrap
 from collections import Counter
-from typing import Any
+from collections.abc import Iterator, Sequence
 
-import yaml
-
-from mctrack_ros.config import parameters_of
 from mctrack_ros.resources import config_file
 
 _DEEPEST = 2
 """Parameters whose names have more parts than this are only counted."""
 _WIDTH = 95
+_STEP = '  '
 
 
-def usage(program: str, documentation: str, configuration: type[Any]) -> str:
+def asked_for_help(arguments: Sequence[str]) -> bool:
+    """Tell whether a command line asks what the node does."""
+    return not {'-h', '--help'}.isdisjoint(arguments)
+
+
+def usage(node: str) -> str:
     """
     Return what a node does and its parameters, those far down only counted.
 
+    It is read from the node's parameter file, so that nothing of the node need be loaded.
+
     Parameters
     ----------
-    program : str
-        Of the node, after which its parameter file is called, too.
-    documentation : str
-        Docstring of the node; its first line is shown.
-    configuration : type
-        Dataclass of the parameters.
+    node : str
+        Executable, after which its parameter file is called.
 
     """
-    summary = documentation.strip().splitlines()[0]
-    lines = [f'usage: {program} --ros-args [-p NAME:=VALUE ...] [--params-file FILE]', '']
-    lines += [*textwrap.wrap(summary, _WIDTH), '', 'parameters, each with its default:']
+    file = config_file(f'{node}.yaml')
+    summary, *rest = file.read_text(encoding='utf-8').splitlines()
+    lines = [f'usage: {node} --ros-args [-p NAME:=VALUE ...] [--params-file FILE]', '']
+    lines += [summary.removeprefix('# '), '', 'parameters, each with its default:']
     deeper: Counter[str] = Counter()
-    for parameter in parameters_of(configuration):
-        parts = parameter.name.split('.')
+    for name, default, description in _parameters(rest):
+        parts = name.split('.')
         if len(parts) > _DEEPEST:
             deeper['.'.join(parts[:_DEEPEST])] += 1
             continue
-        lines.append(f'  {parameter.name}: {yaml_text(parameter.default)}')
+        lines.append(f'  {name}: {default}')
         lines += textwrap.wrap(
-            parameter.explained(), _WIDTH, initial_indent=6 * ' ', subsequent_indent=6 * ' '
+            description, _WIDTH, initial_indent=6 * ' ', subsequent_indent=6 * ' '
         )
     lines += [f'  {name}.*: {count} more' for name, count in deeper.items()]
-    file = config_file(f'{program}.yaml')
     return '\n'.join([*lines, '', f'A parameter file with all of them: {file}'])
 
 
-def yaml_text(value: Any) -> str:
-    """Return a value as YAML writes it in one line."""
-    plain = list(value) if isinstance(value, tuple) else value
-    return yaml.safe_dump(plain, default_flow_style=True, width=1000).removesuffix('...\n').strip()
+def _parameters(lines: Sequence[str]) -> Iterator[tuple[str, str, str]]:
+    """Yield dotted name, default and description of what a shipped parameter file lists."""
+    above: list[str] = []
+    comment: list[str] = []
+    for line in lines:
+        text = line.strip()
+        if text.startswith('#'):
+            comment.append(text.removeprefix('# '))
+            continue
+        key, _, value = text.partition(':')
+        depth = (len(line) - len(line.lstrip())) // len(_STEP) - 2
+        above[max(depth, 0) :] = [key]
+        if value and depth >= 0:
+            yield '.'.join(above), value.strip(), ' '.join(comment)
+        comment.clear()

@@ -44,6 +44,21 @@ def test_rows_survive_the_round_trip_bit_by_bit(classes, given_rows):
 
 @settings(max_examples=30, deadline=None)
 @given(given_rows=rows())
+def test_every_field_is_read_by_the_messages_own_description(given_rows):
+    fields = fields_of_cloud(cloud_from_rows(given_rows, ROSBAGS_CLASSES, 'map'))
+    for name, column in given_rows.COLUMNS.items():
+        values = getattr(given_rows, name)
+        if name == 'position':
+            np.testing.assert_array_equal(np.column_stack([fields[x] for x in 'xyz']), values)
+            continue
+        if len(column.shape) == 2:
+            values = values[:, *np.triu_indices(column.shape[0])]
+        assert fields[name].dtype == values.dtype
+        np.testing.assert_array_equal(fields[name], values, name)
+
+
+@settings(max_examples=30, deadline=None)
+@given(given_rows=rows())
 def test_both_implementations_get_the_same_bytes(given_rows):
     one = cloud_from_rows(given_rows, RCLPY_CLASSES, 'map')
     other = cloud_from_rows(given_rows, ROSBAGS_CLASSES, 'map')

@@ -29,6 +29,14 @@ def test_raw_pictures_survive_the_round_trip(classes):
 
 
 @BOTH
+def test_grey_pictures_come_back_with_three_channels_alike(classes):
+    picture = np.random.default_rng(1).integers(0, 256, (6, 10), np.uint8)
+    message = image_message(picture, classes, 3, 'cam1_optical_frame')
+    assert (message.encoding, message.step, len(message.data)) == ('mono8', 10, 60)
+    np.testing.assert_array_equal(image_from_message(message), np.dstack([picture] * 3))
+
+
+@BOTH
 def test_compressed_pictures_come_back_alike(classes):
     column = np.linspace(0, 255, 64, dtype=np.uint8)
     picture = np.repeat(np.tile(column, (48, 1))[:, :, None], 3, axis=2)

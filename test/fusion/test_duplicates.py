@@ -148,3 +148,30 @@ def test_who_is_one_with_somebody_seen_has_not_gone():
         absorb(table, 0, 1)
         assert table.missed[0] == missed
         assert table.shown_by[0] == 3
+
+
+def test_of_two_who_are_one_all_that_is_known_is_kept():
+    table = two_tracks()
+    table.seen_by_ns[:] = [[5, 9], [7, 3]]
+    table.local_id[:] = [[1, 2], [3, 4]]
+    table.seen_ns, table.kept_ns, table.evidence = [5, 8], [9, 7], [1.0, 2.0]
+    table.covariance[:] = np.eye(4) * np.array([2.0, 1.0])[:, None, None]
+    table.mean[:] = np.arange(8).reshape(2, 4)
+    table.extent[:] = [[0.5, np.nan], [0.7, 1.8]]
+    table.template[1] = 0.25
+    sure, unsure = table.select(np.array([0, 1])), table.select(np.array([0, 1]))
+    unsure.covariance[1] *= 3.0
+    unsure.template[0] = 0.5
+    for each in (sure, unsure):
+        absorb(each, 0, 1)
+        assert each.seen_by_ns[0].tolist() == [7, 9]
+        assert each.local_id[0].tolist() == [3, 2]
+        assert (each.seen_ns[0], each.kept_ns[0], each.evidence[0]) == (8, 9, 2.0)
+        assert (each.cameras[0], each.previous_id[0]) == (0b11, 8)
+        np.testing.assert_allclose(each.extent[0], [0.5, 1.8])
+    np.testing.assert_array_equal(sure.mean[0], table.mean[1])
+    np.testing.assert_array_equal(sure.covariance[0], table.covariance[1])
+    np.testing.assert_array_equal(unsure.mean[0], table.mean[0])
+    np.testing.assert_array_equal(unsure.covariance[0], table.covariance[0])
+    assert (sure.template[0] == 0.25).all()
+    assert (unsure.template[0] == 0.5).all()

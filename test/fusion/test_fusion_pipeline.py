@@ -51,6 +51,40 @@ def noisy(index, seed=0):
     return {name: walkers(index) + rng.normal(0, 0.1, (4, 2)) for name in CAMERAS}
 
 
+def crowded(index, seed=3):
+    """People who meet, part and vanish for a while, and false alarms."""
+    rng = np.random.default_rng([seed, index])
+    people = walkers(index) * (1.0, abs(25 - index % 50) / 25)
+    seen = {name: people[rng.random(4) < 0.9] + rng.normal(0, 0.1, (1, 2)) for name in CAMERAS}
+    return {
+        name: np.vstack([rows if index % 70 < 45 else rows[:1], rng.uniform(-20, 20, (2, 2))])
+        for name, rows in seen.items()
+    }
+
+
+@pytest.mark.parametrize('first_id', [2, 2**31 - 100, 2**32 - 10_000])
+def test_ids_are_names_that_change_nothing_but_themselves(first_id):
+    ids = ('track_id', 'group', 'old_id', 'new_id', 'others', 'previous_id')
+    pipelines = [FusionPipeline(FusionConfig(), CAMERAS, first) for first in (1, first_id)]
+    for index in range(200):
+        outputs = [each.step(tick(index, crowded(index))) for each in pipelines]
+        told = [(each.tracks, each.events, p.feedback()) for each, p in zip(outputs, pipelines)]
+        for one, other in zip(*told):
+            for name in one.COLUMNS:
+                wanted, got = getattr(one, name).copy(), getattr(other, name)
+                if name in ids:
+                    wanted[wanted > 0] += first_id - 1
+                np.testing.assert_array_equal(got, wanted, err_msg=name)
+    assert pipelines[0].next_id > 100
+    assert pipelines[1].next_id == pipelines[0].next_id + first_id - 1
+
+
+def test_ids_that_run_out_are_an_error_and_not_used_again():
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS, 2**32 - 1)
+    with pytest.raises(OverflowError, match='ids have run out'):
+        pipeline.step(tick(0, noisy(0)))
+
+
 def test_walkers_are_tracked_with_one_id_each():
     outputs = run(noisy, 50)
     last = published(outputs[-1])
@@ -348,6 +382,13 @@ def test_a_member_whom_nobody_sees_is_kept_a_while_beside_one_who_is_seen():
     ids = sorted(published(run(lambda index: {'one': pair, 'two': pair}, 25, pipeline)[-1]))
 
     outputs = run(lambda index: one_of_a_group(index, pair[0], ids), 100, pipeline, 25)
+    (merge,) = [
+        out.events.select(out.events.event == EventCode.MERGE)
+        for out in outputs
+        if EventCode.MERGE in out.events.event
+    ]
+    assert merge.track_id.tolist() == ids[1:]
+    assert merge.others[0, :2].tolist() == [ids[0], 0]
     alive = [sorted(published(output)) for output in outputs]
     assert alive[30] == ids
     assert alive[-1] == ids[:1]

@@ -9,6 +9,7 @@ from fusion_scenes import tick
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.linalg import expm
 
 from mctrack_ros.config import parameters_of
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
@@ -73,6 +74,13 @@ def oracle(table, row, motion):
         filters.append(one)
     shares = table.mode_probability[row].copy()
     return IMMEstimator(filters, shares, motion.transition(TICK_S))
+
+
+@pytest.mark.parametrize('seconds', [0.0, 0.04, 0.7, 100.0])
+def test_modes_change_into_one_another_as_often_as_they_last(seconds):
+    """The Markov chain in continuous time that leaves each mode once in its mean duration."""
+    rates = np.array([[-1 / 2.0, 1 / 2.0], [1 / 0.5, -1 / 0.5]])
+    np.testing.assert_allclose(MOTION.transition(seconds), expm(rates * seconds), atol=1e-12)
 
 
 def test_it_is_filterpys_estimator_where_every_detection_is_somebodys_for_certain():

@@ -93,6 +93,14 @@ def test_who_never_met_another_is_himself_whatever_he_looks_like(scene):
     assert id_at(after, [-3, 0]) == id_at(before, [-3, 0])
 
 
+def test_who_has_turned_out_to_be_himself_is_so_whatever_he_looks_like_later(scene):
+    scene.hold(75, ([-3, 0], RED), ([3, 0], BLUE))
+    before = exchange(scene, RED, BLUE)
+    after = scene.hold(400, ([-3, 0], BLUE), ([3, 0], RED))
+    assert id_at(after, [-3, 0]) == id_at(before, [-3, 0])
+    assert scene.count(EventCode.CORRECTION) == 0
+
+
 def test_who_looks_like_nobody_known_is_not_taken_for_one_whose_looks_are_not_known(scene):
     before = scene.hold(150, ([-0.5, 0], RED))
     together = scene.hold(25, ([-0.5, 0], RED), ([0.5, 0], None))

@@ -187,6 +187,19 @@ def test_a_grid_for_another_picture_size_is_refused(method):
         mapping_from_grid(GRID, (320, 240), method)
 
 
+@pytest.mark.parametrize('size', [(800, 400), (400, 800)])
+@pytest.mark.parametrize('side', [(0, -1), (0, 1), (1, -1), (1, 1)])
+def test_a_point_may_be_clicked_outside_by_a_twentieth_of_the_longer_side(size, side):
+    axis, sign = side
+    image = np.array([[[100.0, 100], [200, 100], [200, 200], [100, 200]]])
+    grid = TransformationGrid('cam1', (('a', 'b', 'c', 'd'),), image / 10, image.copy())
+    grid.image[0, 2, axis] = (size[axis] if sign > 0 else 0) + sign * 39.9
+    grid.check_size(size)
+    grid.image[0, 2, axis] += sign * 0.2
+    with pytest.raises(GridError, match="point 'c' of cam1 at pixel"):
+        grid.check_size(size)
+
+
 @pytest.mark.parametrize('method', METHODS)
 def test_centimetres_are_refused_with_a_hint(method):
     """A room: a fifth of the yard that the other tests look at, so the same in the picture."""

@@ -2,7 +2,7 @@ import pytest
 
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import CalibrationError, file_format, read_calibration
-from mctrack_ros.ground.yaml_files import read_yaml_file
+from mctrack_ros.ground.yaml_files import read_yaml_documents, read_yaml_file
 from mctrack_ros.site_config import load_site
 
 BOMB = '\n'.join(
@@ -23,6 +23,7 @@ MERGED = '\n'.join(
         ('a: &a [*a]', 'aliases unfold into more than'),
         ('[' * 2000, 'nested too deeply'),
         ('{a', 'not a readable YAML file'),
+        ('a: {b: 1, c: 2, b: 3}', 'b stands twice in it, again in line 1'),
         ('a: 2001-99-99', 'not a readable YAML file: month'),
     ],
 )
@@ -52,6 +53,6 @@ def test_aliases_of_a_reasonable_size_are_read(tmp_path):
 def test_further_documents_are_refused_unless_they_are_expected(tmp_path):
     path = tmp_path / 'file.yaml'
     path.write_text('a: 1\n---\nb: 2')
-    assert read_yaml_file(path, ValueError, several=True) == {'a': 1}
+    assert read_yaml_documents(path, ValueError) == [{'a': 1}, {'b': 2}]
     with pytest.raises(ValueError, match='several documents'):
         read_yaml_file(path, ValueError)

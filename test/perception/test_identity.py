@@ -25,13 +25,13 @@ def tracks_at(mapping):
     return make
 
 
-def told(*targets):
+def told(*targets, variance=0.05):
     """Return feedback of (id, x, y) or (id, x, y, previous id)."""
     count = len(targets)
     return Feedback.build(
         NOW - DELAY,
         position=[(*target[1:3], 0.0) for target in targets],
-        covariance=np.tile(np.eye(4) * 0.05, (count, 1, 1)),
+        covariance=np.tile(np.eye(4) * variance, (count, 1, 1)),
         track_id=[target[0] for target in targets],
         previous_id=[target[3] if len(target) > 3 else 0 for target in targets],
         flags=[FeedbackFlag.CORRECTED if len(target) > 3 else 0 for target in targets],
@@ -50,6 +50,13 @@ def test_each_track_takes_the_id_of_its_target(tracks_at):
 
 def test_one_target_gives_its_id_to_one_track(tracks_at):
     assert sorted(learn(tracks_at((0.0, 0.0), (0.2, 0.0)), told((5, 0.0, 0.0)))) == [0, 5]
+
+
+@pytest.mark.parametrize(('away', 'expected'), [(1.45, 5), (1.55, 0)])
+def test_no_id_is_learned_from_a_target_that_is_far_however_uncertain_it_is(
+    tracks_at, away, expected
+):
+    assert learn(tracks_at((0.0, 0.0)), told((5, away, 0.0), variance=4.0)) == [expected]
 
 
 def test_id_is_kept_while_another_target_is_nearer(tracks_at):

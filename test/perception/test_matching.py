@@ -1,3 +1,6 @@
+from dataclasses import replace
+from itertools import permutations
+
 import numpy as np
 import pytest
 
@@ -18,18 +21,24 @@ def scene(mapping):
         foot = mapping.image_from_ground(places)
         return sizes.box_of(foot, np.tile([0.6, 1.75], (len(foot), 1)))
 
-    def matched(tracks_at, blobs, colours=None, template=None):
+    def tracked(places, template=None):
         tracks = LocalTracks(FilterConfig(), mapping, sizes)
-        box = boxes(tracks_at)
+        box = boxes(places)
         known = np.zeros((len(box), 48)) if template is None else np.array(template)
-        places = np.array(tracks_at, float).reshape(-1, 2)
+        places = np.array(places, float).reshape(-1, 2)
         tracks.start(places, box, tracks.foot_noise(box), known, 0)
         tracks.confirmed[:] = True
-        found, _ = describe(blobs, np.prod(blobs[:, 2:], axis=1), mapping, sizes, BlobConfig())
-        seen = np.zeros((len(blobs), 48)) if colours is None else np.array(colours)
-        return match(tracks, tracks.prediction(), found, seen, MatchingConfig())
+        return tracks
 
-    matched.boxes = boxes
+    def described(boxes):
+        return describe(boxes, np.prod(boxes[:, 2:], axis=1), mapping, sizes, BlobConfig())[0]
+
+    def matched(tracks_at, blobs, colours=None, template=None):
+        tracks = tracked(tracks_at, template)
+        seen = np.zeros((len(blobs), 48)) if colours is None else np.array(colours)
+        return match(tracks, tracks.prediction(), described(blobs), seen, MatchingConfig())
+
+    matched.boxes, matched.tracked, matched.described = boxes, tracked, described
     return matched
 
 
@@ -53,6 +62,30 @@ def test_track_whose_box_lies_in_a_shared_blob_joins_the_group(scene):
 def test_colours_decide_between_equally_near_blobs(scene):
     blobs = scene.boxes([(-0.15, 0.0), (0.15, 0.0)])
     assert scene([(0, 0), (0, 0)], blobs, [RED, BLUE], [BLUE, RED]).tolist() == [1, 0]
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_blobs_are_shared_out_as_is_likeliest(scene, seed):
+    """Of all ways to do it, by numpy's distances, determinants and logarithms of heights."""
+    rng = np.random.default_rng(seed)
+    config = MatchingConfig(gate=1000.0)
+    blobs = scene.described(scene.boxes(rng.uniform(-0.3, 0.3, (3, 2))))
+    tracks = scene.tracked(rng.uniform(-0.3, 0.3, (5, 2)))
+    tracks.confirmed[:] = False
+    angle = rng.uniform(0, np.pi, 5)
+    axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    spread = 400 * axis[:, :, None] * axis[:, None] + rng.uniform(4, 100, (5, 1, 1)) * np.eye(2)
+    predicted = replace(tracks.prediction(), spread=spread)
+    gap = blobs.foot - predicted.foot[:, None]
+    cost = np.einsum('tbi,tij,tbj->tb', gap, np.linalg.inv(spread), gap)
+    cost += np.log(np.linalg.det(spread))[:, None]
+    cost += config.size_weight * np.log2(blobs.box[:, 3] / predicted.box[:, 3:]) ** 2
+    ways = np.array(list(permutations(range(5), 3)))
+    likeliest = ways[cost[ways, np.arange(3)].sum(axis=1).argmin()]
+    blob_of = match(tracks, predicted, blobs, np.zeros((3, 48)), config)
+    assert [np.flatnonzero(blob_of == blob).tolist() for blob in range(3)] == [
+        [track] for track in likeliest
+    ]
 
 
 def test_order_of_blobs_does_not_matter(scene):

@@ -90,4 +90,4 @@ def test_units_and_topics_that_say_nothing_are_refused(whole, tmp_path):
     result = run('convert-calibration', whole, tmp_path / 'a.yaml', '--unit', 'cm')
     assert 'TF is in metres' in str(result.exception)
     result = run('convert-calibration', tmp_path / 'no.yaml', tmp_path / 'a.yaml', '--topic', '/a')
-    assert 'no bag' in str(result.exception)
+    assert 'no.yaml: No such file' in str(result.exception)

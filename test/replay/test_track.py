@@ -1,4 +1,5 @@
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -45,6 +46,17 @@ def results(folder):
 def rows_of(bag, topic, kind):
     with BagReader(bag) as reader:
         return [rows_from_cloud(message, kind) for _, message, _ in reader.messages([topic])]
+
+
+def test_the_site_in_the_bag_says_the_run_and_another_recording_is_another_run(hall, tracked):
+    _, site = hall
+    with BagReader(tracked / 'bag') as reader:
+        (message,) = (message for _, message, _ in reader.messages(['/site']))
+        began_ns = next(stamp for _, _, stamp in reader.messages(['/ticks']))
+    assert message.data == site.description(began_ns)
+    run = json.loads(message.data)['run']
+    assert run == json.loads(site.description(began_ns))['run']
+    assert run != json.loads(site.description(began_ns + 1))['run']
 
 
 def test_people_are_found_where_they_walk_with_one_id_each(tracked):

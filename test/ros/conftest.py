@@ -45,6 +45,7 @@ def bench(domain, tmp_path, monkeypatch):
     """Return a `Bench` that leaves nothing running."""
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+    monkeypatch.setenv('ROS_HOME', str(tmp_path / 'ros_home'))
     made = Bench(domain, tmp_path)
     yield made
     made.close()

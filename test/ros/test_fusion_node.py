@@ -2,11 +2,12 @@
 
 import copy
 import json
+import signal
 import time
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseArray
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
@@ -177,17 +178,85 @@ def test_what_is_no_origin_ends_it_with_its_reason(bench):
     assert 'expected x,y in metres, for example 389000,5820000' in bench.log('fusion_node')
 
 
+def ids_of(graph, indices):
+    """Return the ids of the tracks of people whom both cameras see for some ticks."""
+    before = len(graph.tracks)
+    graph.both(indices)
+    graph.bench.until(lambda: len(graph.tracks) >= before + len(indices))
+    return {int(name) for rows in graph.tracks[before:] for name in rows.track_id}
+
+
+def test_a_node_configured_again_deals_out_ids_above_the_old_ones_and_says_that_it_is_a_new_run(
+    bench,
+):
+    graph = open_fusion(bench)
+    sites = bench.messages(String, '/site', latched())
+    first = ids_of(graph, range(100, 115))
+    node = bench.nodes[0]
+    for transition in ('deactivate', 'cleanup', 'configure', 'activate'):
+        getattr(node, f'trigger_{transition}')()
+    for publisher in graph.detections.values():
+        bench.until(lambda publisher=publisher: publisher.get_subscription_count() > 0)
+    for topic in ('tracks', 'ticks', 'site'):
+        bench.heard(f'/{topic}')
+    second = ids_of(graph, range(200, 215))
+    assert first == {1}
+    assert second == {2}
+    bench.until(lambda: len(sites) == 2)
+    assert len({json.loads(site.data)['run'] for site in sites}) == 2
+
+
+def test_a_killed_node_that_starts_again_uses_no_id_twice(bench):
+    bench.open()
+    used = []
+    for life in range(2):
+        process = bench.spawn('fusion_node', cameras=CAMERAS)
+        graph = Cameras(bench)
+        used.append(ids_of(graph, range(100 * (life + 1), 100 * (life + 1) + 15)))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        bench.until(lambda: bench.observer.count_publishers('/tracks') == 0)
+    assert used[0] == {1}
+    assert used[1]
+    assert min(used[1]) > 1
+
+
+def test_ids_begin_at_one_each_time_if_no_file_keeps_them(bench):
+    graph = open_fusion(bench, state_file='')
+    assert ids_of(graph, range(100, 115)) == {1}
+    node = bench.nodes[0]
+    for transition in ('deactivate', 'cleanup', 'configure'):
+        getattr(node, f'trigger_{transition}')()
+    assert node.pipeline.next_id == 1
+    assert not (bench.folder / 'ros_home' / 'mctrack_ros').exists()
+
+
+def test_ids_that_cannot_be_kept_are_an_error_in_the_diagnostics_and_tracking_goes_on(bench):
+    state = bench.folder / 'state' / 'ids.json'
+    graph = open_fusion(bench, state_file=str(state))
+    reports = bench.messages(DiagnosticArray, '/diagnostics')
+    bench.nodes[0].pipeline.next_id = 900
+    state.with_name('ids.json.new').mkdir()
+    assert ids_of(graph, range(100, 115)) == {900}
+    bench.until(lambda: reports and reports[-1].status[-1].level == DiagnosticStatus.ERROR)
+    assert 'may be used again' in reports[-1].status[-1].message
+    state.with_name('ids.json.new').rmdir()
+    graph.both([115])
+    assert json.loads(state.read_text())['next_id'] > 901
+
+
 def test_diagnostics_report_each_camera(bench):
     graph = open_fusion(bench)
     reports = bench.messages(DiagnosticArray, '/diagnostics')
     graph.both(range(100, 103))
     bench.until(lambda: reports and reports[-1].status[0].message == 'receiving')
-    assert [status.name for status in reports[-1].status] == [
-        'fusion_node: cam1',
-        'fusion_node: cam2',
-        'fusion_node: cam1 clock',
-        'fusion_node: cam2 clock',
-        'fusion_node: exceptions',
+    assert [(status.name, status.hardware_id) for status in reports[-1].status] == [
+        ('/fusion_node: cam1', '/cam1'),
+        ('/fusion_node: cam2', '/cam2'),
+        ('/fusion_node: cam1 clock', '/cam1'),
+        ('/fusion_node: cam2 clock', '/cam2'),
+        ('/fusion_node: ids', '/fusion_node'),
+        ('/fusion_node: exceptions', '/fusion_node'),
     ]
     assert reports[-1].status[2].message == 'its clock agrees with those of the other cameras'
 
@@ -235,6 +304,13 @@ def test_namespace_and_remapping_move_its_topics(bench):
     detections.publish(cloud(seen(100)))
     bench.until(lambda: tracks)
     assert node.get_fully_qualified_name() == '/hall/server'
+    reports = bench.messages(DiagnosticArray, '/diagnostics')
+    bench.until(lambda: reports)
+    assert [(status.name, status.hardware_id) for status in reports[-1].status] == [
+        ('/hall/server: cam1', '/hall/cam1'),
+        ('/hall/server: cam2', '/hall/cam2'),
+        ('/hall/server: ids', '/hall/server'),
+    ]
 
 
 def test_a_start_that_fails_says_why_and_nothing_else(bench, capfd):

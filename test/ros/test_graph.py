@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 from dataclasses import replace
 
@@ -13,11 +15,16 @@ from sensor_msgs.msg import CompressedImage
 from walker import PERIOD_NS, SIZE, picture_message
 
 from mctrack_ros.codec import image_from_message, stamp_ns_of
-from mctrack_ros.config import config_from
+from mctrack_ros.config import ConfigError, config_from
 from mctrack_ros.interfaces import Detections, EventCode, Events, Ticks, Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.ros.default_files import NODE_CONFIGS
-from mctrack_ros.ros.graph import ENVIRONMENT, player_node, recorder_node
+from mctrack_ros.ros.graph import (
+    ENVIRONMENT,
+    player_node,
+    recorder_node,
+    truth_of,
+)
 from mctrack_ros.ros.simulator_node import SimulatorNode
 from mctrack_ros.ros.site_graph import awaited_topics, site_nodes
 from mctrack_ros.ros.supervise import Supervisor
@@ -86,6 +93,23 @@ def test_a_site_becomes_a_node_a_camera_and_one_for_fusion(site, tmp_path):
         values = content['/**']['ros__parameters']
         assert values.pop('use_sim_time') is True
         config_from(NODE_CONFIGS[node.executable], values)
+
+
+@pytest.mark.parametrize(
+    ('texts', 'meaning'),
+    [
+        (['true', 'True', 'TRUE', 'yes', 'Yes', 'on', '1', ' true '], True),
+        (['false', 'False', 'FALSE', 'no', 'No', 'off', '0'], False),
+    ],
+)
+def test_launch_arguments_are_true_or_false_as_yaml_and_launch_spell_it(texts, meaning):
+    assert {truth_of('use_sim_time', text) for text in texts} == {meaning}
+
+
+@pytest.mark.parametrize('text', ['', 'maybe', 'ture', '2', 'None', '[true]', '{'])
+def test_what_is_neither_true_nor_false_is_refused(text):
+    with pytest.raises(ConfigError, match=r'use_sim_time is .*, expected true or false'):
+        truth_of('use_sim_time', text)
 
 
 def test_own_detections_need_no_camera_nodes(site):
@@ -192,3 +216,25 @@ def test_simulator_shows_pictures_and_truth_of_the_same_instant(bench):
     assert EventCode.ENTER in happened[0].event or EventCode.NEW in happened[0].event
     assert set(happened[0].track_id) <= set(people[0].track_id)
     assert abs(stamps[-1] - now_ns(bench)) < 5 * 10**9
+
+
+@pytest.mark.live
+def test_a_graph_runs_in_a_namespace_and_leaves_nothing_when_its_terminal_closes(
+    bench, site, tmp_path
+):
+    folder = tmp_path / 'temporary'
+    folder.mkdir()
+    command = [sys.executable, '-m', 'mctrack_ros.cli.main', 'run', str(tmp_path / 'site.yaml')]
+    bench.open()
+    with subprocess.Popen(
+        [*command, '--namespace', 'hall'],
+        env=os.environ | {'TMPDIR': str(folder)},
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as graph:
+        bench.until(lambda: bench.observer.count_publishers('/hall/tracks') == 1, patience_s=60)
+        assert list(folder.glob('mctrack_*'))
+        graph.send_signal(signal.SIGHUP)
+        said, _ = graph.communicate(timeout=60)
+    assert graph.returncode == 0, said
+    assert not list(folder.glob('mctrack_*'))

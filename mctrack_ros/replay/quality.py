@@ -1,0 +1,151 @@
+"""What was made of the data of a run, camera by camera, as `/diagnostics` says it live."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from statistics import median
+
+import numpy as np
+
+SECOND_NS = 1_000_000_000
+LEFT_OUT = -1
+"""Stands for the stamp of a message that is not used."""
+
+_PAUSE_NS = 10 * SECOND_NS
+"""A camera that is silent for so long has stopped; it has not lost all that."""
+
+
+@dataclass
+class Stamps:
+    """
+    What is made of the stamps of one camera's messages, in the order of the bag.
+
+    Attributes
+    ----------
+    stamp_ns : list of int
+        When each was captured, ns, as it is used; `LEFT_OUT`: it is not.
+    session : list of int
+        Counts how often time had begun anew before each.
+    late : int
+        Messages that came again, or up to a second back.
+    left_out : int
+        Messages whose stamps cannot be believed.
+    left_out_s : list of float
+        By how much each of those is ahead of the other cameras, s.
+    added_s : float
+        What is added to the stamps in the end, s.
+
+    """
+
+    stamp_ns: list[int] = field(default_factory=list)
+    session: list[int] = field(default_factory=list)
+    late: int = 0
+    left_out: int = 0
+    left_out_s: list[float] = field(default_factory=list)
+    added_s: float = 0.0
+
+    def lost(self) -> int:
+        """Return how many messages the gaps between the stamps show to be lost."""
+        used = np.array(self.stamp_ns, np.int64)
+        gaps = np.diff(used[used != LEFT_OUT])
+        gaps = gaps[(gaps > 0) & (gaps < _PAUSE_NS)]
+        if not len(gaps):
+            return 0
+        return int(np.maximum(np.round(gaps / np.median(gaps)) - 1, 0).sum())
+
+
+@dataclass
+class CameraQuality:
+    """
+    What a camera's pictures were good for.
+
+    Attributes
+    ----------
+    camera : str
+        Its name.
+    messages : int
+        That were used.
+    refused : int
+        Pictures that could not be decoded, or have another size.
+    reason : str
+        Why the last of these was.
+    unusable : int
+        Pictures that show nothing: black, white, frozen or noise.
+    detections : int
+        In all messages.
+    moved_px : float
+        By how much the camera has turned since its calibration, px; 0: it has not.
+
+    """
+
+    camera: str
+    messages: int = 0
+    refused: int = 0
+    reason: str = ''
+    unusable: int = 0
+    detections: int = 0
+    moved_px: float = 0.0
+
+
+def figures(quality: CameraQuality, stamps: Stamps) -> dict[str, float]:
+    """Return the counts of one camera by name."""
+    return {
+        'messages': quality.messages,
+        'detections': quality.detections,
+        'late': stamps.late,
+        'lost': stamps.lost(),
+        'left_out': stamps.left_out,
+        'added_s': stamps.added_s,
+        'refused': quality.refused,
+        'unusable': quality.unusable,
+    }
+
+
+def complaints(quality: CameraQuality, stamps: Stamps, offset_m: float) -> list[str]:
+    """
+    Return what a user should know of one camera, a line each.
+
+    Parameters
+    ----------
+    quality : CameraQuality
+        Of its pictures.
+    stamps : Stamps
+        Of its messages.
+    offset_m : float
+        How far its detections lie from the other cameras', m.
+
+    """
+    lines, name, lost = [], quality.camera, stamps.lost()
+    if stamps.left_out:
+        ahead_s = median(stamps.left_out_s)
+        lines.append(
+            f'{name}: {stamps.left_out} messages are left out: their stamps lie '
+            f'{abs(ahead_s):.3f} s {_word(ahead_s)} the other messages; set its clock'
+        )
+    if stamps.added_s:
+        lines.append(
+            f'{name}: its clock is {abs(stamps.added_s):.3f} s {_word(-stamps.added_s)} the other '
+            'cameras; this is removed'
+        )
+    if stamps.late:
+        lines.append(f'{name}: {stamps.late} messages came again or late, and are not used')
+    if lost:
+        lines.append(f'{name}: {lost} messages are missing in the gaps between the others')
+    if quality.refused:
+        lines.append(f'{name}: {quality.refused} pictures are refused: {quality.reason}')
+    if quality.unusable:
+        lines.append(f'{name}: {quality.unusable} pictures are black, white, frozen or noise')
+    if quality.messages and not quality.detections:
+        lines.append(f'{name}: nobody is seen in any of {quality.messages} pictures')
+    if quality.moved_px:
+        lines.append(f'{name}: the camera has moved by {quality.moved_px:.1f} px: calibrate it')
+    if offset_m:
+        lines.append(
+            f'{name}: its detections lie {offset_m:.2f} m from those of the other '
+            'cameras: check its calibration'
+        )
+    return lines
+
+
+def _word(ahead_s: float) -> str:
+    return 'ahead of' if ahead_s > 0 else 'behind'
