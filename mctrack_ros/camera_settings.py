@@ -24,6 +24,8 @@ from mctrack_ros.ground import (
     read_grid,
 )
 from mctrack_ros.perception import CameraConfig, CameraTracker, open_camera
+from mctrack_ros.site_origin import check_near
+from mctrack_ros.stated_origin import origin_from
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +54,11 @@ class CameraSettings:
     )
     extrinsics: str = parameter('', "file with the camera's pose, if the calibration has none")
     length_unit: str = parameter('m', 'of lengths in the calibration', choices=tuple(METRES))
+    origin: str = parameter(
+        '0,0',
+        "x,y of the site's local origin, in the coordinates of the calibration: detections are "
+        'told from there [m]',
+    )
     mask: str = parameter('', 'picture whose black pixels are ignored; empty: none')
     background: str = parameter(
         '', 'picture without moving objects; empty: the background is learned first'
@@ -75,7 +82,29 @@ class CameraSettings:
 
     def mapping(self) -> GroundMapping:
         """
-        Read the calibration.
+        Read the calibration, positions told from the site's origin.
+
+        Raises
+        ------
+        ConfigError
+            If neither a grid nor a calibration is named, or both, or it is far from the origin.
+        CalibrationError
+            If the file cannot be used.
+
+        """
+        mapping, origin = self.stated_mapping(), origin_from(self.origin)
+        check_near(mapping.camera_position[:2], origin, self.grid or self.calibration)
+        return mapping.moved(np.negative(origin))
+
+    def place(self) -> NDArray[np.float64]:
+        """Return where the camera is, (2,) m, in the calibration's coordinates; raises alike."""
+        if self.grid and not self.calibration:
+            return np.asarray(np.median(read_grid(self.grid).points()[0], axis=0), np.float64)
+        return self.stated_mapping().camera_position[:2]
+
+    def stated_mapping(self) -> GroundMapping:
+        """
+        Read the calibration, positions in its own coordinates.
 
         Raises
         ------

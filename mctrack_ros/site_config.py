@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from mctrack_ros.camera_names import check_camera_name
 from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.config import ConfigError, config_from, parameter, values_of
 from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.ground import CalibrationError
 from mctrack_ros.ground.coverage import area_from
 from mctrack_ros.ground.field_of_view import FieldOfViewError
 from mctrack_ros.ground.yaml_files import read_yaml_file
 from mctrack_ros.interfaces import MAX_CAMERAS
 from mctrack_ros.site_description import offline_run, site_description
+from mctrack_ros.site_origin import chosen_origin
+from mctrack_ros.stated_origin import Origin, origin_from, origin_text
 
 _FILES = ('grid', 'calibration', 'extrinsics', 'mask', 'background')
 
@@ -40,6 +47,9 @@ class SiteConfig:
         By name, in the order of the camera bits: sorted.
     fusion : FusionConfig
         Of the fusion node.
+    origin : (float, float)
+        What positions are told from inside and on topics, in the coordinates of the site's files,
+        m.
 
     """
 
@@ -49,6 +59,7 @@ class SiteConfig:
     area: str
     cameras: Mapping[str, CameraSettings]
     fusion: FusionConfig
+    origin: Origin = (0.0, 0.0)
 
     @property
     def camera_names(self) -> tuple[str, ...]:
@@ -62,6 +73,7 @@ class SiteConfig:
             'ground_frame': self.ground_frame,
             'cameras': {name: _without_paths(camera) for name, camera in self.cameras.items()},
             'feedback_delay': self.feedback_delay,
+            'origin': list(self.origin),
             'fusion': values_of(self.fusion),
         }
         return site_description(values, list(self.cameras), offline_run(values, began_ns))
@@ -78,6 +90,11 @@ class _SiteScalars:
         '',
         'what the cameras are to cover: x0,y0,x1,y1 or the corners x,y of a polygon; '
         'empty: the rectangle around all that they see [m]',
+    )
+    origin: str = parameter(
+        '',
+        'x,y from which positions are told inside and on topics, in the coordinates of the '
+        "site's files; empty: 0,0, or whole kilometres near cameras that are far from it [m]",
     )
     fusion: FusionConfig = FusionConfig()
 
@@ -107,8 +124,8 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     Parameters
     ----------
     content : object
-        A mapping with ``name``, ``ground_frame``, ``feedback_delay``, ``fusion``, ``cameras``
-        and ``pipeline``, the settings that all cameras share.
+        A mapping with ``name``, ``ground_frame``, ``feedback_delay``, ``area``, ``origin``,
+        ``fusion``, ``cameras`` and ``pipeline``, the settings that all cameras share.
     directory : Path
         What paths are relative to.
 
@@ -138,15 +155,23 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         if not isinstance(own, Mapping):
             raise ConfigError(f'cameras.{name} is {own!r}, expected a mapping')
         merged = dict(own) | {'pipeline': _merged(shared, own.get('pipeline', {}))}
+        if 'origin' in merged:
+            raise ConfigError(f'cameras.{name}.origin: the origin is one for the whole site')
         camera = config_from(CameraSettings, merged, f'cameras.{name}.')
         settings[name] = _with_paths(camera, directory)
+    stated = scalars.origin
+    origin = origin_from(stated) if stated else chosen_origin(_places(settings.values()))
     return SiteConfig(
         name=scalars.name,
         ground_frame=scalars.ground_frame,
         feedback_delay=scalars.feedback_delay,
         area=scalars.area,
-        cameras=settings,
+        cameras={
+            name: dataclasses.replace(camera, origin=origin_text(origin))
+            for name, camera in settings.items()
+        },
         fusion=scalars.fusion,
+        origin=origin,
     )
 
 
@@ -155,6 +180,13 @@ def _check_area(text: str) -> None:
         area_from(text)
     except FieldOfViewError as error:
         raise ConfigError(str(error)) from error
+
+
+def _places(cameras: Iterable[CameraSettings]) -> Iterator[NDArray[np.float64]]:
+    """Yield where cameras are; of one that cannot be read, its reader says why when it is used."""
+    for camera in cameras:
+        with suppress(ConfigError, CalibrationError):
+            yield camera.place()
 
 
 def _with_paths(camera: CameraSettings, directory: Path) -> CameraSettings:

@@ -14,7 +14,7 @@ def site_coverage(
     site: SiteConfig, config: CoverageConfig | None = None, area: str = ''
 ) -> Coverage:
     """
-    Compute what a site's cameras see.
+    Compute what a site's cameras see, in the coordinates of its files.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def camera_view(settings: CameraSettings, reach: float = CoverageConfig().reach)
         How far from its foot it is of use, m.
 
     """
-    mapping = settings.mapping()
+    mapping = settings.stated_mapping()
     blobs, noise = settings.pipeline.blobs, settings.pipeline.filter
     given = read_grid(settings.grid).fov if settings.grid else None
     if given is not None:

@@ -14,12 +14,13 @@ LAYOUT_VERSION = 1
 
 
 def site_description(configuration: Mapping[str, Any], cameras: list[str], run: str) -> str:
-    """Return the JSON of `/site`: layout version, run, camera order, codes, fusion's settings."""
+    """Return the JSON of `/site`: layout version, run, camera order, origin, codes, settings."""
     return json.dumps(
         {
             'layout_version': LAYOUT_VERSION,
             'run': run,
             'cameras': cameras,
+            'origin': configuration['origin'],
             'codes': code_tables(),
             'configuration_hash': _digest(configuration),
             'fusion': configuration['fusion'],

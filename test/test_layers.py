@@ -24,7 +24,17 @@ ALLOWED = {
     'evaluation': {'interfaces'},
     'codec': {'interfaces'},
 }
-ALLOWED['camera_settings'] = {'interfaces', 'config', 'ground', 'tracking', 'perception'}
+ALLOWED['stated_origin'] = {'config'}
+ALLOWED['site_origin'] = {'config', 'ground', 'stated_origin'}
+ALLOWED['camera_settings'] = {
+    'interfaces',
+    'config',
+    'ground',
+    'tracking',
+    'perception',
+    'site_origin',
+    'stated_origin',
+}
 ALLOWED['site_description'] = {'interfaces'}
 ALLOWED['site_config'] = ALLOWED['camera_settings'] | {
     'camera_names',

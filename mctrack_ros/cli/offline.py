@@ -157,6 +157,7 @@ def track(
     from mctrack_ros.experiments.figures import Figures
     from mctrack_ros.replay.camera_source import Debug
     from mctrack_ros.replay.track import track_bag
+    from mctrack_ros.stated_origin import origin_text
 
     bag, name = _source(sources, later, rate)
     if namespace and not isinstance(bag, Path):
@@ -201,6 +202,9 @@ def track(
     )
     typer.echo(figures.table())
     typer.echo(f'wrote {out / "bag"}, {out / "tracks.txt"} and {out / "tracks.csv"}')
+    if any(config.origin):
+        told = origin_text(config.origin)
+        typer.echo(f"the bag tells positions from the origin {told}, the text as the site's files")
     if json_file is not None:
         figures.write(json_file)
     for note in summary.notes:

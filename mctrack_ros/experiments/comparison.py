@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.evaluation import Trajectories, evaluate_ground, identity_switches
+from mctrack_ros.experiments.common_origin import common_origin
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.instants import TRACKS_TOPIC, TRUTH_TOPIC, Recording, read_instants
 from mctrack_ros.experiments.selection import Selection, of_class, says_classes
 from mctrack_ros.interfaces import REPORTED, ClassCode
+from mctrack_ros.stated_origin import Origin
 
 EVERYTHING = Selection()
 _SAME_PERIOD = 0.01
@@ -35,6 +37,8 @@ class Comparison:
         Which rows they are.
     note : str
         What is to be said of them; empty: nothing.
+    origin : (float, float)
+        What positions of both are told from, m.
 
     """
 
@@ -46,6 +50,7 @@ class Comparison:
     period_ns: int
     selection: Selection = EVERYTHING
     note: str = ''
+    origin: Origin = (0.0, 0.0)
 
     @classmethod
     def read(
@@ -82,8 +87,9 @@ class Comparison:
 
         """
         truth, tracks = _file_in(truth), _file_in(tracks)
-        true = read_instants(truth, (TRUTH_TOPIC, TRACKS_TOPIC), rate_hz)
-        found = read_instants(tracks, (TRACKS_TOPIC,), rate_hz)
+        origin = common_origin((truth, tracks))
+        true = read_instants(truth, (TRUTH_TOPIC, TRACKS_TOPIC), rate_hz, origin)
+        found = read_instants(tracks, (TRACKS_TOPIC,), rate_hz, origin)
         true, found = _on_one_clock(true, found, truth), _on_one_clock(found, true, tracks)
         if not rate_hz and true.counts_frames != found.counts_frames:
             true, found = (
@@ -97,8 +103,8 @@ class Comparison:
         begin_ns = own_ns + period_ns // 2 - found.begin_ns()
         true, found, said = _of_class(true, found, selection.class_id, (truth, tracks))
         try:
-            true_rows = _truth(true, selection, period_ns, origin_ns)
-            rows = _selected(found, selection).trajectories(period_ns, origin_ns)
+            true_rows = _truth(_selected(true, selection, origin), period_ns, origin_ns)
+            rows = _selected(found, selection, origin).trajectories(period_ns, origin_ns)
         except ValueError as error:
             raise ValueError(f'{tracks}: {error} {note}'.rstrip()) from error
         both = cls(
@@ -110,6 +116,7 @@ class Comparison:
             period_ns,
             selection,
             f'{note} {said}'.strip(),
+            origin,
         )
         both._check_common()
         return both._in_span()
@@ -169,7 +176,7 @@ class Comparison:
             old, new = int(switches.old_id[row]), int(switches.new_id[row])
             frames = np.array([switches.last_frame[row], switches.frame[row]])
             before, at = self.seconds(frames).tolist()
-            x, y = switches.position[row].tolist()
+            x, y = (switches.position[row] + np.array(self.origin)).tolist()
             lines.append(
                 f'{at:9.2f} s  {switches.truth_id[row]} was {old} (until {before:.2f} s), '
                 f'is {new}, at ({x:.1f}, {y:.1f}) m'
@@ -259,17 +266,14 @@ def _of_class(
     return replace(truth, instants=of_class(truth.instants, code)), tracks, ''
 
 
-def _selected(recording: Recording, selection: Selection) -> Recording:
-    return replace(recording, instants=selection.of_area(recording.instants))
+def _selected(recording: Recording, selection: Selection, origin: Origin) -> Recording:
+    return replace(recording, instants=selection.of_area(recording.instants, origin))
 
 
-def _truth(
-    recording: Recording, selection: Selection, period_ns: int, origin_ns: int
-) -> Trajectories:
+def _truth(chosen: Recording, period_ns: int, origin_ns: int) -> Trajectories:
     """Return the truth; of text, rows of score 0 are to be ignored, as in the MOTChallenge."""
-    chosen = _selected(recording, selection)
     rows = chosen.trajectories(period_ns, origin_ns)
-    if not recording.is_text:
+    if not chosen.is_text:
         return rows
     reported = [each.select(np.isin(each.status, REPORTED)).score for each in chosen.instants]
     return replace(rows, ignore=np.concatenate([np.ones(0), *reported]) == 0)

@@ -33,8 +33,9 @@ def coverage_figures(coverage: Coverage, site: str, command: str) -> Figures:
         command,
         {
             'site': site,
-            'area': f'{coverage.area.area:.1f} m² within x {left:g} to {right:g}, '
-            f'y {bottom:g} to {top:g} m',
+            'area': f'{coverage.area.area:.1f} m² within x {left:.12g} to '
+            f'{right:.12g}, '
+            f'y {bottom:.12g} to {top:.12g} m',
             'cell_m': coverage.raster.cell,
             'error': 'standard deviation of a foot point on the ground along its worst direction,'
             ' of pixel noise and calibration',

@@ -10,10 +10,19 @@ from typing import Self
 import numpy as np
 
 from mctrack_ros.evaluation import Trajectories
+from mctrack_ros.experiments.common_origin import retold
 from mctrack_ros.interfaces import Tracks
-from mctrack_ros.recording import BagError, BagReader, frame_origin_ns, read_mot_text
+from mctrack_ros.recording import (
+    BagError,
+    BagReader,
+    frame_origin_ns,
+    is_bag,
+    read_mot_text,
+    stated_origin,
+)
 from mctrack_ros.recording.columns import ABSOLUTE_NS, has_header, read_lines
 from mctrack_ros.recording.track_table import read_track_table
+from mctrack_ros.stated_origin import Origin
 
 TRUTH_TOPIC = '/truth/tracks'
 TRACKS_TOPIC = '/tracks'
@@ -105,7 +114,10 @@ class Recording:
 
 
 def read_instants(
-    path: str | Path, topics: tuple[str, ...], rate_hz: float | None = None
+    path: str | Path,
+    topics: tuple[str, ...],
+    rate_hz: float | None = None,
+    origin: Origin | None = None,
 ) -> Recording:
     """
     Read the first of some topics that a bag has, or text.
@@ -118,6 +130,8 @@ def read_instants(
         Which hold `Tracks`, the preferred first.
     rate_hz : float, optional
         Frames a second of text that counts frames.
+    origin : (float, float), optional
+        What positions are told from, m; unless given, as a bag tells them, and text from zero.
 
     Raises
     ------
@@ -126,11 +140,11 @@ def read_instants(
 
     """
     frame_ns = round(1e9 / rate_hz) if rate_hz else FRAME_NS
-    if Path(path).is_file():
+    if Path(path).is_file() and not is_bag(path):
         if not has_header(read_lines(path)):
-            text = read_mot_text(path, frame_ns)
+            text = read_mot_text(path, frame_ns, origin=origin or (0.0, 0.0))
             return Recording(tuple(text), frame_ns, is_text=True, counts_frames=True)
-        rows, frames, counts_frames = read_track_table(path, frame_ns)
+        rows, frames, counts_frames = read_track_table(path, frame_ns, origin or (0.0, 0.0))
         period_ns = frame_ns if counts_frames else _period_ns(rows)
         return Recording(tuple(rows), period_ns, True, counts_frames, tuple(frames))
     with BagReader(path) as reader:
@@ -138,6 +152,7 @@ def read_instants(
         if not present:
             raise BagError(f'{path} has no topic {" or ".join(topics)}')
         instants = [rows for rows, _ in reader.rows(present[0], Tracks)]
+        instants = retold(instants, stated_origin(reader), origin)
     instants.sort(key=lambda rows: rows.stamp_ns)
     return Recording(tuple(instants), _period_ns(instants))
 

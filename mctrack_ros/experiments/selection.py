@@ -9,9 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.affinity import translate
 
 from mctrack_ros.ground.coverage import area_from
 from mctrack_ros.interfaces import ClassCode, Tracks
+from mctrack_ros.stated_origin import Origin
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +57,11 @@ class Selection:
             texts.append(f' --class {self.class_id.name.lower()}')
         return ''.join(texts)
 
-    def of_area(self, instants: Sequence[Tracks]) -> tuple[Tracks, ...]:
-        """Return the rows that stand in the area; what is on its edge is inside."""
+    def of_area(self, instants: Sequence[Tracks], origin: Origin) -> tuple[Tracks, ...]:
+        """Return the rows, told from an origin, that stand in the area or on its edge."""
         if not self.area:
             return tuple(instants)
-        area = area_from(self.area)
+        area = translate(area_from(self.area), *np.negative(origin))
         shapely.prepare(area)
         inside = (
             shapely.intersects_xy(area, rows.position[:, :2].astype(float)) for rows in instants

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numba import types
@@ -33,6 +33,8 @@ DERIVATIVES = 2 + UNKNOWNS
 EDGE_SHARE = 0.97
 """How near to where a lens model folds over its picture is used, in tangents off the axis."""
 FARTHEST_EDGE = 100.0
+LARGEST_UNSURE_M = 0.01
+"""How far off the digits of its rotation may leave a camera: its place is turned with them."""
 EDGE_POINTS = 720
 _POINTS = types.f8[:, ::1]
 _MATRICES = types.f8[:, :, ::1]
@@ -81,6 +83,13 @@ class Camera:
             raise ValueError(f'focal lengths are {self.intrinsics[:2]} px, expected above 0')
         if not np.allclose(self.rotation @ self.rotation.T, np.eye(3), atol=1e-6):
             raise ValueError('rotation is not orthonormal')
+        skewed = float(np.abs(self.rotation @ self.rotation.T - np.eye(3)).max())
+        unsure_m = skewed * float(np.linalg.norm(self.translation))
+        if unsure_m > LARGEST_UNSURE_M:
+            raise ValueError(
+                f'the rotation has too few digits for a camera so far from the origin: its place '
+                f'is unsure by {unsure_m:.2g} m; state the pose about a point near by'
+            )
         if np.linalg.det(self.rotation) < 0:
             raise ValueError('rotation is a reflection: is the sign of one axis wrong?')
 
@@ -90,6 +99,15 @@ class Camera:
         place: Floats = -self.rotation.T @ self.translation
         return place
 
+    def moved(self, by: Floats) -> Camera:
+        """Return the camera where all positions on the ground are greater by (2,) m."""
+        carried = _carried(self.rotation, by)
+        return replace(
+            self,
+            translation=self.translation - self.rotation[:, :2] @ by,
+            covariance=carried @ self.covariance @ carried.T,
+        )
+
     @property
     def image_from_world(self) -> Floats:
         """The (3, 4) projection without distortion."""
@@ -97,6 +115,15 @@ class Camera:
         matrix = np.array([[across, 0, x], [0, down, y], [0, 0, 1.0]])
         projection: Floats = matrix @ np.column_stack([self.rotation, self.translation])
         return projection
+
+
+def _carried(rotation: Floats, by: Floats) -> Floats:
+    """Return the (15, 15) derivatives of a moved camera's `PARAMETERS` by those before."""
+    x, y, z = rotation[:, :2] @ by
+    turn, place = PARAMETERS.index('rotation x'), PARAMETERS.index('x')
+    carried = np.eye(len(PARAMETERS))
+    carried[place : place + 3, turn : turn + 3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+    return carried
 
 
 class CameraMapping(GroundMapping):
@@ -124,33 +151,38 @@ class CameraMapping(GroundMapping):
     ) -> None:
         if abs(camera.position[2]) < 1e-6:
             raise ValueError('the camera stands on the ground plane: it sees it as a line')
-        self.camera = camera
+        self._camera = camera
         self.image_size = (int(image_size[0]), int(image_size[1]))
         self._hull = hull_of(support)
         self._lens = packed_lens(camera.intrinsics, camera.distortion)
         self._pose = np.ascontiguousarray(np.column_stack([camera.rotation, camera.translation]))
 
     @property
+    def camera(self) -> Camera:
+        """The camera."""
+        return self._camera.moved(self.origin) if self.origin.any() else self._camera
+
+    @property
     def camera_position(self) -> Floats:
         """Where the camera stands, (3,) m."""
-        return self.camera.position
+        return self._stated(self._camera.position)
 
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
         """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""
-        return _on_ground(self._lens, self._pose, points_of(pixel))
+        return _on_ground(self._lens, self._pose, points_of(pixel)) + self.origin
 
     def image_from_ground(self, position: ArrayLike, height: ArrayLike = 0.0) -> Floats:
         """Return the (n, 2) pixels of (n, 2) ground positions, m; NaN where it cannot see."""
         heights = np.ascontiguousarray(height, np.float64).reshape(-1)
-        return _in_image(self._lens, self._pose, points_of(position), heights)
+        return _in_image(self._lens, self._pose, self._local(position), heights)
 
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
-        return _slopes(self._lens, self._pose, points_of(position))
+        return _slopes(self._lens, self._pose, self._local(position))
 
     def lens_edge(self) -> Floats:
         """Return (n, 2) pixels around what the lens model has one direction for; none: all."""
-        lens = self.camera.distortion
+        lens = self._camera.distortion
         radius = min(EDGE_SHARE * turning_radius(lens), SURE * pole_radius(lens))
         if radius > FARTHEST_EDGE:
             return super().lens_edge()
@@ -166,25 +198,28 @@ class CameraMapping(GroundMapping):
     def unfolded(self, position: ArrayLike) -> Floats:
         """Return the (n, 2) pixels of positions, m, also where the lens model folds back."""
         lens = np.append(self._lens[:-1], np.inf)
-        return _in_image(lens, self._pose, points_of(position), np.zeros(1))
+        return _in_image(lens, self._pose, self._local(position), np.zeros(1))
 
     def parameter_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 15) derivatives of the pixels of positions, m, by `PARAMETERS`."""
-        return _derivatives(self._lens, self._pose, points_of(position))[:, :, 2:]
+        derivatives = _derivatives(self._lens, self._pose, self._local(position))[:, :, 2:]
+        if not self.origin.any():
+            return derivatives
+        moved: Floats = derivatives @ _carried(self._camera.rotation, -self.origin)
+        return moved
 
     def calibration_covariance(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) covariances, m², that the calibration adds at positions, m."""
-        position = points_of(position)
-        return self._covariance(position, np.zeros((1, 2, 2)))
+        return self._covariance(self._local(position), np.zeros((1, 2, 2)))
 
     def ground_covariance(self, position: ArrayLike, pixel_covariance: ArrayLike) -> Floats:
         """Return the (n, 2, 2) covariances, m², of positions, m, seen so well, px²."""
-        return self._covariance(points_of(position), pixel_covariance)
+        return self._covariance(self._local(position), pixel_covariance)
 
     def _covariance(self, position: Floats, pixel_covariance: ArrayLike) -> Floats:
         noise = np.asarray(pixel_covariance, np.float64).reshape(-1, 2, 2)
         return _spread(
-            self._lens, self._pose, self.camera.covariance, self._hull, position,
+            self._lens, self._pose, self._camera.covariance, self._hull, position,
             np.ascontiguousarray(noise),
         )  # fmt: skip
 

@@ -13,6 +13,7 @@ from mctrack_ros.ground.camera_problem import CameraProblem, LensPrior
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.homography_fit import start_homography
 from mctrack_ros.ground.mapping import points_of
+from mctrack_ros.ground.origin import local_origin
 from mctrack_ros.ground.projective import ProjectiveMapping
 
 Floats = NDArray[np.float64]
@@ -113,11 +114,13 @@ def fit_camera(
         If the points are too few, lie on a line, are not finite, or say too little.
 
     """
-    ground, image = points_of(ground), points_of(image)
+    places, image = points_of(ground), points_of(image)
+    origin = local_origin(places)
+    ground = places - origin
     _check(ground, image, click_noise_px)
     prior = LensPrior(image_size)
     stated_px = np.full(len(ground), click_noise_px)
-    starts = _starts(ground, image, image_size) if start is None else [start]
+    starts = _starts(ground, image, image_size) if start is None else [start.moved(-origin)]
     camera = _solved([CameraProblem(each, ground, image, prior, stated_px) for each in starts])
     residual = _residual(camera, ground, image, image_size)
     weight = _weights(residual, click_noise_px)
@@ -134,7 +137,7 @@ def fit_camera(
     _check_informative(mapping, ground)
     left_out = _left_out(mapping, ground, residual, weighed_px)
     oddity = prior.oddity(found.first)
-    return CameraFit(mapping, ground, image, residual, left_out, noise_px, oddity)
+    return CameraFit(mapping.moved(origin), places, image, residual, left_out, noise_px, oddity)
 
 
 def _solved(problems: list[CameraProblem]) -> Camera:

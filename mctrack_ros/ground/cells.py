@@ -21,6 +21,7 @@ from mctrack_ros.ground.errors import GridError
 from mctrack_ros.ground.grid import TransformationGrid
 from mctrack_ros.ground.homography_spread import add_spread, spread_terms
 from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, solve_spread
+from mctrack_ros.ground.origin import local_origin
 from mctrack_ros.ground.projective import ProjectiveMapping
 from mctrack_ros.ground.support import distance_squared, doubt, side_of
 
@@ -51,6 +52,10 @@ class Cells:
     def __len__(self) -> int:
         """Return the number of cells."""
         return len(self.ground)
+
+    def moved(self, by: Floats) -> Cells:
+        """Return the cells where all positions are greater by (2,) m."""
+        return Cells(self.ground + by, self.image) if by.any() else self
 
     @classmethod
     def of(cls, grid: TransformationGrid) -> Cells:
@@ -106,7 +111,9 @@ class CellMapping(GroundMapping):
     def __init__(
         self, cells: Cells, image_size: tuple[int, int], click_noise_px: float = 0.0
     ) -> None:
-        self.cells, self.image_size = cells, (int(image_size[0]), int(image_size[1]))
+        self.origin = local_origin(cells.ground)
+        self.cells = cells = cells.moved(-self.origin)
+        self.image_size = (int(image_size[0]), int(image_size[1]))
         self._noise_px = float(click_noise_px)
         self._to_image = np.array([_exact(a, b) for a, b in zip(cells.ground, cells.image)])
         self._to_ground = np.linalg.inv(self._to_image)
@@ -123,31 +130,32 @@ class CellMapping(GroundMapping):
     @property
     def camera_position(self) -> Floats:
         """Where the camera stands, (3,) m, by one homography over all points."""
-        return self._upright.camera_position
+        return self._stated(self._upright.camera_position)
 
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
         """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""
         pixel = points_of(pixel)
         cell, _ = self.cells.in_image(pixel)
-        return _mapped(self._to_ground, cell, pixel)
+        return _mapped(self._to_ground, cell, pixel) + self.origin
 
     def image_from_ground(self, position: ArrayLike, height: ArrayLike = 0.0) -> Floats:
         """Return the (n, 2) pixels of (n, 2) ground positions, m; heights by one homography."""
-        position = points_of(position)
-        cell, _ = self.cells.on_ground(position)
-        return _mapped(self._to_image, cell, position) + self.rise(position, height)
+        local = self._local(position)
+        cell, _ = self.cells.on_ground(local)
+        return _mapped(self._to_image, cell, local) + self.rise(position, height)
 
-    def rise(self, position: Floats, height: ArrayLike) -> Floats | float:
+    def rise(self, position: ArrayLike, height: ArrayLike) -> Floats | float:
         """Return how far, (n, 2) px, heights, m, lie from their feet, by one homography."""
         if not np.any(height):
             return 0.0
+        position = self._local(position)
         raised = self._upright.image_from_ground(position, height)
         offset: Floats = raised - self._upright.image_from_ground(position)
         return offset
 
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
-        position = points_of(position)
+        position = self._local(position)
         cell, _ = self.cells.on_ground(position)
         return _slopes(self._to_image, cell, position)
 
@@ -161,7 +169,7 @@ class CellMapping(GroundMapping):
 
     def ground_covariance(self, position: ArrayLike, pixel_covariance: ArrayLike) -> Floats:
         """Return the (n, 2, 2) covariances, m², of positions, m, seen so well, px²."""
-        position = points_of(position)
+        position = self._local(position)
         return self._covariance(position, pixel_covariance, *self.cells.on_ground(position))
 
     def locate(self, pixel: ArrayLike, pixel_covariance: ArrayLike) -> tuple[Floats, Floats]:
@@ -169,7 +177,8 @@ class CellMapping(GroundMapping):
         pixel = points_of(pixel)
         cell, inside = self.cells.in_image(pixel)
         position = _mapped(self._to_ground, cell, pixel)
-        return position, self._covariance(position, pixel_covariance, cell, inside)
+        covariance = self._covariance(position, pixel_covariance, cell, inside)
+        return position + self.origin, covariance
 
     def _covariance(
         self, position: Floats, pixel_covariance: ArrayLike, cell: Ints, inside: Mask

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.ground.coverage_view import View
 from mctrack_ros.ground.field_of_view import FieldOfViewError, Region
@@ -46,6 +46,10 @@ class Raster:
     seen: Mask
     error: Floats
     fused: Floats
+
+    def moved(self, by: ArrayLike) -> Raster:
+        """Return the raster where all positions are greater by (2,) m."""
+        return replace(self, origin=self.origin + np.asarray(by, np.float64))
 
     @property
     def count(self) -> NDArray[np.int64]:

@@ -6,9 +6,11 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely import MultiPolygon, Polygon
+from shapely.affinity import translate
 
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.mapping import GroundMapping
+from mctrack_ros.ground.origin import local_origin
 
 Floats = NDArray[np.float64]
 Region = Polygon | MultiPolygon
@@ -105,6 +107,8 @@ def seen_ground(
         direction for, is left out.
 
     """
+    origin = local_origin(mapping.camera_position[:2])
+    mapping = mapping.moved(-origin)
     limit = _limit(mapping, reach, person_height, least_height_px)
     shown = _shown(mapping)
     lines = _outline_on_ground(mapping, shown, _FARTHEST * reach)
@@ -115,6 +119,7 @@ def seen_ground(
     pixel = mapping.image_from_ground(shapely.get_coordinates(inside))
     seen = shapely.contains_xy(shown, *pixel.T) & shapely.contains(limit, inside)
     region = shapely.union_all(faces[seen]).simplify(_SMOOTHED_M)
+    region = translate(region, *origin)
     return region if isinstance(region, Polygon | MultiPolygon) else Polygon()
 
 

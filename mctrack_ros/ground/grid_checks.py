@@ -135,10 +135,10 @@ def _senses(ground: Floats, image: Floats) -> Floats:
 
 
 def _around(grid: TransformationGrid) -> tuple[Floats, Floats]:
-    """Return the corners of the cells, on the ground and in the picture, in a round."""
+    """Return the cells' corners in a round: about their middle on the ground, in the picture."""
     away = grid.ground - grid.ground.mean(axis=1, keepdims=True)
     order = np.argsort(np.arctan2(away[..., 1], away[..., 0]), axis=1)[..., None]
-    return np.take_along_axis(grid.ground, order, 1), np.take_along_axis(grid.image, order, 1)
+    return np.take_along_axis(away, order, 1), np.take_along_axis(grid.image, order, 1)
 
 
 def _flat_quads(image: Floats, span: Floats) -> NDArray[np.bool_]:

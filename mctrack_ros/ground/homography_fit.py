@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from mctrack_ros.ground.homography_spread import by_entries, spread_terms
+from mctrack_ros.ground.origin import local_origin
 from mctrack_ros.ground.support import hull_of
 
 Floats = NDArray[np.float64]
@@ -65,10 +66,13 @@ def start_homography(ground: Floats, image: Floats) -> Floats:
     """
     if len(ground) < 4:
         raise ValueError(f'{len(ground)} points, expected at least 4')
-    homography, _ = cv2.findHomography(ground, image, cv2.RANSAC, START_PX)
+    origin = local_origin(ground)  # OpenCV computes in float32
+    homography, _ = cv2.findHomography(ground - origin, image, cv2.RANSAC, START_PX)
     if homography is None or np.linalg.matrix_rank(ground - ground.mean(axis=0)) < 2:
         raise ValueError('the points lie on a line: they fix no homography')
-    return np.asarray(homography, np.float64)
+    matrix = np.asarray(homography, np.float64)
+    matrix[:, 2] -= matrix[:, :2] @ origin
+    return matrix
 
 
 def fit_homography(ground: Floats, image: Floats, click_noise_px: float) -> HomographyFit:
@@ -93,7 +97,7 @@ def fit_homography(ground: Floats, image: Floats, click_noise_px: float) -> Homo
     """
     start = start_homography(ground, image)
     frame = _frame(ground)
-    places = ground * frame[0, 0] + frame[:2, 2]
+    places = (ground - ground.mean(axis=0)) * frame[0, 0]
     matrix = start @ np.linalg.inv(frame)
     missed = np.linalg.norm(_misses(matrix / matrix[2, 2], places, image), axis=1)
     noise_px = max(click_noise_px, DEVIATION * float(np.median(missed)), LEAST_PX)

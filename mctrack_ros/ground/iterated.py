@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
 from mctrack_ros.ground.cells import CellMapping, Cells
-from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of
+from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, propagated
+from mctrack_ros.ground.origin import local_origin
 from mctrack_ros.ground.support import cell_doubts
 
 Floats = NDArray[np.float64]
@@ -50,18 +51,23 @@ class IteratedMapping(GroundMapping):
         threshold_px: float = 1.0,
         click_noise_px: float = 0.0,
     ) -> None:
-        self.cells, self.image_size = cells, (int(image_size[0]), int(image_size[1]))
+        self.origin = local_origin(cells.ground)
+        self.cells = cells = cells.moved(-self.origin)
+        self.image_size = (int(image_size[0]), int(image_size[1]))
         self._threshold_px, self._noise_px = float(threshold_px), float(click_noise_px)
         self._exact = CellMapping(cells, image_size)
 
     @property
     def camera_position(self) -> Floats:
         """Where the camera stands, (3,) m, by one homography over all points."""
-        return self._exact.camera_position
+        return self._stated(self._exact.camera_position)
 
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
         """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""
-        pixel = points_of(pixel)
+        return self._found(points_of(pixel)) + self.origin
+
+    def _found(self, pixel: Floats) -> Floats:
+        """Return the positions of pixels about the origin."""
         cell, inside = self.cells.in_image(pixel)
         ratio = _ratios(self.cells.image, cell, inside, pixel, self._threshold_px)
         low, high = self.cells.ground[cell, 0], self.cells.ground[cell, 2]
@@ -72,15 +78,22 @@ class IteratedMapping(GroundMapping):
 
     def image_from_ground(self, position: ArrayLike, height: ArrayLike = 0.0) -> Floats:
         """Return the (n, 2) pixels of (n, 2) ground positions, m; NaN behind the camera."""
-        position = points_of(position)
+        local = self._local(position)
+        return self._shown(local) + self._exact.rise(local, height)
+
+    def _shown(self, position: Floats) -> Floats:
+        """Return the pixels of positions about the origin."""
         cell, inside = self.cells.on_ground(position)
         pixel = _crossings(self.cells.image, cell, self._ratio(position, cell))
         pixel[self._unseen(position, inside)] = np.nan
-        return pixel + self._exact.rise(position, height)
+        return pixel
 
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
-        position = points_of(position)
+        return self._slopes(self._local(position))
+
+    def _slopes(self, position: Floats) -> Floats:
+        """Return the same at positions about the origin."""
         cell, inside = self.cells.on_ground(position)
         ratio = self._ratio(position, cell)
         size = self.cells.ground[cell, 2] - self.cells.ground[cell, 0]
@@ -102,19 +115,19 @@ class IteratedMapping(GroundMapping):
         threshold; how far equal ratios are from the cell's homography; and, outside all cells,
         what their points do not show.
         """
-        position = points_of(position)
-        return self._added(position, self.image_from_ground(position))
+        local = self._local(position)
+        return self._added(local, self._shown(local))
 
     def locate(self, pixel: ArrayLike, pixel_covariance: ArrayLike) -> tuple[Floats, Floats]:
         """Return (n, 2) positions, m, and their (n, 2, 2) covariances, m²."""
         pixel = points_of(pixel)
-        position, inside = self.ground_from_image(pixel), self.cells.in_image(pixel)[1]
-        reached = np.where(inside[:, None], self.image_from_ground(position), pixel)
-        spread = self.propagated(position, pixel_covariance)
-        return position, spread + self._added(position, reached)
+        local, inside = self._found(pixel), self.cells.in_image(pixel)[1]
+        reached = np.where(inside[:, None], self._shown(local), pixel)
+        position = local + self.origin
+        return position, self.propagated(position, pixel_covariance) + self._added(local, reached)
 
     def _added(self, position: Floats, pixel: Floats) -> Floats:
-        """Return the covariances, m², of positions that were found for pixels."""
+        """Return the covariances, m², of positions about the origin, found for pixels."""
         ratio = self._ratio(position, self.cells.on_ground(position)[0])
         nearest, inside = self.cells.in_image(pixel)
         variance = self._threshold_px**2 / 3 + cell_doubts(self.cells.image, nearest, pixel)
@@ -126,7 +139,7 @@ class IteratedMapping(GroundMapping):
         # outside, the lines through a point may cross a second time: the direction tells nothing
         square = (bend**2).sum(axis=1)
         bent[~inside, 0, 0] = bent[~inside, 1, 1] = square[~inside]
-        return self.propagated(position, image) + bent
+        return propagated(self._slopes(position), image) + bent
 
     def is_extrapolated(self, pixel: ArrayLike) -> Mask:
         """Tell which (n, 2) pixels lie in no cell."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from copy import copy
+from typing import Self
 
 import numpy as np
 from numba import types
@@ -22,10 +24,29 @@ class GroundMapping(ABC):
     ----------
     image_size : (int, int)
         Width and height of the camera's pictures, px.
+    origin : (2,) array
+        About which it computes, m: positions come and go as the caller tells them.
 
     """
 
     image_size: tuple[int, int]
+    origin: Floats = np.zeros(2)
+
+    def moved(self, by: ArrayLike) -> Self:
+        """Return the mapping of the same camera where all positions are greater by (2,) m."""
+        mapping = copy(self)
+        mapping.origin = self.origin + np.asarray(by, np.float64)
+        return mapping
+
+    def _local(self, position: ArrayLike) -> Floats:
+        """Return the (n, 2) positions, m, about the mapping's origin."""
+        local: Floats = points_of(position) - self.origin
+        return local
+
+    def _stated(self, place: Floats) -> Floats:
+        """Return a place about the origin, (3,) m, as the caller tells it."""
+        stated: Floats = place + np.append(self.origin, 0.0)
+        return stated
 
     @property
     @abstractmethod

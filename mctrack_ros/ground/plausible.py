@@ -122,9 +122,7 @@ def _meant(height: float | None, units: Mapping[str, float]) -> str:
 
 def _camera_height(mapping: GroundMapping) -> float | None:
     """Return the camera's height above the ground, m; None if the mapping does not know it."""
-    if isinstance(mapping, CameraMapping):
-        return float(mapping.camera.position[2])
-    if isinstance(mapping, ProjectiveMapping):
+    if isinstance(mapping, CameraMapping | ProjectiveMapping):
         return float(mapping.camera_position[2])
     return None
 

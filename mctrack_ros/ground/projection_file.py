@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground.errors import CalibrationError
-from mctrack_ros.ground.projective import ProjectiveMapping
+from mctrack_ros.ground.projective import ProjectiveMapping, inverted
 from mctrack_ros.ground.yaml_files import read_yaml_file
 
 _SHAPES = {'image_from_ground': (3, 3), 'ground_from_image': (3, 3), 'image_from_world': (3, 4)}
@@ -56,7 +56,7 @@ def read_projection(
         if matrix.shape != _SHAPES[name]:
             raise ValueError(f'{name} has shape {matrix.shape}, expected {_SHAPES[name]}')
         if name == 'ground_from_image':
-            matrix = np.asarray(np.linalg.inv(matrix), np.float64)
+            matrix = inverted(matrix)
         matrix[:, :-1] /= metres_per_unit
         if name == 'image_from_world':
             return _checked(ProjectiveMapping(matrix, image_size))

@@ -12,11 +12,13 @@ from mctrack_ros.compiled import FLOATS_2D, compiled
 from mctrack_ros.ground.homography_fit import HomographyFit, fit_homography
 from mctrack_ros.ground.homography_spread import add_spread
 from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, propagated
+from mctrack_ros.ground.origin import local_origin
 from mctrack_ros.ground.support import distance_squared, doubt, doubts
 
 Floats = NDArray[np.float64]
 GROWTH = 8.0
 """How much the misfit of one homography grows outside its points, for each reach of theirs."""
+SINGULAR = 100 * np.finfo(np.float64).eps
 
 
 class ProjectiveMapping(GroundMapping):
@@ -48,15 +50,18 @@ class ProjectiveMapping(GroundMapping):
         matrix = np.asarray(image_from_world, np.float64)
         if matrix.shape != (3, 4) or not np.isfinite(matrix).all():
             raise ValueError(f'image_from_world has shape {matrix.shape}, expected finite (3, 4)')
+        _check_regular(matrix[:, [0, 1, 3]])
+        if fit is None:
+            self.origin = _near_camera(matrix)
+            matrix = _moved(matrix, -self.origin)
         homography = np.ascontiguousarray(matrix[:, [0, 1, 3]])
-        _check_regular(homography)
         centre = np.array([image_size[0] / 2, image_size[1] * 0.75, 1.0])
         depth = homography[2] @ np.linalg.solve(homography, centre)
         on_ground = np.linalg.solve(homography, centre)
         sign = np.sign(depth * on_ground[2]) or 1.0
-        self.image_from_world = matrix * sign
-        self.image_from_ground_homography = homography * sign
-        self.ground_from_image_homography = np.linalg.inv(self.image_from_ground_homography)
+        self._projection = matrix * sign
+        self._to_image = homography * sign
+        self._to_ground = np.linalg.inv(self._to_image)
         self.image_size = (int(image_size[0]), int(image_size[1]))
         self._fit = fit
 
@@ -130,18 +135,37 @@ class ProjectiveMapping(GroundMapping):
             If there are fewer than four points or all lie on a line.
 
         """
-        fit = fit_homography(points_of(ground), points_of(image), click_noise_px)
-        return cls.from_homography(fit.matrix @ fit.frame, image_size, fit)
+        places = points_of(ground)
+        origin = local_origin(places)
+        fit = fit_homography(places - origin, points_of(image), click_noise_px)
+        return cls.from_homography(fit.matrix @ fit.frame, image_size, fit).moved(origin)
+
+    @property
+    def image_from_world(self) -> Floats:
+        """Return the (3, 4) projection."""
+        return _moved(self._projection, self.origin)
+
+    @property
+    def image_from_ground_homography(self) -> Floats:
+        """Return the (3, 3) homography from the ground, m, to pixels."""
+        return self.image_from_world[:, [0, 1, 3]]
+
+    @property
+    def ground_from_image_homography(self) -> Floats:
+        """Return the (3, 3) homography from pixels to the ground, m."""
+        matrix = self._to_ground.copy()
+        matrix[:2] += np.outer(self.origin, matrix[2])
+        return matrix
 
     @property
     def camera_position(self) -> Floats:
         """Return where the camera is, (3,) m."""
-        place: Floats = -np.linalg.solve(self.image_from_world[:, :3], self.image_from_world[:, 3])
-        return place
+        place: Floats = -np.linalg.solve(self._projection[:, :3], self._projection[:, 3])
+        return self._stated(place)
 
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
         """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""
-        return _projected(self.ground_from_image_homography, points_of(pixel))
+        return _projected(self._to_ground, points_of(pixel)) + self.origin
 
     def image_from_ground(self, position: ArrayLike, height: ArrayLike = 0.0) -> Floats:
         """
@@ -155,18 +179,18 @@ class ProjectiveMapping(GroundMapping):
             Height above the ground, m: a number or (n,).
 
         """
-        points = points_of(position)
+        points = self._local(position)
         if not np.any(height):
-            return _projected(self.image_from_ground_homography, points)
+            return _projected(self._to_image, points)
         heights = np.broadcast_to(np.asarray(height, np.float64), len(points))
         world = np.column_stack([points, heights, np.ones(len(points))])
-        image = world @ self.image_from_world.T
+        image = world @ self._projection.T
         ahead = image[:, 2:] > 0
         return np.where(ahead, image[:, :2] / np.where(ahead, image[:, 2:], 1), np.nan)
 
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
-        return _derivatives(self.image_from_ground_homography, points_of(position))
+        return _derivatives(self._to_image, self._local(position))
 
     def is_extrapolated(self, pixel: ArrayLike) -> Mask:
         """Tell which (n, 2) pixels lie beyond the points that the homography was fitted to."""
@@ -178,15 +202,44 @@ class ProjectiveMapping(GroundMapping):
         """Return the (n, 2, 2) covariances, m², that the fit to points adds at positions, m."""
         if self._fit is None:
             return super().calibration_covariance(position)
-        position, fit = points_of(position), self._fit
-        in_frame = position * fit.frame[0, 0] + fit.frame[:2, 2]
+        fit = self._fit
+        in_frame = self._local(position) * fit.frame[0, 0] + fit.frame[:2, 2]
         image = _uncertain(fit.matrix, fit.terms, fit.hull, fit.misfit_px2, in_frame)
         return propagated(self.image_jacobian(position), image)
 
 
+def inverted(ground_from_image: Floats) -> Floats:
+    """Return the inverse of a homography to the ground, computed near what it shows."""
+    near, depth = ground_from_image.copy(), ground_from_image[2]
+    origin = local_origin(near[:2] @ depth / (depth @ depth)) if depth.any() else np.zeros(2)
+    near[:2] -= np.outer(origin, depth)
+    inverse = np.asarray(np.linalg.inv(near), np.float64)
+    inverse[:, 2] -= inverse[:, :2] @ origin
+    return inverse
+
+
 def _check_regular(homography: Floats) -> None:
-    if np.linalg.matrix_rank(homography) < 3:
+    """Refuse a homography that is singular, wherever its origin is."""
+    flat, deep = homography[:, :2], homography[:, 2]
+    beyond = deep - flat @ np.linalg.lstsq(flat, deep, rcond=None)[0]
+    off = np.linalg.norm(beyond) <= SINGULAR * np.linalg.norm(deep)
+    if off or np.linalg.matrix_rank(flat) < 2:
         raise ValueError('the ground plane projects to a line: the homography is singular')
+
+
+def _near_camera(projection: Floats) -> Floats:
+    """Return the origin, (2,) m, near the camera of a projection; zero if it has none."""
+    upper = projection[:, :3]
+    if np.linalg.matrix_rank(upper) < 3:
+        return np.zeros(2)
+    return local_origin(-np.linalg.solve(upper, projection[:, 3])[:2])
+
+
+def _moved(projection: Floats, by: Floats) -> Floats:
+    """Return the projection where all positions on the ground are greater by (2,) m."""
+    moved = projection.copy()
+    moved[:, 3] -= moved[:, :2] @ by
+    return moved
 
 
 @compiled(types.f8[:, ::1](FLOATS_2D, FLOATS_2D))

@@ -7,9 +7,11 @@ from mctrack_ros.recording.mot_text import (
     MotTextError,
     MotTextWriter,
     frame_origin_ns,
+    mot_text_place,
     read_mot_text,
     write_mot_text,
 )
+from mctrack_ros.recording.site_topic import stated_origin
 from mctrack_ros.recording.track_table import TrackTableWriter
 
 __all__ = [
@@ -24,6 +26,8 @@ __all__ = [
     'check_place',
     'frame_origin_ns',
     'is_bag',
+    'mot_text_place',
     'read_mot_text',
+    'stated_origin',
     'write_mot_text',
 ]

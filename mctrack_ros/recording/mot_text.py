@@ -36,11 +36,19 @@ class MotTextWriter:
         Period of the ticks, ns.
     origin_ns : int, optional
         Where frame 1 begins, ns; by default half a period before the first instant.
+    origin : (float, float)
+        What the tracks' positions are told from: the file has positions in its coordinates, m.
 
     """
 
-    def __init__(self, path: str | Path, period_ns: int, origin_ns: int | None = None) -> None:
-        self._period_ns = period_ns
+    def __init__(
+        self,
+        path: str | Path,
+        period_ns: int,
+        origin_ns: int | None = None,
+        origin: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        self._period_ns, self._origin = period_ns, origin
         self._origin_ns = origin_ns
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         self._file = Path(path).open('w', newline='\n')  # noqa: SIM115
@@ -50,7 +58,8 @@ class MotTextWriter:
         if self._origin_ns is None:
             self._origin_ns = frame_origin_ns(rows.stamp_ns, self._period_ns)
         frame = (rows.stamp_ns - self._origin_ns) // self._period_ns + 1
-        self._file.writelines(_lines(frame, rows.select(np.isin(rows.status, REPORTED))))
+        reported = rows.select(np.isin(rows.status, REPORTED))
+        self._file.writelines(_lines(frame, reported, self._origin))
 
     def close(self) -> None:
         """Finish the file."""
@@ -79,7 +88,12 @@ def write_mot_text(
             writer.write(rows)
 
 
-def read_mot_text(path: str | Path, period_ns: int, origin_ns: int = 0) -> list[Tracks]:
+def read_mot_text(
+    path: str | Path,
+    period_ns: int,
+    origin_ns: int = 0,
+    origin: tuple[float, float] = (0.0, 0.0),
+) -> list[Tracks]:
     """
     Read tracks, or truth in the same format.
 
@@ -91,6 +105,8 @@ def read_mot_text(path: str | Path, period_ns: int, origin_ns: int = 0) -> list[
         Period of the frames, ns.
     origin_ns : int
         Where frame 1 begins, ns.
+    origin : (float, float)
+        What the positions that are returned are told from, m.
 
     Returns
     -------
@@ -103,16 +119,16 @@ def read_mot_text(path: str | Path, period_ns: int, origin_ns: int = 0) -> list[
         If the file is not there or a line does not hold what it should.
 
     """
-    try:
-        lines = Path(path).read_text().splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise MotTextError(f'{path} cannot be read: {error}') from error
-    rows = [_row(path, number, line) for number, line in enumerate(lines, 1) if line.strip()]
-    rows.sort(key=lambda row: row[0])
+    rows = sorted(_rows(path), key=lambda row: row[0])
     return [
-        _instant(list(group), origin_ns + (int(frame) - 1) * period_ns + period_ns // 2)
+        _instant(list(group), origin_ns + (int(frame) - 1) * period_ns + period_ns // 2, origin)
         for frame, group in groupby(rows, key=lambda row: row[0])
     ]
+
+
+def mot_text_place(path: str | Path) -> tuple[float, float] | None:
+    """Return the first position in a file, m; None if it has none. Raises as `read_mot_text`."""
+    return next(((row[7], row[8]) for row in _rows(path)), None)
 
 
 def frame_origin_ns(stamp_ns: int, period_ns: int) -> int:
@@ -120,11 +136,23 @@ def frame_origin_ns(stamp_ns: int, period_ns: int) -> int:
     return stamp_ns - period_ns // 2
 
 
-def _lines(frame: int, rows: Tracks) -> Iterator[str]:
+def _lines(frame: int, rows: Tracks, origin: tuple[float, float]) -> Iterator[str]:
+    position = rows.position + np.array([*origin, 0.0])
     for track_id, score, (x, y, z) in zip(
-        rows.track_id.tolist(), rows.score.tolist(), rows.position.tolist()
+        rows.track_id.tolist(), rows.score.tolist(), position.tolist()
     ):
         yield f'{frame},{track_id},-1,-1,-1,-1,{score:.3f},{x:.4f},{y:.4f},{z:.4f}\n'
+
+
+def _rows(path: str | Path) -> Iterator[list[float]]:
+    """Yield the numbers of the lines."""
+    try:
+        lines = Path(path).read_text().splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise MotTextError(f'{path} cannot be read: {error}') from error
+    for number, line in enumerate(lines, 1):
+        if line.strip():
+            yield _row(path, number, line)
 
 
 def _row(path: str | Path, number: int, line: str) -> list[float]:
@@ -146,6 +174,7 @@ def _row(path: str | Path, number: int, line: str) -> list[float]:
     return values
 
 
-def _instant(rows: list[list[float]], stamp_ns: int) -> Tracks:
+def _instant(rows: list[list[float]], stamp_ns: int, origin: tuple[float, float]) -> Tracks:
     table = np.array(rows)
-    return Tracks.build(stamp_ns, track_id=table[:, 1], score=table[:, 6], position=table[:, 7:10])
+    position = table[:, 7:10] - [*origin, 0.0]
+    return Tracks.build(stamp_ns, track_id=table[:, 1], score=table[:, 6], position=position)

@@ -39,11 +39,15 @@ class TrackTableWriter:
         The file, replaced if it is there; its parents are made.
     period_ns : int
         Period of the ticks, ns: frame 1 is the first instant, as in `MotTextWriter`.
+    origin : (float, float)
+        What the tracks' positions are told from: the file has positions in its coordinates, m.
 
     """
 
-    def __init__(self, path: str | Path, period_ns: int) -> None:
-        self._period_ns, self._origin_ns = period_ns, -1
+    def __init__(
+        self, path: str | Path, period_ns: int, origin: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
+        self._period_ns, self._origin_ns, self._origin = period_ns, -1, origin
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         self._file = Path(path).open('w', newline='')  # noqa: SIM115
         self._rows = csv.writer(self._file, lineterminator='\n')
@@ -56,8 +60,9 @@ class TrackTableWriter:
         frame = (rows.stamp_ns - self._origin_ns) // self._period_ns + 1
         seconds, rest = divmod(rows.stamp_ns, 10**9)
         rows = rows.select(np.isin(rows.status, REPORTED))
+        position = rows.position[:, :2] + np.array(self._origin)
         for row in range(len(rows)):
-            (x, y, _), (vx, vy) = rows.position[row].tolist(), rows.velocity[row].tolist()
+            (x, y), (vx, vy) = position[row].tolist(), rows.velocity[row].tolist()
             self._rows.writerow(
                 (
                     f'{seconds}.{rest:09d}', frame, rows.track_id[row],
@@ -86,7 +91,9 @@ class TrackTableWriter:
         self.close()
 
 
-def read_track_table(path: str | Path, period_ns: int) -> tuple[list[Tracks], list[int], bool]:
+def read_track_table(
+    path: str | Path, period_ns: int, origin: tuple[float, float] = (0.0, 0.0)
+) -> tuple[list[Tracks], list[int], bool]:
     """
     Read tracks, or truth, from a table with a header.
 
@@ -96,6 +103,8 @@ def read_track_table(path: str | Path, period_ns: int) -> tuple[list[Tracks], li
         The file; `COLUMNS` are read, at least time or frame, id, x and y.
     period_ns : int
         Period of its frames, ns, if it has no times.
+    origin : (float, float)
+        What the positions that are returned are told from, m.
 
     Returns
     -------
@@ -125,7 +134,9 @@ def read_track_table(path: str | Path, period_ns: int) -> tuple[list[Tracks], li
         stamps = (frame - 1) * period_ns + period_ns // 2
     columns = {
         'track_id': table.whole_numbers('track_id', 0),
-        'position': np.column_stack([_filled(table, 'x'), _filled(table, 'y'), 0 * stamps]),
+        'position': np.column_stack(
+            [_filled(table, 'x') - origin[0], _filled(table, 'y') - origin[1], 0 * stamps]
+        ),
         'class_id': _codes(table),
         'status': _states(table),
         'score': np.nan_to_num(table.numbers('score'), nan=1.0),
@@ -141,6 +152,14 @@ def read_track_table(path: str | Path, period_ns: int) -> tuple[list[Tracks], li
     ]
     frames = [int(frame[part[0]]) for part in parts] if numbered and not counts_frames else []
     return instants, frames, counts_frames
+
+
+def track_table_place(path: str | Path) -> tuple[float, float] | None:
+    """Return the first position in a table, m; None if it has none. Raises `TableError`."""
+    table = read_table(path, COLUMNS)
+    places = np.column_stack([table.numbers('x'), table.numbers('y')])
+    known = places[np.isfinite(places).all(axis=1)]
+    return (float(known[0, 0]), float(known[0, 1])) if len(known) else None
 
 
 def _filled(table: Table, name: str) -> NDArray[np.float64]:

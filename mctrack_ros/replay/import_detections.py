@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -74,7 +74,7 @@ def import_detections(
     Parameters
     ----------
     sightings : mapping of str to Sightings
-        By the name of the camera.
+        By the name of the camera; positions in the coordinates of the site's files.
     site : SiteConfig
         Whose calibrations put them on the ground.
     out : str or Path
@@ -100,11 +100,15 @@ def import_detections(
         number of which nobody said what it is.
 
     """
+    local = {
+        name: replace(each, position=each.position - np.array(site.origin))
+        for name, each in sightings.items()
+    }
     mappings = {name: _mapping_of(site, name) for name in sightings}
     done = {name: Imported() for name in sightings}
     streams = [
         _messages(name, each, _codes(name, each, classes), mappings[name], done[name], least_score)
-        for name, each in sightings.items()
+        for name, each in local.items()
     ]
     total = sum(len(each.stamp_ns) for each in sightings.values())
     with BagWriter(out, overwrite=overwrite) as bag:

@@ -12,13 +12,20 @@ import numpy as np
 
 from mctrack_ros.fusion import FusionPipeline
 from mctrack_ros.interfaces import REPORTED
-from mctrack_ros.recording import BagReader, BagWriter, MotTextWriter, TrackTableWriter
+from mctrack_ros.recording import (
+    BagReader,
+    BagWriter,
+    MotTextWriter,
+    TrackTableWriter,
+    stated_origin,
+)
 from mctrack_ros.replay.camera_source import CameraTask, Debug, topic_of
-from mctrack_ros.replay.lockstep import TickOutput, camera_tasks, run_lockstep
+from mctrack_ros.replay.lockstep import ReplayError, TickOutput, camera_tasks, run_lockstep
 from mctrack_ros.replay.quality import LEFT_OUT, Stamps, complaints, figures
 from mctrack_ros.replay.stamps import judge, read_entries
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
 from mctrack_ros.site_config import SiteConfig
+from mctrack_ros.stated_origin import origin_text
 
 if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
     from mctrack_ros.recording.videos import Video
@@ -78,7 +85,8 @@ def track_bag(
     Track a bag, or videos, and write ``out/bag``, ``out/tracks.txt`` and ``out/tracks.csv``.
 
     The same bag and site give the same bytes, whatever the number of processes; videos give
-    those of the bag that `write_videos` makes of them.
+    those of the bag that `write_videos` makes of them. Text has the coordinates
+    of the site's files.
 
     Parameters
     ----------
@@ -108,6 +116,11 @@ def track_bag(
     TrackSummary
         What was done.
 
+    Raises
+    ------
+    ReplayError
+        If recorded detections are told from another origin than the site's.
+
     """
     if isinstance(bag, Mapping):
         tasks, seconds, total = _videos(bag, site)
@@ -119,8 +132,8 @@ def track_bag(
     out = Path(out)
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
-        MotTextWriter(out / 'tracks.txt', tasks[0].period_ns) as text,
-        TrackTableWriter(out / 'tracks.csv', tasks[0].period_ns) as table,
+        MotTextWriter(out / 'tracks.txt', tasks[0].period_ns, origin=site.origin) as text,
+        TrackTableWriter(out / 'tracks.csv', tasks[0].period_ns, site.origin) as table,
         closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
     ):
         for ticked in run_lockstep(workers, site, fusion=fusion, explain=explain):
@@ -147,6 +160,16 @@ def track_bag(
     return summary
 
 
+def _check_origin(reader: BagReader, site: SiteConfig) -> None:
+    """Refuse detections that are told from elsewhere than the site's positions."""
+    told = stated_origin(reader)
+    if told is not None and told != site.origin:
+        raise ReplayError(
+            f'the detections in {reader.path} are told from the origin {origin_text(told)}, the '
+            f'site has {origin_text(site.origin)}: set origin: {origin_text(told)} in the site'
+        )
+
+
 def _bag(
     bag: str | Path, site: SiteConfig, namespace: str, log_times: bool
 ) -> tuple[list[CameraTask], float, int]:
@@ -154,6 +177,8 @@ def _bag(
     tasks = camera_tasks(bag, site, namespace)
     with BagReader(bag, namespace) as reader:
         topics = {topic_of(task, reader): task.camera for task in tasks}
+        if any(task.detections_topic in topics for task in tasks):
+            _check_origin(reader, site)
         entries = read_entries(reader, topics, log_times)
         seconds = reader.duration_s
     stamps = judge(entries, site.camera_names, site.fusion.batching)

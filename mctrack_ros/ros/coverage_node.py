@@ -46,7 +46,8 @@ class CoverageNode(GraphNode):
             raise ConfigError("site is '', expected the site YAML")
         site = load_site(self.config.site)
         self.frame = site.ground_frame
-        self.raster = site_coverage(site, self.config.coverage, self.config.area).raster
+        raster = site_coverage(site, self.config.coverage, self.config.area).raster
+        self.raster = raster.moved([-along for along in site.origin])
         self.seen = self.publisher(OccupancyGrid, 'coverage', quality.latched())
         self.error = self.publisher(OccupancyGrid, 'coverage/error', quality.latched())
 

@@ -28,6 +28,7 @@ from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.process import run
 from mctrack_ros.ros.track_ids import TrackIds, state_path
 from mctrack_ros.site_description import site_description
+from mctrack_ros.stated_origin import origin_from
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,9 @@ class FusionNodeConfig:
     autostart: bool = parameter(True, AUTOSTART)
     cameras: tuple[str, ...] = parameter(('cam1',), 'names of the cameras, in order')
     ground_frame: str = parameter('map', 'frame of ground positions')
+    origin: str = parameter(
+        '0,0', "x,y that positions are told from, in the coordinates of the site's files [m]"
+    )
     obstacle_height: float = parameter(
         0.5, 'height of the points on /tracks/obstacles [m]', minimum=0.0, maximum=10.0
     )
@@ -67,6 +71,7 @@ class FusionNode(GraphNode):
             )
         for camera in cameras:
             check_camera_name(camera)
+        self.origin = origin_from(self.config.origin)
         self.batcher = Batcher(self.config.fusion, cameras)
         self.ids = self.open_ids()
         self.pipeline = FusionPipeline(self.config.fusion, cameras, self.ids.first)
@@ -106,7 +111,13 @@ class FusionNode(GraphNode):
     def start(self) -> None:
         """Subscribe to every camera, and say what the site is."""
         self.after_arrivals = self.create_guard_condition(self.on_overdue)
-        values = {'cameras': list(self.config.cameras), 'fusion': values_of(self.config.fusion)}
+        if any(self.origin):
+            self.get_logger().info(f'positions are told from the origin {self.config.origin}')
+        values = {
+            'cameras': list(self.config.cameras),
+            'origin': list(self.origin),
+            'fusion': values_of(self.config.fusion),
+        }
         description = site_description(values, list(self.config.cameras), uuid.uuid4().hex)
         self.site.publish(String(data=description))
         for camera in self.config.cameras:

@@ -8,6 +8,7 @@ from mctrack_ros.ros.camera_node import CameraNodeConfig
 from mctrack_ros.ros.fusion_node import FusionNodeConfig
 from mctrack_ros.ros.graph import NodeSpec
 from mctrack_ros.site_config import SiteConfig
+from mctrack_ros.stated_origin import origin_text
 
 
 def site_nodes(
@@ -16,7 +17,10 @@ def site_nodes(
     """Return a site's fusion node and, but for own detections, a camera node for each camera."""
     clock = {'use_sim_time': use_sim_time}
     fusion = FusionNodeConfig(
-        cameras=site.camera_names, ground_frame=site.ground_frame, fusion=site.fusion
+        cameras=site.camera_names,
+        ground_frame=site.ground_frame,
+        origin=origin_text(site.origin),
+        fusion=site.fusion,
     )
     nodes = [NodeSpec('fusion_node', 'fusion', values_of(fusion) | clock)]
     if own_detections:

@@ -32,6 +32,7 @@ export default {
   props: {
     extent: Array,
     frame: Array,
+    origin: Array, // what is added to the drawing's coordinates where they are told
     picture: String,
     unit: String,
     placing: Boolean,
@@ -51,9 +52,10 @@ export default {
     },
     readout() {
       if (!this.at) return '';
-      const y = this.unit === 'm' ? -this.at[1] : this.at[1];
+      const [x, down] = this.at.map((along, axis) => along + this.origin[axis]);
+      const y = this.unit === 'm' ? -down : down;
       const digits = this.scale < 0.2 ? 2 : 1;
-      return `${this.at[0].toFixed(digits)}, ${y.toFixed(digits)} ${this.unit}`;
+      return `${x.toFixed(digits)}, ${y.toFixed(digits)} ${this.unit}`;
     },
   },
   watch: {

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from nicegui.element import Element
 
+from mctrack_ros.ground.origin import local_origin
 from mctrack_ros.web.drawing import Drawing
 from mctrack_ros.web.lines import Extent
 
@@ -41,26 +42,34 @@ class Board(Element, component='board.js'):
         unit: str = 'px',
     ) -> None:
         super().__init__()
-        self._props.update(extent=list(extent), unit=unit, placing=False)
-        self._props.update(picture=picture, frame=list(extent))
-        self.on('placed', lambda event: on_click(event.args['x'], event.args['y']))
+        # browsers draw in float32: they are told of far places from one near by
+        self._origin = x, y = local_origin(extent[:2]).tolist()
+        self._props.update(extent=self._near(extent), unit=unit, placing=False)
+        self._props.update(picture=picture, frame=self._near(extent), origin=[x, y])
+        self.on('placed', lambda event: on_click(event.args['x'] + x, event.args['y'] + y))
         self.on('picked', lambda event: on_pick(event.args['name']))
-        self.on('moved', lambda e: on_move(e.args['name'], e.args['x'], e.args['y']))
+        self.on('moved', lambda e: on_move(e.args['name'], e.args['x'] + x, e.args['y'] + y))
 
     def show(self, drawing: Drawing, placing: bool = False) -> None:
         """Show a drawing; while `placing`, marks do not catch clicks."""
-        self._props.update(drawing=drawing.as_json(), placing=placing)
+        x, y = self._origin
+        self._props.update(drawing=drawing.moved(-x, -y).as_json(), placing=placing)
         self.update()
 
     def show_picture(self, picture: str, frame: Extent) -> None:
         """Show another picture, in a frame of its own."""
-        self._props.update(picture=picture, frame=list(frame))
+        self._props.update(picture=picture, frame=self._near(frame))
         self.update()
 
     def turn_to(self, picture: str, extent: Extent) -> None:
         """Show another picture that fills an extent of its own, and all of it."""
-        self._props.update(extent=list(extent))
+        self._props.update(extent=self._near(extent))
         self.show_picture(picture, extent)
+
+    def _near(self, extent: Extent) -> list[float]:
+        """Return an extent as the browser is told of it."""
+        (left, top, width, height), (x, y) = extent, self._origin
+        return [left - x, top - y, width, height]
 
     def show_all(self) -> None:
         """Zoom out to the whole extent."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from mctrack_ros.web.lines import MARGIN, Extent, cut, flipped, metre_grid, picture_edge
@@ -38,6 +38,15 @@ class Drawing:
     lines: list[Line]
     arrows: list[Line]
     marks: list[Mark]
+
+    def moved(self, right: float, down: float) -> Drawing:
+        """Return the drawing with all in it farther right and down."""
+
+        def put(line: Line) -> Line:
+            return replace(line, points=[[x + right, y + down] for x, y in line.points])
+
+        marks = [replace(mark, x=mark.x + right, y=mark.y + down) for mark in self.marks]
+        return Drawing([put(one) for one in self.lines], [put(one) for one in self.arrows], marks)
 
     def as_json(self) -> dict[str, Any]:
         """Return it as the browser takes it."""

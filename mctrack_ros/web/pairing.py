@@ -147,7 +147,7 @@ class Pairing(Undoable[Pairs]):
             if row is None or not np.allclose(self.ground[row], place, atol=1e-6):
                 raise PairingError(
                     f'the grid of {self.camera!r} has a point {name!r} at '
-                    f'({place[0]:g}, {place[1]:g}) m, the scene has not'
+                    f'({place[0]:.12g}, {place[1]:.12g}) m, the scene has not'
                 )
             pairs[name] = self._inside(*pixel)
         self._fov = grid.fov

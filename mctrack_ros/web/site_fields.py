@@ -45,7 +45,9 @@ def site_fields(site: SiteConfig, config: CoverageConfig, area: str = '') -> Fie
         if fov is not None:
             drawn[name] = tuple((x, y) for x, y in fov.tolist())
             least_px = blobs.farthest_height_px
-            field = seen_ground(settings.mapping(), config.reach, blobs.person_height_m, least_px)
+            field = seen_ground(
+                settings.stated_mapping(), config.reach, blobs.person_height_m, least_px
+            )
             view = replace(view, field=field)
         views[name] = view
     text = area or site.area

@@ -52,7 +52,7 @@ def point_rows(pairing: Pairing) -> list[dict[str, str | float | None]]:
     return [
         {
             'name': name,
-            'ground': f'{at[name][0]:g}, {at[name][1]:g}',
+            'ground': f'{at[name][0]:.12g}, {at[name][1]:.12g}',
             'pixel': f'{x:.1f}, {y:.1f}',
             'residual': round(residual[name], 2) if name in residual else None,
         }
@@ -89,7 +89,7 @@ def _uncertainty(fit: CameraFit) -> str:
 
 def _where(fit: CameraFit) -> str:
     camera = fit.mapping.camera
-    x, y, z = (-camera.rotation.T @ camera.translation).tolist()
+    x, y, z = fit.mapping.camera_position.tolist()
     return (
         f'Camera at ({x:.1f}, {y:.1f}) m, {z:.1f} m high; focal length '
         f'{camera.intrinsics[0]:.0f} px, k1 {camera.distortion[0]:+.3f}'

@@ -2,6 +2,7 @@ import json
 
 import cv2
 import pytest
+from far_hall import write_far_hall
 from typer.testing import CliRunner
 
 from mctrack_ros.cli.main import app
@@ -31,6 +32,27 @@ def test_coverage_of_an_area_lists_its_blind_areas(tmp_path):
     assert values['blind.count'] >= 1
     assert values['blind.1.x_m'] < 0
     assert values['blind.m2'] == pytest.approx(values['area_m2'] * values['share.exactly_0'])
+
+
+def test_coverage_of_a_far_site_is_that_of_the_near_one(tmp_path):
+    figures, output = [], ''
+    for name, offset in (('near', (0.0, 0.0)), ('far', (389010.5, 5820020.25))):
+        write_far_hall(tmp_path / name, offset, area='')
+        options = ('--cell', 1, '--reach', 30, '--json', tmp_path / 'coverage.json')
+        picture = tmp_path / f'{name}.png'
+        site = tmp_path / name / 'site.yaml'
+        output = mctrack('coverage', site, *options, '--picture', picture)
+        figures.append(json.loads((tmp_path / 'coverage.json').read_text())['figures'])
+        assert cv2.imread(str(picture)).shape[1] > 1000
+    near, far = figures
+    assert near['blind.count'] >= 1
+    for axis, along in (('x', 389010.5), ('y', 5820020.25)):
+        for number in range(1, min(near['blind.count'], 20) + 1):
+            far[f'blind.{number}.{axis}_m'] -= along
+    # where cells begin moves with the seen area's corner, by rounding
+    assert far == pytest.approx(near, rel=0.01, abs=0.01)
+    low = 5820020.25 - 22.0 - 30.0
+    assert any(f'y {low + off:.0f}' in output for off in range(60))
 
 
 def test_coverage_refuses_a_crossing_area():

@@ -8,6 +8,7 @@ import moving_camera
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from far_hall import write_far_hall
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 from walker import PERIOD_NS, SIZE, camera_parameters, picture_message
 
@@ -125,6 +126,16 @@ def test_a_name_that_is_no_cameras_is_refused_in_one_line(bench, tmp_path, node,
     assert bench.exit_code(bench.spawn(node, **given[node])) == 2
     (line,) = bench.log(node).splitlines()
     assert f"camera '{name}': expected letters, digits" in line
+
+
+def test_a_camera_far_from_its_origin_ends_with_the_line_to_set(bench, tmp_path):
+    write_far_hall(tmp_path / 'far', (389000.0, 5820000.0))
+    settings = {
+        'grid': str(tmp_path / 'far' / 'north.xml'), 'image_width': 320, 'image_height': 240,
+    }  # fmt: skip
+    process = bench.spawn('camera_node', camera='north', settings=settings)
+    assert bench.exit_code(process, 120.0) == 2
+    assert 'set origin: 389000,5820000' in bench.log('camera_node')
 
 
 def bad_pictures(stamp_ns):

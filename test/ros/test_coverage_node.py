@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import yaml
+from far_hall import write_far_hall
 from nav_msgs.msg import OccupancyGrid
 from walker import SIZE
 
@@ -45,6 +46,16 @@ def test_late_comers_get_both_grids(bench, site):
     assert (cells(seen[0]) == 100).mean() == pytest.approx(raster.seen[0].mean(), abs=0.02)
     assert ((cells(error[0]) == -1) == (cells(seen[0]) == 0)).all()
     assert 0 < cells(error[0]).max() <= 100
+
+
+def test_grids_of_a_far_site_are_told_from_its_origin(bench, tmp_path):
+    site = write_far_hall(tmp_path / 'far', (389010.0, 5820020.0))
+    bench.make(CoverageNode, site=str(tmp_path / 'far' / 'site.yaml'), coverage={'cell': 1.0})
+    seen = bench.messages(OccupancyGrid, '/coverage', latched())
+    bench.until(lambda: seen)
+    assert site.origin == (389000.0, 5820000.0)
+    corner = seen[0].info.origin.position
+    assert (corner.x, corner.y) == pytest.approx((10.0 - 6.0, 20.0 - 6.0), abs=1e-6)
 
 
 def test_corner_outside_a_slanted_area_is_unknown(bench, site):

@@ -165,6 +165,19 @@ def test_site_is_latched_and_decodes_the_bits(bench):
     assert len(site['configuration_hash']) == 64
 
 
+def test_site_says_what_positions_are_told_from(bench):
+    bench.make(FusionNode, cameras=CAMERAS, origin='389000,5820000')
+    sites = bench.messages(String, '/site', latched())
+    bench.until(lambda: sites)
+    assert json.loads(sites[0].data)['origin'] == [389000.0, 5820000.0]
+
+
+def test_what_is_no_origin_ends_it_with_its_reason(bench):
+    process = bench.spawn('fusion_node', origin='389000')
+    assert bench.exit_code(process, 120.0) == 2
+    assert 'expected x,y in metres, for example 389000,5820000' in bench.log('fusion_node')
+
+
 def ids_of(graph, indices):
     """Return the ids of the tracks of people whom both cameras see for some ticks."""
     before = len(graph.tracks)

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from far_hall import write_far_hall
 from sensor_msgs.msg import CompressedImage
 from walker import PERIOD_NS, SIZE, picture_message
 
@@ -44,6 +45,14 @@ def site(tmp_path, projection):
     path = tmp_path / 'site.yaml'
     path.write_text(yaml.safe_dump(content))
     return load_site(path)
+
+
+def test_every_node_of_a_far_site_is_told_the_same_origin(tmp_path):
+    nodes = site_nodes(write_far_hall(tmp_path / 'far', (389010.0, 5820020.0)))
+    told = {node.name: node.parameters for node in nodes}
+    assert told['fusion']['origin'] == '389000,5820000'
+    for name in ('north', 'south'):
+        assert told[f'{name}_camera']['settings']['origin'] == '389000,5820000'
 
 
 def patient_nodes(site, **options):
