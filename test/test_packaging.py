@@ -28,11 +28,14 @@ EXECUTABLES = {
     'video_node',
 }
 ROSDEP_KEY_OF_IMPORT = {
+    'backports': 'python3-rosbags-pip',
+    'compression': 'python3-rosbags-pip',
     'cv2': 'python3-opencv',
     'defusedxml': 'python3-defusedxml',
     'h5py': 'python3-h5py',
     'jinja2': 'python3-jinja2',
     'lxml': 'python3-lxml',
+    'lz4': 'python3-rosbags-pip',
     'markupsafe': 'python3-jinja2',
     'matplotlib': 'python3-matplotlib',
     'numba': 'python3-numba',

@@ -24,7 +24,7 @@ _DOMAIN = typer.Option(
 def run(
     site: str = typer.Argument(..., help='Site YAML, or the name of a shipped site.'),
     namespace: str = typer.Option(
-        '', callback=namespace_name, help='Namespace of all nodes, for example /hall.'
+        '', callback=namespace_name, help='Namespace of all nodes, for example hall.'
     ),
     use_sim_time: bool = typer.Option(False, '--use-sim-time', help='Take time from /clock.'),
     own_detections: bool = typer.Option(
@@ -63,7 +63,7 @@ def record(
     from mctrack_ros.ros.graph import recorder_node
 
     if namespace:
-        topics = [f'{namespace}(?:{pattern})' for pattern in topics]
+        topics = [f'{namespace}(?=/)(?:{pattern})' for pattern in topics]
     node = recorder_node(out.absolute(), topics, overwrite=overwrite, explain=explain)
     _run_nodes([node], '', domain)
 

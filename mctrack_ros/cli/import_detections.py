@@ -52,15 +52,15 @@ def import_detections(
     """Put the boxes or positions of your own detectors into a bag, for `mctrack track`."""
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.cli.sites import named_site
-    from mctrack_ros.cli.videos import _by_camera, _seconds
+    from mctrack_ros.cli.videos import by_camera, seconds_of
     from mctrack_ros.recording.box_files import TextClock
     from mctrack_ros.recording.class_names import CLASS_NAMES
     from mctrack_ros.recording.sightings import with_all_pictures
     from mctrack_ros.replay import import_detections as importing
 
     config = named_site(site)
-    files = _by_camera(sources, 'north=north.txt')
-    delays = {name: _seconds(text) for name, text in _by_camera(later, 'south=1.5').items()}
+    files = by_camera(sources, 'north=north.txt')
+    delays = {name: seconds_of(text) for name, text in by_camera(later, 'south=1.5').items()}
     for name in delays.keys() - files.keys():
         raise ValueError(f'--later names {name}, expected one of {", ".join(files)}')
     limits = _limits(score_range)

@@ -17,6 +17,7 @@ from mctrack_ros.cli import (
     compare,
     coverage,
     demo,
+    doctor,
     explain,
     graph,
     import_detections,
@@ -64,6 +65,7 @@ app.command('calibrate')(calibrate.calibrate)
 app.command('evaluate')(compare.evaluate)
 app.command('reproduce')(reproduce.reproduce)
 app.command('coverage')(coverage.coverage)
+app.command('doctor')(doctor.doctor)
 app.command('check-calibration')(calibration.check_calibration)
 app.command('convert-calibration')(calibration.convert_calibration)
 app.add_typer(bench.app, name='bench', help='Time the parts of the system on one core.')
@@ -82,7 +84,7 @@ def _show_warning(
     """Show what the package warns of as one line; of others what Python would show."""
     text = warnings.formatwarning(message, category, filename, lineno, line)
     if category.__module__.startswith('mctrack_ros.'):
-        text = f'mctrack: {message}\n'
+        text = f'warning: {message}\n'
     print(text, end='', file=file or sys.stderr)
 
 

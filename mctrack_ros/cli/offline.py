@@ -19,11 +19,9 @@ from mctrack_ros.processes import prepare_workers
 
 if TYPE_CHECKING:
     from mctrack_ros.recording.videos import Video
-    from mctrack_ros.site_config import SiteConfig
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 _USUAL_SITE = 'pitch5'
-_BAG_FILES = ('.mcap', '.db3')
 _OVERWRITE = typer.Option(False, '--overwrite', help='Replace earlier results.')
 _PROCESSES = typer.Option(2, min=1, max=64, help='Processes to share the cameras among.')
 _WORKERS = typer.Option(
@@ -127,8 +125,8 @@ def track(
         help='Bag with the pictures, or detections, of every camera; or the video file of each, '
         'for example north=north.mp4 south=south.mp4.',
     ),
-    out: Path = typer.Option(
-        ..., help='Folder for the bag of results, tracks.txt and tracks.csv.'
+    out: Path | None = typer.Option(
+        None, help='Folder for the bag of results, tracks.txt and tracks.csv.  [required]'
     ),
     site: str = typer.Option(
         '', help=f'Site YAML, or the name of a shipped site; unless given, {_USUAL_SITE}.'
@@ -161,10 +159,14 @@ def track(
     from mctrack_ros.replay.track import track_bag
     from mctrack_ros.stated_origin import origin_text
 
+    bag, name = _source(sources, later, rate)
+    if namespace and not isinstance(bag, Path):
+        raise ValueError('--namespace is for bags, which have topics: videos have none')
+    if out is None:
+        raise typer.BadParameter('a folder for the results is missing', param_hint='--out')
     if not site:
         typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
     config = named_site(site or _USUAL_SITE)
-    bag, name = _source(sources, config, later, rate)
     processes = processes or len(config.cameras)
     for line in calibration_doubts(config):
         typer.echo(line, err=True)
@@ -212,7 +214,7 @@ def track(
 
 
 def _source(
-    sources: list[str], site: SiteConfig, later: list[str], rate: float
+    sources: list[str], later: list[str], rate: float
 ) -> tuple[Path | dict[str, Video], str]:
     """
     Return the bag, or the videos by camera, and how the command names them.
@@ -223,15 +225,19 @@ def _source(
         If it is neither one bag nor videos; says how a video is named.
 
     """
+    from mctrack_ros.recording import is_bag
+
     path = Path(sources[0])
     if len(sources) > 1 or ('=' in sources[0] and not path.exists()):
         videos = open_videos(sources, later, rate)
         return videos, ' '.join(f'{name}={each.path.name}' for name, each in videos.items())
     if later or rate:
         raise ValueError('--later and --rate are for videos: camera=file')
-    if path.is_file() and path.suffix not in _BAG_FILES:
-        camera = next(iter(site.cameras))
-        raise ValueError(f'{path} is no bag; a video is named with its camera: {camera}={path}')
+    if path.exists() and not is_bag(path):
+        raise ValueError(
+            f'{path} is no bag; videos are named with the cameras of a site: '
+            f'mctrack track CAMERA={path} ... --site SITE.yaml --out FOLDER'
+        )
     return path, path.name
 
 

@@ -65,8 +65,8 @@ def open_videos(files: list[str], later: list[str], rate: float) -> dict[str, Vi
     """
     from mctrack_ros.recording.videos import open_video, strangers
 
-    paths = _by_camera(files, 'north=north.mp4')
-    delays = {name: _seconds(text) for name, text in _by_camera(later, 'south=1.5').items()}
+    paths = by_camera(files, 'north=north.mp4')
+    delays = {name: seconds_of(text) for name, text in by_camera(later, 'south=1.5').items()}
     for name in delays.keys() - paths.keys():
         raise ValueError(f'--later names {name}, expected one of {", ".join(paths)}')
     videos = {name: open_video(path, rate, delays.get(name, 0.0)) for name, path in paths.items()}
@@ -87,7 +87,8 @@ def warn(line: str) -> None:
     typer.echo(f'warning: {line}', err=True)
 
 
-def _seconds(text: str) -> float:
+def seconds_of(text: str) -> float:
+    """Return what stands behind --later, s; what is no delay is a `ValueError`."""
     try:
         seconds = float(text)
     except ValueError:
@@ -97,7 +98,7 @@ def _seconds(text: str) -> float:
     return seconds
 
 
-def _by_camera(texts: list[str], example: str) -> dict[str, str]:
+def by_camera(texts: list[str], example: str) -> dict[str, str]:
     """Return what stands after the equals sign, by camera."""
     from mctrack_ros.camera_names import check_camera_name
 

@@ -8,27 +8,29 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.codec.encodings import encoding_of, picture_from
 from mctrack_ros.codec.messages import CodecError, MessageClasses, header
+from mctrack_ros.codec.picture_header import JPEG_START, stated_size
 
 try:
     import simplejpeg
 except ImportError:  # not among ROS's own packages
     simplejpeg = None
 
-_JPEG_START = b'\xff\xd8'
-
-_CHANNELS = {'mono8': 1, 'bgr8': 3, 'rgb8': 3, 'bgra8': 4, 'rgba8': 4}
-_TO_BGR = {
-    'mono8': cv2.COLOR_GRAY2BGR,
-    'rgb8': cv2.COLOR_RGB2BGR,
-    'bgra8': cv2.COLOR_BGRA2BGR,
-    'rgba8': cv2.COLOR_RGBA2BGR,
-}
+_MOST_PIXELS = 1 << 27
+"""Pictures with more pixels are refused before anything is allocated for them."""
 
 
-def image_from_message(message: Any) -> NDArray[np.uint8]:
+def image_from_message(message: Any, size: tuple[int, int] | None = None) -> NDArray[np.uint8]:
     """
     Return the picture of a ``sensor_msgs/Image`` or ``CompressedImage``.
+
+    Parameters
+    ----------
+    message : Image or CompressedImage
+        Of any message classes.
+    size : (int, int), optional
+        The width and height that it must have, px; another one is refused undecoded.
 
     Returns
     -------
@@ -38,31 +40,16 @@ def image_from_message(message: Any) -> NDArray[np.uint8]:
     Raises
     ------
     CodecError
-        If the picture is empty, its size and its data disagree, or its encoding is not one of
-        ``mono8``, ``bgr8``, ``rgb8``, ``bgra8``, ``rgba8``, JPEG or PNG.
+        If the picture is empty or not of the size, its size and its data disagree, or its encoding
+        is neither one of `ENCODINGS`, nor JPEG or PNG.
 
     """
     data = np.frombuffer(message.data, np.uint8)
     if data.size == 0:
         raise CodecError('the image is empty')
-    if not hasattr(message, 'encoding'):
-        return _decompressed(data, str(message.format))
-    if message.encoding not in _CHANNELS:
-        raise CodecError(
-            f'image encoding {message.encoding!r} is not known, expected one of '
-            f'{", ".join(_CHANNELS)}'
-        )
-    height, width, channels = message.height, message.width, _CHANNELS[message.encoding]
-    used = width * channels
-    if height == 0 or width == 0 or message.step < used or data.size != message.step * height:
-        raise CodecError(
-            f'a {width} x {height} {message.encoding} image with step {message.step} holds '
-            f'{data.size} bytes, expected {max(message.step, used) * height}'
-        )
-    picture = data.reshape(height, message.step)[:, :used].reshape(height, width, channels)
-    if message.encoding == 'bgr8':
-        return np.ascontiguousarray(picture)
-    return np.asarray(cv2.cvtColor(picture, _TO_BGR[message.encoding]), np.uint8)
+    if hasattr(message, 'encoding'):
+        return _raw_picture(message, data, size)
+    return _decompressed(data, str(message.format), size)
 
 
 def image_message(
@@ -99,14 +86,76 @@ def jpeg_from_image(image: NDArray[np.uint8], quality: int = 90) -> NDArray[np.u
     return np.asarray(jpeg, np.uint8).reshape(-1)
 
 
-def _decompressed(data: NDArray[np.uint8], name: str) -> NDArray[np.uint8]:
+def _raw_picture(
+    message: Any, data: NDArray[np.uint8], size: tuple[int, int] | None
+) -> NDArray[np.uint8]:
+    """Return the picture of an uncompressed message."""
+    encoding, width, height = encoding_of(message.encoding), message.width, message.height
+    _check_size((width, height), size)
+    used = width * encoding.channels * encoding.depth
+    per, of = encoding.rows
+    rows = height * per // of
+    if height == 0 or width == 0 or message.step < used or data.size != message.step * rows:
+        raise CodecError(
+            f'a {width} x {height} {message.encoding} image with step {message.step} holds '
+            f'{data.size} bytes, expected {max(message.step, used) * rows}'
+        )
+    if width % encoding.even[0] or height % encoding.even[1]:
+        raise CodecError(f'a {message.encoding} image cannot be {width} x {height}: expected even')
+    values = data.reshape(rows, message.step)[:, :used]
+    if encoding.depth == 2:
+        order = '>u2' if message.is_bigendian else '<u2'
+        values = np.ascontiguousarray(values).view(order).astype(np.uint16)
+    return picture_from(values.reshape(rows, width, encoding.channels), encoding)
+
+
+def _decompressed(
+    data: NDArray[np.uint8], name: str, size: tuple[int, int] | None
+) -> NDArray[np.uint8]:
+    """
+    Decompress, by the format string of compressed_image_transport.
+
+    That is ``<encoding>; <jpeg or png> compressed <encoding of the pixels in it>``, or the codec's
+    name alone.
+    """
+    stated = stated_size(memoryview(data))
+    if stated is None:
+        raise CodecError(
+            f'{data.size} bytes of a {name!r} image cannot be decompressed: expected JPEG or PNG'
+        )
+    _check_size(stated, size)
+    source, _, codec = (part.strip() for part in name.partition(';'))
+    is_mosaic = source.startswith('bayer_') and not codec.endswith('compressed mono8')
+    if data[:2].tobytes() == JPEG_START and simplejpeg is not None and not is_mosaic:
+        picture = _from_jpeg(data)
+    else:
+        values = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+        if values is None:
+            raise CodecError(f'{data.size} bytes of a {name!r} image cannot be decompressed')
+        picture = _from_values(values, source if is_mosaic else '')
+    return np.ascontiguousarray(picture[..., ::-1]) if 'compressed rgb' in codec else picture
+
+
+def _from_jpeg(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Decompress; simplejpeg gives the same pixels as OpenCV in half the time."""
-    if simplejpeg is not None and data[:2].tobytes() == _JPEG_START:
-        try:
-            return np.asarray(simplejpeg.decode_jpeg(data, 'BGR'))
-        except ValueError as error:
-            raise CodecError(f'{data.size} bytes of a JPEG image: {error}') from error
-    picture = cv2.imdecode(data, cv2.IMREAD_COLOR)
-    if picture is None:
-        raise CodecError(f'{data.size} bytes of a {name!r} image cannot be decompressed')
-    return np.asarray(picture, np.uint8)
+    try:
+        return np.asarray(simplejpeg.decode_jpeg(data, 'BGR'))
+    except ValueError as error:
+        raise CodecError(f'{data.size} bytes of a JPEG image: {error}') from error
+
+
+def _from_values(values: NDArray[Any], mosaic: str) -> NDArray[np.uint8]:
+    """Return the picture of what OpenCV decompressed; of a mosaic, if it is one channel."""
+    bits, channels = 8 * values.itemsize, values.shape[2] if values.ndim == 3 else 1
+    name = f'{mosaic.rstrip("0123456789")}{bits}' if mosaic and channels == 1 else ''
+    encoding = encoding_of(name or f'{bits}UC{channels}')
+    return picture_from(values.reshape(*values.shape[:2], channels), encoding)
+
+
+def _check_size(found: tuple[int, int], expected: tuple[int, int] | None) -> None:
+    """Refuse another size than the expected one, or one that nobody can mean."""
+    width, height = found
+    if expected is not None and found != tuple(expected):
+        raise CodecError(f'picture is {width} x {height}, expected {expected[0]} x {expected[1]}')
+    if width * height > _MOST_PIXELS:
+        raise CodecError(f'picture is {width} x {height}, more than {_MOST_PIXELS} pixels')

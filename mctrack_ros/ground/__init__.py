@@ -16,6 +16,7 @@ from mctrack_ros.ground.calibration_file import (
 from mctrack_ros.ground.camera import Camera, CameraMapping
 from mctrack_ros.ground.camera_fit import CameraFit, FitError, fit_camera
 from mctrack_ros.ground.camera_info import camera_from_info
+from mctrack_ros.ground.camera_problem import LensPrior
 from mctrack_ros.ground.cells import CellMapping, Cells
 from mctrack_ros.ground.check import CalibrationCheck, check_grid, first_look
 from mctrack_ros.ground.errors import CalibrationError, GridError, SceneError
@@ -52,6 +53,7 @@ __all__ = [
     'GroundMapping',
     'HeardCamera',
     'IteratedMapping',
+    'LensPrior',
     'Pose',
     'ProjectionError',
     'ProjectiveMapping',

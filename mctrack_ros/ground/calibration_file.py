@@ -301,8 +301,8 @@ def _to_grid(mapping: GroundMapping, path: str | Path, name: str) -> float:
     missed = grid_miss_px(mapping, grid)
     if not missed <= LARGEST_RESIDUAL_PX:
         raise CalibrationError(
-            'the camera fitted to a grid (square pixels, the principal point in the middle, one '
-            f'radial term) misses this one by up to {missed:.2g} px, expected at most '
+            'the camera fitted to a grid (a lens of five terms, as lenses usually are) '
+            f'misses this one by up to {missed:.2g} px, expected at most '
             f'{LARGEST_RESIDUAL_PX:g} px: convert to opencv or camera_info'
         )
     write_grid(grid, path)

@@ -22,8 +22,14 @@ from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, solve_spr
 from mctrack_ros.ground.support import doubt, doubts, hull_of
 
 Floats = NDArray[np.float64]
-PARAMETERS = ('focal length', 'k1', 'rotation x', 'rotation y', 'rotation z', 'x', 'y', 'z')
-"""What of a camera can be uncertain: px, none, rad about the camera's axes, m along them."""
+PARAMETERS = (
+    'focal length', 'k1', 'rotation x', 'rotation y', 'rotation z', 'x', 'y', 'z',
+    'principal point x', 'principal point y', 'aspect ratio', 'k2', 'p1', 'p2', 'k3',
+)  # fmt: skip
+"""What of a camera can be uncertain: px, none, rad about the camera's axes, m along them; px, and
+none for the rest. The focal length is that across; the aspect ratio is that down over it."""
+UNKNOWNS = len(PARAMETERS)
+DERIVATIVES = 2 + UNKNOWNS
 EDGE_SHARE = 0.97
 """How near to where a lens model folds over its picture is used, in tangents off the axis."""
 FARTHEST_EDGE = 100.0
@@ -49,7 +55,7 @@ class Camera:
         From world to camera axes (right, down, forward).
     translation : (3,) array
         The world's origin in camera axes, m.
-    covariance : (8, 8) array
+    covariance : (15, 15) array
         Of `PARAMETERS`, small changes: the rotation is followed by one about the camera's axes.
         Zero where the calibration does not tell.
 
@@ -59,13 +65,13 @@ class Camera:
     distortion: Floats
     rotation: Floats
     translation: Floats
-    covariance: Floats = field(default_factory=lambda: np.zeros((8, 8)))
+    covariance: Floats = field(default_factory=lambda: np.zeros((UNKNOWNS, UNKNOWNS)))
 
     def __post_init__(self) -> None:
         """Refuse what is no camera."""
         shapes = {
             'intrinsics': (4,), 'distortion': (5,), 'rotation': (3, 3), 'translation': (3,),
-            'covariance': (8, 8),
+            'covariance': (UNKNOWNS, UNKNOWNS),
         }  # fmt: skip
         for name, shape in shapes.items():
             array = np.ascontiguousarray(getattr(self, name), np.float64)
@@ -112,7 +118,7 @@ class Camera:
 
 
 def _carried(rotation: Floats, by: Floats) -> Floats:
-    """Return the (8, 8) derivatives of a moved camera's `PARAMETERS` by those before."""
+    """Return the (15, 15) derivatives of a moved camera's `PARAMETERS` by those before."""
     x, y, z = rotation[:, :2] @ by
     turn, place = PARAMETERS.index('rotation x'), PARAMETERS.index('x')
     carried = np.eye(len(PARAMETERS))
@@ -195,7 +201,7 @@ class CameraMapping(GroundMapping):
         return _in_image(lens, self._pose, self._local(position), np.zeros(1))
 
     def parameter_jacobian(self, position: ArrayLike) -> Floats:
-        """Return the (n, 2, 8) derivatives of the pixels of positions, m, by `PARAMETERS`."""
+        """Return the (n, 2, 15) derivatives of the pixels of positions, m, by `PARAMETERS`."""
         derivatives = _derivatives(self._lens, self._pose, self._local(position))[:, :, 2:]
         if not self.origin.any():
             return derivatives
@@ -262,7 +268,7 @@ def _in_image(lens: Floats, pose: Floats, position: Floats, height: Floats) -> F
 def _derive(
     lens: Floats, pose: Floats, x: float, y: float, work: Floats, by_axes: Floats, out: Floats
 ) -> None:
-    """Write the (2, 10) derivatives of a ground position's pixel: by it, by `PARAMETERS`."""
+    """Write the (2, 17) derivatives of a ground position's pixel: by it, by `PARAMETERS`."""
     turned_x = pose[0, 0] * x + pose[0, 1] * y
     turned_y = pose[1, 0] * x + pose[1, 1] * y
     turned_z = pose[2, 0] * x + pose[2, 1] * y
@@ -272,6 +278,7 @@ def _derive(
         return
     across, down = (turned_x + pose[0, 3]) / depth, (turned_y + pose[1, 3]) / depth
     distort(lens, across, down, work)
+    square = across * across + down * down
     for row in range(2):
         focal = lens[row]
         left, right = work[2 + 2 * row], work[3 + 2 * row]
@@ -285,11 +292,21 @@ def _derive(
             )  # fmt: skip
         direction = across if row == 0 else down
         out[row, 2] = work[row] * focal / lens[0]
-        out[row, 3] = focal * direction * (across * across + down * down) * work[6]
+        radial = focal * direction * square * work[6]
+        out[row, 3] = radial
         out[row, 4] = by_axes[2] * turned_y - by_axes[1] * turned_z
         out[row, 5] = by_axes[0] * turned_z - by_axes[2] * turned_x
         out[row, 6] = by_axes[1] * turned_x - by_axes[0] * turned_y
         out[row, 7], out[row, 8], out[row, 9] = by_axes[0], by_axes[1], by_axes[2]
+        out[row, 10], out[row, 11] = 1.0 - row, row
+        out[row, 12] = row * lens[0] * work[1]
+        out[row, 13], out[row, 16] = radial * square, radial * square * square
+        both, straight = (
+            2.0 * focal * across * down,
+            focal * (square + 2.0 * direction * direction),
+        )
+        out[row, 14] = straight if row else both
+        out[row, 15] = both if row else straight
 
 
 @inner
@@ -303,7 +320,7 @@ def _is_folded(lens: Floats, pose: Floats, x: float, y: float) -> bool:
 
 @compiled(_MATRICES(FLOATS_1D, FLOATS_2D, FLOATS_2D))
 def _derivatives(lens: Floats, pose: Floats, position: Floats) -> Floats:
-    derivatives = np.empty((len(position), 2, 10))
+    derivatives = np.empty((len(position), 2, DERIVATIVES))
     work, by_axes = np.empty(DERIVED), np.empty(3)
     for index in range(len(position)):
         x, y = position[index]
@@ -314,7 +331,7 @@ def _derivatives(lens: Floats, pose: Floats, position: Floats) -> Floats:
 @compiled(_MATRICES(FLOATS_1D, FLOATS_2D, FLOATS_2D))
 def _slopes(lens: Floats, pose: Floats, position: Floats) -> Floats:
     """Return the (n, 2, 2) derivatives of pixels by positions; NaN where it cannot see."""
-    slopes, jacobian = np.empty((len(position), 2, 2)), np.empty((2, 10))
+    slopes, jacobian = np.empty((len(position), 2, 2)), np.empty((2, DERIVATIVES))
     work, by_axes = np.empty(DERIVED), np.empty(3)
     for index in range(len(position)):
         x, y = position[index]
@@ -331,7 +348,7 @@ def _spread(
 ) -> Floats:
     """Return ground covariances: of pixels, one for all or one each, of the camera, outside."""
     spread = np.empty((len(position), 2, 2))
-    work, by_axes, jacobian = np.zeros(DERIVED), np.empty(3), np.empty((2, 10))
+    work, by_axes, jacobian = np.zeros(DERIVED), np.empty(3), np.empty((2, DERIVATIVES))
     known = calibration.any()
     image = np.empty((2, 2))
     for index in range(len(position)):
@@ -346,9 +363,9 @@ def _spread(
             image[0, 0] += variance
             image[1, 1] += variance
         if known:
-            for i in range(8):
+            for i in range(UNKNOWNS):
                 across, down = 0.0, 0.0
-                for j in range(8):
+                for j in range(UNKNOWNS):
                     across += calibration[i, j] * jacobian[0, 2 + j]
                     down += calibration[i, j] * jacobian[1, 2 + j]
                 image[0, 0] += jacobian[0, 2 + i] * across

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import least_squares
-from scipy.spatial.transform import Rotation
 from scipy.special import gammaincinv
 
-from mctrack_ros.ground.camera import PARAMETERS, Camera, CameraMapping
+from mctrack_ros.ground.camera import Camera, CameraMapping
+from mctrack_ros.ground.camera_problem import CameraProblem, LensPrior
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.homography_fit import start_homography
 from mctrack_ros.ground.mapping import points_of
@@ -19,13 +18,8 @@ from mctrack_ros.ground.projective import ProjectiveMapping
 
 Floats = NDArray[np.float64]
 CLICK_NOISE_PX = 0.5
-ROBUST_SCALE = 2.5
-FEWEST = len(PARAMETERS) // 2 + 2
-"""Points without which nothing is left to check the fit by: two more than it has unknowns for."""
-FOCAL_SPREAD, K1_SPREAD = 0.7, 0.5
-"""Spread of lenses: of the focal length's logarithm about the picture's longer side, and of k1.
-A camera that looks straight down sees the ground the same from twice as high with twice the focal
-length; this decides."""
+FEWEST = 6
+"""Points without which nothing is left to check the fit by: a homography takes four."""
 WILD = 3.5
 """Distance of a click from where the camera sees its point from which it is wild, in noises."""
 BELIEVED = 0.99
@@ -34,6 +28,8 @@ NEAREST = 20.0
 """Standard deviation of the points in the picture below which they say too little, in noises."""
 LARGEST_ERROR = 0.05
 """Predicted error from which points say too little, as a share of the area that they span."""
+MOST_FOLDED = 0.05
+"""Share of the points, at the picture's rim, from which a lens may lead no way back."""
 FOCAL_STARTS = (0.5, 0.8, 1.3, 2.0, 4.0)
 TRIED = 2
 SWAPPED = 'no camera sees the points so: are two of them swapped?'
@@ -58,9 +54,14 @@ class CameraFit:
         Where they were clicked, px.
     residual : (n, 2) array
         Clicked minus where the camera sees them, px.
+    left_out : (n, 2) array
+        Clicked minus where the other points put them, px, to first order.
     noise_px : float
         Standard deviation of a click along one axis, px: as stated or, if clearly larger, as
         found.
+    oddity : str
+        What no usual lens is like, for example a principal point far from the picture's middle,
+        which is what points of a cropped or scaled picture give; empty: nothing.
 
     """
 
@@ -68,7 +69,9 @@ class CameraFit:
     ground: Floats
     image: Floats
     residual: Floats
+    left_out: Floats
     noise_px: float
+    oddity: str
 
     @property
     def rms_px(self) -> float:
@@ -86,9 +89,10 @@ def fit_camera(
     """
     Fit a pinhole camera with radial distortion to points on the ground.
 
-    One focal length and k1 are estimated, with where the camera is; the principal point is taken
-    to be the picture's centre and pixels to be square. A click that is far off counts for little
-    (soft L1 beyond 2.5 times the noise).
+    Estimated are the pose, the focal length, the principal point, the aspect ratio and OpenCV's
+    five terms of the lens: those of the highest probability after the clicks, for lenses as
+    `LensPrior` has them. A click that is far off counts for little (soft L1 beyond 2.5 times the
+    noise, then by weight). The covariance is that of the normal distribution about the estimate.
 
     Parameters
     ----------
@@ -114,37 +118,55 @@ def fit_camera(
     origin = local_origin(places)
     ground = places - origin
     _check(ground, image, click_noise_px)
+    prior = LensPrior(image_size)
+    stated_px = np.full(len(ground), click_noise_px)
     starts = _starts(ground, image, image_size) if start is None else [start.moved(-origin)]
-    camera = _solved(starts, ground, image, image_size, click_noise_px)
-    fitted = CameraMapping(camera, image_size)
-    residual = image - fitted.image_from_ground(ground)
-    farthest = float(np.abs(image - np.divide(image_size, 2)).max())
-    if not np.abs(residual).max() <= farthest:
-        raise FitError(SWAPPED)
+    camera = _solved([CameraProblem(each, ground, image, prior, stated_px) for each in starts])
+    residual = _residual(camera, ground, image, image_size)
     weight = _weights(residual, click_noise_px)
-    noise_px = _noise(residual, weight, click_noise_px)
-    covariance = _covariance(fitted, ground, weight / noise_px**2)
+    weighed_px = click_noise_px / np.sqrt(weight)
+    _, fixed = CameraProblem(camera, ground, image, prior, weighed_px).covariance()
+    noise_px = _noise(residual, weight, click_noise_px, 2 * len(ground) - fixed)
+    weighed_px *= noise_px / click_noise_px
+    camera, _ = CameraProblem(camera, ground, image, prior, weighed_px).solved(is_robust=False)
+    found = CameraProblem(camera, ground, image, prior, weighed_px)
+    covariance, _ = found.covariance()
+    residual = _residual(camera, ground, image, image_size)
     mapping = CameraMapping(replace(camera, covariance=covariance), image_size, image)
+    _check_fold(mapping, ground)
     _check_informative(mapping, ground)
-    return CameraFit(mapping.moved(origin), places, image, residual, noise_px)
+    left_out = _left_out(mapping, ground, residual, weighed_px)
+    oddity = prior.oddity(found.first)
+    return CameraFit(mapping.moved(origin), places, image, residual, left_out, noise_px, oddity)
 
 
-def _solved(
-    starts: list[Camera],
-    ground: Floats,
-    image: Floats,
-    image_size: tuple[int, int],
-    noise_px: float,
-) -> Camera:
-    """Return the camera that misses the points least, from the starts that miss least."""
-    problems = [
-        _Problem(start, ground, image, image_size, ROBUST_SCALE * noise_px) for start in starts
-    ]
+def _solved(problems: list[CameraProblem]) -> Camera:
+    """
+    Return the camera that misses the points least, from the starts that miss least.
+
+    One that misses by no more than clicks do is taken at once.
+    """
     if not problems:
         raise FitError(SWAPPED)
     problems.sort(key=lambda problem: float(np.abs(problem.misses(problem.first)).sum()))
-    camera, _ = min((each.solved() for each in problems[:TRIED]), key=lambda found: found[1])
+    solved: list[tuple[Camera, float]] = []
+    for problem in problems[:TRIED]:
+        solved.append(problem.solved(is_robust=True))
+        if solved[-1][1] <= gammaincinv(problem.clicks, BELIEVED):  # half of chi-squared
+            break
+    camera, _ = min(solved, key=lambda found: found[1])
     return camera
+
+
+def _residual(
+    camera: Camera, ground: Floats, image: Floats, image_size: tuple[int, int]
+) -> Floats:
+    """Return clicked minus seen, (n, 2) px; `FitError` where a camera misses by a picture."""
+    residual = image - CameraMapping(camera, image_size).unfolded(ground)
+    farthest = float(np.abs(image - np.divide(image_size, 2)).max())
+    if not np.abs(residual).max() <= farthest:
+        raise FitError(SWAPPED)
+    return residual
 
 
 def _check(ground: Floats, image: Floats, noise_px: float) -> None:
@@ -156,8 +178,7 @@ def _check(ground: Floats, image: Floats, noise_px: float) -> None:
         raise FitError('two points lie at the same place on the ground')
     if len(ground) < FEWEST:
         raise FitError(
-            f'{len(ground)} points are under-determined: a camera has {len(PARAMETERS)} unknowns, '
-            f'expected at least {FEWEST} points'
+            f'{len(ground)} points are under-determined, expected at least {FEWEST} for a camera'
         )
     for name, points in (('on the ground', ground), ('in the picture', image)):
         spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
@@ -171,10 +192,20 @@ def _check(ground: Floats, image: Floats, noise_px: float) -> None:
         )
 
 
+def _check_fold(mapping: CameraMapping, ground: Floats) -> None:
+    """Refuse a lens that folds its picture over where its own points are."""
+    folded = int(np.isnan(mapping.image_from_ground(ground)[:, 0]).sum())
+    if folded > MOST_FOLDED * len(ground):
+        raise FitError(
+            f'no lens of five terms sees the points so: it would fold the picture over before '
+            f'{folded} of them; is it a fisheye?'
+        )
+
+
 def _check_informative(mapping: CameraMapping, ground: Floats) -> None:
     """Refuse a camera that its own points do not pin down."""
     covariance = mapping.calibration_covariance(ground)
-    deviation = float(np.sqrt(np.trace(covariance, axis1=1, axis2=2).max()))
+    deviation = float(np.sqrt(np.nanmax(np.trace(covariance, axis1=1, axis2=2))))
     extent = float(np.linalg.norm(np.ptp(ground, axis=0)))
     if not deviation <= LARGEST_ERROR * extent:
         raise FitError(
@@ -210,70 +241,14 @@ def _starts(ground: Floats, image: Floats, image_size: tuple[int, int]) -> list[
     return starts
 
 
-class _Problem:
-    """The robust least squares of one start: misses and their derivatives, by 8 unknowns."""
-
-    def __init__(
-        self,
-        start: Camera,
-        ground: Floats,
-        image: Floats,
-        image_size: tuple[int, int],
-        scale_px: float,
-    ) -> None:
-        self._start, self._ground, self._image = start, ground, image
-        self._size, self._scale_px = image_size, scale_px
-        focal_k1 = [start.intrinsics[0], start.distortion[0]]
-        self.first = np.concatenate([focal_k1, np.zeros(3), start.translation])
-
-    def camera(self, values: Floats) -> Camera:
-        turn = Rotation.from_rotvec(values[2:5]).as_matrix()
-        focal = max(values[0], 1.0)
-        return Camera(
-            np.array([focal, focal, *self._start.intrinsics[2:]]),
-            np.array([values[1], 0, 0, 0, 0]),
-            turn @ self._start.rotation,
-            values[5:],
-        )
-
-    def misses(self, values: Floats) -> Floats:
-        seen = CameraMapping(self.camera(values), self._size).unfolded(self._ground)
-        missed = np.where(np.isfinite(seen), (seen - self._image) / self._scale_px, FAR)
-        focal, k1 = max(values[0], 1.0), values[1]
-        odd = [np.log(focal / max(self._size)) / FOCAL_SPREAD, k1 / K1_SPREAD]
-        return np.concatenate([missed.ravel(), np.divide(odd, ROBUST_SCALE)])
-
-    def derivatives(self, values: Floats) -> Floats:
-        mapping = CameraMapping(self.camera(values), self._size)
-        slopes = mapping.parameter_jacobian(self._ground)
-        slopes[:, :, 2:5] = slopes[:, :, 2:5] @ _turned(values[2:5])
-        slopes = np.where(np.isfinite(slopes), slopes, 0.0).reshape(-1, 8) / self._scale_px
-        odd = np.zeros((2, 8))
-        odd[0, 0], odd[1, 1] = 1 / max(values[0], 1.0) / FOCAL_SPREAD, 1 / K1_SPREAD
-        return np.concatenate([slopes, odd / ROBUST_SCALE])
-
-    def solved(self) -> tuple[Camera, float]:
-        """Return the camera at the minimum and its cost."""
-        result = least_squares(
-            self.misses, self.first, self.derivatives, loss='soft_l1', x_scale='jac'
-        )
-        return self.camera(result.x), float(result.cost)
-
-
-def _turned(vector: Floats) -> Floats:
-    """Return how a rotation vector's change turns what it has turned: the left Jacobian."""
-    angle = float(np.linalg.norm(vector))
-    x, y, z = vector
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    if angle < 1e-6:
-        return np.eye(3) + cross / 2
-    first, second = (1 - np.cos(angle)) / angle**2, (angle - np.sin(angle)) / angle**3
-    jacobian: Floats = np.eye(3) + first * cross + second * cross @ cross
-    return jacobian
-
-
-FAR = 1e4
-"""What a point that the camera cannot see misses by, in robust scales."""
+def _left_out(
+    mapping: CameraMapping, ground: Floats, residual: Floats, noise_px: Floats
+) -> Floats:
+    """Return the residuals, (n, 2) px, as if each point had not pulled the camera along."""
+    slopes = mapping.parameter_jacobian(ground)
+    pulled = slopes @ mapping.camera.covariance @ slopes.swapaxes(1, 2)
+    kept = np.eye(2) - pulled / noise_px[:, None, None] ** 2
+    return np.asarray(np.linalg.solve(kept, residual[..., None])[..., 0], np.float64)
 
 
 def _weights(residual: Floats, noise_px: float) -> Floats:
@@ -283,23 +258,10 @@ def _weights(residual: Floats, noise_px: float) -> Floats:
     return weight
 
 
-def _noise(residual: Floats, weight: Floats, stated_px: float) -> float:
+def _noise(residual: Floats, weight: Floats, stated_px: float, freedom: float) -> float:
     """Return the noise of a click along one axis, px: as stated, unless the misses belie it."""
-    freedom = 2 * len(residual) - len(PARAMETERS)
     missed = float((weight[:, None] * residual**2).sum())
     usual = 2 * gammaincinv(freedom / 2, BELIEVED)  # so much at most, chi-squared
     if missed <= stated_px**2 * usual:
         return stated_px
     return float(np.sqrt(missed / freedom))
-
-
-def _covariance(mapping: CameraMapping, ground: Floats, weight: Floats) -> Floats:
-    """Return the (8, 8) covariance of a camera seen by points that weigh so much, 1/px²."""
-    jacobian = mapping.parameter_jacobian(ground)
-    information = np.einsum('n,nik,nil->kl', weight, jacobian, jacobian)
-    information[0, 0] += 1 / (FOCAL_SPREAD * mapping.camera.intrinsics[0]) ** 2
-    information[1, 1] += 1 / K1_SPREAD**2
-    scale = 1 / np.sqrt(np.diag(information))  # the units are balanced before it is inverted
-    covariance = np.linalg.inv(information * scale[:, None] * scale) * scale[:, None] * scale
-    symmetric: Floats = (covariance + covariance.T) / 2
-    return symmetric

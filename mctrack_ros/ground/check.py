@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mctrack_ros.ground.camera_fit import CLICK_NOISE_PX, CameraFit, FitError, fit_camera
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.grid import TransformationGrid
-from mctrack_ros.ground.picture_size import size_hint
+from mctrack_ros.ground.picture_size import closeness_px, size_hint
 from mctrack_ros.ground.plausible import check_plausible
 
 Floats = NDArray[np.float64]
@@ -37,7 +37,8 @@ class CalibrationCheck:
     left_out_px : (n,) array
         The same for the camera fitted without the point (and without suspicious ones).
     score : (n,) array
-        The latter in standard deviations: of a click and of that camera together.
+        The latter in standard deviations: of a click and of that camera together; NaN where no
+        single points are to blame.
     suspicious : tuple of str
         Points that do not fit the others, worst first.
     deviation_m : float
@@ -81,9 +82,11 @@ def check_grid(
 
     Each point is held against the camera fitted without it: its distance, in standard deviations
     of click and camera, is a studentised residual, that a wrong point cannot hide by pulling the
-    camera along. The worst one beyond 4 is named and left out, and the rest is checked again. The
-    calibration is accepted if a camera can be fitted and can be true, no point is suspicious, and
-    the leave-one-out error is at most 2 px, or 1/400 of the picture's longer side if that is more.
+    camera along. The worst one beyond 4 is named and left out, and the rest is checked again;
+    where more than a quarter of the points are too far off, none is to blame alone. The
+    calibration is accepted if a camera can be fitted and can be true, no point is suspicious, the
+    leave-one-out error is at most 2 px, or 1/400 of the picture's longer side if that is more, and
+    its lens is not unusual.
 
     Parameters
     ----------
@@ -103,26 +106,38 @@ def check_grid(
         nothing = np.full(len(names), np.nan)
         reason = f'{error}{size_hint(grid, image_size, np.inf, most)}'
         return CalibrationCheck(names, nothing, nothing, nothing, (), np.nan, reason)
-    kept = np.ones(len(names), np.bool_)
+    residual = np.linalg.norm(fit.residual, axis=1)
+    missed, score = np.linalg.norm(fit.left_out, axis=1), np.full(len(names), np.nan)
     suspects: list[int] = []
-    while True:
-        missed, score = _Points(ground, image, image_size, click_noise_px, kept).left_out()
-        worst = int(np.argmax(np.where(kept & (score >= 0), score, -1.0)))
-        if not score[worst] > SUSPICIOUS or len(suspects) + 1 > MOST_SUSPECTS * len(names):
-            break
-        suspects.append(worst)
-        kept[worst] = False
+    if (residual > most).mean() <= MOST_SUSPECTS:
+        missed, score, suspects = _suspected(ground, image, image_size, click_noise_px)
     spread = np.trace(fit.mapping.calibration_covariance(ground), axis1=1, axis2=2)
-    refusal = _refusal([names[index] for index in suspects], _rms(missed), most)
+    refusal = _refusal([names[index] for index in suspects], _rms(missed), most, fit.oddity)
+    refusal = _with_hint(refusal, fit, grid, click_noise_px)
     return CalibrationCheck(
         names,
-        np.linalg.norm(fit.residual, axis=1),
+        residual,
         missed,
         score,
         tuple(names[index] for index in suspects),
         float(np.sqrt(np.median(spread))),
-        refusal and refusal + size_hint(grid, image_size, fit.rms_px, most),
+        refusal,
     )
+
+
+def _suspected(
+    ground: Floats, image: Floats, image_size: tuple[int, int], click_noise_px: float
+) -> tuple[Floats, Floats, list[int]]:
+    """Return left-out misses, (n,) px and (n,) deviations, and the points that do not fit."""
+    kept = np.ones(len(ground), np.bool_)
+    suspects: list[int] = []
+    while True:
+        missed, score = _Points(ground, image, image_size, click_noise_px, kept).left_out()
+        worst = int(np.argmax(np.where(kept & (score >= 0), score, -1.0)))
+        if not score[worst] > SUSPICIOUS or len(suspects) + 1 > MOST_SUSPECTS * len(ground):
+            return missed, score, suspects
+        suspects.append(worst)
+        kept[worst] = False
 
 
 def first_look(
@@ -131,7 +146,8 @@ def first_look(
     """
     Return why a calibration is to be doubted, by the residuals of its fit; empty: it is not.
 
-    Quick, and milder than `check_grid`, which also leaves every point out in turn.
+    Quick: a fit without each point is known from the fit with all to first order, where
+    `check_grid` fits anew.
 
     Parameters
     ----------
@@ -150,8 +166,9 @@ def first_look(
         return f'{error}{size_hint(grid, image_size, np.inf, most)}'
     missed = np.linalg.norm(fit.residual, axis=1)
     far = np.flatnonzero(missed > SUSPICIOUS * fit.noise_px).tolist()
-    refusal = _refusal([names[index] for index in far], fit.rms_px, most)
-    return refusal and refusal + size_hint(grid, image_size, fit.rms_px, most)
+    off = _rms(np.linalg.norm(fit.left_out, axis=1))
+    refusal = _refusal([names[index] for index in far], off, most, fit.oddity)
+    return _with_hint(refusal, fit, grid, click_noise_px)
 
 
 def _fitted(
@@ -222,7 +239,7 @@ class _Points:
         return float(np.linalg.norm(away)), float(np.sqrt(away @ np.linalg.solve(expected, away)))
 
 
-def _refusal(suspects: list[str], left_out_px: float, most_px: float) -> str:
+def _refusal(suspects: list[str], left_out_px: float, most_px: float, oddity: str) -> str:
     if suspects:
         return f'{len(suspects)} of its points do not fit the others: {", ".join(suspects)}'
     if np.isnan(left_out_px):
@@ -232,7 +249,20 @@ def _refusal(suspects: list[str], left_out_px: float, most_px: float) -> str:
             f'points are {left_out_px:.2g} px from where the others put them, expected at most '
             f'{most_px:.2g} px'
         )
+    if oddity:
+        return f'the camera is unusual, {oddity}: is the picture cropped or of another size?'
     return ''
+
+
+def _with_hint(
+    refusal: str, fit: CameraFit, grid: TransformationGrid, click_noise_px: float
+) -> str:
+    """Return why a camera is refused, with the picture size that its points fit much better."""
+    if not refusal and fit.noise_px <= click_noise_px:
+        return ''
+    size = fit.mapping.image_size
+    hint = size_hint(grid, size, closeness_px(fit), _most_px(size))
+    return (refusal or (hint and f'points are {fit.rms_px:.2g} px off')) + hint
 
 
 def _rms(values: Floats) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mctrack_ros.ground.camera_fit import fit_camera
+from mctrack_ros.ground.camera_fit import CameraFit, fit_camera
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.grid import TransformationGrid
 
@@ -17,8 +17,8 @@ def size_hint(
     """
     Return what to ask of a grid that does not fit its pictures: whether they were scaled.
 
-    A camera's axis goes through the middle of its picture, so points of a smaller or larger one
-    do not fit.
+    A camera's axis goes nearly through the middle of its picture, so points of a smaller or larger
+    one do not fit, or make the camera unusual.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def size_hint(
     image_size : (int, int)
         Width and height of the pictures that they do not fit, px.
     rms_px : float
-        How far they miss, px; infinite: they give no camera.
+        How far they miss, px; infinite: they give no camera, or an unusual one.
     most_px : float
         How far they may miss in another size, px.
 
@@ -54,6 +54,11 @@ def _missed_px(grid: TransformationGrid, size: tuple[int, int]) -> float:
     """Return how far the points miss for pictures of a size; infinite: they give no camera."""
     try:
         grid.check_size(size)
-        return fit_camera(*grid.points(), size).rms_px
+        return closeness_px(fit_camera(*grid.points(), size))
     except CalibrationError:
         return float('inf')
+
+
+def closeness_px(fit: CameraFit) -> float:
+    """Return how far a camera misses its points, px; infinite: its lens is unusual."""
+    return float('inf') if fit.oddity else fit.rms_px

@@ -12,6 +12,7 @@ from typing import Protocol
 
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
+from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 
@@ -93,7 +94,9 @@ def open_bag(path: Path) -> list[Storage]:
         except Exception as error:
             reason = one_line(error)
         else:
-            if all(map(_is_sound, getattr(reader.storage, 'storages', ()))):
+            assert isinstance(reader.storage, DirectoryReader)
+            reason = _contradiction(reader.storage)
+            if not reason and all(map(_is_sound, reader.storage.storages)):
                 return [reader]
             reader.close()
     if not files:
@@ -117,11 +120,21 @@ def _files_in(folder: Path) -> list[Path]:
     return sorted(files, key=lambda f: [int(n) for n in re.findall('[0-9]+', f.stem)[-1:]])
 
 
+def _contradiction(bag: DirectoryReader) -> str:
+    """Return in what metadata and files of an open folder differ, which rosbags passes over."""
+    there = [(c.topic, c.msgtype, c.ext) for storage in bag.storages for c in storage.connections]
+    named = [c for c in bag.connections if c.msgcount]
+    lost = [c.topic for c in named if (c.topic, c.msgtype, c.ext) not in there]
+    return f'metadata.yaml describes {lost[0]} in another way than the files' if lost else ''
+
+
 def _is_sound(storage: object) -> bool:
-    """Tell whether rosbags reads an open file to its end and in the order of its times."""
+    """Tell whether rosbags reads all of an open file, in the order of its times."""
     if isinstance(storage, Sqlite3Reader):
         return not is_short(Path(str(storage.path)))
-    return not isinstance(storage, McapReader) or bool(storage.chunks)
+    if isinstance(storage, McapReader):
+        return bool(storage.chunks) and all(chunk.channel_count for chunk in storage.chunks)
+    return True
 
 
 def _open_files(files: list[Path], reason: str) -> list[Storage]:
@@ -146,7 +159,7 @@ def _open_files(files: list[Path], reason: str) -> list[Storage]:
     if not opened:
         raise BagError(unread[0])
     if reason and not unread:
-        unread.append(f'{files[0].parent}: {reason}; the files that are there are read')
+        unread.append(f'{files[0].parent}: {reason}: it is read by its files alone')
     for text in unread:
         warnings.warn(text, CutBagWarning, stacklevel=2)
     return opened

@@ -79,8 +79,12 @@ class McapScan:
         self._unpacked: dict[int, bytes] = {}
         self._found = array('q')
         self._file = path.open('rb')
-        with suppress(struct.error, ValueError, OverflowError):  # damaged: it breaks off there
-            self._scan()
+        try:
+            with suppress(struct.error, ValueError, OverflowError):  # damaged: breaks off there
+                self._scan()
+        except BaseException:
+            self._file.close()
+            raise
         index = np.frombuffer(self._found, np.int64).reshape(-1, 5)
         self._index = index[np.argsort(index[:, 0], kind='stable')]
         self.connections = [
@@ -148,7 +152,7 @@ class McapScan:
             return
         stream.seek(offset)
         if code == _MESSAGE:
-            channel, log_time = struct.unpack('<H4xQ', stream.read(14))
+            channel, log_time = struct.unpack('<H4xQ8x', stream.read(min(size, 22)))
             if channel in self._channels:
                 self._found.extend((log_time, channel, chunk, offset + 22, size - 22))
         elif code == _SCHEMA:

@@ -103,7 +103,7 @@ class VideoReading:
     def __init__(self, video: Video) -> None:
         self.video, self.count = video, 0
         self._times = PictureTimes(1.0 / video.rate_hz, constant=video.constant)
-        self._undecodable, self._end_s, self._failure = 0, 0.0, ''
+        self._undecodable, self._resized, self._end_s, self._failure = 0, 0, 0.0, ''
 
     def __iter__(self) -> Iterator[tuple[float, NDArray[np.uint8]]]:
         """Yield the time and the picture."""
@@ -112,13 +112,20 @@ class VideoReading:
             for frame in self._frames(container):
                 stated_s = None if frame.time is None else frame.time - self.video.zero_s
                 time_s = self._times.time_of(stated_s)
-                if time_s is not None:
+                if time_s is None:
+                    continue
+                picture = _picture(frame, convert)
+                if picture.shape[1::-1] == self.video.size:
                     self.count += 1
-                    yield time_s, _picture(frame, convert)
+                    yield time_s, picture
+                else:
+                    self._resized += 1
 
     def notes(self) -> list[str]:
         """Return what was left out or made up so far, a line each."""
         lines = self._times.notes()
+        if self._resized:
+            lines.insert(0, f'pictures left out that have another size: {self._resized}')
         if self._undecodable:
             lines.insert(0, f'pictures left out that cannot be decoded: {self._undecodable}')
         return [f'{self.video.path}: {line}' for line in lines]
@@ -201,7 +208,7 @@ def open_video(path: str | Path, rate_hz: float = 0.0, later_s: float = 0.0) -> 
     """
     path = Path(path)
     if not path.is_file():
-        raise VideoError(f'{path} does not exist')
+        raise VideoError(f'{path} {"is a folder" if path.is_dir() else "does not exist"}')
     with _opened(path) as container:
         stream, flags = _stream(container), Flags(container.format.flags)
         if not rate_hz and Flags.no_timestamps in flags:

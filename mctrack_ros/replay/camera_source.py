@@ -16,13 +16,7 @@ from mctrack_ros.codec import (
     stamp_ns_of,
 )
 from mctrack_ros.interfaces import Detections, Events, Feedback
-from mctrack_ros.perception import (
-    FeedbackBuffer,
-    PictureState,
-    PictureWatch,
-    ShiftState,
-    check_picture,
-)
+from mctrack_ros.perception import FeedbackBuffer, PictureState, PictureWatch, ShiftState
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.recording import BagError, BagReader
@@ -314,8 +308,8 @@ class CameraSource:
             return True
         settings = self._task.settings
         try:
-            self._image = image_from_message(message)
-            check_picture(self._image, (settings.image_width, settings.image_height))
+            size = (settings.image_width, settings.image_height)
+            self._image = image_from_message(message, size)
         except ValueError as error:
             self.quality.refused += 1
             self.quality.reason = str(error)

@@ -139,8 +139,9 @@ class CameraNode(GraphNode):
         self.health.arrived(stamp_ns, self.get_clock().now().nanoseconds)
         try:
             self.check_stamp(stamp_ns)
-            image = image_from_message(message)
-            self.check_size(image.shape[1], image.shape[0])
+            settings = self.config.settings
+            size = (settings.image_width, settings.image_height)
+            image = image_from_message(message, size)
         except ValueError as error:
             self.refuse(f'picture refused: {error}')
             return
@@ -195,15 +196,6 @@ class CameraNode(GraphNode):
             raise ValueError(f'its stamp {stamp_ns} ns comes {word} after {self.last_stamp_ns}')
         self.get_logger().warning('stamps step back by more than a second: the camera begins anew')
         self.forget_feedback()
-
-    def check_size(self, width: int, height: int) -> None:
-        """Refuse a picture that the calibration is not made for."""
-        settings = self.config.settings
-        if (width, height) != (settings.image_width, settings.image_height):
-            raise ValueError(
-                f'it is {width} x {height}, expected '
-                f'{settings.image_width} x {settings.image_height}'
-            )
 
     def refuse(self, reason: str) -> None:
         """Count and report input that cannot be used; the node lives on."""

@@ -65,14 +65,12 @@ def read_picture(
 
 
 def _from_video(path: Path) -> Image:
-    capture = cv2.VideoCapture(str(path))
+    from mctrack_ros.recording.video_file import VideoError, open_video
+
     try:
-        found, picture = capture.read()
-    finally:
-        capture.release()
-    if not found:
-        raise PictureError(f'{path} is neither a picture nor a video that OpenCV reads')
-    return _bytes(picture)
+        return next(open_video(path, rate_hz=1.0).pictures())  # whatever its times
+    except VideoError as error:
+        raise PictureError(f'{path} is neither a picture nor a video: {error}') from error
 
 
 def _from_bag(path: Path, camera: str, topic: str) -> Image:

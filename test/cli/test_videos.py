@@ -68,11 +68,17 @@ def test_videos_give_the_tracks_of_the_bag_that_is_made_of_them(hall, tmp_path):
     assert len({line.split(',')[1] for line in (tmp_path / 'b' / 'tracks.txt').open()}) == 3
 
 
-def test_a_video_alone_is_answered_by_how_it_is_named(hall, tmp_path, capsys, monkeypatch):
-    film = hall / 'north.mp4'
-    site = ('--site', hall / 'site.yaml', '--out', tmp_path / 'out')
-    line = error_of(capsys, monkeypatch, 'track', film, *site)
-    assert line.endswith(f'a video is named with its camera: north={film}')
+@pytest.mark.parametrize('options', [[], ['--site', 'site.yaml', '--out', 'out']])
+def test_a_video_alone_is_answered_by_how_it_is_named(hall, capsys, monkeypatch, options):
+    monkeypatch.chdir(hall)
+    line = error_of(capsys, monkeypatch, 'track', 'north.mp4', *options)
+    assert 'mctrack track CAMERA=north.mp4 ... --site SITE.yaml --out FOLDER' in line
+
+
+def test_results_need_a_folder(hall):
+    done = run('track', *films(hall), '--site', hall / 'site.yaml')
+    assert done.exit_code == 2
+    assert '--out' in done.output
 
 
 @pytest.mark.parametrize(

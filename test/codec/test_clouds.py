@@ -23,7 +23,7 @@ BOTH = pytest.mark.parametrize(
 
 def slow_decode(message, name):
     """Read one field of every row by the message's own description, a number at a time."""
-    codes = {2: 'B', 4: 'H', 6: 'I', 7: 'f'}
+    codes = {2: 'B', 4: 'H', 5: 'i', 6: 'I', 7: 'f'}
     field = next(field for field in message.fields if field.name == name)
     data = bytes(message.data)
     for row in range(message.width):
@@ -78,7 +78,7 @@ def test_a_slow_reader_finds_the_same_values(given_rows):
 @pytest.mark.parametrize('kind', ROW_TYPES)
 def test_layout_keeps_the_rules(kind):
     message = cloud_from_rows(kind.build(1), ROSBAGS_CLASSES, 'map')
-    sizes = [{2: 1, 4: 2, 6: 4, 7: 4}[field.datatype] for field in message.fields]
+    sizes = [{2: 1, 4: 2, 5: 4, 6: 4, 7: 4}[field.datatype] for field in message.fields]
     assert message.point_step % 4 == 0
     assert sizes == sorted(sizes, reverse=True)
     assert [field.name for field in message.fields[:3]] == ['x', 'y', 'z']
@@ -87,7 +87,15 @@ def test_layout_keeps_the_rules(kind):
 
 def test_golden_bytes_of_a_tick():
     row = Ticks.build(
-        1_500_000_000, position=[[1, 2, 3]], camera=[1], admitted=[2], late=[0x01020304], alive=[1]
+        1_500_000_000,
+        position=[[1, 2, 3]],
+        camera=[1],
+        admitted=[2],
+        late=[0x01020304],
+        alive=[1],
+        left_out=[5],
+        added_ms=[-50],
+        age_us=[6],
     )
     message = cloud_from_rows(row, ROSBAGS_CLASSES, 'map')
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1, 500_000_000)
@@ -95,6 +103,7 @@ def test_golden_bytes_of_a_tick():
         '0000803f 00000040 00004040 '  # x, y, z
         '01000000 02000000 00000000 '  # camera, admitted, detections
         '04030201 00000000 00000000 '  # late, dropped_detections, feedback_missed
+        '05000000 ceffffff 06000000 '  # left_out, added_ms, age_us
         '00010000'  # missing, alive, padding
     )
 

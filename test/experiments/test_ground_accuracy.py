@@ -1,7 +1,7 @@
 import pytest
 
 from mctrack_ros.experiments.ground_accuracy import SPACINGS_M, measure
-from mctrack_ros.experiments.ground_honesty import honesty, honesty_of_methods
+from mctrack_ros.experiments.ground_honesty import EDGES, honesty, honesty_of_methods
 
 
 @pytest.fixture(scope='module')
@@ -36,9 +36,23 @@ def test_a_straight_lens_and_exact_points_leave_no_error_but_that_of_equal_ratio
     assert exact['iterated.rmse_max_m'] > 0.1
 
 
-def test_predicted_errors_are_those_that_occur():
+def test_predicted_errors_are_those_that_occur_with_real_lenses():
     found = honesty()
     assert found['nees.low'] <= found['nees.mean'] <= found['nees.high']
+    assert found['nees.coverage'] > 0.92
+
+
+@pytest.mark.parametrize('name', ['middle', 'principal_20_15', 'k2_below', 'all'])
+def test_predicted_errors_are_those_that_occur_at_the_edges_of_real_lenses(name):
+    found = honesty(50, EDGES[name])
+    assert 1.4 < found['nees.mean'] <= found['nees.high']
+    assert found['nees.coverage'] > 0.9
+
+
+def test_a_real_lens_leaves_the_fitted_camera_centimetres_off():
+    found = measure(8, -0.2, 0.5, 4, is_drawn=True)
+    assert found['fitted.rmse_max_m'] < 0.06
+    assert found['fitted.crb_ratio_max'] < 1.5
 
 
 def test_every_method_s_predicted_errors_are_those_that_occur_inside_and_not_smaller_outside():

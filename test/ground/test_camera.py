@@ -1,9 +1,12 @@
+import dataclasses
+
 import cv2
 import numpy as np
 import pytest
 from lens_cameras import SIZE, camera, seen_grid
 
 from mctrack_ros.ground import Camera, CameraMapping
+from mctrack_ros.ground.camera import PARAMETERS
 
 LENSES = [
     (0, 0, 0, 0, 0),
@@ -64,14 +67,21 @@ def _changed(inner, index, step):
         lens[0] += step
     elif index < 5:
         rotation = cv2.Rodrigues(np.eye(3)[index - 2] * step)[0] @ rotation
-    else:
+    elif index < 8:
         translation[index - 5] += step
+    elif index < 10:
+        intrinsics[index - 6] += step
+    elif index == 10:
+        intrinsics[1] += intrinsics[0] * step
+    else:
+        lens[index - 10] += step
     return CameraMapping(Camera(intrinsics, lens, rotation, translation), SIZE)
 
 
-@pytest.mark.parametrize('index', range(8))
+@pytest.mark.parametrize('index', range(len(PARAMETERS)), ids=PARAMETERS)
 def test_derivatives_by_the_camera_agree_with_differences(index):
-    mapping, step = camera(), 1e-6
+    inner, step = camera(distortion=(-0.25, 0.08, 1e-3, -2e-3, 0.01)).camera, 1e-6
+    mapping = CameraMapping(dataclasses.replace(inner, intrinsics=[650, 660, 352, 301.0]), SIZE)
     points = seen_grid(mapping)
     ahead, behind = (
         _changed(mapping.camera, index, sign * step).image_from_ground(points) for sign in (1, -1)
@@ -81,15 +91,16 @@ def test_derivatives_by_the_camera_agree_with_differences(index):
     np.testing.assert_allclose(found, expected, atol=1e-3 * np.abs(expected).max())
 
 
-def test_derivatives_by_k1_hold_for_a_lens_with_a_denominator():
+@pytest.mark.parametrize('index', [1, 11, 14], ids=['k1', 'k2', 'k3'])
+def test_derivatives_by_radial_terms_hold_for_a_lens_with_a_denominator(index):
     lens = (0.1, 0.02, 0, 0, 0.001, 0.3, 0.05, 0.002)
     mapping, step = camera(distortion=lens), 1e-6
     points = seen_grid(mapping)
     ahead, behind = (
-        _changed(mapping.camera, 1, sign * step).image_from_ground(points) for sign in (1, -1)
+        _changed(mapping.camera, index, sign * step).image_from_ground(points) for sign in (1, -1)
     )
     expected = (ahead - behind) / (2 * step)
-    found = mapping.parameter_jacobian(points)[:, :, 1]
+    found = mapping.parameter_jacobian(points)[:, :, index]
     np.testing.assert_allclose(found, expected, atol=1e-3 * np.abs(expected).max())
 
 

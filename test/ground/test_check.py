@@ -2,9 +2,16 @@ import dataclasses
 
 import numpy as np
 import pytest
-from lens_cameras import SIZE, camera
+from lens_cameras import SIZE, camera, seen_grid
 
-from mctrack_ros.ground import check_grid, first_look, fit_camera, grid_from_points
+from mctrack_ros.ground import (
+    CameraMapping,
+    check_grid,
+    first_look,
+    fit_camera,
+    grid_from_points,
+)
+from mctrack_ros.ground.lens_models import lens_of
 
 
 def clicked_grid(noise_px=0.3, seed=1):
@@ -82,6 +89,38 @@ def test_a_first_look_names_what_does_not_fit():
     )
     other = dataclasses.replace(clicked_grid(), image_size=(1, 1))
     assert 'for pictures of 1 x 1 px' in first_look(other, SIZE)
+
+
+def grid_of(mapping, spacing):
+    ground = seen_grid(mapping, spacing, 30.0)
+    noise = np.random.default_rng(1).normal(0, 0.3, ground.shape)
+    names = [f'{x:g}:{y:g}' for x, y in ground]
+    return grid_from_points('cam1', names, ground, mapping.image_from_ground(ground) + noise)[0]
+
+
+CHECKS = [lambda *each: check_grid(*each).refusal, first_look]
+
+
+@pytest.mark.parametrize(
+    ('check', 'focal'), [(CHECKS[0], 200.0), (first_look, 200.0), (first_look, 300.0)]
+)
+def test_a_fisheye_that_no_five_terms_describe_is_refused(check, focal):
+    middle = np.array([focal, focal, *np.divide(SIZE, 2)])
+    intrinsics, terms, _ = lens_of('equidistant', middle, [0.0] * 4, SIZE)
+    inner = dataclasses.replace(camera().camera, intrinsics=intrinsics, distortion=terms)
+    grid = dataclasses.replace(grid_of(CameraMapping(inner, SIZE), 8.0), image_size=SIZE)
+    assert check(grid, SIZE)
+
+
+@pytest.mark.parametrize('check', CHECKS, ids=['check', 'look'])
+@pytest.mark.parametrize(('off_px', 'reason'), [(20.0, ''), (150.0, 'principal point x would be')])
+def test_a_cropped_picture_is_told_from_a_principal_point_as_lenses_have_it(check, off_px, reason):
+    inner = camera().camera
+    moved = dataclasses.replace(inner, intrinsics=inner.intrinsics + np.array([0, 0, off_px, 0]))
+    grid = dataclasses.replace(grid_of(CameraMapping(moved, SIZE), 8.0), image_size=SIZE)
+    refusal = check(grid, SIZE)
+    assert reason in refusal
+    assert bool(refusal) == bool(reason)
 
 
 def refitted(grid, kept):

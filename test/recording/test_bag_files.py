@@ -8,8 +8,10 @@ import zlib
 from contextlib import closing
 from io import BytesIO
 
+import lz4.frame
 import numpy as np
 import pytest
+import yaml
 from rosbags.rosbag2 import CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -195,6 +197,18 @@ def test_unindexed_files_are_read_in_the_order_of_their_times(tmp_path, profile)
     assert read(tmp_path / 'flat.mcap') == ([TEXTS[1], TEXTS[0], TEXTS[2]], [])
 
 
+def test_an_unindexed_file_in_a_finished_folder_is_read_without_a_warning(tmp_path):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.write_text('/words', 'hello', 0)
+    metadata = tmp_path / 'bag/metadata.yaml'
+    content = yaml.safe_load(metadata.read_text())
+    (topic,) = content['rosbag2_bagfile_information']['topics_with_message_count']
+    del topic['topic_metadata']['offered_qos_profiles']
+    metadata.write_text(yaml.safe_dump(content))
+    (tmp_path / 'bag/bag.mcap').write_bytes(flat_mcap([5, 3, 9]))
+    assert read(tmp_path / 'bag') == ([TEXTS[1], TEXTS[0], TEXTS[2]], [])
+
+
 def test_a_cut_unindexed_file_is_read_up_to_the_cut(tmp_path):
     (tmp_path / 'flat.mcap').write_bytes(flat_mcap([5, 3, 9], end=False)[:-1])
     texts, (warning,) = read(tmp_path / 'flat.mcap')
@@ -202,14 +216,14 @@ def test_a_cut_unindexed_file_is_read_up_to_the_cut(tmp_path):
     assert 'breaks off' in warning
 
 
-def chunk(index, damage=0):
+def chunk(index, damage=0, method=''):
     """Return a chunk of one text, with a checksum that does not fit if it is damaged."""
     head = (1).to_bytes(2, 'little') + bytes(4) + index.to_bytes(8, 'little') * 2
     inner = bytearray(record(5, head + data_of(index)))
     checksum = zlib.crc32(inner).to_bytes(4, 'little')
     inner[1000:1004] = bytes(byte ^ damage for byte in inner[1000:1004])
     times, size = index.to_bytes(8, 'little') * 2, len(inner).to_bytes(8, 'little')
-    return record(6, times + size + checksum + string('') + size + inner)
+    return record(6, times + size + checksum + string(method) + size + inner)
 
 
 def test_of_a_damaged_chunk_nothing_is_made_up(tmp_path):
@@ -218,6 +232,81 @@ def test_of_a_damaged_chunk_nothing_is_made_up(tmp_path):
     texts, (warning,) = read(tmp_path / 'bag.mcap')
     assert texts == TEXTS[:2]
     assert 'breaks off' in warning
+
+
+def lz4_chunk(indices):
+    """Return a chunk of some texts that is packed by LZ4."""
+    inner = b''.join(
+        record(
+            5,
+            (1).to_bytes(2, 'little')
+            + bytes(4)
+            + index.to_bytes(8, 'little') * 2
+            + data_of(index),
+        )
+        for index in indices
+    )
+    packed = lz4.frame.compress(inner, block_size=lz4.frame.BLOCKSIZE_MAX64KB)
+    head = bytes(16) + len(inner).to_bytes(8, 'little') + zlib.crc32(inner).to_bytes(4, 'little')
+    return record(6, head + string('lz4') + len(packed).to_bytes(8, 'little') + packed)
+
+
+def test_a_chunk_packed_by_lz4_is_read_up_to_the_cut(tmp_path):
+    head, packed = flat_mcap([], end=False), lz4_chunk(range(1, 21))
+    (tmp_path / 'whole.mcap').write_bytes(head + packed + record(2, bytes(20)) + MAGIC)
+    assert read(tmp_path / 'whole.mcap') == (TEXTS[1:21], [])
+    (tmp_path / 'cut.mcap').write_bytes(head + packed[: len(packed) // 2])
+    texts, (warning,) = read(tmp_path / 'cut.mcap')
+    assert texts == TEXTS[1 : 1 + len(texts)]
+    assert 7 <= len(texts) <= 10
+    assert 'breaks off' in warning
+
+
+def test_a_chunk_of_an_unknown_packing_is_named(tmp_path):
+    content = flat_mcap([], end=False) + chunk(0, method='gzip')
+    (tmp_path / 'bag.mcap').write_bytes(content)
+    with pytest.raises(BagError, match="packed by 'gzip', expected lz4 or zstd"):
+        BagReader(tmp_path / 'bag.mcap')
+
+
+def test_chunks_without_an_index_of_their_messages_are_read(plain, tmp_path):
+    whole = bytearray(plain.read_bytes())
+    at = len(MAGIC)
+    kept = bytearray(MAGIC)
+    while at < len(whole) - len(MAGIC):
+        size = 9 + int.from_bytes(whole[at + 1 : at + 9], 'little')
+        kept += whole[at : at + size] if whole[at] in (1, 6, 15) else b''
+        at += size
+    (tmp_path / 'bag.mcap').write_bytes(kept + record(2, bytes(20)) + MAGIC)
+    assert read(tmp_path / 'bag.mcap') == (TEXTS, [])
+
+
+def test_chunk_indices_that_name_no_messages_hide_none(tmp_path):
+    head = flat_mcap([], end=False)
+    chunks = [chunk(index) for index in (0, 1)]
+    out, indices = head, b''
+    for index, content in enumerate(chunks):
+        numbers = (index, index, len(out), len(content))
+        fields = b''.join(number.to_bytes(8, 'little') for number in numbers)
+        size = (len(content) - 9 - 40).to_bytes(8, 'little')
+        indices += record(8, fields + bytes(4) + bytes(8) + string('') + size * 2)
+        out += content
+    out += record(15, bytes(4))
+    schema_and_channel = head[head.index(b'\x03', len(MAGIC) + 9) :]
+    footer = len(out).to_bytes(8, 'little') + bytes(12)
+    out += schema_and_channel + indices + record(2, footer) + MAGIC
+    (tmp_path / 'bag.mcap').write_bytes(out)
+    assert read(tmp_path / 'bag.mcap') == (TEXTS[:2], [])
+
+
+def test_topics_that_the_metadata_describes_in_another_way_are_not_lost(tmp_path):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.write_text('/words', 'hello', 0)
+    metadata = tmp_path / 'bag/metadata.yaml'
+    metadata.write_text(metadata.read_text().replace('transient_local', 'volatile'))
+    texts, (warning,) = read(tmp_path / 'bag')
+    assert texts == ['hello']
+    assert 'describes /words in another way' in warning
 
 
 def killed_recorder(folder):

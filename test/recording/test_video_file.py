@@ -128,8 +128,11 @@ def test_a_damaged_picture_is_left_out_and_the_others_keep_their_times(tmp_path)
     assert not reading.fault()
 
 
-@pytest.mark.parametrize(('angle', 'turned'), [(90, (48, 64)), (180, (64, 48)), (270, (48, 64))])
-def test_a_film_is_turned_upright_as_it_asks(tmp_path, angle, turned):
+@pytest.mark.parametrize(
+    ('angle', 'turned', 'corner'),
+    [(90, (48, 64), (0, -1)), (180, (64, 48), (-1, -1)), (270, (48, 64), (-1, 0))],
+)
+def test_a_film_is_turned_clockwise_as_it_asks(tmp_path, angle, turned, corner):
     picture = np.full((SIZE[1], SIZE[0], 3), 40, np.uint8)
     picture[:24, :32] = 220
     path = write_film(tmp_path / 'film.mp4', STEADY_S, [picture] * 60)
@@ -140,10 +143,10 @@ def test_a_film_is_turned_upright_as_it_asks(tmp_path, angle, turned):
     path.write_bytes(data)
     video = open_video(path)
     assert video.size == turned
-    capture = cv2.VideoCapture(str(path))
     first = next(iter(video.pictures()))
     assert first.shape == (turned[1], turned[0], 3)
-    np.testing.assert_array_equal(first, capture.read()[1])
+    corners = {(y, x): first[y, x].mean() for y in (0, -1) for x in (0, -1)}
+    assert max(corners, key=lambda where: corners[where]) == corner
 
 
 def test_pictures_are_those_that_opencv_decodes(tmp_path):
@@ -153,7 +156,20 @@ def test_pictures_are_those_that_opencv_decodes(tmp_path):
         np.testing.assert_array_equal(picture, capture.read()[1])
 
 
+def test_pictures_of_another_size_than_the_first_are_left_out(tmp_path):
+    small = write_film(tmp_path / 'small.ts', STEADY_S)
+    large = [level_picture(index, (96, 72)) for index in range(60)]
+    late = [3.0 + time_s for time_s in STEADY_S]
+    data = write_film(tmp_path / 'large.ts', late, large).read_bytes()
+    (tmp_path / 'film.ts').write_bytes(small.read_bytes() + data)
+    times, _, reading = read(open_video(tmp_path / 'film.ts'))
+    assert len(times) == 60
+    assert 'another size: 60' in reading.notes()[0]
+
+
 def test_what_is_no_video_is_refused(tmp_path):
+    with pytest.raises(VideoError, match='is a folder'):
+        open_video(tmp_path)
     (tmp_path / 'text.avi').write_text('no video')
     with pytest.raises(VideoError, match='does not exist'):
         open_video(tmp_path / 'none.avi')

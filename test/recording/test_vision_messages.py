@@ -4,10 +4,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from lens_cameras import SIZE, camera
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from typer.testing import CliRunner
 
-from mctrack_ros.recording import BagError
+from mctrack_ros.cli.main import app
+from mctrack_ros.ground import write_calibration
+from mctrack_ros.interfaces import Detections
+from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.recording.columns import TableError
 from mctrack_ros.recording.vision_messages import ARRAY, read_detection_arrays
 
@@ -125,3 +130,22 @@ def test_the_camera_s_topic_is_found_or_asked_for(tmp_path):
 def test_what_cannot_be_used_is_named_with_its_message(arrays, said, tmp_path):
     with pytest.raises(TableError, match=said):
         read_detection_arrays(write(tmp_path / 'bag', arrays), 'north')
+
+
+@pytest.mark.parametrize('source', ['bag', 'bag/bag.mcap', 'bag:/north/boxes'])
+def test_a_bag_of_them_is_imported_whole_or_as_a_file_or_by_topic(source, tmp_path):
+    write_calibration(camera(), tmp_path / 'north.yaml', 'opencv', 'north')
+    (tmp_path / 'hall.yaml').write_text(
+        f'cameras: {{north: {{calibration: north.yaml, image_width: {SIZE[0]}, '
+        f'image_height: {SIZE[1]}}}}}\n'
+    )
+    car = (300.0, 320.0, 0.0, 30.0, 60.0, [('car', 0.75)], '7')
+    write(tmp_path / 'bag', [(10**9, [car]), (2 * 10**9, [])])
+    command = ['import-detections', tmp_path / 'out', f'north={tmp_path / source}']
+    result = CliRunner().invoke(app, [*map(str, command), '--site', str(tmp_path / 'hall.yaml')])
+    assert 'north: 1 detections of 1 in 2 pictures, 1 of them empty' in result.output
+    with BagReader(tmp_path / 'out') as reader:
+        rows = [rows for rows, _ in reader.rows('/north/detections', Detections)]
+    assert [each.stamp_ns for each in rows] == [10**9, 2 * 10**9]
+    foot = camera().image_from_ground(rows[0].position[:, :2])
+    np.testing.assert_allclose(foot, [[300, 350]], atol=0.1)

@@ -33,7 +33,17 @@ def test_broken_pictures_and_those_of_another_size_are_passed_over(tmp_path):
     while camera.next_stamp_ns is not None:
         stamps.append(camera.step().detections.stamp_ns // PERIOD_NS)
     assert stamps == [1, 4, 5]
-    assert camera.refused == 2
+    assert camera.quality.refused == 2
+
+
+def test_a_huge_picture_is_passed_over_undecoded(tmp_path):
+    huge = GOOD.copy()
+    at = huge.tobytes().index(b'\xff\xc0')
+    huge[at + 5 : at + 9] = 0xFF
+    camera = source(tmp_path, [GOOD, huge, GOOD])
+    while camera.next_stamp_ns is not None:
+        camera.step()
+    assert camera.quality.refused == 1
 
 
 def test_a_bag_without_any_usable_picture_is_refused(tmp_path):
@@ -78,7 +88,7 @@ def test_in_a_namespace_cameras_elsewhere_of_the_same_name_are_not_mixed_in(tmp_
         camera = opened(bag, namespace=namespace)
         camera.step()
         assert camera.next_stamp_ns is None
-        assert camera.refused == 0
+        assert camera.quality.refused == 0
 
 
 @pytest.mark.parametrize(

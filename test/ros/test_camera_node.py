@@ -2,6 +2,7 @@
 
 import dataclasses
 import time
+from array import array
 
 import moving_camera
 import numpy as np
@@ -144,10 +145,14 @@ def bad_pictures(stamp_ns):
     garbled.data = b'not a picture'
     small = CompressedImage(header=empty.header, format='jpeg')
     small.data = jpeg_from_image(np.zeros((20, 30, 3), np.uint8)).tobytes()
+    huge = CompressedImage(header=empty.header, format='jpeg')
+    frame = small.data.tobytes().index(b'\xff\xc0')
+    huge.data = small.data[: frame + 5] + array('B', b'\xff' * 4) + small.data[frame + 9 :]
     return {
         'empty': empty,
         'garbled': garbled,
         'of another size': small,
+        'huge by its header': huge,
         'again': picture_message(2, START_NS + 2 * PERIOD_NS),
         'backwards': picture_message(1, START_NS + PERIOD_NS),
     }

@@ -238,8 +238,8 @@ def test_ids_that_cannot_be_kept_are_an_error_in_the_diagnostics_and_tracking_go
     bench.nodes[0].pipeline.next_id = 900
     state.with_name('ids.json.new').mkdir()
     assert ids_of(graph, range(100, 115)) == {900}
-    bench.until(lambda: reports and reports[-1].status[-1].level == DiagnosticStatus.ERROR)
-    assert 'may be used again' in reports[-1].status[-1].message
+    bench.until(lambda: reports and reports[-1].status[-2].level == DiagnosticStatus.ERROR)
+    assert 'ids may be used again' in reports[-1].status[-2].message
     state.with_name('ids.json.new').rmdir()
     graph.both([115])
     assert json.loads(state.read_text())['next_id'] > 901
@@ -309,7 +309,10 @@ def test_namespace_and_remapping_move_its_topics(bench):
     assert [(status.name, status.hardware_id) for status in reports[-1].status] == [
         ('/hall/server: cam1', '/hall/cam1'),
         ('/hall/server: cam2', '/hall/cam2'),
+        ('/hall/server: cam1 clock', '/hall/cam1'),
+        ('/hall/server: cam2 clock', '/hall/cam2'),
         ('/hall/server: ids', '/hall/server'),
+        ('/hall/server: exceptions', '/hall/server'),
     ]
 
 

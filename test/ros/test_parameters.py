@@ -26,6 +26,11 @@ CASES = {
         '/nowhere.xml: No such file',
     ),
     'cameras twice': ('fusion_node', {'cameras': ['a', 'a']}, 'different names'),
+    'no place for ids': (
+        'fusion_node',
+        {'state_file': '/dev/null/ids.json'},
+        'state_file /dev/null/ids.json: ',
+    ),
     'no bag': ('player', {'path': '/nowhere/bag'}, '/nowhere/bag does not exist'),
     'no path': ('recorder', {}, 'path is empty'),
     'bad expression': (

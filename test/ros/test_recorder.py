@@ -192,3 +192,30 @@ def test_who_publishes_later_and_with_best_effort_is_recorded_too(bench, tmp_pat
     bench.until(lambda: recorder.messages == 2)
     recorder.trigger_shutdown()
     assert [message.data for _, message, _ in recorded(tmp_path / 'bag')] == ['before', 'later']
+
+
+def test_what_lies_in_a_namespace_is_recorded_and_played_into_another(bench, tmp_path):
+    bench.open()
+    command = [sys.executable, '-m', 'mctrack_ros.cli.main']
+    bag = str(tmp_path / 'bag')
+    record = subprocess.Popen([*command, 'record', bag, '--namespace', 'hall'])
+    bench.processes.append(record)
+    names = ('/hall/words', '/hallway/words', '/words')
+    publishers = [bench.observer.create_publisher(String, name, reliable(10)) for name in names]
+    heard = bench.messages(String, '/hall/words')
+    bench.until(lambda: publishers[0].get_subscription_count() == 2)
+    for publisher in publishers:
+        publisher.publish(String(data=publisher.topic_name))
+    bench.until(lambda: heard)
+    record.send_signal(signal.SIGINT)
+    assert bench.exit_code(record) == 0
+    assert [message.data for _, message, _ in recorded(bag)] == ['/hall/words']
+    for publisher in publishers:
+        bench.observer.destroy_publisher(publisher)
+    for namespace, topic in (('/hall/', '/hall/words'), ('site', '/site/hall/words')):
+        play = subprocess.Popen([*command, 'play', bag, '--namespace', namespace])
+        bench.processes.append(play)
+        said = bench.messages(String, topic)
+        bench.until(lambda said=said: said)
+        assert said[0].data == '/hall/words'
+        assert bench.exit_code(play) == 0

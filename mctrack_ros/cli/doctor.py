@@ -1,0 +1,41 @@
+"""`mctrack doctor`: what is wrong with a site and a bag before they are run."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import typer
+
+from mctrack_ros.cli.options import namespace_name
+
+
+def doctor(
+    site: str = typer.Argument(..., help='Site YAML, or the name of a shipped site.'),
+    bag: Path | None = typer.Argument(None, help='A bag that is to be tracked with it.'),
+    namespace: str = typer.Option(
+        '', callback=namespace_name, help='Where the topics of the cameras lie in the bag.'
+    ),
+    json_file: Path | None = typer.Option(None, '--json', help='Also write the findings here.'),
+) -> None:
+    """Say what is wrong with a site, and a bag for it, and what to do; exit code 1: an error."""
+    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.replay.doctor import Severity, examine_bag, examine_site
+
+    config = named_site(site)
+    findings = list(examine_site(config))
+    if bag is not None:
+        findings += examine_bag(bag, config, namespace)
+    order = list(Severity)
+    for finding in sorted(findings, key=lambda one: order.index(one.severity)):
+        typer.echo(f'{finding.severity:<8}{finding.about}: {finding.what}')
+        typer.echo(f'{"":8}-> {finding.remedy}')
+    counts = Counter(finding.severity for finding in findings)
+    summary = ', '.join(f'{counts[each]} {each}{"s" * (counts[each] != 1)}' for each in order)
+    looked = f'{len(config.cameras)} cameras' + (f' and {bag}' if bag else '')
+    typer.echo(f'{looked}: {summary}')
+    if json_file is not None:
+        json_file.write_text(json.dumps([one._asdict() for one in findings], indent=1) + '\n')
+    if counts[Severity.ERROR]:
+        raise typer.Exit(1)

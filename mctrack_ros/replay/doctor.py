@@ -1,0 +1,169 @@
+"""What is wrong with a site, and with a bag for it, before it is tracked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from enum import StrEnum
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from mctrack_ros.camera_settings import CameraSettings
+from mctrack_ros.codec import image_from_message
+from mctrack_ros.config import ConfigError
+from mctrack_ros.ground import CalibrationError
+from mctrack_ros.perception import PictureState, PictureWatch
+from mctrack_ros.recording import BagError, BagReader
+from mctrack_ros.replay.camera_source import CameraTask, topic_of
+from mctrack_ros.replay.lockstep import ReplayError, tick_ns
+from mctrack_ros.replay.quality import LEFT_OUT, CameraQuality, complaints
+from mctrack_ros.replay.stamps import Entry, judge, logged_on_arrival, read_entries
+from mctrack_ros.site_config import SiteConfig
+
+SAMPLED = 8
+"""So many pictures of a camera are looked at."""
+
+RATE_SLACK = 1.25
+"""Rates that differ by less from the site's are as good as equal."""
+
+
+class Severity(StrEnum):
+    """How bad a finding is."""
+
+    ERROR = 'error'
+    WARNING = 'warning'
+    NOTE = 'note'
+
+
+class Finding(NamedTuple):
+    """
+    Something that was found.
+
+    Attributes
+    ----------
+    severity : Severity
+        An error keeps the site from being tracked.
+    about : str
+        A camera, or the site.
+    what, remedy : str
+        What is wrong, and what to do.
+
+    """
+
+    severity: Severity
+    about: str
+    what: str
+    remedy: str
+
+
+def examine_site(site: SiteConfig) -> Iterator[Finding]:
+    """Yield what is wrong with a site's files and settings."""
+    try:
+        tick_ns(site)
+    except ReplayError as error:
+        remedy = 'set feedback_delay to two periods'
+        yield Finding(Severity.ERROR, site.name, str(error), remedy)
+    for name, camera in site.cameras.items():
+        yield from _examine_camera(name, camera)
+
+
+def _examine_camera(name: str, camera: CameraSettings) -> Iterator[Finding]:
+    try:
+        camera.open()
+        doubt = camera.doubt()
+    except (ConfigError, CalibrationError) as error:
+        yield Finding(Severity.ERROR, name, str(error), 'mend the file or the key that it names')
+        return
+    if doubt:
+        remedy = f'look closer: mctrack check-calibration {camera.grid or camera.calibration}'
+        yield Finding(Severity.WARNING, name, f'its calibration is doubtful: {doubt}', remedy)
+    if not camera.background:
+        yield Finding(
+            Severity.NOTE,
+            name,
+            'there is no picture of the empty scene: the first seconds only teach the background, '
+            'and whoever stands there is taken for it at first',
+            'name one as background',
+        )
+
+
+def examine_bag(path: str | Path, site: SiteConfig, namespace: str = '') -> Iterator[Finding]:
+    """Yield what is wrong with a bag that is to be tracked with a site."""
+    topics: dict[str, str] = {}
+    tasks = [CameraTask(Path(path), *each, 1, 1, namespace) for each in site.cameras.items()]
+    with BagReader(path, namespace) as reader:
+        for task in tasks:
+            try:
+                topics[topic_of(task, reader)] = task.camera
+            except BagError as error:
+                remedy = 'mend the name of the camera or its image_topic in the site'
+                yield Finding(Severity.ERROR, task.camera, str(error), remedy)
+        if not topics:
+            return
+        try:
+            entries = read_entries(reader, topics, log_times=False)
+        except BagError as error:
+            yield Finding(Severity.ERROR, site.name, str(error), 'track with --log-times')
+            return
+        yield from _examine_stamps(entries, site)
+        for task in tasks:
+            if task.image_topic in topics:
+                yield from _examine_pictures(reader, task, entries)
+
+
+def _examine_stamps(entries: list[Entry], site: SiteConfig) -> Iterator[Finding]:
+    """Look at clocks, gaps and rates."""
+    if not logged_on_arrival(entries):
+        what = 'the times of recording tell nothing of when messages came: clocks are not compared'
+        yield Finding(Severity.NOTE, site.name, what, 'none is needed if all stamps are right')
+    judged = judge(entries, site.camera_names, site.fusion.batching)
+    intervals = {}
+    for name, stamps in judged.items():
+        for line in complaints(CameraQuality(name), stamps, 0.0):
+            what = line.removeprefix(f'{name}: ')
+            remedy = "set the cameras' clocks by NTP or PTP, or see why messages get lost"
+            yield Finding(Severity.WARNING, name, what, remedy)
+        used = np.array([stamp for stamp in stamps.stamp_ns if stamp != LEFT_OUT], np.int64)
+        if len(used) > 1:
+            intervals[name] = float(np.median(np.diff(used))) * 1e-9
+    yield from _examine_rates(intervals, site)
+
+
+def _examine_rates(intervals: dict[str, float], site: SiteConfig) -> Iterator[Finding]:
+    """Hold the period against the interval of the fastest camera."""
+    if not intervals:
+        return
+    period, fastest = site.fusion.batching.period, min(intervals.values())
+    if period / RATE_SLACK <= fastest <= period * RATE_SLACK:
+        return
+    name = min(intervals, key=lambda camera: intervals[camera])
+    yield Finding(
+        Severity.WARNING,
+        name,
+        f'the fastest camera sends a picture every {fastest:.4f} s, the period is {period} s',
+        f'set fusion.batching.period to {fastest:.4f} and feedback_delay to {2 * fastest:.4f}',
+    )
+
+
+def _examine_pictures(
+    reader: BagReader, task: CameraTask, entries: list[Entry]
+) -> Iterator[Finding]:
+    """Look at some pictures: their size, and whether they show anything."""
+    count = sum(entry.camera == task.camera for entry in entries)
+    wanted = set(np.linspace(0, count - 1, min(count, SAMPLED)).astype(int).tolist())
+    settings, states = task.settings, []
+    for index, (_, message, _) in enumerate(reader.messages([task.image_topic])):
+        if index not in wanted:
+            continue
+        try:
+            image = image_from_message(message, (settings.image_width, settings.image_height))
+        except ValueError as error:
+            remedy = 'set image_width and image_height, and calibrate for that size'
+            yield Finding(Severity.ERROR, task.camera, f'picture {index}: {error}', remedy)
+            return
+        states.append(PictureWatch().look(image, 0))
+    bad = [state for state in states if state is not PictureState.USABLE]
+    if bad:
+        what = f'{len(bad)} of {len(states)} pictures that were looked at: {bad[0]}'
+        yield Finding(Severity.WARNING, task.camera, what, 'look at them: mctrack echo, a player')
