@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from pathlib import Path
 from typing import cast
 
@@ -104,13 +105,16 @@ class VideoReading:
         self.video, self.count = video, 0
         self._times = PictureTimes(1.0 / video.rate_hz, constant=video.constant)
         self._undecodable, self._resized, self._end_s, self._failure = 0, 0, 0.0, ''
+        self._due_s: list[float] | None = None
 
     def __iter__(self) -> Iterator[tuple[float, NDArray[np.uint8]]]:
         """Yield the time and the picture."""
         convert = VideoReformatter()
         with _opened(self.video.path) as container:
+            self._due_s = [] if _tells_decoding_only(container) else None
             for frame in self._frames(container):
-                stated_s = None if frame.time is None else frame.time - self.video.zero_s
+                own_s = frame.time if self._due_s is None else heappop(self._due_s)
+                stated_s = None if own_s is None else own_s - self.video.zero_s
                 time_s = self._times.time_of(stated_s)
                 if time_s is None:
                     continue
@@ -161,6 +165,8 @@ class VideoReading:
 
     def _decoded(self, stream: VideoStream, packet: av.Packet[VideoStream]) -> list[VideoFrame]:
         """Return the sound pictures of a packet; count the others."""
+        if self._due_s is not None and packet.size and packet.dts is not None:
+            heappush(self._due_s, float(packet.dts * packet.time_base))
         try:
             frames = stream.decode(packet)
         except av.FFmpegError:
@@ -171,6 +177,8 @@ class VideoReading:
         return sound
 
     def _pass_over(self, count: int) -> None:
+        for _ in range(count if self._due_s else 0):
+            heappop(self._due_s)
         self._undecodable += count
         self._times.pass_over(count)
 
@@ -218,9 +226,10 @@ def open_video(path: str | Path, rate_hz: float = 0.0, later_s: float = 0.0) -> 
             )
         usual_hz = rate_hz or _usual_rate_hz(stream)
         first, delay_s = _first_frame(container, path)
+        is_timed = not (rate_hz or first.time is None or _tells_decoding_only(container))
         begin_s = (container.start_time or 0) / av.time_base
         anywhere = Flags.ts_discont in flags
-        zero_s = begin_s if anywhere else delay_s
+        zero_s = begin_s if anywhere else delay_s if is_timed else 0.0
         length_s = (container.duration or 0) / av.time_base
         upright = (first.width, first.height)
         return Video(
@@ -231,7 +240,7 @@ def open_video(path: str | Path, rate_hz: float = 0.0, later_s: float = 0.0) -> 
             size=upright[::-1] if first.rotation % 180 else upright,
             zero_s=zero_s,
             end_s=length_s + (begin_s if anywhere else 0.0) if length_s else 0.0,
-            start_s=0.0 if rate_hz or first.time is None else first.time - zero_s,
+            start_s=first.time - zero_s if is_timed else 0.0,
             later_s=later_s,
         )
 
@@ -257,6 +266,16 @@ def _opened(path: Path) -> InputContainer:
         container.close()
         raise VideoError(f'{path} is no video: it holds no pictures')
     return container
+
+
+def _tells_decoding_only(container: InputContainer) -> bool:
+    """
+    Tell whether a file says when pictures are decoded, and not when they are shown.
+
+    Its pictures come out of the decoder in the order in which they are shown: each takes the
+    earliest of the times that are left.
+    """
+    return container.format.name == 'avi'
 
 
 def _stream(container: InputContainer) -> VideoStream:

@@ -16,6 +16,7 @@ from mctrack_ros.ground import (
     read_calibration,
     write_calibration,
 )
+from mctrack_ros.ground.camera import PARAMETERS
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception import boxes_to_detections, positions_to_detections
 from mctrack_ros.perception.boxes import BodyModel
@@ -120,7 +121,7 @@ def test_places_are_as_far_off_as_their_covariances_say():
 
 
 def test_what_a_calibration_says_of_itself_is_in_the_covariance():
-    position = np.diag([0, 0, 0, 0, 0, 1.0, 1.0, 1.0])  # of the camera, as unsure as a metre
+    position = np.diag([name in ('x', 'y', 'z') for name in PARAMETERS])  # unsure by a metre
     unsure = CameraMapping(replace(BENT.camera, covariance=position), SIZE)
     boxes = upright_boxes(BENT, PLACES, BodyModel())
     sure, other = (

@@ -97,6 +97,25 @@ def test_a_file_that_was_cut_off_is_read_to_there_and_says_so(tmp_path, kind, op
     assert 'film' in reading.fault()
 
 
+def test_an_avi_file_with_reordered_pictures_keeps_each_of_them_at_its_time(tmp_path):
+    """AVI says when pictures are decoded, which is not the order in which they are shown."""
+    rng = np.random.default_rng(4)
+    scene = rng.integers(0, 255, (48, 64, 3)).astype(np.uint8)
+    shown = [cv2.blur(np.roll(scene, index, axis=1), (5, 5)) for index in range(60)]
+    path = write_film(tmp_path / 'film.avi', np.arange(60) / 25, shown, time_base=25)
+    reading = VideoReading(open_video(path))
+    times, pictures = zip(*reading)
+    np.testing.assert_allclose(times, np.arange(60) / 25, atol=1e-9)
+    wrong = [
+        index
+        for index, picture in enumerate(pictures)
+        if min(range(60), key=lambda other: np.abs(picture - shown[other].astype(int)).sum())
+        != index
+    ]
+    assert not wrong
+    assert not reading.notes() + [reading.fault()] * bool(reading.fault())
+
+
 def test_a_cut_avi_file_says_how_many_bytes_are_missing(tmp_path):
     path = cut(write_steady_film(tmp_path / 'film.avi', 60), 0.5)
     times, _, reading = read(open_video(path))
