@@ -177,8 +177,9 @@ class VideoReading:
         return sound
 
     def _pass_over(self, count: int) -> None:
-        for _ in range(count if self._due_s else 0):
-            heappop(self._due_s)
+        for _ in range(count):
+            if self._due_s:
+                heappop(self._due_s)
         self._undecodable += count
         self._times.pass_over(count)
 
