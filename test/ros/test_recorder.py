@@ -8,6 +8,7 @@ import pytest
 import rclpy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Goals
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import QosHistory
@@ -95,7 +96,7 @@ from mctrack_ros.ros.recorder import Recorder
 
 class Crashing(Recorder):
     def report(self):
-        if self.messages:
+        if self.messages == 1:
             raise KeyError('a mistake in the program')
 
     def look(self):
@@ -107,18 +108,21 @@ sys.exit(run(Crashing))
 """
 
 
-def test_a_crash_leaves_a_finished_bag(bench, tmp_path):
+def test_an_exception_ends_no_recording(bench, tmp_path):
     bench.open()
     path = bench.parameter_file('crashing', {'path': str(tmp_path / 'bag'), 'topics': ['/d']})
     command = [sys.executable, '-c', CRASHING, '--ros-args', '--params-file', str(path)]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        bench.processes.append(process)
-        publisher = bench.publisher(PointCloud2, '/d')
-        publisher.publish(cloud(1))
-        bench.until(lambda: process.poll() is not None)
-        assert 'a mistake in the program' in process.stderr.read()
-    assert process.returncode == 1
-    assert len(recorded(tmp_path / 'bag')) == 1
+    with open(tmp_path / 'log', 'w') as log:
+        process = subprocess.Popen(command, stdout=log, stderr=log)
+    bench.processes.append(process)
+    publisher = bench.publisher(PointCloud2, '/d')
+    publisher.publish(cloud(1))
+    bench.until(lambda: 'a mistake in the program' in (tmp_path / 'log').read_text())
+    publisher.publish(cloud(2))
+    bench.until(lambda: publisher.wait_for_all_acked(Duration(seconds=0.1)))
+    process.send_signal(signal.SIGINT)
+    assert bench.exit_code(process) == 0
+    assert len(recorded(tmp_path / 'bag')) == 2
 
 
 @pytest.mark.parametrize('explain', [False, True])
