@@ -161,7 +161,7 @@ class Batcher:
         if arrival_ns is not None:
             verdict = self.clocks.judge(camera, detections.stamp_ns, arrival_ns)
             if not verdict.is_used:
-                self.left_out(camera)
+                self._cameras[camera].left_out += 1
                 return closed
             added_ns, early_ns, _, reference_ns = verdict
             detections = detections.at(detections.stamp_ns + added_ns)
@@ -173,10 +173,6 @@ class Batcher:
             closed += self.begin_anew()
         self._admit(camera, detections, now_ns, early_ns, added_ns)
         return closed + self.poll(now_ns)
-
-    def left_out(self, camera: str, count: int = 1) -> None:
-        """Record that so many messages of a camera have stamps that cannot be believed."""
-        self._cameras[camera].left_out += count
 
     def poll(self, now_ns: int) -> list[Tick]:
         """Return the ticks that are due by now."""
