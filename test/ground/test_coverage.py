@@ -1,5 +1,7 @@
 """Coverage by polygons against counts of random places, and its errors against simulation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -7,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lens_cameras import camera
 
+from mctrack_ros.ground.camera import PARAMETERS, CameraMapping
 from mctrack_ros.ground.coverage import CoverageConfig, area_from, coverage_of
 from mctrack_ros.ground.coverage_view import View
 from mctrack_ros.ground.field_of_view import FieldOfViewError, polygon_from, seen_ground
@@ -121,8 +124,9 @@ def test_more_cameras_never_measure_worse():
 
 
 def test_calibration_adds_to_the_error():
-    sure, unsure = (camera((0, -15, 8), (10, 5, 0)) for _ in range(2))
-    object.__setattr__(unsure.camera, 'covariance', np.diag([25.0] + [0] * 7))
+    sure = camera((0, -15, 8), (10, 5, 0))
+    covariance = np.diag([25.0 * (name == 'focal length') for name in PARAMETERS])
+    unsure = CameraMapping(replace(sure.camera, covariance=covariance), sure.image_size)
     errors = [coverage_of(views_of(each), AREA).raster.fused for each in (sure, unsure)]
     known = np.isfinite(errors[0])
     assert (errors[1][known] > errors[0][known]).all()
