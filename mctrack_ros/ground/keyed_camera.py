@@ -70,7 +70,10 @@ def camera_of(
         raise stated.error('it does not say how large the pictures are')
     model = _model(stated)
     try:
-        notes = _skew_notes(skew, intrinsics, image_size)
+        notes = (
+            *_skew_notes(skew, intrinsics, image_size),
+            *_centre_notes(intrinsics, image_size),
+        )
         lens = lens_of(model, intrinsics, stated.numbers('lens'), image_size)
     except CalibrationError as error:
         raise stated.error(str(error)) from error
@@ -210,3 +213,14 @@ def _skew_notes(skew: float, intrinsics: Floats, image_size: tuple[int, int]) ->
             f'{effect}, expected below {LARGEST_SKEW_PX:g} px: calibrate with the skew fixed at 0'
         )
     return (f'{effect}: it is left out',)
+
+
+def _centre_notes(intrinsics: Floats, image_size: tuple[int, int]) -> tuple[str, ...]:
+    """Return that the principal point lies outside the pictures, if it does."""
+    (x, y), (width, height) = intrinsics[2:].tolist(), image_size
+    if 0 < x < width and 0 < y < height:
+        return ()
+    return (
+        f'its principal point ({x:.0f}, {y:.0f}) lies outside its pictures of {width} x {height} '
+        'px: is the matrix that of another size?',
+    )

@@ -283,9 +283,10 @@ def _scores(table: Table, limits: tuple[float, float], is_seen: NDArray[np.bool_
         raise table.error(row, 'the score is empty')
     for row in np.flatnonzero(is_seen & ~((score >= low) & (score <= high))):
         least, most = np.nanmin(score), np.nanmax(score)
+        asked = (0, 100) if least >= 0 and 1 < most <= 100 else (min(least, 0), max(most, 1))
         raise table.error(
             row,
             f'the score is {score[row]:g}, expected {low:g} to {high:g}; those of the file are '
-            f'{least:g} to {most:g}: --score-range={least:g},{most:g}?',
+            f'{least:g} to {most:g}: --score-range={asked[0]:g},{asked[1]:g}?',
         )
     return (score - low) / (high - low)

@@ -239,7 +239,7 @@ class CameraSource:
 
     def step(self) -> CameraResult:
         """Process the next picture."""
-        message, stamp_ns, session = self._message, self.next_stamp_ns, self.session
+        stamp_ns, session = self.next_stamp_ns, self.session
         assert stamp_ns is not None
         quality, name = self.quality, self._task.camera
         if self._from_pictures:
@@ -252,7 +252,7 @@ class CameraSource:
             self._draw(output)
             result = CameraResult(name, output.detections, output.events, missed, session)
         else:
-            detections = rows_from_cloud(message, Detections).at(stamp_ns)
+            detections = self._detections.at(stamp_ns)
             result = CameraResult(name, detections, Events.build(stamp_ns), False, session)
         quality.messages += 1
         quality.detections += int((~result.detections.is_vacant).sum())
@@ -279,7 +279,7 @@ class CameraSource:
         for _, message, _ in self._messages:
             stamp_ns = self._judged(message)
             if stamp_ns != LEFT_OUT and self._is_usable(message):
-                self._message, self.next_stamp_ns = message, stamp_ns
+                self.next_stamp_ns = stamp_ns
                 if session != self.session:
                     self._buffer = FeedbackBuffer(self._task.period_ns, self._task.delay_ns)
                 return
@@ -303,13 +303,14 @@ class CameraSource:
         return stamps.stamp_ns[index]
 
     def _is_usable(self, message: object) -> bool:
-        """Decode a picture; tell whether it can be, and has the camera's size."""
-        if not self._from_pictures:
-            return True
+        """Decode a message; tell whether it can be, and a picture has the camera's size."""
         settings = self._task.settings
         try:
-            size = (settings.image_width, settings.image_height)
-            self._image = image_from_message(message, size)
+            if self._from_pictures:
+                size = (settings.image_width, settings.image_height)
+                self._image = image_from_message(message, size)
+            else:
+                self._detections = rows_from_cloud(message, Detections)
         except ValueError as error:
             self.quality.refused += 1
             self.quality.reason = str(error)

@@ -76,7 +76,9 @@ def _examine_camera(name: str, camera: CameraSettings) -> Iterator[Finding]:
         yield Finding(Severity.ERROR, name, str(error), 'mend the file or the key that it names')
         return
     if doubt:
-        remedy = f'look closer: mctrack check-calibration {camera.grid or camera.calibration}'
+        remedy = 'calibrate again, or see whether that much matters'
+        if camera.grid:
+            remedy = f'look closer: mctrack check-calibration {camera.grid}'
         yield Finding(Severity.WARNING, name, f'its calibration is doubtful: {doubt}', remedy)
     if not camera.background:
         yield Finding(

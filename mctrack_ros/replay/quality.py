@@ -66,7 +66,7 @@ class CameraQuality:
     messages : int
         That were used.
     refused : int
-        Pictures that could not be decoded, or have another size.
+        Messages that could not be decoded, or pictures of another size.
     reason : str
         Why the last of these was.
     unusable : int
@@ -132,7 +132,9 @@ def complaints(quality: CameraQuality, stamps: Stamps, offset_m: float) -> list[
     if lost:
         lines.append(f'{name}: {lost} messages are missing in the gaps between the others')
     if quality.refused:
-        lines.append(f'{name}: {quality.refused} pictures are refused: {quality.reason}')
+        lines.append(
+            f'{name}: {quality.refused} messages are refused, the last since {quality.reason}'
+        )
     if quality.unusable:
         lines.append(f'{name}: {quality.unusable} pictures are black, white, frozen or noise')
     if quality.messages and not quality.detections:

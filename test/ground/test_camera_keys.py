@@ -421,3 +421,18 @@ def test_poses_that_are_none_or_ambiguous_are_refused_by_name(tmp_path, text, re
     with pytest.raises(CalibrationError, match=reason) as refusal:
         read_extrinsics(path)
     assert 'pose.txt: ' in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ('x', 'is_said'), [(320.0, False), (40.0, False), (640.0, True), (871.2, True)]
+)
+def test_a_principal_point_outside_the_pictures_is_said(tmp_path, x, is_said):
+    path = tmp_path / 'camera.yaml'
+    path.write_text(
+        'image_width: 640\nimage_height: 480\ndistortion_model: plumb_bob\n'
+        f'camera_matrix: {{rows: 3, cols: 3, data: [600, 0, {x}, 0, 600, 240, 0, 0, 1]}}\n'
+        'distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n'
+    )
+    notes = read_camera(path, (640, 480)).notes
+    assert len(notes) == is_said
+    assert all('lies outside its pictures of 640 x 480 px' in note for note in notes)

@@ -12,9 +12,9 @@ from fusion_scenes import detections
 from typer.testing import CliRunner
 
 from mctrack_ros.cli.main import app
-from mctrack_ros.codec import rows_from_cloud
+from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.interfaces import REPORTED, Ticks, Tracks
-from mctrack_ros.recording import BagReader, BagWriter
+from mctrack_ros.recording import ROSBAGS_CLASSES, BagReader, BagWriter
 
 START_NS = 1_700_000_000 * 10**9
 CAMERAS = ('cam1', 'cam2', 'cam3')
@@ -141,6 +141,25 @@ def test_log_times_that_tell_nothing_of_arrival_leave_nobody_out(tmp_path):
     done = CliRunner().invoke(app, [*command, '--json', str(tmp_path / 'run.json')])
     assert done.exit_code == 0
     assert [figures(tmp_path)[f'{camera}.messages'] for camera in CAMERAS] == [50] * 3
+
+
+def test_a_garbled_message_costs_itself_alone_and_is_said(tmp_path):
+    with BagWriter(tmp_path / 'in') as bag:
+        for index in range(50):
+            stamp_ns = START_NS + index * 40_000_000
+            for camera in CAMERAS:
+                cloud = cloud_from_rows(detections(stamp_ns, [[1.0, 2.0]]), ROSBAGS_CLASSES, 'map')
+                if (camera, index) == ('cam2', 20):
+                    cloud.data = cloud.data[:-8]
+                bag.write(f'/{camera}/detections', cloud, stamp_ns)
+    site = tmp_path / 'site.yaml'
+    site.write_text(yaml.safe_dump({'cameras': {camera: {} for camera in CAMERAS}}))
+    command = ['track', str(tmp_path / 'in'), '--out', str(tmp_path / 'out'), '--site', str(site)]
+    done = CliRunner().invoke(app, [*command, '--json', str(tmp_path / 'run.json')])
+    assert done.exit_code == 0
+    assert [figures(tmp_path)[f'{camera}.messages'] for camera in CAMERAS] == [50, 49, 50]
+    assert figures(tmp_path)['cam2.refused'] == 1
+    assert 'cam2: 1 messages are refused, the last since a cloud of 1 Detections' in done.output
 
 
 def test_debug_images_show_what_each_camera_sees(tmp_path):
