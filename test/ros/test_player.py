@@ -132,16 +132,13 @@ def test_nobody_is_waited_for_who_listens_to_what_is_not_played(bench, walker_ba
 
 
 @pytest.mark.live
-def test_player_says_at_once_what_it_waits_for(bench, walker_bag, capfd):
-    parameters = {'path': str(walker_bag), 'settle': 0.0, 'wait': 3600.0}
-    parameters['wait_for'] = ['.*/image_raw(/compressed)?', '/nowhere 1']
-    bench.open('--params-file', str(bench.parameter_file('player', parameters)))
+def test_player_says_at_once_what_it_waits_for(bench, walker_bag):
+    bench.open()
     bench.messages(CompressedImage, TOPICS[0], reliable(200))
-    player = bench.add(Player())
-    bench.until(lambda: player.played[TOPICS[0]].publisher.get_subscription_count() == 1)
-    said = []
-    bench.until(lambda: said.append(capfd.readouterr().err) or 'waiting' in ''.join(said))
-    (line,) = [line for line in ''.join(said).splitlines() if 'waiting up to' in line]
+    wait_for = ['.*/image_raw(/compressed)?', '/nowhere 1']
+    bench.spawn('player', path=str(walker_bag), settle=0.0, wait=3600.0, wait_for=wait_for)
+    bench.until(lambda: 'waiting up to' in bench.log('player'))
+    (line,) = [line for line in bench.log('player').splitlines() if 'waiting up to' in line]
     assert TOPICS[1] in line
     assert '/nowhere' in line
 
