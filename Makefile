@@ -9,7 +9,7 @@ SOURCES := setup.py setup.cfg package.xml pyproject.toml \
 	$(shell find mctrack_ros config launch resource -type f -not -name '*.pyc')
 RESULTS := lab6p cmc wildtrack pets terrace cameras
 
-.PHONY: all demo test check unit jazzy lock results clean help
+.PHONY: all demo test check unit jazzy same lock results clean help
 
 all: $(VENV)/.package ## install into .venv
 
@@ -36,6 +36,9 @@ results: all ## measure the real-data figures again; writes docs/results
 	for name in $(RESULTS); do \
 		$(BIN)/mctrack reproduce $$name --json docs/results/$$name.json || exit 1; done
 	$(BIN)/mctrack results
+
+same: all ## compare the bytes that the golden recordings give with those of the version before
+	$(BIN)/python -m mctrack_ros.experiments.same
 
 lock: all ## resolve requirements.in into requirements.lock again
 	$(BIN)/pip install -q uv

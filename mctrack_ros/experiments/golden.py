@@ -1,7 +1,7 @@
 """
-The golden bag: what five cameras detected in a short match, with truth, and its scores.
+The golden bags: pictures of two scenes, and what five cameras detected in a short match.
 
-``python -m mctrack_ros.experiments.golden bags`` makes it again.
+``python -m mctrack_ros.experiments.golden bags`` makes them again, and the scores of the match.
 """
 
 from __future__ import annotations
@@ -11,17 +11,42 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+from mctrack_ros.codec import compressed_message, image_from_message, jpeg_from_image
 from mctrack_ros.experiments.comparison import compare
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.simulate import simulate
-from mctrack_ros.recording import BagReader, BagWriter
+from mctrack_ros.recording import ROSBAGS_CLASSES, BagReader, BagWriter
 from mctrack_ros.replay.track import track_bag
 from mctrack_ros.resources import config_file
-from mctrack_ros.simulation import Scenario
+from mctrack_ros.simulation import CarParkScenario, Scenario
 from mctrack_ros.site_config import load_site
 
 NAME = 'pitch5_detections'
 SCENARIO = Scenario(seed=7, duration_s=6.0)
+
+
+PICTURES = {
+    'pitch5_pictures': Scenario(seed=7, duration_s=3.0, cameras=2, noise=0.5),
+    'carpark_pictures': CarParkScenario(seed=11, duration_s=20.0),
+}
+_JPEG_QUALITY = 70
+
+
+def write_pictures(name: str, folder: Path) -> None:
+    """Simulate a scene and keep its pictures, compressed further to stay small."""
+    with tempfile.TemporaryDirectory(prefix='mctrack_golden_') as scratch:
+        simulate(PICTURES[name], Path(scratch) / 'scene')
+        with (
+            BagReader(Path(scratch) / 'scene') as reader,
+            BagWriter(folder / name, overwrite=True) as writer,
+        ):
+            topics = [topic for topic in reader.topics if topic.endswith('/compressed')]
+            for topic, message, time_ns in reader.messages(topics):
+                jpeg = jpeg_from_image(image_from_message(message), _JPEG_QUALITY)
+                packed = compressed_message(
+                    jpeg, ROSBAGS_CLASSES, time_ns, message.header.frame_id
+                )
+                writer.write(topic, packed, time_ns)
 
 
 def write_golden(folder: Path) -> Figures:
@@ -55,4 +80,6 @@ def golden_figures(golden: Path, scratch: Path) -> Figures:
 
 
 if __name__ == '__main__':
+    for pictures in PICTURES:
+        write_pictures(pictures, Path(sys.argv[1]))
     print(write_golden(Path(sys.argv[1])).table())
