@@ -70,7 +70,8 @@ class _ByContent:
     Where numba keeps a function's compiled code: under a digest of all that it is compiled from.
 
     So it is compiled again when it, a function that it calls or a constant that it reads changes,
-    and neither when other lines of its file do nor when the package is installed elsewhere.
+    or the name of their module, by which numba finds it; and neither when other lines of its file
+    do nor when the package is installed elsewhere.
     """
 
     _is_announced = False
@@ -122,7 +123,7 @@ def _add_function(digest: Any, function: Any, seen: set[Any]) -> None:
     if function in seen:
         return
     seen.add(function)
-    digest.update(repr(function.__defaults__).encode())
+    digest.update(f'{function.__module__} {function.__defaults__!r}'.encode())
     for cell in function.__closure__ or ():
         _add_value(digest, cell.cell_contents, seen)
     names = _add_code(digest, function.__code__)

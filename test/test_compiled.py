@@ -32,14 +32,17 @@ def scaled(value):
 def scaled_of_3(tmp_path):
     """Return a function that puts a package somewhere and asks its kernel, in a process."""
 
-    def ask(text, where='here'):
+    def ask(text, where='here', module='kernels'):
         package = tmp_path / where / 'mctrack_ros'
         package.mkdir(parents=True, exist_ok=True)
         (package / '__init__.py').touch()
         shutil.copy(SOURCE, package)
-        (package / 'kernels.py').write_text(text)
+        file = package.joinpath(*module.split('.')).with_suffix('.py')
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(text)
+        code = f'from mctrack_ros.{module} import scaled; print(scaled(3.0))'
         done = subprocess.run(
-            [sys.executable, '-c', 'from mctrack_ros.kernels import scaled; print(scaled(3.0))'],
+            [sys.executable, '-c', code],
             env=os.environ
             | {'PYTHONPATH': str(package.parent), 'XDG_CACHE_HOME': str(tmp_path / 'cache')},
             cwd=package.parent,
@@ -60,3 +63,8 @@ def test_nothing_is_compiled_twice_and_all_that_changed_is(scaled_of_3):
     assert scaled_of_3(KERNELS.replace('SCALE = 2.0', 'SCALE = 5.0')) == (20.0, True)
     assert scaled_of_3(KERNELS.replace('+ 1.0', '+ 2.0')) == (10.0, True)
     assert scaled_of_3(KERNELS) == (8.0, False)
+
+
+def test_a_module_that_moved_is_compiled_again(scaled_of_3):
+    assert scaled_of_3(KERNELS) == (8.0, True)
+    assert scaled_of_3(KERNELS, 'elsewhere', 'folder.kernels') == (8.0, True)

@@ -20,8 +20,8 @@ from mctrack_ros.experiments.bench_pitch import (
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.ground import GroundMapping, ProjectiveMapping
 from mctrack_ros.perception.silhouettes import SilhouetteConfig, SilhouettePipeline
-from mctrack_ros.perception.silhouettes.background import LowPassBackground
-from mctrack_ros.perception.silhouettes.components import find_silhouettes
+from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
+from mctrack_ros.perception.silhouettes.foreground.components import find_silhouettes
 
 Image = NDArray[np.uint8]
 SIZE = (640, 480)

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from mctrack_ros.codec import compressed_message, image_from_message, jpeg_from_image
 from mctrack_ros.fusion import Batcher, FusionPipeline
 from mctrack_ros.perception import FeedbackBuffer
-from mctrack_ros.perception.background import Background
-from mctrack_ros.perception.blobs import clean_mask, find_blobs
-from mctrack_ros.perception.sizes import SizeTable
-from mctrack_ros.perception.watchdog import Watchdog
+from mctrack_ros.perception.background.model import Background
+from mctrack_ros.perception.blobs.extraction import clean_mask, find_blobs
+from mctrack_ros.perception.camera_shift.monitor import Watchdog
+from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.recording import ROSBAGS_CLASSES
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import CameraRenderer, Scenario, World

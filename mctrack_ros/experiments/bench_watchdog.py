@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.watched_scene import KINDS, RATE_HZ, SIZE, WatchedScene
-from mctrack_ros.perception.watchdog import Watchdog, WatchdogConfig
+from mctrack_ros.perception.camera_shift.monitor import Watchdog, WatchdogConfig
 
 Image = NDArray[np.uint8]
 PEER_EVERY = 50

@@ -16,7 +16,7 @@ from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.fusion_bench.workers import run_spread
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception import CameraConfig, CameraPipeline
-from mctrack_ros.perception.blobs import likeness
+from mctrack_ros.perception.blobs.extraction import likeness
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import CARPARK, CarParkScenario, CarParkWorld
 from mctrack_ros.site_config import load_site

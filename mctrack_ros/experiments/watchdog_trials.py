@@ -17,7 +17,7 @@ from mctrack_ros.experiments.pets_pixels import PICTURE_SIZE, TsaiCamera, pictur
 from mctrack_ros.experiments.terrace import CAMERAS, video, watermark_mask
 from mctrack_ros.experiments.watched_scene import KINDS, SIZE, WIND_PX, WatchedScene
 from mctrack_ros.perception import ShiftState
-from mctrack_ros.perception.watchdog import Watchdog, WatchdogConfig
+from mctrack_ros.perception.camera_shift.monitor import Watchdog, WatchdogConfig
 from mctrack_ros.recording.videos import open_video
 from mctrack_ros.simulation import CameraRenderer, Scenario, World
 

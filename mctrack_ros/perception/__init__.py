@@ -1,14 +1,14 @@
 """One camera: picture and feedback in, detections out."""
 
 from mctrack_ros.perception.boxes import boxes_to_detections, positions_to_detections
-from mctrack_ros.perception.feedback_buffer import FeedbackBuffer
-from mctrack_ros.perception.local_events import feedback_missed
+from mctrack_ros.perception.camera_shift.monitor import CameraShift, ShiftState
+from mctrack_ros.perception.event_tracker.pipeline import CameraConfig, CameraPipeline
+from mctrack_ros.perception.events.event_log import feedback_missed
+from mctrack_ros.perception.feedback.buffer import FeedbackBuffer
+from mctrack_ros.perception.image_clock import BackwardStampError
+from mctrack_ros.perception.image_state import PictureState, PictureWatch
 from mctrack_ros.perception.output import CameraOutput, check_picture
-from mctrack_ros.perception.picture_clock import BackwardStampError
-from mctrack_ros.perception.picture_state import PictureState, PictureWatch
-from mctrack_ros.perception.pipeline import CameraConfig, CameraPipeline
 from mctrack_ros.perception.trackers import CameraTracker, open_camera
-from mctrack_ros.perception.watchdog import CameraShift, ShiftState
 
 __all__ = [
     'BackwardStampError',

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import Detections, Events
-from mctrack_ros.perception.watchdog import CameraShift
+from mctrack_ros.perception.camera_shift.monitor import CameraShift
 
 Image = NDArray[np.uint8]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Feedback
+from mctrack_ros.perception.event_tracker.pipeline import CameraConfig, CameraPipeline
 from mctrack_ros.perception.output import CameraOutput
-from mctrack_ros.perception.pipeline import CameraConfig, CameraPipeline
 from mctrack_ros.perception.silhouettes import SilhouettePipeline
 
 Image = NDArray[np.uint8]

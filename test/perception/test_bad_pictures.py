@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.perception import CameraConfig, open_camera
-from mctrack_ros.perception.background import RULES
+from mctrack_ros.perception.background.model import RULES
 
 RED, BLUE, WHITE = (30, 30, 220), (220, 60, 30), (240, 240, 240)
 SHAPE = (240, 320, 3)

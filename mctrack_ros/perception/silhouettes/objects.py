@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
-from mctrack_ros.perception.blobs import overlap
+from mctrack_ros.perception.blobs.extraction import overlap
 from mctrack_ros.perception.silhouettes.features import (
     PLACE,
     SIZE,

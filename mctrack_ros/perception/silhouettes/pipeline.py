@@ -8,20 +8,25 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import ClassCode, EventCode, Feedback
-from mctrack_ros.perception.classes import ClassVotes, looks_like_vehicle
-from mctrack_ros.perception.groups import GroupConfig, Groups
-from mctrack_ros.perception.identity import learn_identities
-from mctrack_ros.perception.local_events import EventLog
+from mctrack_ros.perception.camera_shift.monitor import CameraShift, Watchdog
+from mctrack_ros.perception.events.event_log import EventLog
+from mctrack_ros.perception.events.groups import GroupConfig, Groups
+from mctrack_ros.perception.feedback.id_assignment import learn_identities
+from mctrack_ros.perception.image_clock import PictureClock
+from mctrack_ros.perception.image_state import is_blank
+from mctrack_ros.perception.local_tracks.classification import ClassVotes, looks_like_vehicle
 from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture
-from mctrack_ros.perception.picture_clock import PictureClock
-from mctrack_ros.perception.picture_state import is_blank
-from mctrack_ros.perception.silhouettes.background import LowPassBackground
-from mctrack_ros.perception.silhouettes.components import Silhouettes, find_silhouettes
+from mctrack_ros.perception.silhouettes.background.absorption import RestWatch
+from mctrack_ros.perception.silhouettes.background.holes import patched, without_still_holes
+from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
+from mctrack_ros.perception.silhouettes.background.stationary_false_foreground import (
+    without_stains,
+)
+from mctrack_ros.perception.silhouettes.config import SilhouetteConfig
 from mctrack_ros.perception.silhouettes.features import Floats
-from mctrack_ros.perception.silhouettes.holes import patched, without_still_holes
+from mctrack_ros.perception.silhouettes.foreground.components import Silhouettes, find_silhouettes
+from mctrack_ros.perception.silhouettes.ground_position import Places
 from mctrack_ros.perception.silhouettes.objects import at_edge
-from mctrack_ros.perception.silhouettes.parameters import SilhouetteConfig
-from mctrack_ros.perception.silhouettes.places import Places
 from mctrack_ros.perception.silhouettes.reporting import (
     TrackedObjects,
     detections_of,
@@ -29,10 +34,7 @@ from mctrack_ros.perception.silhouettes.reporting import (
     note_groups,
     passes,
 )
-from mctrack_ros.perception.silhouettes.rest import RestWatch
-from mctrack_ros.perception.silhouettes.stains import without_stains
 from mctrack_ros.perception.silhouettes.tracker import SilhouetteTracker
-from mctrack_ros.perception.watchdog import CameraShift, Watchdog
 from mctrack_ros.tracking.appearance import colour_templates
 
 Image = NDArray[np.uint8]

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import ClassCode, Detections, EventCode
-from mctrack_ros.perception.groups import Groups
-from mctrack_ros.perception.local_events import EventLog
+from mctrack_ros.perception.events.event_log import EventLog
+from mctrack_ros.perception.events.groups import Groups
 from mctrack_ros.perception.silhouettes.features import AREA, Floats, Ints
 from mctrack_ros.perception.silhouettes.objects import ObjectList
 

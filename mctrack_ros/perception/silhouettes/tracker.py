@@ -7,19 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mctrack_ros.interfaces import ClassCode, EventCode
-from mctrack_ros.perception.classes import ClassConfig, looks_like_vehicle
-from mctrack_ros.perception.local_events import EventLog
-from mctrack_ros.perception.silhouettes.background import LowPassBackground
-from mctrack_ros.perception.silhouettes.components import Silhouettes
-from mctrack_ros.perception.silhouettes.duplicates import (
-    secure_silhouettes,
-    settled,
-    without_parts,
-    without_shrunk,
-    without_swollen,
-    without_transient_duplicates,
-)
-from mctrack_ros.perception.silhouettes.faint import with_faint
+from mctrack_ros.perception.events.event_log import EventLog
+from mctrack_ros.perception.geometry.person_size import SizeTable
+from mctrack_ros.perception.local_tracks.classification import ClassConfig, looks_like_vehicle
+from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
 from mctrack_ros.perception.silhouettes.features import (
     HEIGHT,
     WIDTH,
@@ -29,17 +20,34 @@ from mctrack_ros.perception.silhouettes.features import (
     Mask,
     Shapes,
 )
-from mctrack_ros.perception.silhouettes.gathering import GatheringConfig, gathered, without_crumbs
-from mctrack_ros.perception.silhouettes.joining import join_fragments
-from mctrack_ros.perception.silhouettes.macro import resolve_merges
-from mctrack_ros.perception.silhouettes.match import MatchConfig, naive_matches, valid_matches
-from mctrack_ros.perception.silhouettes.objects import ObjectConfig, ObjectList, at_edge
-from mctrack_ros.perception.silhouettes.partition import (
+from mctrack_ros.perception.silhouettes.foreground.components import Silhouettes
+from mctrack_ros.perception.silhouettes.foreground.fragment_merging import (
+    GatheringConfig,
+    gathered,
+    without_crumbs,
+)
+from mctrack_ros.perception.silhouettes.foreground.hysteresis import with_faint
+from mctrack_ros.perception.silhouettes.matching.duplicates import (
+    secure_silhouettes,
+    settled,
+    without_parts,
+    without_shrunk,
+    without_swollen,
+    without_transient_duplicates,
+)
+from mctrack_ros.perception.silhouettes.matching.joining import join_fragments
+from mctrack_ros.perception.silhouettes.matching.macro_object import resolve_merges
+from mctrack_ros.perception.silhouettes.matching.match import (
+    MatchConfig,
+    naive_matches,
+    valid_matches,
+)
+from mctrack_ros.perception.silhouettes.matching.partition import (
     DivisionConfig,
     may_be_several,
     partition_merged,
 )
-from mctrack_ros.perception.sizes import SizeTable
+from mctrack_ros.perception.silhouettes.objects import ObjectConfig, ObjectList, at_edge
 
 
 @dataclass(frozen=True)

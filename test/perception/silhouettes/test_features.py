@@ -4,7 +4,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mctrack_ros.perception.silhouettes.components import shapes_of
 from mctrack_ros.perception.silhouettes.features import (
     AREA,
     HEIGHT,
@@ -17,6 +16,7 @@ from mctrack_ros.perception.silhouettes.features import (
     cost,
     stacked,
 )
+from mctrack_ros.perception.silhouettes.foreground.components import shapes_of
 
 WEIGHTS = ComparisonConfig(form_weight=1.0, grey_weight=1.0, place_weight=0.0).weights()
 COUNTS = st.integers(0, 30).map(float)

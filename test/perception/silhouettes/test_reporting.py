@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import ClassCode, EventCode
-from mctrack_ros.perception.groups import GroupConfig, Groups
-from mctrack_ros.perception.local_events import EventLog
+from mctrack_ros.perception.events.event_log import EventLog
+from mctrack_ros.perception.events.groups import GroupConfig, Groups
 from mctrack_ros.perception.silhouettes.features import SIZE, Shapes
 from mctrack_ros.perception.silhouettes.objects import ObjectConfig, ObjectList
 from mctrack_ros.perception.silhouettes.reporting import (

@@ -2,11 +2,14 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import ClassCode, EventCode
-from mctrack_ros.perception.local_events import EventLog
-from mctrack_ros.perception.silhouettes.background import LowPassBackground, LowPassConfig
-from mctrack_ros.perception.silhouettes.components import ComponentConfig, find_silhouettes
+from mctrack_ros.perception.events.event_log import EventLog
+from mctrack_ros.perception.geometry.person_size import SizeTable
+from mctrack_ros.perception.silhouettes.background.model import LowPassBackground, LowPassConfig
+from mctrack_ros.perception.silhouettes.foreground.components import (
+    ComponentConfig,
+    find_silhouettes,
+)
 from mctrack_ros.perception.silhouettes.tracker import SilhouetteTracker, SilhouetteTrackerConfig
-from mctrack_ros.perception.sizes import SizeTable
 
 SIZE = (480, 640)
 PERIOD_NS = 250_000_000

@@ -1,0 +1,1 @@
+"""What an image looks like without moving objects, and which pixels differ from it."""

@@ -1,0 +1,1 @@
+"""Which blobs are one person, and where people stand in blobs that several share."""

@@ -1,0 +1,221 @@
+"""Persons seen in one picture: the blobs that are one, and bodies placed in others; compiled."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
+from mctrack_ros.perception.blob_split.single_blobs import NEW, TOLD, Told
+from mctrack_ros.perception.blob_split.types import BODIES, Bodies
+from mctrack_ros.perception.geometry.foot_noise import foot_variance
+from mctrack_ros.perception.geometry.person_size import foot_below, metre_at
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+
+class Observations(NamedTuple):
+    """
+    Persons seen in one picture, one row each.
+
+    Attributes
+    ----------
+    track : (n,) int64 array
+        Row of the local track, -1: none yet.
+    blob : (n,) int64 array
+        Blob that it is in.
+    box : (n, 4) float64 array
+        Left, top, width, height, px.
+    foot : (n, 2) float64 array
+        Foot point, px.
+    position : (n, 2) float64 array
+        Where that stands, m; of a vehicle, the middle of the ground that it covers.
+    noise : (n, 2, 2) float64 array
+        Covariance of the foot point, px².
+    visible : (n,) float64 array
+        Share of the body that is seen.
+    proven : (n,) float64 array
+        Share of the body that explains what no older track does.
+    template : (n, 48) float64 array
+        Colours of what is seen of it.
+    fitted : (n,) bool array
+        A body was placed in the blob; else the blob is the person.
+    depth : (n, 2) float64 array
+        How far the ground that a vehicle covers reaches from its foot point, m; 0: a person.
+
+    """
+
+    track: Ints
+    blob: Ints
+    box: Floats
+    foot: Floats
+    position: Floats
+    noise: Floats
+    visible: Floats
+    proven: Floats
+    template: Floats
+    fitted: Booleans
+    depth: Floats
+
+    def select(self, mask: Booleans) -> Observations:
+        """Return the rows that a mask picks."""
+        if mask.all():
+            return self
+        return Observations(*(column[mask] for column in self))  # type: ignore[arg-type]
+
+
+_TABLE = types.f8[:, ::1]
+OBSERVATIONS = types.NamedTuple(
+    [
+        types.i8[::1], types.i8[::1], _TABLE, _TABLE, _TABLE, types.f8[:, :, ::1],
+        types.f8[::1], types.f8[::1], _TABLE, types.b1[::1], _TABLE,
+    ],
+    Observations,
+)  # fmt: skip
+
+
+class Footing(NamedTuple):
+    """
+    How well foot points are seen.
+
+    Attributes
+    ----------
+    noise_px : float
+        Standard deviation of a foot point, part that is the same for all, px.
+    noise_share : float
+        Part that grows with the box, as a share of its height.
+    least_visible : float
+        Share of a body that is taken to be seen at least.
+    height_m : float
+        Usual height of a person, m.
+    least_height_px : float
+        Where he would look smaller than this, he is too far away, px.
+
+    """
+
+    noise_px: float
+    noise_share: float
+    least_visible: float
+    height_m: float
+    least_height_px: float
+
+
+FOOTING = types.NamedUniTuple(types.f8, 5, Footing)
+
+
+@compiled(
+    OBSERVATIONS(
+        TOLD, BODIES, INTS_1D, INTS_1D, FLOATS_2D, FLOATS_2D
+    )
+)  # fmt: skip
+def gathered(
+    told: Told, bodies: Bodies, shared: Ints, rows: Ints, blob_box: Floats, template: Floats
+) -> Observations:
+    """
+    Put blobs that are one person and bodies in the others together, by blob.
+
+    Parameters
+    ----------
+    told : Told
+        Of all blobs.
+    bodies : Bodies
+        In those that are not alone.
+    shared : (b,) int64 array
+        Rows of these.
+    rows : (k,) int64 array
+        Tracks that the known of the bodies are, in their order.
+    blob_box, template : (n, 4) and (n, 48) arrays
+        Boxes of all blobs, px, and their colours.
+
+    Returns
+    -------
+    Observations
+        Where their feet are is still to be written.
+
+    """
+    count = np.count_nonzero(told.alone) + len(bodies.blob)
+    track, blob = np.full(count, NEW), np.empty(count, np.int64)
+    box, colours = np.empty((count, 4)), np.empty((count, template.shape[1]))
+    visible, proven = np.ones(count), np.ones(count)
+    fitted = np.zeros(count, np.bool_)
+    row = body = known = 0
+    for index in range(len(told.alone)):
+        if told.alone[index]:
+            track[row], blob[row] = told.track[index], index
+            box[row], colours[row] = blob_box[index], template[index]
+            row += 1
+        while body < len(bodies.blob) and shared[bodies.blob[body]] == index:
+            if bodies.is_known[body]:
+                track[row] = rows[known]
+                known += 1
+            blob[row], fitted[row] = index, True
+            box[row], colours[row] = bodies.box[body], bodies.template[body]
+            hidden = told.single[index] and track[row] != told.best[index]
+            visible[row], proven[row] = bodies.visible[body], bodies.proven[body]
+            if hidden:
+                proven[row] = 0.0
+            row, body = row + 1, body + 1
+    nowhere, none, flat = np.empty((count, 2)), np.zeros((count, 2, 2)), np.zeros((count, 2))
+    return Observations(
+        track, blob, box, nowhere, nowhere, none, visible, proven, colours, fitted, flat
+    )
+
+
+@compiled(
+    types.Tuple([_TABLE, types.f8[:, :, ::1], types.b1[::1]])(
+        OBSERVATIONS, FLOATS_3D, BOOLS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FOOTING
+    )
+)
+def footed(
+    seen: Observations, sizes: Floats, truncated: Booleans, expected: Floats, blob_box: Floats,
+    noise_ratio: Floats, footing: Footing,
+) -> tuple[Floats, Floats, Booleans]:  # fmt: skip
+    """
+    Find the feet of persons.
+
+    What is hidden of bodies and cut off by the picture's edge adds to their noise.
+
+    Parameters
+    ----------
+    seen : Observations
+        The persons.
+    sizes : (r, c, 4) array
+        The camera's `SizeTable.table`.
+    truncated, expected, blob_box : (n,) bool, (n, 2) and (n, 4) arrays
+        Of the blobs: which touch the edge, the size of a person there and their boxes, px.
+    noise_ratio : (t, 2) array
+        Variance of each track's foot points over that of all, as it was observed.
+    footing : Footing
+        How well feet are seen.
+
+    Returns
+    -------
+    foot : (n, 2) array
+        Foot points, px.
+    noise : (n, 2, 2) array
+        Their covariance, px².
+    near : (n,) bool array
+        Which are below the horizon, and not too far away.
+
+    """
+    foot, noise = np.empty((len(seen.box), 2)), np.zeros((len(seen.box), 2, 2))
+    near = np.empty(len(seen.box), np.bool_)
+    for row, box in enumerate(seen.box):
+        blob, (x, y) = seen.blob[row], foot_below(sizes, box)
+        foot[row, 0], foot[row, 1] = x, y
+        near[row] = metre_at(sizes, x, y)[1] * footing.height_m >= footing.least_height_px
+        variance = foot_variance(box[3], footing.noise_px, footing.noise_share)
+        hidden = 1 / min(max(seen.visible[row], footing.least_visible), 1.0)
+        variance *= hidden**2
+        for axis in range(2):
+            observed = 1.0 if seen.track[row] == NEW else noise_ratio[seen.track[row], axis]
+            noise[row, axis, axis] = variance * observed
+            if truncated[blob]:
+                missing = expected[blob, axis] - blob_box[blob, 2 + axis]
+                noise[row, axis, axis] += max(missing, 0.0) ** 2
+    return foot, noise, near

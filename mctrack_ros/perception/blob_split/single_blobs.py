@@ -1,0 +1,133 @@
+"""Blobs that are one person each, and those that tracks share; compiled."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
+from mctrack_ros.perception.blob_split.types import MEMBERS, Members
+from mctrack_ros.perception.blobs.extraction import likeness_of_two
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+NEW = -1
+
+
+class Told(NamedTuple):
+    """
+    What can be told of blobs by their size alone, one row each.
+
+    Attributes
+    ----------
+    alone : (n,) bool array
+        Which look like one whole person and hold at most one track, or look like one person, but
+        like none of their tracks, or are a vehicle.
+    single : (n,) bool array
+        Which others are no larger than one person: who else is in it must be hidden.
+    track : (n,) int64 array
+        Row of the track that each is which is alone, -1: none.
+    best : (n,) int64 array
+        Row of the track in each that is most like it, -1: none.
+
+    """
+
+    alone: Booleans
+    single: Booleans
+    track: Ints
+    best: Ints
+
+
+TOLD = types.NamedTuple([types.b1[::1], types.b1[::1], types.i8[::1], types.i8[::1]], Told)
+
+
+@compiled(
+    TOLD(INTS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, BOOLS_1D, BOOLS_1D, *[types.f8] * 4)
+)  # fmt: skip
+def told(
+    blob_of: Ints, predicted: Floats, box: Floats, expected: Floats, truncated: Booleans,
+    vehicle: Booleans, odd_width: float, odd_height: float, single_width: float,
+    least_alike: float,
+) -> Told:  # fmt: skip
+    """
+    Tell which blobs are one person or vehicle each.
+
+    Parameters
+    ----------
+    blob_of : (t,) int64 array
+        Row of the blob that each track is in; -1: none.
+    predicted : (t, 4) array
+        Boxes of the tracks, px.
+    box, expected : (n, 4) and (n, 2) arrays
+        Of the blobs, px, and the size of one person there.
+    truncated, vehicle : (n,) bool arrays
+        Which touch the picture's edge, and which are one vehicle each.
+    odd_width, odd_height, single_width, least_alike : float
+        See `PartitionConfig`.
+
+    """
+    count = len(box)
+    alone, single = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    track, best = np.full(count, NEW), np.full(count, NEW)
+    for blob in range(count):
+        members, most, least = 0, 0.0, 0.0
+        for row in range(len(blob_of)):
+            if blob_of[row] == blob:
+                members, least = members + 1, predicted[row, 3]
+                alike = likeness_of_two(predicted[row], box[blob])
+                if alike > most or members == 1:
+                    most, best[blob] = alike, row
+        width, height = box[blob, 2], box[blob, 3]
+        usual_width, usual_height = expected[blob]
+        small = width <= odd_width * usual_width and height <= odd_height * usual_height
+        not_halved = height * odd_height > min(least, usual_height)
+        whole = members < 2 and (truncated[blob] or (small and not_halved))
+        whole = whole or vehicle[blob]
+        fits_one = width / usual_width < single_width and height / usual_height < odd_height
+        single[blob] = not whole and fits_one
+        strange = single[blob] and most < least_alike
+        alone[blob] = whole or strange
+        track[blob] = NEW if strange else best[blob]
+    return Told(alone, single, track, best)
+
+
+@compiled(
+    types.Tuple([types.i8[::1], MEMBERS])(
+        INTS_1D, INTS_1D, FLOATS_2D, FLOATS_3D, FLOATS_2D, FLOATS_2D
+    )
+)
+def members_of(
+    shared: Ints, blob_of: Ints, box: Floats, spread: Floats, extent: Floats, template: Floats
+) -> tuple[Ints, Members]:
+    """
+    Return the rows of the tracks that are in some blobs, and what is known of them.
+
+    Parameters
+    ----------
+    shared : (b,) int64 array
+        Rows of the blobs.
+    blob_of : (t,) int64 array
+        Row of the blob that each track is in; -1: none.
+    box, spread : (t, 4) and (t, 2, 2) arrays
+        Predicted boxes, px, and the covariance of foot points about the predicted, px².
+    extent, template : (t, 2) and (t, 48) arrays
+        Sizes, m, and colours of the tracks.
+
+    """
+    rows, number = np.empty(len(blob_of), np.int64), np.empty(len(blob_of), np.int64)
+    count = 0
+    for index in range(len(shared)):
+        for row in range(len(blob_of)):
+            if blob_of[row] == shared[index]:
+                rows[count], number[count] = row, index
+                count += 1
+    rows = rows[:count]
+    bottom = np.empty((count, 2))
+    for place, own in enumerate(box[rows]):
+        bottom[place, 0], bottom[place, 1] = own[0] + own[2] * 0.5, own[1] + own[3]
+    known = Members(number[:count], bottom, spread[rows], extent[rows], template[rows])
+    return rows, known

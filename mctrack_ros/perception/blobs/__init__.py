@@ -1,0 +1,1 @@
+"""Connected foreground: noise removed, fragments joined."""

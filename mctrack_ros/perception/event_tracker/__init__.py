@@ -1,0 +1,1 @@
+"""The event-tracking paper's camera tracker, which is the default."""

@@ -1,0 +1,220 @@
+"""One camera, one picture after another: foreground, blobs, local tracks, detections."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import parameter
+from mctrack_ros.ground import GroundMapping
+from mctrack_ros.interfaces import Feedback
+from mctrack_ros.perception.background.ghost_removal import GhostConfig, GhostWatch
+from mctrack_ros.perception.background.model import Background, BackgroundConfig
+from mctrack_ros.perception.background.segmentation import inside_edges
+from mctrack_ros.perception.background.shadows import ShadowConfig, Shadows
+from mctrack_ros.perception.blob_split.split import PartitionConfig
+from mctrack_ros.perception.blobs.extraction import BlobConfig, clean_mask, find_blobs
+from mctrack_ros.perception.blobs.frame import Picture
+from mctrack_ros.perception.camera_shift.monitor import Watchdog, WatchdogConfig
+from mctrack_ros.perception.event_tracker.tracker import LocalTracker, TrackerConfig
+from mctrack_ros.perception.events.appearance_events import PresenceConfig
+from mctrack_ros.perception.events.groups import GroupConfig
+from mctrack_ros.perception.feedback.id_assignment import IdentityConfig
+from mctrack_ros.perception.feedback.persons_in_view import CompanyConfig
+from mctrack_ros.perception.geometry.person_size import SizeTable
+from mctrack_ros.perception.image_clock import PictureClock
+from mctrack_ros.perception.image_state import is_blank
+from mctrack_ros.perception.local_tracks.association import MatchingConfig
+from mctrack_ros.perception.local_tracks.classification import BicycleConfig, ClassConfig
+from mctrack_ros.perception.local_tracks.table import FilterConfig
+from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture
+from mctrack_ros.perception.silhouettes.config import SilhouetteConfig
+
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class CameraConfig:
+    """Parameters of a camera: which tracker it has, and those of each."""
+
+    local_tracker: str = parameter(
+        'groups',
+        "the camera's own tracker: filters on the ground with groups, or the silhouettes paper's",
+        choices=('groups', 'silhouettes'),
+    )
+    reduction: int = parameter(
+        1, 'pictures are reduced by this factor before the background', minimum=1, maximum=4
+    )
+    background: BackgroundConfig = field(default_factory=BackgroundConfig)
+    shadows: ShadowConfig = field(default_factory=ShadowConfig)
+    blobs: BlobConfig = field(default_factory=BlobConfig)
+    ghosts: GhostConfig = field(default_factory=GhostConfig)
+    filter: FilterConfig = field(default_factory=FilterConfig)
+    matching: MatchingConfig = field(default_factory=MatchingConfig)
+    partition: PartitionConfig = field(default_factory=PartitionConfig)
+    company: CompanyConfig = field(default_factory=CompanyConfig)
+    groups: GroupConfig = field(default_factory=GroupConfig)
+    presence: PresenceConfig = field(default_factory=PresenceConfig)
+    identity: IdentityConfig = field(default_factory=IdentityConfig)
+    classes: ClassConfig = field(default_factory=ClassConfig)
+    bicycles: BicycleConfig = field(default_factory=BicycleConfig)
+    tracker: TrackerConfig = field(default_factory=TrackerConfig)
+    watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
+    silhouettes: SilhouetteConfig = field(default_factory=SilhouetteConfig)
+
+
+class CameraPipeline:
+    """
+    Picture and feedback in, detections and events out (event-tracking paper, section 4.2).
+
+    Parameters
+    ----------
+    config : CameraConfig
+        Parameters.
+    mapping : GroundMapping
+        Of the camera; fixes the size of its pictures.
+    mask : (h, w) uint8 array, optional
+        0 where the picture is to be ignored.
+    background : (h, w, 3) uint8 array, optional
+        Picture without moving objects; unless given, the background is learned first.
+
+    Raises
+    ------
+    ValueError
+        If the mask or the background has another size than the mapping's pictures.
+
+    """
+
+    def __init__(
+        self,
+        config: CameraConfig,
+        mapping: GroundMapping,
+        mask: Image | None = None,
+        background: Image | None = None,
+    ) -> None:
+        self._config, self._mapping = config, mapping
+        check_mask(mask, mapping.image_size)
+        self._mask = None if mask is None else self._reduced(mask)
+        self._sizes = SizeTable(mapping)
+        self._background = Background(config.background)
+        self._given: Image | None = None
+        if background is not None:
+            check_picture(background, mapping.image_size)
+            self._given = self._reduced(background)
+            self._background.begin(self._given)
+        self._shadows = Shadows(config.shadows, mapping, float(config.reduction))
+        self._ghosts = GhostWatch(config.ghosts)
+        self._watchdog = Watchdog(config.watchdog, mask)
+        self._tracker = LocalTracker(
+            config.tracker,
+            config.filter,
+            config.matching,
+            config.identity,
+            config.blobs,
+            config.partition,
+            config.company,
+            config.groups,
+            config.presence,
+            config.classes,
+            config.bicycles,
+            mapping,
+            self._sizes,
+            mask,
+        )
+        self._clock = PictureClock()
+
+    def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
+        """
+        Process one picture.
+
+        Parameters
+        ----------
+        image : (h, w, 3) uint8 array
+            BGR picture of the mapping's size. One that is black or white counts as none.
+        stamp_ns : int
+            Its capture time, ns. A gap or a step back of more than a second restarts the local
+            tracks, unless the camera is as slow as that; local ids go on.
+        feedback : Feedback or None
+            The fusion node's, of the design's age; see `FeedbackBuffer`.
+
+        Raises
+        ------
+        BackwardStampError
+            If the stamp is at or up to a second before the last one; nothing is changed.
+        ValueError
+            If the picture has another size or type; nothing is changed.
+
+        """
+        check_picture(image, self._mapping.image_size)
+        if is_blank(image):
+            self._clock.pass_over(stamp_ns)
+            return CameraOutput.empty(stamp_ns, self._watchdog.shift)
+        self._advance(stamp_ns)
+        shift = self._watchdog.watch(image, stamp_ns)
+        small = self._reduced(image)
+        raw = self._background.apply(small, stamp_ns)
+        background, difference = self._background.model, self._background.difference
+        if raw is None or background is None:
+            self._tracker.restart()
+            self._ghosts.restart()
+            return CameraOutput.empty(stamp_ns, shift)
+        noise = self._background.noise or 0.0
+        self._shadows.take_out(small, background, raw, noise, stamp_ns)
+        if self._mask is not None:
+            raw = cv2.bitwise_and(raw, self._mask)  # type: ignore[assignment]
+        if self._config.blobs.edges == 'laplacian':
+            raw = inside_edges(raw, difference)
+        mask = clean_mask(raw, difference, self._background.threshold, self._config.blobs)
+        scale = float(self._config.reduction)
+        blobs = find_blobs(
+            mask,
+            difference,
+            self._mapping,
+            self._sizes,
+            scale,
+            self._config.blobs,
+        )
+        box, area = blobs.box / scale, blobs.area / scale**2
+        shade = self._shadows.alone(small, background, mask, box, area, noise)
+        if shade.any():
+            blobs = blobs.select(~shade)
+        picture = Picture(small, raw, mask, background, difference, scale)
+        detections, events = self._tracker.step(blobs, picture, stamp_ns, feedback, shift.noise_px)
+        seen = detections.box[~detections.is_vacant]
+        persons = np.vstack([blobs.box, seen]) / scale
+        self._background.track(seen / scale)
+        if self._ghosts.look(background, small, mask, persons, stamp_ns).any():
+            self._background.accept()
+        return CameraOutput(detections, events, shift)
+
+    def predicted_boxes(self) -> NDArray[np.float64]:
+        """Return the (n, 4) boxes, px, where the last picture was to show its tracks."""
+        return self._tracker.predicted_box
+
+    def groups(self) -> list[tuple[int, ...]]:
+        """Return the local ids of each group, for an overlay."""
+        return self._tracker.groups()
+
+    def _advance(self, stamp_ns: int) -> None:
+        """Take the time of a picture; begin anew where it has jumped."""
+        clock = self._clock
+        clock.advance(stamp_ns)
+        if clock.jumped:
+            self._tracker.restart()
+            self._ghosts.restart()
+        if clock.stepped_back:
+            self._shadows.restart()
+            self._background.restart()
+            if self._given is not None:
+                self._background.begin(self._given)
+
+    def _reduced(self, image: Image) -> Image:
+        factor = self._config.reduction
+        if factor == 1:
+            return image
+        height, width = image.shape[:2]
+        size = (width // factor, height // factor)
+        return cv2.resize(image, size, interpolation=cv2.INTER_AREA)  # type: ignore[return-value]

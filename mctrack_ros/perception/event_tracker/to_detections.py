@@ -1,0 +1,131 @@
+"""What is told of the persons in a picture, within the camera and outside; compiled."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
+from mctrack_ros.perception.blob_split.measurements import OBSERVATIONS, Observations
+from mctrack_ros.perception.geometry.person_size import metre_at
+
+Booleans = NDArray[np.bool_]
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+_TABLE = types.f8[:, ::1]
+
+
+@compiled(
+    types.Tuple([types.i8[::1], _TABLE, _TABLE, types.b1[::1], types.f8[::1], types.f8[::1]])(
+        OBSERVATIONS, BOOLS_1D, INTS_1D, FLOATS_2D, INTS_1D, types.i8
+    )
+)
+def sighted(
+    seen: Observations, confirmed: Booleans, local_id: Ints, mean: Floats, first_ns: Ints,
+    stamp_ns: int,
+) -> tuple[Ints, Floats, Floats, Booleans, Floats, Floats]:  # fmt: skip
+    """Return the columns of `Sighting`: the tracks that are believed, as a picture shows them."""
+    row_of = np.full(len(confirmed), -1)
+    for row, track in enumerate(seen.track):
+        if track >= 0:
+            row_of[track] = row
+    old = np.flatnonzero(confirmed)
+    place, box = np.empty((len(old), 2)), np.zeros((len(old), 4))
+    is_seen, proven = np.zeros(len(old), np.bool_), np.zeros(len(old))
+    age_s = np.empty(len(old))
+    for index, track in enumerate(old):
+        place[index] = mean[track, :2]
+        age_s[index] = (stamp_ns - first_ns[track]) * 1e-9
+        row = row_of[track]
+        if row >= 0:
+            box[index], is_seen[index], proven[index] = seen.box[row], True, seen.proven[row]
+    return local_id[old], place, box, is_seen, proven, age_s
+
+
+class Shown(NamedTuple):
+    """Columns of `Detections`, as these are stored."""
+
+    position: NDArray[np.float32]
+    box: NDArray[np.float32]
+    area: NDArray[np.float32]
+    score: NDArray[np.float32]
+    extent: NDArray[np.float32]
+    template: NDArray[np.float32]
+    local_id: NDArray[np.uint32]
+    track_id: NDArray[np.uint32]
+    truncated: NDArray[np.uint8]
+
+
+_SINGLES, _SINGLE_TABLE = types.f4[::1], types.f4[:, ::1]
+SHOWN = types.NamedTuple(
+    [
+        _SINGLE_TABLE, _SINGLE_TABLE, _SINGLES, _SINGLES, _SINGLE_TABLE, _SINGLE_TABLE,
+        types.u4[::1], types.u4[::1], types.u1[::1],
+    ],
+    Shown,
+)  # fmt: skip
+LEAST_SCORE = 0.1
+
+
+@compiled(
+    SHOWN(
+        OBSERVATIONS, FLOATS_1D, BOOLS_1D, FLOATS_3D, INTS_1D, INTS_1D, INTS_1D, FLOATS_2D,
+        types.i8, types.f8, types.f8,
+    )
+)  # fmt: skip
+def shown_persons(
+    seen: Observations, blob_area: Floats, truncated: Booleans, sizes: Floats, first_ns: Ints,
+    local_id: Ints, track_id: Ints, template: Floats, stamp_ns: int, confirm_s: float,
+    least_coloured: float,
+) -> Shown:  # fmt: skip
+    """
+    Write one row a person.
+
+    Parameters
+    ----------
+    seen : Observations
+        The persons, every one with a track.
+    blob_area, truncated : (m,) arrays
+        Foreground of the blobs, px², and which touch the picture's edge.
+    sizes : (r, c, 4) array
+        The camera's `SizeTable.table`: who is alone in a whole blob is as large as that.
+    first_ns, local_id, track_id, template : (t, ...) arrays
+        Of the tracks: when they began, ns, their ids and colours.
+    stamp_ns : int
+        Time of the picture, ns.
+    confirm_s : float
+        Age at which a track is certain, s.
+    least_coloured : float
+        Share of a body that must be seen to tell its colours, and not those remembered.
+
+    """
+    count = len(seen.track)
+    shown = Shown(
+        np.zeros((count, 3), np.float32),
+        seen.box.astype(np.float32),
+        np.empty(count, np.float32),
+        np.empty(count, np.float32),
+        np.full((count, 2), np.float32(np.nan)),
+        np.empty((count, template.shape[1]), np.float32),
+        np.empty(count, np.uint32),
+        np.empty(count, np.uint32),
+        np.empty(count, np.uint8),
+    )
+    for row, track in enumerate(seen.track):
+        blob, is_body = seen.blob[row], seen.fitted[row]
+        shown.position[row, 0], shown.position[row, 1] = seen.position[row]
+        area = seen.visible[row] * seen.box[row, 2] * seen.box[row, 3]
+        shown.area[row] = area if is_body else blob_area[blob]
+        age = (stamp_ns - first_ns[track]) * 1e-9
+        shown.score[row] = min(max(age / confirm_s, LEAST_SCORE), 1.0)
+        is_coloured = not is_body or seen.visible[row] >= least_coloured
+        shown.template[row] = seen.template[row] if is_coloured else template[track]
+        if not is_body and not truncated[blob]:
+            metre = metre_at(sizes, seen.foot[row, 0], seen.foot[row, 1])
+            shown.extent[row] = seen.box[row, 2:] / metre[:2]
+        shown.local_id[row], shown.track_id[row] = local_id[track], track_id[track]
+        shown.truncated[row] = truncated[blob]
+    return shown

@@ -1,0 +1,372 @@
+"""The camera's own tracker: blobs and feedback in, detections and events out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import parameter
+from mctrack_ros.ground import GroundMapping
+from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
+from mctrack_ros.perception.blob_split.measurements import Observations
+from mctrack_ros.perception.blob_split.single_blobs import NEW
+from mctrack_ros.perception.blob_split.split import PartitionConfig
+from mctrack_ros.perception.blobs.connected_components import Strength
+from mctrack_ros.perception.blobs.extraction import BlobConfig, Blobs
+from mctrack_ros.perception.blobs.frame import Picture
+from mctrack_ros.perception.blobs.touching import contacts
+from mctrack_ros.perception.event_tracker.to_detections import shown_persons, sighted
+from mctrack_ros.perception.events.appearance_events import Presence, PresenceConfig
+from mctrack_ros.perception.events.event_log import EventLog
+from mctrack_ros.perception.events.group_detections import merged_detections
+from mctrack_ros.perception.events.groups import GroupConfig, Groups
+from mctrack_ros.perception.events.stable_events import Steadiness
+from mctrack_ros.perception.feedback.id_assignment import IdentityConfig, learn_identities
+from mctrack_ros.perception.feedback.missed_detections import vacancies
+from mctrack_ros.perception.feedback.persons_in_view import (
+    NOBODY,
+    Company,
+    CompanyConfig,
+    Roll,
+    Sighting,
+)
+from mctrack_ros.perception.geometry.ground_extent import depth_covariance
+from mctrack_ros.perception.geometry.person_size import SizeTable
+from mctrack_ros.perception.local_tracks.association import MatchingConfig, match
+from mctrack_ros.perception.local_tracks.classification import BicycleConfig, ClassConfig
+from mctrack_ros.perception.local_tracks.deletion import lost_tracks
+from mctrack_ros.perception.local_tracks.initiate_from_feedback import begin_hidden, hidden_members
+from mctrack_ros.perception.local_tracks.observer import Observer
+from mctrack_ros.perception.local_tracks.table import ROUND, FilterConfig, LocalTracks, Prediction
+from mctrack_ros.perception.local_tracks.update import Pace, learn
+from mctrack_ros.perception.local_tracks.vehicles import Vehicles
+from mctrack_ros.tracking.appearance import PALETTES, colour_templates
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class TrackerConfig:
+    """Parameters of `LocalTracker`."""
+
+    confirm_s: float = parameter(
+        0.2, 'time after which a local track is believed [s]', minimum=0.0
+    )
+    coast_s: float = parameter(
+        0.8, 'time that a local track lives without a detection [s]', minimum=0.0
+    )
+    hidden_s: float = parameter(
+        3.0, 'time that a track stays in a group no larger than one person [s]', minimum=0.0
+    )
+    vehicles: bool = parameter(
+        False,
+        'whether vehicles and bicycles come too: what is as large as a vehicle, and was not seen '
+        'to gather, is one; what is long, thin and fast is a bicycle',
+    )
+    template: str = parameter(
+        'mixed',
+        'what is kept of looks: hue and brightness, hue alone, both in slices, brightness alone',
+        choices=tuple(PALETTES),
+    )
+    template_time_s: float = parameter(
+        1.0, 'time constant with which the template follows the colours [s]', minimum=0.0
+    )
+
+
+class LocalTracker:
+    """
+    Local tracks of one camera through merges and splits (event-tracking paper, section 4.2).
+
+    Parameters
+    ----------
+    config : TrackerConfig
+        Parameters of the tracks' lives.
+    filtering : FilterConfig
+        Of their filters.
+    matching : MatchingConfig
+        Of their matching to blobs.
+    identity : IdentityConfig
+        Of learning global ids.
+    blobs : BlobConfig
+        A person's usual size.
+    partition : PartitionConfig
+        Of telling persons in one blob apart.
+    company : CompanyConfig
+        Of telling who is in view.
+    groups : GroupConfig
+        Of noting merges and splits.
+    presence : PresenceConfig
+        Of noting who comes and goes.
+    classes : ClassConfig
+        Of telling vehicles from people.
+    bicycles : BicycleConfig
+        And bicycles.
+    mapping : GroundMapping
+        Of the camera.
+    sizes : SizeTable
+        Of the camera.
+    ignored : (h, w) uint8 array or None
+        0 where the camera does not look.
+
+    Attributes
+    ----------
+    tracks : LocalTracks
+        As they are after the last picture.
+    predicted_box : (n, 4) float64 array
+        Where they were expected in it, px, before it was looked at.
+
+    """
+
+    def __init__(
+        self,
+        config: TrackerConfig,
+        filtering: FilterConfig,
+        matching: MatchingConfig,
+        identity: IdentityConfig,
+        blobs: BlobConfig,
+        partition: PartitionConfig,
+        company: CompanyConfig,
+        groups: GroupConfig,
+        presence: PresenceConfig,
+        classes: ClassConfig,
+        bicycles: BicycleConfig,
+        mapping: GroundMapping,
+        sizes: SizeTable,
+        ignored: NDArray[np.uint8] | None,
+    ) -> None:
+        self._ignored = ignored
+        self._config, self._matching, self._identity = config, matching, identity
+        self._partition, self._mapping, self._sizes = partition, mapping, sizes
+        self._palette, self._size_time_s = PALETTES[config.template], filtering.size_time_s
+        self._observer = Observer(
+            mapping,
+            sizes,
+            blobs,
+            filtering,
+            partition,
+            self._palette,
+        )
+        self.tracks = LocalTracks(filtering, mapping, sizes)
+        usual = np.array([blobs.person_width_m, blobs.person_height_m])
+        self._vehicles = Vehicles(classes, bicycles, config.vehicles, usual)
+        self._roll, self._company = Roll(company, usual, sizes, mapping), NOBODY
+        self._groups, self._steadiness = Groups(groups), Steadiness(groups.stable_s)
+        self._strength = Strength(groups.contact_share, groups.contact_colour)
+        self._presence = Presence(presence, usual, sizes, mapping)
+        self.predicted_box: NDArray[np.float64] = np.zeros((0, 4))
+        self._last_ns: int | None = None
+
+    def restart(self) -> None:
+        """Forget all tracks; ids go on."""
+        self.tracks.clear()
+        self.predicted_box = np.zeros((0, 4))
+        self._roll.restart()
+        self._company = NOBODY
+        self._groups.restart()
+        self._steadiness.restart()
+        self._presence.restart()
+        self._last_ns = None
+
+    def step(
+        self,
+        blobs: Blobs,
+        picture: Picture,
+        stamp_ns: int,
+        feedback: Feedback | None,
+        shift_px: float = 0.0,
+    ) -> tuple[Detections, Events]:
+        """
+        Process the blobs of one picture.
+
+        Parameters
+        ----------
+        blobs : Blobs
+            In pixels of the full picture.
+        picture : Picture
+            With its foreground.
+        stamp_ns : int
+            Time of the picture, ns.
+        feedback : Feedback or None
+            The fusion node's.
+        shift_px : float
+            How far the camera has moved, px. What is published is by its square less certain
+            along each axis, and nothing is said of who is not seen; the camera's own tracks lie
+            in one picture and do not care.
+
+        """
+        tracks, log = self.tracks, EventLog(stamp_ns)
+        seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9
+        self._last_ns = stamp_ns
+        tracks.predict(seconds)
+        predicted = self._without_lost(tracks.prediction(), stamp_ns, seconds, log)
+        self.predicted_box = predicted.box
+        cells = np.rint(blobs.box / picture.scale).astype(int)
+        template = colour_templates(picture.image, picture.mask, cells, self._palette)
+        blob_of = match(tracks, predicted, blobs, template, self._matching)
+        height_m = self._vehicles.heights(blobs, blob_of, tracks)
+        seen = self._observer.observe(
+            blob_of, tracks, predicted, blobs, template, picture, height_m, stamp_ns, seconds
+        )
+        if feedback is not None:
+            self._groups.rename(feedback.corrections())
+        company = self._roll.call(self._sighting(seen, stamp_ns), feedback, stamp_ns)
+        part = contacts(company.box, blobs.box, picture, self._strength)
+        self._note_groups(company, part, stamp_ns, log)
+        self._update(seen, predicted, blobs, seconds, stamp_ns)
+        seen = self._start(seen, blobs, stamp_ns)
+        self._vehicles.classify(tracks, seen, blobs, seconds)
+        seen = seen.select(
+            (seen.visible >= self._partition.least_visible)
+            & (seen.proven >= self._partition.least_proven)
+        )
+        self._confirm(stamp_ns)
+        if feedback is not None:
+            learn_identities(tracks, feedback, stamp_ns, self._identity)
+            rows = hidden_members(company, part, tracks.track_id, blobs, self._partition)
+            begin_hidden(tracks, company, rows, feedback, stamp_ns)
+        self._presence.announce(tracks, feedback, blobs.box, stamp_ns, log)
+        detections = self._detections(seen, blobs, stamp_ns, shift_px)
+        more = [merged_detections(company, part, detections)]
+        if feedback is not None and shift_px == 0.0:  # else it looks beside where they stand
+            more.append(vacancies(company, part, picture, self._ignored, stamp_ns))
+        if any(map(len, more)):
+            detections = Detections.joined(stamp_ns, [detections, *more])
+        return detections, log.rows()
+
+    def groups(self) -> list[tuple[int, ...]]:
+        """Return the local ids of each group, of the members that have local tracks."""
+        found = []
+        for keys in self._groups.members():
+            ids = self._company.local_id[np.searchsorted(self._company.key, keys)]
+            found.append(tuple(ids[ids > 0].tolist()))
+        return found
+
+    def _without_lost(
+        self, predicted: Prediction, stamp_ns: int, seconds: float, log: EventLog
+    ) -> Prediction:
+        """Drop tracks that left the picture or were not seen for too long (E4)."""
+        tracks = self.tracks
+        width, height = self._mapping.image_size
+        left, lost = lost_tracks(
+            predicted.foot,
+            self._sizes.table,
+            float(width),
+            float(height),
+            stamp_ns,
+            tracks.seen_ns,
+            tracks.clear_ns,
+            tracks.confirmed,
+            seconds,
+            self._config.coast_s,
+            self._config.confirm_s,
+            self._config.hidden_s,
+        )
+        if not (left.any() or lost.any()):
+            return predicted
+        for row in np.flatnonzero(left).tolist():
+            self._presence.left(tracks, row, log)
+        kept = ~(left | lost)
+        tracks.keep(kept)
+        return predicted.select(kept)
+
+    def _note_groups(self, company: Company, part: Ints, stamp_ns: int, log: EventLog) -> None:
+        """Note who joined a group (E5), who left one (E3), and who is stable (E6)."""
+        self._company = company
+        for change in self._groups.step(company.key, part, stamp_ns, ~company.came):
+            code = EventCode.MERGE if change.merged else EventCode.SPLIT
+            rows = (
+                np.searchsorted(company.key, change.part),
+                np.searchsorted(company.key, change.rest),
+            )
+            log.add_group(code, company, *rows)
+        for row in self._steadiness.step(company, self._groups.sizes(), part, stamp_ns):
+            log.add_group(EventCode.STABLE, company, np.array([row]), np.zeros(0, np.int64))
+
+    def _sighting(self, seen: Observations, stamp_ns: int) -> Sighting:
+        """Return the believed tracks as this picture shows them."""
+        tracks = self.tracks
+        return Sighting(
+            *sighted(
+                seen, tracks.confirmed, tracks.local_id, tracks.mean, tracks.first_ns, stamp_ns
+            )
+        )
+
+    def _update(
+        self,
+        seen: Observations,
+        predicted: Prediction,
+        blobs: Blobs,
+        seconds: float,
+        stamp_ns: int,
+    ) -> None:
+        """Correct the tracks with what is seen of them (E6); learn from who is alone."""
+        tracks = self.tracks
+        pace = Pace(
+            float(1 - np.exp(-seconds / max(self._size_time_s, 1e-9))),
+            float(1 - np.exp(-seconds / max(self._config.template_time_s, 1e-9))),
+            self._partition.least_visible,
+            self._partition.least_proven,
+        )
+        measured = learn(
+            seen,
+            blobs.truncated,
+            stamp_ns,
+            self._sizes.table,
+            pace,
+            tracks.seen_ns,
+            tracks.clear_ns,
+            tracks.extent,
+            tracks.template,
+        )
+        self._vehicles.stand(tracks, seen, seen.track != NEW, blobs)
+        whole = ~(seen.fitted | blobs.truncated[seen.blob]) & (seen.visible == 1.0)
+        telling = np.where(whole, measured, NEW)
+        tracks.follow_noise(predicted, telling, seen.foot, seen.noise, seconds)
+        tracks.update(predicted, measured, seen.foot, seen.noise)
+
+    def _start(self, seen: Observations, blobs: Blobs, stamp_ns: int) -> Observations:
+        """Start a track for each person, bicycle or vehicle that has none."""
+        new = seen.track == NEW
+        if not new.any():
+            return seen
+        noise = self.tracks.foot_noise(seen.box[new])
+        colours = np.where(seen.fitted[new, None], 0.0, seen.template[new])
+        track = seen.track.copy()
+        near = seen.position[new] - seen.depth[new] / 2
+        track[new] = self.tracks.start(near, seen.box[new], noise, colours, stamp_ns)
+        seen = seen._replace(track=track)
+        self._vehicles.stand(self.tracks, seen, new, blobs)
+        return seen
+
+    def _confirm(self, stamp_ns: int) -> None:
+        tracks = self.tracks
+        tracks.confirmed |= stamp_ns - tracks.first_ns >= round(self._config.confirm_s * 1e9)
+
+    def _detections(
+        self, seen: Observations, blobs: Blobs, stamp_ns: int, shift_px: float
+    ) -> Detections:
+        """Write one row for everybody."""
+        tracks = self.tracks
+        noise = seen.noise + shift_px**2 * ROUND if shift_px else seen.noise
+        shown = shown_persons(
+            seen,
+            blobs.area,
+            blobs.truncated,
+            self._sizes.table,
+            tracks.first_ns,
+            tracks.local_id,
+            tracks.track_id,
+            tracks.template,
+            stamp_ns,
+            max(self._config.confirm_s, 1e-9),
+            self._partition.least_coloured,
+        )
+        covariance = self._mapping.ground_covariance(seen.position, noise)
+        if seen.depth.any():
+            covariance = covariance + depth_covariance(seen.depth)
+        class_id = tracks.class_id[seen.track]
+        return Detections.build(
+            stamp_ns, covariance=covariance, class_id=class_id, **shown._asdict()
+        )

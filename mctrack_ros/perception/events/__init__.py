@@ -1,0 +1,1 @@
+"""Groups and events of the event-tracking paper, as one camera sees them."""

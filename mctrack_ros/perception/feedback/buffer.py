@@ -1,0 +1,96 @@
+"""Feedback that waits until it is as old as the design says, so that pictures replay exactly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mctrack_ros.interfaces import Feedback
+from mctrack_ros.perception.feedback.validation import is_sound
+
+KEPT_TICKS = 64
+
+
+class FeedbackBuffer:
+    """
+    The camera's store of feedback: for each picture the one that is `delay_ns` old.
+
+    Parameters
+    ----------
+    period_ns : int
+        Length of a tick, ns.
+    delay_ns : int
+        Age of the feedback to use, ns.
+
+    Raises
+    ------
+    ValueError
+        If the period is not positive or the delay negative.
+
+    """
+
+    def __init__(self, period_ns: int, delay_ns: int) -> None:
+        if period_ns <= 0 or delay_ns < 0:
+            raise ValueError(
+                f'period_ns is {period_ns!r} and delay_ns {delay_ns!r}, '
+                'expected a positive and a non-negative number'
+            )
+        self._period_ns, self._delay_ns = int(period_ns), int(delay_ns)
+        self._by_tick: dict[int, Feedback] = {}
+        self._untold: dict[int, dict[int, int]] = {}
+        self._first_stamp_ns: int | None = None
+
+    def push(self, feedback: Feedback) -> int:
+        """
+        Store feedback under the tick it was made from; the oldest makes room.
+
+        Returns how many of its rows are left out, because no target can be so.
+        """
+        given, feedback = len(feedback), feedback.select(is_sound(feedback))
+        tick = feedback.stamp_ns // self._period_ns
+        self._by_tick[tick], self._untold[tick] = feedback, feedback.corrections()
+        while len(self._by_tick) > KEPT_TICKS:
+            oldest = next(iter(self._by_tick))
+            del self._by_tick[oldest]
+            self._untold.pop(oldest, None)
+        return given - len(feedback)
+
+    def select(self, stamp_ns: int) -> tuple[Feedback | None, bool]:
+        """
+        Return the feedback for a picture, and whether it should be there but is not.
+
+        Parameters
+        ----------
+        stamp_ns : int
+            The picture's stamp, ns.
+
+        Returns
+        -------
+        feedback : Feedback or None
+            That of the tick in which the stamp less the delay falls. Corrections of ids are told
+            once, though several pictures of a fast camera fall in a tick; a slow one is told
+            those of the ticks between, too.
+        missed : bool
+            True where there is none although the first pictures' ticks could have made it.
+
+        """
+        if self._first_stamp_ns is None or stamp_ns < self._first_stamp_ns:
+            self._first_stamp_ns = stamp_ns
+        wanted = (stamp_ns - self._delay_ns) // self._period_ns
+        feedback = self._by_tick.get(wanted)
+        if feedback is not None:
+            origin = self._take_corrections(wanted)
+            previous = [origin.get(track_id, 0) for track_id in feedback.track_id.tolist()]
+            feedback = replace(feedback, previous_id=np.array(previous, np.uint32))
+        possible = wanted >= self._first_stamp_ns // self._period_ns
+        return feedback, feedback is None and possible
+
+    def _take_corrections(self, last: int) -> dict[int, int]:
+        """Return what ids were before all that is not told yet, up to a tick, and forget it."""
+        origin: dict[int, int] = {}
+        for tick in sorted(tick for tick in self._untold if tick <= last):
+            changed = self._untold.pop(tick)
+            known = {new: old for new, old in origin.items() if new not in changed}
+            origin = known | {new: origin.get(old, old) for old, new in changed.items()}
+        return {new: old for new, old in origin.items() if new != old}

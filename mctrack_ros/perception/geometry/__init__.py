@@ -1,0 +1,1 @@
+"""How large people are where in the image, and how well their feet are measured."""

@@ -1,0 +1,1 @@
+"""A camera's own tracks: prediction, association, update, initiation, deletion, classes."""

@@ -1,0 +1,298 @@
+"""A camera's own tracks: extended Kalman filters on the ground, measured in pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, compiled
+from mctrack_ros.config import parameter
+from mctrack_ros.ground import GroundMapping
+from mctrack_ros.interfaces import TEMPLATE_SIZE
+from mctrack_ros.perception.geometry.foot_noise import follow_noise, foot_noise
+from mctrack_ros.perception.geometry.person_size import SizeTable, box_at
+from mctrack_ros.perception.local_tracks.update import correct
+from mctrack_ros.tracking import kalman
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+ROUND = np.eye(2)  # the same in all directions
+
+
+@dataclass(frozen=True)
+class FilterConfig:
+    """Parameters of the local extended Kalman filters."""
+
+    acceleration: float = parameter(
+        2.5, 'standard deviation of the white acceleration [m/s² per root Hz]', minimum=0.0
+    )
+    initial_speed: float = parameter(
+        2.5, "standard deviation of a new track's velocity [m/s]", minimum=0.0
+    )
+    foot_noise_px: float = parameter(
+        0.7, 'standard deviation of the foot point, part that is the same for all [px]',
+        minimum=0.01,
+    )  # fmt: skip
+    foot_noise_share: float = parameter(
+        0.025, 'part that grows with the box, as a share of its height', minimum=0.0
+    )
+    noise_time_s: float = parameter(
+        2.0,
+        "time constant with which the noise of a track's foot points follows what is observed of "
+        'them, never below the above; 0: it is as above [s]',
+        minimum=0.0,
+    )
+    size_time_s: float = parameter(
+        0.5, 'time constant with which the tracked size follows the box [s]', minimum=0.0
+    )
+    height_time_s: float = parameter(
+        20.0,
+        'time constant of the height that is remembered: by it and the head feet are found that '
+        'something of the scene hides; 0: none are [s]',
+        minimum=0.0,
+    )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Prediction:
+    """
+    Where tracks are expected in the picture, one row each.
+
+    Attributes
+    ----------
+    foot : (n, 2) float64 array
+        Foot points, px.
+    box : (n, 4) float64 array
+        Left, top, width, height, px.
+    spread : (n, 2, 2) float64 array
+        Covariance of a measured foot point about the predicted, px².
+    slope : (n, 2, 2) float64 array
+        Derivative of the foot point by the place on the ground, px/m.
+
+    """
+
+    foot: Floats
+    box: Floats
+    spread: Floats
+    slope: Floats
+
+    def select(self, mask: NDArray[np.bool_]) -> Prediction:
+        """Return the rows that a mask picks."""
+        return Prediction(self.foot[mask], self.box[mask], self.spread[mask], self.slope[mask])
+
+
+class LocalTracks:
+    """
+    All local tracks of one camera as parallel arrays; rows are ordered by id.
+
+    Attributes
+    ----------
+    local_id : (n,) int64 array
+        Never reused.
+    mean : (n, 4) float64 array
+        x, y (m), vx, vy (m/s) on the ground.
+    covariance : (n, 4, 4) float64 array
+        Of the mean.
+    extent : (n, 2) float64 array
+        Width and height, m, as if upright.
+    template : (n, 48) float64 array
+        Appearance.
+    track_id : (n,) int64 array
+        Global id that feedback taught; 0: none.
+    first_ns, seen_ns : (n,) int64 array
+        First and last time with a detection of its own, or in a group.
+    clear_ns : (n,) int64 array
+        Last time that enough of it was seen to be sure that it is there.
+    confirmed : (n,) bool array
+        Old enough to be believed.
+    class_id : (n,) uint8 array
+        A `ClassCode`; unknown until it was seen as a whole.
+    height_m, height_s : (n,) float64 arrays
+        How tall it is, as remembered for longer than `extent`, m, and for how long it was seen, s.
+    near_px : (n, 2) float64 array
+        From where it stands in the picture to its foot point: 0, but a vehicle stands in the
+        middle of the ground that it covers, and its foot point is at the near end.
+    noise_ratio : (n, 2) float64 array
+        How much larger the variance of its foot points is than believed of all, along x and y of
+        the picture.
+
+    """
+
+    ARRAYS = (
+        'local_id', 'mean', 'covariance', 'extent', 'template', 'track_id', 'first_ns',
+        'seen_ns', 'clear_ns', 'confirmed', 'class_id', 'height_m', 'height_s',
+        'near_px', 'noise_ratio',
+    )  # fmt: skip
+
+    def __init__(self, config: FilterConfig, mapping: GroundMapping, sizes: SizeTable) -> None:
+        self._config, self._mapping, self._sizes = config, mapping, sizes
+        self._next_id = 1
+        self.clear()
+
+    def __len__(self) -> int:
+        """Return the number of tracks."""
+        return len(self.local_id)
+
+    def clear(self) -> None:
+        """Forget all tracks; ids go on."""
+        self.local_id: Ints = np.zeros(0, np.int64)
+        self.mean: Floats = np.zeros((0, 4))
+        self.covariance: Floats = np.zeros((0, 4, 4))
+        self.extent: Floats = np.zeros((0, 2))
+        self.template: Floats = np.zeros((0, TEMPLATE_SIZE))
+        self.track_id: Ints = np.zeros(0, np.int64)
+        self.first_ns: Ints = np.zeros(0, np.int64)
+        self.seen_ns: Ints = np.zeros(0, np.int64)
+        self.clear_ns: Ints = np.zeros(0, np.int64)
+        self.confirmed: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        self.class_id: NDArray[np.uint8] = np.zeros(0, np.uint8)
+        self.height_m: Floats = np.zeros(0)
+        self.height_s: Floats = np.zeros(0)
+        self.near_px: Floats = np.zeros((0, 2))
+        self.noise_ratio: Floats = np.ones((0, 2))
+
+    def predict(self, seconds: float) -> None:
+        """Move all tracks on with constant velocity and white acceleration."""
+        density = self._config.acceleration**2
+        self.mean, self.covariance = kalman.predict(self.mean, self.covariance, seconds, density)
+
+    def prediction(self) -> Prediction:
+        """Return where the tracks are expected in the picture (the paper's KBB)."""
+        place = np.ascontiguousarray(self.mean[:, :2])
+        foot = np.ascontiguousarray(self._mapping.image_from_ground(place) + self.near_px)
+        slope = np.ascontiguousarray(self._mapping.image_jacobian(place))
+        box, spread = _expected(
+            self._sizes.table,
+            foot,
+            self.extent,
+            self.covariance,
+            slope,
+            self._config.foot_noise_px,
+            self._config.foot_noise_share,
+            self.noise_ratio,
+        )
+        return Prediction(foot, box, spread, slope)
+
+    def update(self, predicted: Prediction, rows: Ints, foot: Floats, noise: Floats) -> None:
+        """
+        Correct some tracks with measured foot points; not those predicted behind the camera.
+
+        Parameters
+        ----------
+        predicted : Prediction
+            Of all tracks as they are.
+        rows : (k,) int array
+            Tracks; -1: none.
+        foot : (k, 2) array
+            Measured foot points, px.
+        noise : (k, 2, 2) array
+            Their covariance, px².
+
+        """
+        correct(self.mean, self.covariance, rows, predicted.foot, predicted.slope, foot, noise)
+
+    def follow_noise(
+        self, predicted: Prediction, rows: Ints, foot: Floats, noise: Floats, seconds: float
+    ) -> None:
+        """
+        Learn how well foot points are measured, before they correct the tracks.
+
+        Parameters
+        ----------
+        predicted, rows, foot, noise
+            As `update` takes them; rows -1 where it cannot be learned.
+        seconds : float
+            Since the last picture, s.
+
+        """
+        if self._config.noise_time_s > 0.0 and len(self):
+            pace = float(1 - np.exp(-seconds / self._config.noise_time_s))
+            place = np.ascontiguousarray(self.covariance[:, :2, :2])
+            spread = kalman.projections(place, predicted.slope)
+            follow_noise(self.noise_ratio, rows, foot, predicted.foot, noise, spread, pace)
+
+    def start(
+        self, position: Floats, box: Floats, noise: Floats, template: Floats, stamp_ns: int
+    ) -> Ints:
+        """Start tracks at (k, 2) places, m, and return their rows."""
+        count, old = len(position), len(self)
+        covariance = np.zeros((count, 4, 4))
+        covariance[:, :2, :2] = self._mapping.ground_covariance(position, noise)
+        covariance[:, [2, 3], [2, 3]] = self._config.initial_speed**2
+        extent = box[:, 2:] / self._sizes.per_metre(self._sizes.foot_of(box))
+        added = {
+            'local_id': np.arange(self._next_id, self._next_id + count),
+            'mean': np.column_stack([position, np.zeros((count, 2))]),
+            'covariance': covariance,
+            'extent': extent,
+            'template': template,
+            'track_id': np.zeros(count, np.int64),
+            'first_ns': np.full(count, stamp_ns, np.int64),
+            'seen_ns': np.full(count, stamp_ns, np.int64),
+            'clear_ns': np.full(count, stamp_ns, np.int64),
+            'confirmed': np.zeros(count, np.bool_),
+            'class_id': np.zeros(count, np.uint8),
+            'height_m': extent[:, 1].copy(),
+            'height_s': np.zeros(count),
+            'near_px': np.zeros((count, 2)),
+            'noise_ratio': np.ones((count, 2)),
+        }
+        for name in self.ARRAYS:
+            setattr(self, name, np.concatenate([getattr(self, name), added[name]]))
+        self._next_id += count
+        return np.arange(old, old + count)
+
+    def stand(self, rows: Ints, position: Floats, foot: Floats) -> None:
+        """
+        Let vehicles stand in the middle of their ground; their near ends stay where expected.
+
+        Parameters
+        ----------
+        rows : (k,) int array
+            Tracks.
+        position : (k, 2) array
+            Where they are seen to stand, m.
+        foot : (k, 2) array
+            Foot points of their near ends, px.
+
+        """
+        near_px = foot - self._mapping.image_from_ground(position)
+        end = self._mapping.image_from_ground(self.mean[rows, :2]) + self.near_px[rows]
+        place = self._mapping.ground_from_image(end - near_px)
+        known = np.isfinite(place).all(axis=1) & np.isfinite(near_px).all(axis=1)
+        self.near_px[rows[known]] = near_px[known]
+        self.mean[rows[known], :2] = place[known]
+
+    def keep(self, mask: NDArray[np.bool_]) -> None:
+        """Keep some tracks and drop the others."""
+        for name in self.ARRAYS:
+            setattr(self, name, getattr(self, name)[mask])
+
+    def foot_noise(self, box: Floats) -> Floats:
+        """Return the (n, 2, 2) covariance, px², of the foot points of (n, 4) boxes."""
+        config = self._config
+        return foot_noise(box, config.foot_noise_px, config.foot_noise_share)
+
+
+@compiled(
+    types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(
+        FLOATS_3D, FLOATS_2D, FLOATS_2D, FLOATS_3D, FLOATS_3D, types.f8, types.f8, FLOATS_2D
+    )
+)
+def _expected(
+    sizes: Floats, foot: Floats, extent: Floats, covariance: Floats, slope: Floats,
+    same_px: float, share: float, noise_ratio: Floats,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """Return the boxes of tracks at their foot points, and how these are measured about them."""
+    box = np.empty((len(foot), 4))
+    for row in range(len(foot)):
+        box_at(sizes, foot[row], extent[row], box[row])
+    spread = kalman.projections(covariance, slope)
+    noise = foot_noise(box, same_px, share)
+    for row in range(len(foot)):
+        for axis in range(2):
+            spread[row, axis, axis] += noise[row, axis, axis] * noise_ratio[row, axis]
+    return box, spread

@@ -1,0 +1,180 @@
+"""Vehicles and bicycles among the blobs of the default tracker: one object each, however large."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.perception.blob_split.measurements import Observations
+from mctrack_ros.perception.blobs.extraction import Blobs
+from mctrack_ros.perception.local_tracks.classification import (
+    BicycleConfig,
+    ClassConfig,
+    ClassVotes,
+    looks_like_bicycle,
+    looks_like_vehicle,
+)
+from mctrack_ros.perception.local_tracks.table import LocalTracks
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+PROVEN_S = 0.3
+"""What has looked like something for so long is that, also in a blob as large as a vehicle, s."""
+
+
+class Vehicles:
+    """
+    Tells vehicles and bicycles from people by size, and lets them stand where they do.
+
+    Parameters
+    ----------
+    config : ClassConfig
+        What makes a vehicle.
+    bicycles : BicycleConfig
+        What makes a bicycle.
+    come : bool
+        Whether there are any; else all are people.
+    usual : (2,) array
+        Width and height of a person, m.
+
+    """
+
+    def __init__(
+        self, config: ClassConfig, bicycles: BicycleConfig, come: bool, usual: Floats
+    ) -> None:
+        self._config, self._bicycles = config, bicycles
+        self._come, self._usual = come, usual
+        self._votes = ClassVotes(config.memory_s)
+
+    def heights(self, blobs: Blobs, blob_of: Ints, tracks: LocalTracks) -> Floats:
+        """
+        Return how tall the vehicle or bicycle is that each blob is, (n,) m; 0: it is none.
+
+        Parameters
+        ----------
+        blobs : Blobs
+            Of a picture.
+        blob_of : (t,) int array
+            Row of the blob that each track is in; -1: none.
+        tracks : LocalTracks
+            The tracks.
+
+        """
+        height = np.zeros(len(blobs))
+        if not self._come:
+            return height
+        inside = (blob_of >= 0).nonzero()[0]
+        speed = np.full(len(blobs), -1.0)
+        np.maximum.at(speed, blob_of[inside], self._speed(tracks)[inside])
+        extent = self._extent(blobs)
+        look = self._look(blobs, extent, speed)
+        kind, lead = self._votes.leads(tracks.local_id)
+        short = extent[:, 0] <= self._bicycles.length_m
+        bicycle = bicycles_among(blob_of, kind, tracks.confirmed, look, short)
+        height[bicycle] = self._bicycles.height_m
+        vehicle = vehicles_among(blob_of, kind, lead, look, blobs.truncated)
+        height[vehicle] = self._config.vehicle_height_m
+        return height
+
+    def stand(self, tracks: LocalTracks, seen: Observations, rows: Mask, blobs: Blobs) -> None:
+        """
+        Let the tracks of some who are seen, (n,) rows, stand in the middle of their ground.
+
+        Who turns out to be a person stands at his feet again; what is cut off tells neither.
+        """
+        if not self._come:
+            return
+        chosen = np.flatnonzero(rows & ~seen.fitted & ~blobs.truncated[seen.blob])
+        track = seen.track[chosen]
+        covers = seen.depth[chosen].any(axis=1) | tracks.near_px[track].any(axis=1)
+        if covers.any():
+            chosen = chosen[covers]
+            tracks.stand(seen.track[chosen], seen.position[chosen], seen.foot[chosen])
+
+    def classify(
+        self, tracks: LocalTracks, seen: Observations, blobs: Blobs, seconds: float
+    ) -> None:
+        """Let the tracks that are seen as a whole, and alone, say what they are by their size."""
+        if not self._come:
+            tracks.class_id[:] = ClassCode.PERSON
+            return
+        shown = ~(seen.fitted | blobs.truncated[seen.blob])
+        track, blob = seen.track[shown], seen.blob[shown]
+        speed = np.full(len(blobs), -1.0)
+        speed[blob] = self._speed(tracks)[track]
+        look, whole = np.zeros(len(tracks), np.int64), np.zeros(len(tracks), np.bool_)
+        look[track] = self._look(blobs, self._extent(blobs), speed)[blob]
+        whole[track] = True
+        kind = self._votes.count(tracks.local_id, look, whole, seconds)
+        _, lead = self._votes.leads(tracks.local_id)
+        new = (lead >= PROVEN_S) | ((lead > 0.0) & (tracks.class_id == ClassCode.UNKNOWN))
+        tracks.class_id[new] = kind[new]
+
+    def _look(self, blobs: Blobs, extent: Floats, speed: Floats) -> Ints:
+        """Return the `ClassCode` that each blob looks like, (n,), so large, m, and fast, m/s."""
+        fill = blobs.area / blobs.box[:, 2:].prod(axis=1)
+        bicycle = looks_like_bicycle(extent, fill, speed, self._bicycles)
+        vehicle = looks_like_vehicle(extent, self._config)
+        is_large = np.where(vehicle, ClassCode.VEHICLE, ClassCode.PERSON)
+        return np.where(bicycle, ClassCode.BICYCLE, is_large)
+
+    def _extent(self, blobs: Blobs) -> Floats:
+        """Return the (n, 2) widths and heights of blobs, m, as if upright."""
+        return np.asarray(blobs.box[:, 2:] / blobs.expected * self._usual)
+
+    @staticmethod
+    def _speed(tracks: LocalTracks) -> Floats:
+        return np.asarray(np.hypot(tracks.mean[:, 2], tracks.mean[:, 3]))
+
+
+def vehicles_among(blob_of: Ints, kind: Ints, lead: Floats, look: Ints, truncated: Mask) -> Mask:
+    """
+    Tell which blobs are one vehicle: what is as large as one, and no group of people.
+
+    People who meet were seen apart, a vehicle comes as a whole: through the edge of the picture,
+    as one track that never looked like a person or a bicycle.
+
+    Parameters
+    ----------
+    blob_of : (t,) int array
+        Row of the blob that each track is in; -1: none.
+    kind, lead : (t,) int and float arrays
+        Of the tracks, see `ClassVotes.leads`.
+    look : (n,) int array
+        `ClassCode` that each blob looks like.
+    truncated : (n,) bool array
+        Which blobs touch the picture's edge.
+
+    """
+    large = look == ClassCode.VEHICLE
+    vehicle = kind == ClassCode.VEHICLE
+    people = _holding(blob_of, ~vehicle & (lead >= PROVEN_S), len(look)) > 0
+    known = _holding(blob_of, vehicle & (lead > 0.0), len(look)) > 0
+    return np.asarray(np.where(known, large | truncated, large & ~truncated & ~people))
+
+
+def bicycles_among(blob_of: Ints, kind: Ints, confirmed: Mask, look: Ints, short: Mask) -> Mask:
+    """
+    Tell which blobs are one bicycle: what looks like one, or was one, and holds nobody else.
+
+    Parameters
+    ----------
+    blob_of, kind, look : (t,), (t,) and (n,) int arrays
+        See `vehicles_among`.
+    confirmed : (t,) bool array
+        Which tracks are believed.
+    short : (n,) bool array
+        Which blobs are no longer than a bicycle.
+
+    """
+    known = _holding(blob_of, kind == ClassCode.BICYCLE, len(look)) > 0
+    alone = _holding(blob_of, confirmed, len(look)) < 2
+    return np.asarray(alone & ((known & short) | (look == ClassCode.BICYCLE)))
+
+
+def _holding(blob_of: Ints, some: Mask, count: int) -> Ints:
+    """Return how many of some tracks, (t,), each of so many blobs holds."""
+    return np.bincount(blob_of[some & (blob_of >= 0)], minlength=count)

@@ -1,0 +1,1 @@
+"""The background of the silhouettes paper, and objects that rest in it."""

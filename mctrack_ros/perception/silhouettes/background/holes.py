@@ -1,0 +1,194 @@
+"""Holes that something left in the background, told from things by whose outline it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BYTES_2D, INTS_1D, compiled, inner
+from mctrack_ros.config import parameter
+from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
+from mctrack_ros.perception.silhouettes.background.stationarity import StillPixels
+from mctrack_ros.perception.silhouettes.features import AREA
+from mctrack_ros.perception.silhouettes.foreground.components import (
+    ComponentConfig,
+    Silhouettes,
+    find_silhouettes,
+)
+
+Grey = NDArray[np.uint8]
+_CROSS = np.asarray(cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), np.uint8)
+_MARGIN = 2
+
+
+@dataclass(frozen=True)
+class HoleConfig:
+    """Parameters of `patched`."""
+
+    edge_ratio: float = parameter(
+        1.5,
+        'how much stronger the outline must be in the background than in the picture; 0: holes '
+        'are not looked for in the picture, as printed',
+        minimum=0.0,
+    )
+    still_s: float = parameter(
+        1.0,
+        'time after which what has looked the same is tried for a hole apart from what moves '
+        'before it; 0: never [s]',
+        minimum=0.0,
+    )
+    least_area_px: float = parameter(
+        100.0, 'smallest silhouette that may be a hole [px²]', minimum=1.0
+    )
+
+
+def patched(
+    silhouettes: Silhouettes, background: LowPassBackground, config: HoleConfig
+) -> Silhouettes:
+    """
+    Put silhouettes that are holes into the background and leave them out; beyond the paper.
+
+    Whatever stood in the background when it was learned leaves a hole when it goes, without ever
+    having been inserted. The outline of a hole is an edge of the background, that of a thing is
+    one of the picture.
+
+    Parameters
+    ----------
+    silhouettes : Silhouettes
+        Of the picture.
+    background : LowPassBackground
+        Is changed.
+    config : HoleConfig
+        Parameters.
+
+    """
+    if config.edge_ratio == 0.0 or background.model is None:
+        return silhouettes
+    large = silhouettes.shapes.vector[:, AREA] >= config.least_area_px
+    holes = [
+        row
+        for row in np.flatnonzero(large).tolist()
+        if _is_hole(silhouettes, row, background, config)
+    ]
+    for row in holes:
+        window = _window(silhouettes, row)
+        own = np.where(silhouettes.labels[window] == row + 1, 255, 0).astype(np.uint8)
+        own = np.asarray(cv2.dilate(own, _CROSS), np.uint8)
+        background.model[window][own > 0] = silhouettes.grey[window][own > 0]
+    return silhouettes.without(holes) if holes else silhouettes
+
+
+def without_still_holes(
+    mask: Grey,
+    grey: Grey,
+    still: StillPixels,
+    background: LowPassBackground,
+    components: ComponentConfig,
+    config: HoleConfig,
+) -> Grey:
+    """
+    Patch holes that touch what moves, and return the mask without them; beyond the paper.
+
+    A car that leaves is one silhouette with its hole until it has gone its own length. But the
+    hole stands still.
+
+    Parameters
+    ----------
+    mask : (h, w) uint8 array
+        Foreground.
+    grey : (h, w) uint8 array
+        The smoothed picture.
+    still : StillPixels
+        For how long its pixels have looked the same.
+    background : LowPassBackground
+        Is changed.
+    components : ComponentConfig
+        How silhouettes are found.
+    config : HoleConfig
+        Parameters.
+
+    """
+    if config.edge_ratio == 0.0 or config.still_s == 0.0:
+        return mask
+    old = cv2.inRange(still.seconds, config.still_s, np.inf)
+    if cv2.countNonZero(old) < config.least_area_px:
+        return mask
+    found = find_silhouettes(np.asarray(cv2.bitwise_and(old, mask), np.uint8), grey, components)
+    left = patched(found, background, config)
+    if len(left.shapes) == len(found.shapes):
+        return mask
+    hole = (found.labels > 0) & (left.row_of[found.labels] < 0)
+    mask = np.where(hole, np.uint8(0), mask)
+    still.seconds[hole] = 0.0
+    return mask
+
+
+def _is_hole(
+    silhouettes: Silhouettes, row: int, background: LowPassBackground, config: HoleConfig
+) -> bool:
+    """Tell whether a silhouette's outline is in the background rather than in the picture."""
+    assert background.model is not None
+    left, top, width, height = silhouettes.shapes.box[row].astype(int).tolist()
+    shown, known = _outline(
+        silhouettes.labels,
+        np.ascontiguousarray(silhouettes.grey),
+        background.model,
+        row + 1,
+        np.array([left, top, width, height]),
+    )
+    return bool(known > config.edge_ratio * shown)
+
+
+@inner
+def _edge(image: NDArray[np.generic], y: int, x: int) -> float:
+    """Return the strength of the edge at a pixel, by Sobel's operator."""
+    upper = image[y - 1, x - 1] + 2.0 * image[y - 1, x] + image[y - 1, x + 1]
+    lower = image[y + 1, x - 1] + 2.0 * image[y + 1, x] + image[y + 1, x + 1]
+    left = image[y - 1, x - 1] + 2.0 * image[y, x - 1] + image[y + 1, x - 1]
+    right = image[y - 1, x + 1] + 2.0 * image[y, x + 1] + image[y + 1, x + 1]
+    return float(abs(lower - upper) + abs(right - left))
+
+
+@compiled(
+    types.UniTuple(types.f8, 2)(
+        types.Array(types.u2, 2, 'C', readonly=True),
+        BYTES_2D,
+        types.Array(types.f4, 2, 'C', readonly=True),
+        types.i8,
+        INTS_1D,
+    )
+)
+def _outline(
+    labels: NDArray[np.uint16],
+    grey: Grey,
+    model: NDArray[np.float32],
+    label: int,
+    box: NDArray[np.int64],
+) -> tuple[float, float]:
+    """Return how strong edges are, in the picture and in the background, along an outline."""
+    shown, known = 0.0, 0.0
+    left, top, width, height = box
+    for y in range(max(top - 1, 1), min(top + height + 1, labels.shape[0] - 1)):
+        for x in range(max(left - 1, 1), min(left + width + 1, labels.shape[1] - 1)):
+            own = labels[y, x] == label
+            if (
+                (labels[y, x - 1] == label) != own
+                or (labels[y, x + 1] == label) != own
+                or (labels[y - 1, x] == label) != own
+                or (labels[y + 1, x] == label) != own
+            ):
+                shown += _edge(grey, y, x)
+                known += _edge(model, y, x)
+    return shown, known
+
+
+def _window(silhouettes: Silhouettes, row: int) -> tuple[slice, slice]:
+    left, top, width, height = silhouettes.shapes.box[row].astype(int).tolist()
+    return (
+        slice(max(top - _MARGIN, 0), top + height + _MARGIN),
+        slice(max(left - _MARGIN, 0), left + width + _MARGIN),
+    )

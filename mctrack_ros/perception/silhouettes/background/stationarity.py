@@ -1,0 +1,203 @@
+"""For how long each pixel of the foreground has looked the same."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BYTES_2D, compiled
+from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
+
+Grey = NDArray[np.uint8]
+Seconds = NDArray[np.float32]
+
+AVERAGED = 0.25  # share of a difference that is learned in one look
+BLOCK = 32  # pixels of a row that are skipped at once where nothing happens
+FORGET = 1.0  # times as fast as it was learned is forgotten what was seen at a pixel
+
+
+class StillPixels:
+    """
+    Remembers at every pixel of the foreground what was seen there most of late, and how long.
+
+    Somebody who passes before a parked car does not undo what is known of the car: each pixel
+    holds one picture element and the time that speaks for it, which grows while it is seen and
+    shrinks while another is; at zero the other takes its place (majority vote of Boyer and Moore).
+
+    Parameters
+    ----------
+    period_s : float
+        Least time between two looks, s.
+
+    Attributes
+    ----------
+    seconds : (h, w) float32 array
+        Time that speaks for what is remembered, s.
+    picture : (h, w) float32 array
+        What is remembered.
+    passed_s : float
+        Time between the last two looks, s.
+
+    """
+
+    def __init__(self, period_s: float) -> None:
+        self._period_ns = round(period_s * 1e9)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything."""
+        self.seconds: Seconds = np.zeros((0, 0), np.float32)
+        self.picture: NDArray[np.float32] = np.zeros((0, 0), np.float32)
+        self.passed_s = 0.0
+        self._most: Seconds = np.zeros((0, 0), np.float32)
+        self._last_ns, self._tolerance = 0, 0.0
+
+    def watch(self, grey: Grey, mask: Grey, stamp_ns: int, tolerance: float) -> bool:
+        """
+        Look at a picture, unless the last look was a moment ago.
+
+        Parameters
+        ----------
+        grey : (h, w) uint8 array
+            The picture.
+        mask : (h, w) uint8 array
+            Not zero where foreground.
+        stamp_ns : int
+            Its time, ns.
+        tolerance : float
+            Difference up to which two values are the same, grey levels.
+
+        Returns
+        -------
+        bool
+            Whether it was looked at.
+
+        """
+        self._tolerance = tolerance
+        if self.seconds.shape != grey.shape:
+            self.seconds, self.picture = np.zeros(grey.shape, np.float32), grey.astype(np.float32)
+            self._most = np.zeros((grey.shape[0], -(-grey.shape[1] // BLOCK)), np.float32)
+            self._last_ns = stamp_ns
+            return True
+        if stamp_ns - self._last_ns < self._period_ns:
+            return False
+        self.passed_s, self._last_ns = (stamp_ns - self._last_ns) * 1e-9, stamp_ns
+        _look(grey, mask, self.picture, self.seconds, self._most, self.passed_s, tolerance)
+        return True
+
+    def still_for(
+        self, grey: Grey, window: tuple[slice, slice], least_s: float
+    ) -> NDArray[np.bool_]:
+        """
+        Tell which pixels have looked the same for long and still do.
+
+        Parameters
+        ----------
+        grey : (h, w) uint8 array
+            The picture.
+        window : pair of slices
+            Rows and columns to tell it of.
+        least_s : float
+            How long that must be, s.
+
+        """
+        old = self.seconds[window] >= least_s
+        if old.any():
+            old &= np.abs(grey[window] - self.picture[window]) <= self._tolerance
+        return np.asarray(old)
+
+    def teach(self, background: LowPassBackground, grey: Grey, least_s: float) -> None:
+        """Take all such pixels into a background: lines and specks, and whoever sleeps."""
+        assert background.model is not None
+        _learn(
+            background.model,
+            grey,
+            self.picture,
+            self.seconds,
+            self._most,
+            least_s,
+            self._tolerance,
+        )
+
+
+@compiled(
+    types.void(
+        BYTES_2D,
+        BYTES_2D,
+        types.Array(types.f4, 2, 'C'),
+        types.Array(types.f4, 2, 'C'),
+        types.Array(types.f4, 2, 'C'),
+        types.f8,
+        types.f8,
+    )
+)
+def _look(
+    grey: Grey,
+    mask: Grey,
+    picture: Seconds,
+    seconds: Seconds,
+    most: Seconds,
+    passed: float,
+    tolerance: float,
+) -> None:
+    """
+    Let the time at each pixel grow or shrink, and note the most in each block of a row.
+
+    Where nothing is foreground and nothing is remembered, the mask alone is read.
+    """
+    height, width = grey.shape
+    for y in range(height):
+        for block in range(most.shape[1]):
+            first, end = block * BLOCK, min((block + 1) * BLOCK, width)
+            shown = most[y, block] > 0.0
+            for x in range(first, end):
+                shown |= mask[y, x] > 0
+            if not shown:
+                continue
+            largest = np.float32(0.0)
+            for x in range(first, end):
+                known = seconds[y, x]
+                if mask[y, x] == 0:
+                    if known > 0.0:
+                        seconds[y, x] = max(known - FORGET * passed, 0.0)
+                elif known > 0.0 and abs(grey[y, x] - picture[y, x]) <= tolerance:
+                    seconds[y, x] = known + passed
+                    picture[y, x] += AVERAGED * (grey[y, x] - picture[y, x])
+                elif known > FORGET * passed:
+                    seconds[y, x] = known - FORGET * passed
+                else:
+                    seconds[y, x], picture[y, x] = 1e-6, grey[y, x]
+                largest = max(largest, seconds[y, x])
+            most[y, block] = largest
+
+
+@compiled(
+    types.void(
+        types.Array(types.f4, 2, 'C'),
+        BYTES_2D,
+        types.Array(types.f4, 2, 'C'),
+        types.Array(types.f4, 2, 'C'),
+        types.Array(types.f4, 2, 'C'),
+        types.f8,
+        types.f8,
+    )
+)
+def _learn(
+    model: NDArray[np.float32],
+    grey: Grey,
+    picture: Seconds,
+    seconds: Seconds,
+    most: Seconds,
+    least_s: float,
+    tolerance: float,
+) -> None:
+    """Copy to a background what has looked the same for long and still does."""
+    for y in range(most.shape[0]):
+        for block in range(most.shape[1]):
+            if most[y, block] < least_s:
+                continue
+            for x in range(block * BLOCK, min((block + 1) * BLOCK, model.shape[1])):
+                apart = abs(np.int64(grey[y, x]) - picture[y, x])
+                if seconds[y, x] >= least_s and apart <= tolerance:
+                    model[y, x], seconds[y, x] = picture[y, x], 0.0

@@ -1,0 +1,123 @@
+"""Silhouettes that nobody made: what is still, with no object there that came to rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import FLOATS_2D, compiled
+from mctrack_ros.config import parameter
+from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.perception.blobs.extraction import overlap
+from mctrack_ros.perception.geometry.person_size import SizeTable
+from mctrack_ros.perception.silhouettes.background.absorbed import window_of
+from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
+from mctrack_ros.perception.silhouettes.background.stationarity import Seconds, StillPixels
+from mctrack_ros.perception.silhouettes.features import Floats, Ints, Mask
+from mctrack_ros.perception.silhouettes.foreground.components import Silhouettes
+from mctrack_ros.perception.silhouettes.objects import ObjectList
+
+
+@dataclass(frozen=True)
+class StainConfig:
+    """Parameters of `without_stains`."""
+
+    still_s: float = parameter(
+        1.0,
+        'time for which a silhouette must have looked the same that nobody made; 0: none is left '
+        'out, as printed [s]',
+        minimum=0.0,
+    )
+    still_share: float = parameter(
+        0.8, 'share of its pixels of which that must be true', minimum=0.0, maximum=1.0
+    )
+    claim_share: float = parameter(
+        0.3,
+        'share of its box from which it is that of an object expected there',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    slow_mps: float = parameter(
+        0.5, 'speed below which a pedestrian may have come to rest [m/s]', minimum=0.0
+    )
+
+
+def without_stains(
+    silhouettes: Silhouettes,
+    still: StillPixels,
+    objects: ObjectList,
+    sizes: SizeTable,
+    background: LowPassBackground,
+    config: StainConfig,
+) -> Silhouettes:
+    """
+    Put silhouettes that nobody made into the background and leave them out; beyond the paper.
+
+    Paint and glass that somebody's reflection lit up, the rest of a hole, the edge of a car in
+    another light: they stand still from their first moment. Whatever else stands still came
+    there, so an object is there that is slow.
+
+    Parameters
+    ----------
+    silhouettes : Silhouettes
+        Of the picture.
+    still : StillPixels
+        For how long its pixels have looked the same.
+    objects : ObjectList
+        Where they are expected.
+    sizes : SizeTable
+        Of the camera.
+    background : LowPassBackground
+        Is changed.
+    config : StainConfig
+        Parameters.
+
+    """
+    shapes = silhouettes.shapes
+    if config.still_s == 0.0 or not len(shapes) or background.model is None:
+        return silhouettes
+    old = _old_pixels(silhouettes.labels, still.seconds, shapes.box, config.still_s)
+    stain = (old >= config.still_share * shapes.area) & (old > 0)
+    if not stain.any():
+        return silhouettes
+    box = objects.box[_may_rest(objects, sizes, config)]
+    share = overlap(shapes.box, box) / shapes.box[:, 2:].prod(axis=1)[:, None]
+    stain &= (share < config.claim_share).all(axis=1)
+    rows = np.flatnonzero(stain).tolist()
+    for row in rows:
+        window = window_of(shapes.box[row])
+        own = silhouettes.labels[window] == row + 1
+        background.model[window][own] = silhouettes.grey[window][own]
+        still.seconds[window][own] = 0.0
+    return silhouettes.without(rows) if rows else silhouettes
+
+
+def _may_rest(objects: ObjectList, sizes: SizeTable, config: StainConfig) -> Mask:
+    """Tell which objects, (n,), are vehicles or slow."""
+    speed_px = np.hypot(objects.velocity[:, 0], objects.velocity[:, 1])
+    metre_px = sizes.per_metre(sizes.foot_of(objects.box))[:, 1]
+    vehicle = objects.class_id == ClassCode.VEHICLE
+    return np.asarray(vehicle | ~(speed_px > config.slow_mps * metre_px))
+
+
+@compiled(
+    types.i8[::1](
+        types.Array(types.u2, 2, 'C', readonly=True),
+        types.Array(types.f4, 2, 'C', readonly=True),
+        FLOATS_2D,
+        types.f8,
+    )
+)
+def _old_pixels(labels: NDArray[np.uint16], seconds: Seconds, box: Floats, least_s: float) -> Ints:
+    """Return how many pixels of each silhouette have looked the same for long."""
+    count = np.zeros(len(box), np.int64)
+    for row in range(len(box)):
+        left, top, width, height = box[row]
+        for y in range(int(top), int(top + height)):
+            for x in range(int(left), int(left + width)):
+                if labels[y, x] == row + 1 and seconds[y, x] >= least_s:
+                    count[row] += 1
+    return count

@@ -1,0 +1,79 @@
+"""All parameters of the silhouette tracker, and those of the paper's own version."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from mctrack_ros.perception.camera_shift.monitor import WatchdogConfig
+from mctrack_ros.perception.feedback.id_assignment import IdentityConfig
+from mctrack_ros.perception.silhouettes.background.absorption import RestConfig
+from mctrack_ros.perception.silhouettes.background.holes import HoleConfig
+from mctrack_ros.perception.silhouettes.background.model import LowPassConfig
+from mctrack_ros.perception.silhouettes.background.stationary_false_foreground import StainConfig
+from mctrack_ros.perception.silhouettes.features import ComparisonConfig
+from mctrack_ros.perception.silhouettes.foreground.components import ComponentConfig
+from mctrack_ros.perception.silhouettes.foreground.fragment_merging import GatheringConfig
+from mctrack_ros.perception.silhouettes.ground_position import PlaceConfig
+from mctrack_ros.perception.silhouettes.matching.match import MatchConfig
+from mctrack_ros.perception.silhouettes.matching.partition import DivisionConfig
+from mctrack_ros.perception.silhouettes.objects import ObjectConfig
+from mctrack_ros.perception.silhouettes.reporting import ReportConfig
+from mctrack_ros.perception.silhouettes.tracker import SilhouetteTrackerConfig
+
+
+@dataclass(frozen=True)
+class SilhouetteConfig:
+    """Parameters of `SilhouettePipeline`; the defaults are what measures best."""
+
+    background: LowPassConfig = field(default_factory=LowPassConfig)
+    components: ComponentConfig = field(default_factory=ComponentConfig)
+    holes: HoleConfig = field(default_factory=HoleConfig)
+    stains: StainConfig = field(default_factory=StainConfig)
+    tracker: SilhouetteTrackerConfig = field(default_factory=SilhouetteTrackerConfig)
+    rest: RestConfig = field(default_factory=RestConfig)
+    places: PlaceConfig = field(default_factory=PlaceConfig)
+    report: ReportConfig = field(default_factory=ReportConfig)
+    identity: IdentityConfig = field(default_factory=IdentityConfig)
+    watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
+
+
+def as_printed() -> SilhouetteConfig:
+    """Return the parameters of the silhouettes paper itself, nothing beyond it."""
+    return SilhouetteConfig(
+        background=LowPassConfig(
+            threshold=12.0,
+            threshold_sigmas=0.0,
+            shadow_share=0.0,
+            follow_light=False,
+            smoothing_px=1,
+        ),
+        components=ComponentConfig(closing_px=1, learn_specks=False),
+        holes=HoleConfig(edge_ratio=0.0),
+        stains=StainConfig(still_s=0.0),
+        tracker=SilhouetteTrackerConfig(
+            gathering=GatheringConfig(person_height_m=0.0, least_part_m=0.0, faint_sigmas=0.0),
+            comparison=ComparisonConfig(place_weight=0.0),
+            match=MatchConfig(distance='centroids', only_valid=False, pedestrian_m=0.0),
+            division=DivisionConfig(line='regression', body_height_m=0.0),
+            objects=ObjectConfig(
+                establish_s=0.2,
+                move_px=0.0,
+                hold_s=0.0,
+                hidden_s=0.0,
+                body_s=0.0,
+                memory_s=0.0,
+                motion_s=0.0,
+            ),
+        ),
+        rest=RestConfig(
+            rest_s=4.0,
+            rest_px=3.0,
+            still_share=0.0,
+            pedestrian_rest_s=4.0,
+            travel_px=0.0,
+            hole_px=20.0,
+            spare_others=False,
+            uncovered_share=0.0,
+        ),
+        report=ReportConfig(travel_px=0.0),
+    )

@@ -1,0 +1,1 @@
+"""From the foreground mask to silhouettes."""

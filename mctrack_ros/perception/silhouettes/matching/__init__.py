@@ -1,0 +1,1 @@
+"""Steps 1 to 7 of the silhouettes paper: which silhouette belongs to which object."""
