@@ -7,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := setup.py setup.cfg package.xml pyproject.toml \
 	$(shell find mctrack_ros config launch resource -type f -not -name '*.pyc')
-RESULTS := lab6p cmc wildtrack pets terrace cameras
+RESULTS := lab6p cmc wildtrack pets terrace4 terrace cameras
 
 .PHONY: all demo test check unit jazzy same lock results clean help
 
@@ -35,6 +35,7 @@ jazzy: ## the tests on the versions of Ubuntu 24.04, which ROS 2 Jazzy is built 
 results: all ## measure the real-data figures again; writes docs/results
 	for name in $(RESULTS); do \
 		$(BIN)/mctrack reproduce $$name --json docs/results/$$name.json || exit 1; done
+	$(BIN)/mctrack reproduce terrace --live --json docs/results/terrace_live.json
 	$(BIN)/mctrack results
 
 same: all ## compare the bytes that the golden recordings give with those of the version before

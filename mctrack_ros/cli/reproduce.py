@@ -21,6 +21,7 @@ class Experiment(StrEnum):
 
     PETS = 'pets'
     TERRACE = 'terrace'
+    TERRACE4 = 'terrace4'
     LAB6P = 'lab6p'
     CMC = 'cmc'
     WILDTRACK = 'wildtrack'
@@ -59,17 +60,22 @@ def reproduce(
         callback=picture_file,
         help='table3, fig18, fig20: also draw them, as .png, .svg or .pdf.',
     ),
+    live: bool = typer.Option(
+        False, '--live', help='terrace: play its videos to the nodes, at their pace, instead.'
+    ),
 ) -> None:
     """
     Measure on real data, matches, the car park, staged scenarios, mappings or the watchdog.
 
-    Real data is needed by pets, terrace, lab6p, cmc, wildtrack, cameras, intel,
+    Real data is needed by pets, terrace, terrace4, lab6p, cmc, wildtrack, cameras, intel,
     watchdog and covering, the fusion benchmark by biased; the others are simulated.
     docs/results.md has what each one gave.
     """
     if picture is not None and experiment not in DRAWN:
         raise ValueError(f'{experiment} has no picture: leave --picture away')
-    figures = _experiment(experiment, data, picture)
+    if live and experiment is not Experiment.TERRACE:
+        raise ValueError(f'{experiment} has no live run: leave --live away')
+    figures = _live(data) if live else _experiment(experiment, data, picture)
     typer.echo(figures.table())
     if json_file is not None:
         figures.write(json_file)
@@ -171,6 +177,12 @@ def _experiment(experiment: Experiment, data: Path | None, picture: Path | None)
     return _real_experiment(experiment)(data_folder(data))
 
 
+def _live(data: Path | None) -> Figures:
+    from mctrack_ros.cli.terrace import track_terrace_live
+
+    return track_terrace_live(data_folder(data))
+
+
 def _tell(line: str) -> None:
     typer.echo(line, err=True)
 
@@ -181,10 +193,10 @@ def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
     from mctrack_ros.experiments.intel import reproduce_intel
     from mctrack_ros.experiments.pets import reproduce_pets
 
-    if experiment is Experiment.TERRACE:
-        from mctrack_ros.cli.terrace import track_terrace_live
+    if experiment in (Experiment.TERRACE, Experiment.TERRACE4):
+        from mctrack_ros.experiments.terrace_offline import reproduce_terrace, reproduce_terrace4
 
-        return track_terrace_live
+        return reproduce_terrace if experiment is Experiment.TERRACE else reproduce_terrace4
     if experiment is Experiment.WATCHDOG:
         from mctrack_ros.experiments.watchdog_trials import reproduce_watchdog
 

@@ -1,4 +1,4 @@
-"""The live run of `mctrack reproduce terrace`: two video files as two cameras."""
+"""`mctrack reproduce terrace --live`: two video files as two cameras."""
 
 from __future__ import annotations
 

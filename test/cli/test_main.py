@@ -99,6 +99,7 @@ def test_echo_prints_json_without_nan(tracked):
         (['import-videos', 'x', 'a=a.mp4', '--later', 'a=soon'], "has 'soon', expected seconds"),
         (['import-videos', 'x', 'a=a.mp4', '--later', 'b=1'], '--later names b'),
         (['run', 'nowhere.yaml'], 'nowhere.yaml: No such file'),
+        (['reproduce', 'pets', '--live'], 'pets has no live run: leave --live away'),
     ],
 )
 def test_bad_input_is_one_clear_line(tracked, tmp_path, arguments, reason, monkeypatch, capsys):
