@@ -70,7 +70,7 @@ def _judged(
     entries = [Entry(camera, rows.stamp_ns, time_ns) for time_ns, camera, rows in messages]
     judged = {
         camera: iter(zip(stamps.stamp_ns, stamps.session))
-        for camera, stamps in judge(entries, cameras, config.batching).items()
+        for camera, stamps in judge(entries, cameras, config.batching)[0].items()
     }
     periods: dict[int, list[CameraResult]] = defaultdict(list)
     for _, camera, rows in messages:
