@@ -20,7 +20,7 @@ def repair(
     out: Path = typer.Argument(..., help='The bag to write.'),
     overwrite: bool = typer.Option(False, '--overwrite', help='Replace an earlier bag.'),
 ) -> None:
-    """Write a finished bag from one that was cut off: with all that can be read of it."""
+    """Write a finished bag, with all that can be read of one that was cut off or is damaged."""
     from mctrack_ros.recording.repair import repair_bag
 
     count, seconds = repair_bag(bag, out, overwrite=overwrite)

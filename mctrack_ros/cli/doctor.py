@@ -8,14 +8,14 @@ from pathlib import Path
 
 import typer
 
-from mctrack_ros.cli.options import namespace_name
+from mctrack_ros.camera_names import namespace_of
 
 
 def doctor(
     site: str = typer.Argument(..., help='Site YAML, or the name of a shipped site.'),
     bag: Path | None = typer.Argument(None, help='A bag that is to be tracked with it.'),
     namespace: str = typer.Option(
-        '', callback=namespace_name, help='Where the topics of the cameras lie in the bag.'
+        '', callback=namespace_of, help='Where the topics of the cameras lie in the bag.'
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the findings here.'),
 ) -> None:

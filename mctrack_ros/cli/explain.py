@@ -6,7 +6,8 @@ from pathlib import Path
 
 import typer
 
-from mctrack_ros.cli.options import finite, namespace_name, picture_file
+from mctrack_ros.camera_names import namespace_of
+from mctrack_ros.cli.options import finite, picture_file
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 
@@ -24,7 +25,7 @@ def explain(
         '', help='Site YAML, or the name of a shipped site; unless given, what the bag says.'
     ),
     namespace: str = typer.Option(
-        '', callback=namespace_name, help='Where the topics lie in the bag, for example /hall.'
+        '', callback=namespace_of, help='Where the topics lie in the bag, for example /hall.'
     ),
     out: Path | None = typer.Option(
         None, callback=picture_file, help='Picture to write, for example why.png.'

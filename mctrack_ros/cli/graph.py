@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from mctrack_ros.cli.options import namespace_name
+from mctrack_ros.camera_names import namespace_of
 
 if TYPE_CHECKING:
     from mctrack_ros.ros.graph import NodeSpec
@@ -24,7 +24,7 @@ _DOMAIN = typer.Option(
 def run(
     site: str = typer.Argument(..., help='Site YAML, or the name of a shipped site.'),
     namespace: str = typer.Option(
-        '', callback=namespace_name, help='Namespace of all nodes, for example hall.'
+        '', callback=namespace_of, help='Namespace of all nodes, for example hall.'
     ),
     use_sim_time: bool = typer.Option(False, '--use-sim-time', help='Take time from /clock.'),
     own_detections: bool = typer.Option(
@@ -50,7 +50,7 @@ def record(
     ),
     namespace: str = typer.Option(
         '',
-        callback=namespace_name,
+        callback=namespace_of,
         help='Only topics in this namespace; --topic then says how their names go on.',
     ),
     overwrite: bool = typer.Option(False, '--overwrite', help='Replace an earlier bag.'),
@@ -75,7 +75,7 @@ def play(
     ),
     namespace: str = typer.Option(
         '',
-        callback=namespace_name,
+        callback=namespace_of,
         help='Namespace to play into; topics that lie in it already stay as they are.',
     ),
     rate: float = typer.Option(1.0, min=0.001, max=1000.0, help='Speed; 1: as recorded.'),

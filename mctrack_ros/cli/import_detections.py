@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from mctrack_ros.cli.videos import by_camera, by_known_camera, delays_of
+
 if TYPE_CHECKING:
     from mctrack_ros.interfaces import ClassCode
     from mctrack_ros.recording.box_files import TextClock
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
 
 _BAGS = ('.mcap', '.db3')
 _LARGEST_SCORE = 1e9
+_MOST_FRAMES = 2**32
+_FIRST_FRAME, _SCORE_RANGE = '1', '0,1'
 
 
 def import_detections(
@@ -29,14 +33,17 @@ def import_detections(
     rate: float = typer.Option(
         0.0, min=0.0, max=1000.0, help='Pictures a second: of files that count frames.'
     ),
-    first_frame: int = typer.Option(
-        1, min=0, help='Number of the first picture, of files that count frames.'
+    first_frame: list[str] = typer.Option(
+        [_FIRST_FRAME],
+        help='Number of the first picture, of files that count frames; camera=number for one.',
     ),
     later: list[str] = typer.Option(
         [], help='camera=seconds, for a text whose first picture came so long after the first.'
     ),
-    score_range: str = typer.Option(
-        '0,1', help='LOW,HIGH: the scores of the texts that stand for 0 and for 1.'
+    score_range: list[str] = typer.Option(
+        [_SCORE_RANGE],
+        help='LOW,HIGH: the scores of the texts that stand for 0 and for 1; camera=LOW,HIGH for '
+        'one.',
     ),
     least_score: float = typer.Option(
         0.0, min=0.0, max=1.0, help='Leave out what has a lower score, after --score-range.'
@@ -52,7 +59,6 @@ def import_detections(
     """Put the boxes or positions of your own detectors into a bag, for `mctrack track`."""
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.cli.sites import named_site
-    from mctrack_ros.cli.videos import by_camera, seconds_of
     from mctrack_ros.recording.box_files import TextClock
     from mctrack_ros.recording.class_names import CLASS_NAMES
     from mctrack_ros.recording.sightings import with_all_pictures
@@ -60,12 +66,15 @@ def import_detections(
 
     config = named_site(site)
     files = by_camera(sources, 'north=north.txt')
-    delays = {name: seconds_of(text) for name, text in by_camera(later, 'south=1.5').items()}
-    for name in delays.keys() - files.keys():
-        raise ValueError(f'--later names {name}, expected one of {", ".join(files)}')
-    limits = _limits(score_range)
+    delays = delays_of(later, files)
+    first = _of_each('--first-frame', first_frame, _FIRST_FRAME, files)
+    limits = _of_each('--score-range', score_range, _SCORE_RANGE, files)
     sightings = {
-        name: _read(name, source, TextClock(rate, first_frame, delays.get(name, 0.0), limits))
+        name: _read(
+            name,
+            source,
+            TextClock(rate, _frame(first[name]), delays.get(name, 0.0), _limits(limits[name])),
+        )
         for name, source in files.items()
     }
     known = {**CLASS_NAMES, **_classes(classes)}
@@ -94,19 +103,49 @@ def import_detections(
     typer.echo(f'wrote {out}')
 
 
+def _of_each(
+    option: str, texts: list[str], usual: str, files: Mapping[str, str]
+) -> dict[str, str]:
+    """Return what an option says of each camera; what names no camera is for all the others."""
+    plain = [text for text in texts if '=' not in text]
+    if len(plain) > 1:
+        raise ValueError(f'{option} is given twice without a camera: {", ".join(plain)}')
+    named = [text for text in texts if '=' in text]
+    stated = by_known_camera(option, named, f'north={usual}', files)
+    for name in stated:
+        if _is_bag(files[name]):
+            raise ValueError(f'{files[name]} is a bag: {option} is for texts')
+    return dict.fromkeys(files, *(plain or [usual])) | stated
+
+
 def _read(name: str, source: str, clock: TextClock) -> Sightings:
     """Read a text, or a bag (and its topic behind a colon)."""
     from mctrack_ros.recording.box_files import read_boxes
     from mctrack_ros.recording.vision_messages import read_detection_arrays
 
+    if not _is_bag(source):
+        return read_boxes(source, clock)
+    if clock.later_s:
+        raise ValueError(f'{source} has stamps of its own: --later cannot move them')
+    path, topic = _bag_and_topic(source)
+    return read_detection_arrays(path, name, topic)
+
+
+def _is_bag(source: str) -> bool:
+    path = Path(_bag_and_topic(source)[0])
+    return path.is_dir() or path.suffix in _BAGS
+
+
+def _bag_and_topic(source: str) -> tuple[str, str]:
+    """Return the path and the topic behind the colon; empty if none is named."""
     path, colon, topic = source.rpartition(':/')
-    if not colon:
-        path, topic = source, ''
-    if Path(path).is_dir() or Path(path).suffix in _BAGS:
-        if clock.later_s:
-            raise ValueError(f'{source} has stamps of its own: --later cannot move them')
-        return read_detection_arrays(path, name, f'/{topic}' if colon else '')
-    return read_boxes(source, clock)
+    return (path, f'/{topic}') if colon else (source, '')
+
+
+def _frame(text: str) -> int:
+    if not (text.isdecimal() and int(text) < _MOST_FRAMES):
+        raise ValueError(f'--first-frame is {text!r}, expected a whole number, 0 or more')
+    return int(text)
 
 
 def _limits(text: str) -> tuple[float, float]:

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from mctrack_ros.camera_names import resolved
-from mctrack_ros.cli.options import namespace_name
+from mctrack_ros.camera_names import namespace_of, resolved
 from mctrack_ros.cli.videos import LATER, RATE, open_videos, warn
 from mctrack_ros.processes import prepare_workers
 
@@ -132,7 +131,7 @@ def track(
         '', help=f'Site YAML, or the name of a shipped site; unless given, {_USUAL_SITE}.'
     ),
     namespace: str = typer.Option(
-        '', callback=namespace_name, help='Where the topics of the cameras lie in the bag.'
+        '', callback=namespace_of, help='Where the topics of the cameras lie in the bag.'
     ),
     later: list[str] = LATER,
     rate: float = RATE,
@@ -245,7 +244,7 @@ def echo(
     topic: str = typer.Argument(..., help='Topic of one of the clouds, for example /tracks.'),
     bag: Path | None = typer.Option(None, help='Read a bag instead of the running graph.'),
     namespace: str = typer.Option(
-        '', callback=namespace_name, help='Namespace of the topic, for example /hall.'
+        '', callback=namespace_of, help='Namespace of the topic, for example /hall.'
     ),
     count: int = typer.Option(0, min=0, help='Stop after so many messages; 0: go on.'),
     as_json: bool = typer.Option(False, '--json', help='One JSON object a message.'),

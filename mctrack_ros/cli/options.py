@@ -7,18 +7,7 @@ from pathlib import Path
 
 import typer
 
-from mctrack_ros.camera_names import namespace_of
-from mctrack_ros.config import ConfigError
-
 PICTURES = ('.png', '.svg', '.pdf')
-
-
-def namespace_name(text: str) -> str:
-    """Return a namespace with a leading slash; refuse what is none."""
-    try:
-        return namespace_of(text)
-    except ConfigError as error:
-        raise typer.BadParameter(str(error)) from error
 
 
 def finite(value: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,9 +67,7 @@ def open_videos(files: list[str], later: list[str], rate: float) -> dict[str, Vi
     from mctrack_ros.recording.videos import open_video, strangers
 
     paths = by_camera(files, 'north=north.mp4')
-    delays = {name: seconds_of(text) for name, text in by_camera(later, 'south=1.5').items()}
-    for name in delays.keys() - paths.keys():
-        raise ValueError(f'--later names {name}, expected one of {", ".join(paths)}')
+    delays = delays_of(later, paths)
     videos = {name: open_video(path, rate, delays.get(name, 0.0)) for name, path in paths.items()}
     for name, video in videos.items():
         width, height = video.size
@@ -87,7 +86,13 @@ def warn(line: str) -> None:
     typer.echo(f'warning: {line}', err=True)
 
 
-def seconds_of(text: str) -> float:
+def delays_of(later: list[str], cameras: Collection[str]) -> dict[str, float]:
+    """Return what --later says, s, by camera."""
+    stated = by_known_camera('--later', later, 'south=1.5', cameras)
+    return {name: _seconds(text) for name, text in stated.items()}
+
+
+def _seconds(text: str) -> float:
     """Return what stands behind --later, s; what is no delay is a `ValueError`."""
     try:
         seconds = float(text)
@@ -96,6 +101,16 @@ def seconds_of(text: str) -> float:
     if not 0 <= seconds < _LATEST_S:
         raise ValueError(f'--later has {text!r}, expected seconds, 0 or more')
     return seconds
+
+
+def by_known_camera(
+    option: str, texts: list[str], example: str, cameras: Collection[str]
+) -> dict[str, str]:
+    """Return what an option says of some of the cameras; of others it is a `ValueError`."""
+    found = by_camera(texts, example)
+    for name in found.keys() - set(cameras):
+        raise ValueError(f'{option} names {name}, expected one of {", ".join(cameras)}')
+    return found
 
 
 def by_camera(texts: list[str], example: str) -> dict[str, str]:

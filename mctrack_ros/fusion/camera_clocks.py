@@ -48,12 +48,40 @@ class Verdict(NamedTuple):
     reference_ns: int
 
 
+class Jump(NamedTuple):
+    """
+    A step of clocks: of one camera's, or of all cameras' at once.
+
+    Attributes
+    ----------
+    begin_ns, end_ns : int
+        Arrival of the first message after it, and of the one that proves it, ns.
+    by_ns : int
+        By how much the stamps went on beyond the time that passed, ns; negative: they went back.
+
+    """
+
+    begin_ns: int
+    end_ns: int
+    by_ns: int
+
+    def __str__(self) -> str:
+        """Say it of all cameras."""
+        way = 'ahead' if self.by_ns > 0 else 'back'
+        return (
+            f"all cameras' stamps jumped {way} by {abs(self.by_ns) / SECOND_NS:.3f} s at "
+            f'{self.begin_ns / SECOND_NS:.3f} s'
+        )
+
+
 @dataclass
 class _Clock:
     """One camera's: how long after their stamps its messages arrive."""
 
     lags_ns: deque[int] = field(default_factory=lambda: deque(maxlen=KEPT))
     strange_ns: list[int] = field(default_factory=list)
+    strange_since_ns: int = 0
+    jump: Jump | None = None
     heard_ns: int = 0
     stamp_ns: int = 0
     lag_ns: int = 0
@@ -69,9 +97,13 @@ class _Clock:
         if not steps_back and lag_ns >= min(known) - limit_ns:
             self.lags_ns.append(lag_ns)
         else:
+            if not self.strange_ns:
+                self.strange_since_ns = arrival_ns
             self.strange_ns.append(lag_ns)
             if len(self.strange_ns) < JUMPED:
                 return False
+            by_ns = median_low(self.lags_ns) - median_low(self.strange_ns)
+            self.jump = Jump(self.strange_since_ns, arrival_ns, by_ns)
             self.lags_ns.clear()
             self.lags_ns.extend(self.strange_ns)
         self.strange_ns.clear()
@@ -98,6 +130,11 @@ class CameraClocks:
     cameras : sequence of str
         Their names.
 
+    Attributes
+    ----------
+    jump : Jump or None
+        The last one of all live cameras at once.
+
     """
 
     def __init__(self, config: BatchingConfig, cameras: Sequence[str]) -> None:
@@ -106,6 +143,9 @@ class CameraClocks:
         self._tolerated_ns = min(wait_ns, MOST_TOLERATED_NS)
         self._patience_ns = round(config.patience * SECOND_NS)
         self._clocks = {camera: _Clock() for camera in cameras}
+        self._now_ns = 0
+        self._unsure_since_ns: int | None = None
+        self.jump: Jump | None = None
 
     def judge(self, camera: str, stamp_ns: int, arrival_ns: int) -> Verdict:
         """
@@ -124,8 +164,12 @@ class CameraClocks:
         if not self._limit_ns:
             return Verdict(0, 0, True, 0)
         clock, lag_ns = self._clocks[camera], arrival_ns - stamp_ns
+        self._now_ns = arrival_ns
         is_in_line = clock.hear(stamp_ns, arrival_ns, self._limit_ns)
-        reference_ns = self._reference_ns(arrival_ns)
+        if self.has_jumped(camera):
+            self._compare_jumps()
+        self._note_doubts()
+        reference_ns = self._reference_ns()
         clock.offset_ns = reference_ns - clock.lag_ns
         clock.is_left_out = not -BEHIND_NS <= clock.offset_ns <= self._limit_ns
         if abs(clock.offset_ns) <= self._limit_ns:
@@ -144,8 +188,48 @@ class CameraClocks:
         return self._clocks[camera].added_ns / SECOND_NS
 
     def is_left_out(self, camera: str) -> bool:
-        """Tell whether a camera's stamps cannot be used."""
-        return self._clocks[camera].is_left_out
+        """Tell whether a camera's stamps cannot be used, and no other's have followed."""
+        return self._clocks[camera].is_left_out and not self.is_settling
+
+    def has_jumped(self, camera: str) -> bool:
+        """Tell whether the last message proves that a camera's clock has jumped."""
+        jump = self._clocks[camera].jump
+        return jump is not None and jump.end_ns == self._now_ns
+
+    @property
+    def is_settling(self) -> bool:
+        """Whether a clock has jumped, or may have, so shortly ago that others may follow."""
+        since_ns = self._unsure_since_ns
+        return since_ns is not None and self._now_ns - since_ns <= 2 * self._patience_ns
+
+    def _note_doubts(self) -> None:
+        """Note since when a live camera has strange stamps, or a clock that has just jumped."""
+        is_unsure = any(
+            clock.strange_ns
+            or (clock.jump is not None and self._now_ns - clock.jump.end_ns <= self._patience_ns)
+            for clock in self._clocks.values()
+            if self._is_live(clock)
+        )
+        if not is_unsure:
+            self._unsure_since_ns = None
+        elif self._unsure_since_ns is None:
+            self._unsure_since_ns = self._now_ns
+
+    def _compare_jumps(self) -> None:
+        """Note whether all cameras heard of late have jumped at once, and by the same."""
+        live = [clock for clock in self._clocks.values() if clock.lags_ns and self._is_live(clock)]
+        jumps = [clock.jump for clock in live if clock.jump is not None]
+        begins_ns, by_ns = [each.begin_ns for each in jumps], [each.by_ns for each in jumps]
+        if (
+            len(jumps) == len(live)
+            and (self.jump is None or min(begins_ns) > self.jump.end_ns)
+            and max(begins_ns) - min(begins_ns) <= self._patience_ns
+            and max(by_ns) - min(by_ns) <= self._limit_ns
+        ):
+            self.jump = Jump(min(begins_ns), self._now_ns, median_low(by_ns))
+
+    def _is_live(self, clock: _Clock) -> bool:
+        return abs(self._now_ns - clock.heard_ns) <= self._patience_ns
 
     def _settle(self, clock: _Clock) -> None:
         """Change what is added to a camera's stamps once it is plainly another, in whole ms."""
@@ -154,12 +238,12 @@ class CameraClocks:
             is_plain = abs(clock.offset_ns) > self._tolerated_ns
             clock.added_ns = -round(clock.offset_ns / 1e6) * 1_000_000 if is_plain else 0
 
-    def _reference_ns(self, now_ns: int) -> int:
+    def _reference_ns(self) -> int:
         """Return the lag of the cameras that agree, among those heard of late."""
         lags = sorted(
             clock.lag_ns
             for clock in self._clocks.values()
-            if clock.lags_ns and abs(now_ns - clock.heard_ns) <= self._patience_ns
+            if clock.lags_ns and self._is_live(clock)
         )
         ranges = [
             (bisect_left(lags, lag - self._limit_ns), bisect_right(lags, lag + self._limit_ns))

@@ -13,6 +13,7 @@ from mctrack_ros.ground.camera import CameraMapping
 from mctrack_ros.ground.camera_info import read_yaml, write_camera_info
 from mctrack_ros.ground.camera_keys import states_camera
 from mctrack_ros.ground.errors import CalibrationError
+from mctrack_ros.ground.foreign_files import how_to_write
 from mctrack_ros.ground.grid_file import read_grid, write_grid
 from mctrack_ros.ground.grid_sample import grid_miss_px, sampled_grid
 from mctrack_ros.ground.kalibr_file import kalibr_cameras, read_kalibr
@@ -252,19 +253,34 @@ def _content(path: str | Path) -> tuple[str, Mapping[Any, Any]]:
     if is_ost(start):
         return 'ost', {}
     if _is_opencv_yaml(start):
-        return 'opencv', read_opencv(path)
-    values = read_yaml(path)
+        values: Mapping[Any, Any] = read_opencv(path)
+        if not states_camera(values):
+            _refuse_foreign(path, start)
+        return 'opencv', values
+    try:
+        values = read_yaml(path)
+    except CalibrationError:
+        _refuse_foreign(path, start)
+        raise
     if holds_projection(values):
         return 'projection', values
     if kalibr_cameras(values):
         return 'kalibr', values
     if states_camera(values):
         return 'camera_info', values
+    _refuse_foreign(path, start)
     raise CalibrationError(
         f'{path}: no calibration that is known: expected a transformation grid, a matrix '
         '(image_from_ground, ground_from_image, image_from_world), a camera_matrix as of ROS or '
         "OpenCV, Kalibr's cam0, or a file of Tsai's"
     )
+
+
+def _refuse_foreign(path: str | Path, content: bytes) -> None:
+    """Refuse a file of a program whose form is not read, and say how to write the same."""
+    form = how_to_write(content)
+    if form:
+        raise CalibrationError(f'{path}: not read in this form; write a YAML of {form}')
 
 
 def _check_single(path: str | Path, choice: Choice) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
 
+from mctrack_ros.ground.camera_keys import meaning_of
 from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.keyed_camera import camera_of
 from mctrack_ros.ground.keyed_pose import pose_in
@@ -20,6 +21,7 @@ from mctrack_ros.ground.yaml_files import read_yaml_documents
 
 _INFO = ('width', 'height', 'distortion_model', 'd', 'k', 'binning_x', 'binning_y')
 _REGION = ('x_offset', 'y_offset', 'width', 'height')
+_NOT_PRINTED = re.compile(r'<(array|sequence) type: .*>|<string length: .*>')
 _TF2_ECHO = re.compile(
     rb'- Translation: (\[[^\]]*\])\s*- Rotation: in Quaternion (?:\(xyzw\) )?(\[[^\]]*\])'
 )
@@ -97,7 +99,22 @@ def read_yaml(path: str | Path) -> Mapping[str, Any]:
     if any(_without_stamps(each) != first for each in documents[1:]):
         raise CalibrationError(f'{path}: it holds several messages that differ: keep one')
     content: Mapping[str, Any] = documents[0]
+    for key, value in content.items():
+        if _is_cut(value) or (meaning_of(key) == 'model' and str(value).endswith('...')):
+            raise CalibrationError(
+                f'{path}: {key} is not printed whole: print it again by `ros2 topic '
+                'echo --full-length`, without --no-arr and --no-str'
+            )
     return content
+
+
+def _is_cut(value: Any) -> bool:
+    """Tell whether `ros2 topic echo` printed only a part of a value, or only what it is."""
+    if isinstance(value, Mapping):
+        return any(map(_is_cut, value.values()))
+    if isinstance(value, list):
+        return value[-1:] == ['...'] or any(map(_is_cut, value))
+    return isinstance(value, str) and _NOT_PRINTED.fullmatch(value) is not None
 
 
 def _tf2_echo(path: str | Path) -> list[Any]:

@@ -159,7 +159,12 @@ def sorted_keys(
 
 def states_camera(values: Mapping[Any, Any]) -> bool:
     """Tell whether a file holds the matrix of a camera, or of each of a pair."""
-    return any(meaning_of(key) == 'matrix' or _is_a_side(key, _MATRICES) for key in values)
+    return any(
+        not (isinstance(value, Mapping) and 'data' not in value)
+        if meaning_of(key) == 'matrix'
+        else _is_a_side(key, _MATRICES) and not isinstance(value, int | float)  # k1 of a lens
+        for key, value in values.items()
+    )
 
 
 def _tells(key: object, value: object) -> bool:

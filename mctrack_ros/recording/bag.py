@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Collection, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeVar
@@ -191,11 +192,13 @@ class BagReader:
         A rosbag2 folder, finished or not, or one of its files.
     namespace : str
         Topics in it are named, and found, as if they lay in none; they hide others of that name.
+    scanned : bool
+        Whether it is read from end to end at once, past what is damaged.
 
     Warns
     -----
     CutBagWarning
-        If it breaks off; it is read as far as it goes.
+        If it breaks off or is damaged; it is read as far as it goes.
 
     Raises
     ------
@@ -204,9 +207,9 @@ class BagReader:
 
     """
 
-    def __init__(self, path: str | Path, namespace: str = '') -> None:
+    def __init__(self, path: str | Path, namespace: str = '', *, scanned: bool = False) -> None:
         self.path, self._namespace = Path(path), namespace
-        self._storages = self._guarded(open_bag, self.path)
+        self._storages = self._guarded(partial(open_bag, scanned=scanned), self.path)
         self._types: dict[str, Typestore | None] = {}
         if not any(storage.message_count for storage in self._storages):
             self.close()

@@ -18,6 +18,7 @@ from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 
 from mctrack_ros.recording.errors import BagError, CutBagWarning
 from mctrack_ros.recording.mcap_scan import MAGIC, McapScan
+from mctrack_ros.recording.scan import Scan
 from mctrack_ros.recording.sqlite_scan import SqliteScan, is_short, journal_of
 
 _SQLITE_MAGIC = b'SQLite format 3\0'
@@ -62,14 +63,21 @@ class Storage(Protocol):
         ...
 
 
-def open_bag(path: Path) -> list[Storage]:
+def open_bag(path: Path, *, scanned: bool = False) -> list[Storage]:
     """
     Open a bag's files, in the order in which they were recorded.
+
+    Parameters
+    ----------
+    path : Path
+        The bag.
+    scanned : bool
+        Whether they are read from end to end at once, past what is damaged.
 
     Warns
     -----
     CutBagWarning
-        If one breaks off, or one that the bag names is not there.
+        If one breaks off or is damaged, or one that the bag names is not there.
 
     Raises
     ------
@@ -87,7 +95,7 @@ def open_bag(path: Path) -> list[Storage]:
                 f'{journal_of(file)}: merge both by `mctrack bag repair {path} NEW_BAG`'
             )
     reason = ''
-    if (path / 'metadata.yaml').exists():
+    if (path / 'metadata.yaml').exists() and not scanned:
         reader = Reader(path)
         try:
             reader.open()
@@ -101,7 +109,7 @@ def open_bag(path: Path) -> list[Storage]:
             reader.close()
     if not files:
         raise BagError(f'{path} is no bag: {reason or "it holds no .mcap and no .db3 file"}')
-    return _open_files(files, reason)
+    return _open_files(files, reason, scanned)
 
 
 def is_bag(path: str | Path) -> bool:
@@ -137,17 +145,19 @@ def _is_sound(storage: object) -> bool:
     return True
 
 
-def _open_files(files: list[Path], reason: str) -> list[Storage]:
+def _open_files(files: list[Path], reason: str, scanned: bool) -> list[Storage]:
     """Open the files that can be read, and warn of all that is missing."""
     opened: list[Storage] = []
     unread: list[str] = []
     for file in files:
         try:
-            storage, is_whole = _open_file(file)
+            storage, is_whole = _open_file(file, scanned)
         except BagError as error:
             unread.append(str(error))
             continue
         opened.append(storage)
+        if isinstance(storage, Scan) and storage.losses:
+            unread.append(f'{file} is damaged: {_what_is_lost(storage)}; the rest is read')
         if not is_whole:
             last_ns = storage.end_time - 1
             until = datetime.fromtimestamp(last_ns * 1e-9, UTC).isoformat(' ', 'milliseconds')
@@ -165,14 +175,25 @@ def _open_files(files: list[Path], reason: str) -> list[Storage]:
     return opened
 
 
-def _open_file(file: Path) -> tuple[Storage, bool]:
+def _what_is_lost(scan: Scan) -> str:
+    """Say how many messages are lost, and when they were logged."""
+    counts = [each.messages for each in scan.losses]
+    number = f'{sum(counts)} messages' if min(counts) > 0 else 'messages'
+    spans = [
+        ' to '.join(f'{max(ns - scan.start_time, 0) * 1e-9:.3f}' for ns in each[:2])
+        for each in scan.losses
+    ]
+    return f'{number} are lost, {", ".join(spans)} s after its start'
+
+
+def _open_file(file: Path, scanned: bool) -> tuple[Storage, bool]:
     """Open one file; tell whether it is whole."""
     with file.open('rb') as stream:
         head = stream.read(len(_SQLITE_MAGIC))
     kind = McapScan if head.startswith(MAGIC) else SqliteScan if head == _SQLITE_MAGIC else None
     if kind is None:
         raise BagError(f'{file} {_what_else(head)}')
-    if file.suffix in _STORAGES:
+    if file.suffix in _STORAGES and not scanned:
         reader = Reader(file)
         with suppress(Exception):  # cut off, or of another profile: see below
             reader.open()

@@ -11,13 +11,12 @@ import struct
 import sys
 import zlib
 from array import array
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import numpy as np
 from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import (
     Connection,
@@ -28,6 +27,7 @@ from rosbags.interfaces import (
 from rosbags.rosbag2.metadata import parse_qos
 
 from mctrack_ros.recording.errors import BagError
+from mctrack_ros.recording.scan import Loss, Scan
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -37,7 +37,7 @@ else:
 MAGIC = b'\x89MCAP0\r\n'
 """What an MCAP file begins and ends with."""
 
-_FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 2, 3, 4, 5, 6
+_FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _MESSAGE_INDEX = 2, 3, 4, 5, 6, 7
 _FORMATS = {
     'ros2msg': MessageDefinitionFormat.MSG,
     'ros2idl': MessageDefinitionFormat.IDL,
@@ -49,29 +49,23 @@ _UNPACKERS: dict[str, Callable[[], Any]] = {
 }
 _PIECE = 1 << 16
 _NO_CHUNK = -1
+_INDEX_ENTRY = 16
 _CHUNKS_KEPT = 4
 
 
-class McapScan:
+class McapScan(Scan):
     """
-    All messages of a file that can be read, found without its index.
+    All messages of a file that can be read, found without its index; damaged chunks are passed.
 
     Parameters
     ----------
     path : Path
         The file; it begins with `MAGIC`.
 
-    Attributes
-    ----------
-    connections : list of Connection
-        Its topics.
-    is_whole : bool
-        Whether the file ends as it should.
-
     """
 
     def __init__(self, path: Path) -> None:
-        self.is_whole = False
+        super().__init__()
         self._end = path.stat().st_size
         self._schemas: dict[int, tuple[str, MessageDefinition]] = {}
         self._channels: dict[int, Connection] = {}
@@ -85,42 +79,7 @@ class McapScan:
         except BaseException:
             self._file.close()
             raise
-        index = np.frombuffer(self._found, np.int64).reshape(-1, 5)
-        self._index = index[np.argsort(index[:, 0], kind='stable')]
-        self.connections = [
-            channel._replace(msgcount=int(np.count_nonzero(index[:, 1] == channel.id)))
-            for channel in self._channels.values()
-        ]
-
-    @property
-    def message_count(self) -> int:
-        """How many messages were found."""
-        return len(self._index)
-
-    @property
-    def start_time(self) -> int:
-        """Log time of the first message, ns."""
-        return int(self._index[0, 0])
-
-    @property
-    def end_time(self) -> int:
-        """Just after the log time of the last message, ns."""
-        return int(self._index[-1, 0]) + 1
-
-    def messages(
-        self,
-        connections: Collection[Connection] = (),
-        start: int | None = None,
-        stop: int | None = None,
-    ) -> Iterator[tuple[Connection, int, bytes]]:
-        """Yield connection, log time (ns) and data, from a start until before a stop."""
-        wanted = {each.id: each for each in connections or self.connections}
-        times = self._index[:, 0]
-        first = 0 if start is None else np.searchsorted(times, start)
-        last = len(times) if stop is None else np.searchsorted(times, stop)
-        for time_ns, channel, chunk, offset, size in self._index[first:last].tolist():
-            if channel in wanted:
-                yield wanted[channel], time_ns, self._data(chunk, offset, size)
+        self._keep(self._found, 5, self._channels.values())
 
     def close(self) -> None:
         """Close the file."""
@@ -128,6 +87,7 @@ class McapScan:
 
     def _scan(self) -> None:
         """Find what the file holds, to its footer or to where it breaks off."""
+        is_damaged = False
         for code, offset, size in _records(self._file, len(MAGIC), self._end):
             if code == _FOOTER:
                 self._file.seek(offset + size)
@@ -139,10 +99,29 @@ class McapScan:
                 inner = BytesIO(data)
                 for record in _records(inner, 0, len(data)):
                     self._take(inner, *record, offset, len(data))
-                if not is_sound:
+                is_damaged = not is_sound
+                if is_damaged and offset + size >= self._end:
                     return
+                if is_damaged:
+                    self._note_loss(offset)
+            elif code == _MESSAGE_INDEX and is_damaged:
+                self._count_lost(offset)
             else:
                 self._take(self._file, code, offset, size, _NO_CHUNK, self._end)
+
+    def _note_loss(self, chunk: int) -> None:
+        """Note that a chunk is damaged; of how many messages, its index tells afterwards."""
+        self._file.seek(chunk)
+        begin_ns, end_ns = struct.unpack('<QQ', self._file.read(16))
+        kept = sum(1 for at in self._found[2::5] if at == chunk)
+        self.losses.append(Loss(begin_ns, end_ns, -kept))
+
+    def _count_lost(self, offset: int) -> None:
+        """Add the messages that the index of a damaged chunk names to what is lost."""
+        self._file.seek(offset)
+        (size,) = struct.unpack('<2xI', self._file.read(6))
+        loss = self.losses[-1]
+        self.losses[-1] = loss._replace(messages=loss.messages + size // _INDEX_ENTRY)
 
     def _take(
         self, stream: BinaryIO, code: int, offset: int, size: int, chunk: int, end: int
@@ -177,8 +156,8 @@ class McapScan:
                     self,
                 )
 
-    def _data(self, chunk: int, offset: int, size: int) -> bytes:
-        """Return a message's data."""
+    def _data(self, *place: int) -> bytes:
+        chunk, offset, size = place
         if chunk == _NO_CHUNK:
             self._file.seek(offset)
             return self._file.read(size)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 import warnings
+from contextlib import suppress
 from pathlib import Path
 
 from mctrack_ros.recording.bag import BagReader, BagWriter, check_place
@@ -35,7 +36,7 @@ def repair_bag(path: str | Path, out: str | Path, *, overwrite: bool = False) ->
     Warns
     -----
     CutBagWarning
-        If something is missing; says what.
+        If something is missing or damaged; says what.
 
     Raises
     ------
@@ -49,17 +50,35 @@ def repair_bag(path: str | Path, out: str | Path, *, overwrite: bool = False) ->
     check_place(out, overwrite)
     with tempfile.TemporaryDirectory(prefix='mctrack_') as folder:
         source = _without_journals(path, Path(folder))
-        with BagReader(source) as reader, BagWriter(out, overwrite=overwrite) as writer:
-            times: list[int] = []
-            try:
-                for item in reader.serialized():
-                    writer.write_copy(reader, *item)
-                    times.append(item[-1])
-            except BagError as error:
-                if not times:
-                    raise
-                warnings.warn(f'{error}: what comes after is lost', CutBagWarning, stacklevel=2)
+        with BagReader(source) as reader:
+            times, damage = _copy(reader, out, overwrite)
+        if damage and not _packs_messages(source):
+            with suppress(BagError), BagReader(source, scanned=True) as reader:
+                times, damage = _copy(reader, out, overwrite=True)
+    if damage and not times:
+        raise damage
+    if damage:
+        warnings.warn(f'{damage}: what comes after is lost', CutBagWarning, stacklevel=2)
     return len(times), (max(times) - min(times)) * 1e-9
+
+
+def _copy(reader: BagReader, out: Path, overwrite: bool) -> tuple[list[int], BagError | None]:
+    """Write a bag into a new one, up to an error; return the messages' log times, ns."""
+    times: list[int] = []
+    with BagWriter(out, overwrite=overwrite) as writer:
+        try:
+            for item in reader.serialized():
+                writer.write_copy(reader, *item)
+                times.append(item[-1])
+        except BagError as error:
+            return times, error
+    return times, None
+
+
+def _packs_messages(path: Path) -> bool:
+    """Tell whether each message is packed by itself: only the metadata say so."""
+    metadata = path / 'metadata.yaml'
+    return metadata.exists() and 'compression_mode: message' in metadata.read_text().lower()
 
 
 def _without_journals(path: Path, folder: Path) -> Path:

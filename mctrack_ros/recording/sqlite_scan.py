@@ -6,12 +6,10 @@ import shutil
 import sqlite3
 import struct
 from array import array
-from collections.abc import Collection, Iterator
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rosbags.interfaces import (
     Connection,
     ConnectionExtRosbag2,
@@ -21,29 +19,24 @@ from rosbags.interfaces import (
 from rosbags.rosbag2.metadata import parse_qos
 
 from mctrack_ros.recording.errors import BagError
+from mctrack_ros.recording.scan import Loss, Scan
 
 _HEADER = struct.Struct('>16xH6xII60xI')
 """Page size (65536 is written as 1), counter of changes, pages, counter when that was true."""
 _JOURNALS = ('-wal', '-journal')
 _FORMATS = {'ros2msg': MessageDefinitionFormat.MSG, 'ros2idl': MessageDefinitionFormat.IDL}
+_ROWS = 'SELECT id, topic_id, timestamp, data FROM messages WHERE id >= ? ORDER BY id'
 _NO_DEFINITION = MessageDefinition(MessageDefinitionFormat.NONE, '')
 
 
-class SqliteScan:
+class SqliteScan(Scan):
     """
-    All messages of a file that can be read; the interface is that of `McapScan`.
+    All messages of a file that can be read; damaged pages are passed.
 
     Parameters
     ----------
     path : Path
         The file.
-
-    Attributes
-    ----------
-    connections : list of Connection
-        Its topics.
-    is_whole : bool
-        Whether all rows could be read.
 
     Raises
     ------
@@ -53,6 +46,7 @@ class SqliteScan:
     """
 
     def __init__(self, path: Path) -> None:
+        super().__init__()
         self._database = sqlite3.connect(f'{path.resolve().as_uri()}?immutable=1', uri=True)
         self._database.execute('PRAGMA writable_schema = ON')  # else a cut file is not opened
         try:
@@ -61,49 +55,65 @@ class SqliteScan:
             self._database.close()
             raise BagError(f'its topics cannot be read: {error}') from error
         found = array('q')
-        self.is_whole = False
         with suppress(sqlite3.DatabaseError):  # it breaks off there
-            rows = self._database.execute('SELECT id, topic_id, timestamp, data FROM messages')
-            for number, topic, time_ns, _ in rows:
-                found.extend((time_ns, topic, number))
+            self._find(found)
             self.is_whole = True
-        index = np.frombuffer(found, np.int64).reshape(-1, 3)
-        self._index = index[np.argsort(index[:, 0], kind='stable')]
-        self.connections = [
-            topic._replace(msgcount=int(np.count_nonzero(index[:, 1] == topic.id)))
-            for topic in topics
-        ]
+        self._keep(found, 3, topics)
 
-    @property
-    def message_count(self) -> int:
-        """How many messages were found."""
-        return len(self._index)
+    def _data(self, *place: int) -> bytes:
+        data: bytes = self._database.execute(
+            'SELECT data FROM messages WHERE id = ?', place
+        ).fetchone()[0]
+        return data
 
-    @property
-    def start_time(self) -> int:
-        """Log time of the first message, ns."""
-        return int(self._index[0, 0])
+    def _find(self, found: array[int]) -> None:
+        """Add time, topic and number of all rows that can be read; note what is damaged."""
+        first = 0
+        while True:
+            try:
+                for number, topic, time_ns, _ in self._database.execute(_ROWS, (first,)):
+                    found.extend((time_ns, topic, number))
+                    first = number + 1
+                return
+            except sqlite3.DatabaseError:
+                last_ns = found[-3] if found else 0
+                number, time_ns = self._readable_from(first)
+                self.losses.append(Loss(last_ns, time_ns, number - first))
+                first = number
 
-    @property
-    def end_time(self) -> int:
-        """Just after the log time of the last message, ns."""
-        return int(self._index[-1, 0]) + 1
+    def _readable_from(self, first: int) -> tuple[int, int]:
+        """
+        Return number and time of the next row, from a number that cannot be read on.
 
-    def messages(
-        self,
-        connections: Collection[Connection] = (),
-        start: int | None = None,
-        stop: int | None = None,
-    ) -> Iterator[tuple[Connection, int, bytes]]:
-        """Yield connection, log time (ns) and data, from a start until before a stop."""
-        wanted = {each.id: each for each in connections or self.connections}
-        times = self._index[:, 0]
-        first = 0 if start is None else np.searchsorted(times, start)
-        last = len(times) if stop is None else np.searchsorted(times, stop)
-        for time_ns, topic, number in self._index[first:last].tolist():
-            if topic in wanted:
-                query = self._database.execute('SELECT data FROM messages WHERE id = ?', (number,))
-                yield wanted[topic], time_ns, query.fetchone()[0]
+        Raises
+        ------
+        sqlite3.DatabaseError
+            If there is none: the file breaks off.
+
+        """
+        (last,) = self._database.execute('SELECT max(id) FROM messages').fetchone()
+        step = 1
+        while (row := self._row_from(first + step)) is None:
+            if first + step > last:
+                raise sqlite3.DatabaseError('it breaks off')
+            step *= 2
+        damaged, sound = first + step // 2, first + step
+        while damaged + 1 < sound:
+            middle = (damaged + sound) // 2
+            found = self._row_from(middle)
+            if found is None:
+                damaged = middle
+            else:
+                sound, row = middle, found
+        return row
+
+    def _row_from(self, number: int) -> tuple[int, int] | None:
+        """Return number and time of the first row from a number on; None: it is damaged."""
+        try:
+            row = self._database.execute(f'{_ROWS} LIMIT 1', (number,)).fetchone()
+        except sqlite3.DatabaseError:
+            return None
+        return None if row is None else (row[0], row[2])
 
     def close(self) -> None:
         """Close the file."""

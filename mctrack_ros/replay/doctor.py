@@ -17,7 +17,7 @@ from mctrack_ros.perception import PictureState, PictureWatch
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.camera_source import CameraTask, topic_of
 from mctrack_ros.replay.lockstep import ReplayError, tick_ns
-from mctrack_ros.replay.quality import LEFT_OUT, CameraQuality, complaints
+from mctrack_ros.replay.quality import JUMP_REMEDY, LEFT_OUT, CameraQuality, complaints
 from mctrack_ros.replay.stamps import Entry, judge, logged_on_arrival, read_entries
 from mctrack_ros.site_config import SiteConfig
 
@@ -119,7 +119,9 @@ def _examine_stamps(entries: list[Entry], site: SiteConfig) -> Iterator[Finding]
     if not logged_on_arrival(entries):
         what = 'the times of recording tell nothing of when messages came: clocks are not compared'
         yield Finding(Severity.NOTE, site.name, what, 'none is needed if all stamps are right')
-    judged = judge(entries, site.camera_names, site.fusion.batching)
+    judged, jumps = judge(entries, site.camera_names, site.fusion.batching)
+    for jump in jumps:
+        yield Finding(Severity.WARNING, site.name, str(jump), JUMP_REMEDY)
     intervals = {}
     for name, stamps in judged.items():
         for line in complaints(CameraQuality(name), stamps, 0.0):

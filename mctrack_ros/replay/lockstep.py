@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
-from mctrack_ros.fusion import Account, Batcher, FusionOutput, FusionPipeline
+from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionOutput, FusionPipeline
 from mctrack_ros.interfaces import Explanation, Feedback, Tick
 from mctrack_ros.replay.camera_source import CameraResult, CameraTask
 from mctrack_ros.replay.workers import NEVER, CameraWorkers, Progress
@@ -114,9 +114,8 @@ def run_lockstep(
 
     """
     period_ns = round(site.fusion.batching.period * 1e9)
-    batcher = Batcher(site.fusion, site.camera_names)
+    batches = Batches(site.fusion, site.camera_names)
     fusion = fusion or FusionPipeline(site.fusion, site.camera_names)
-    session = 0
     pending: dict[int, list[CameraResult]] = defaultdict(list)
     complete_to = -1
     next_tick = dict.fromkeys(workers.connections, -1)
@@ -135,13 +134,10 @@ def run_lockstep(
         feedback = []
         for index in sorted(index for index in pending if index <= passed):
             results = in_order(pending.pop(index))
-            if results[0].session > session:
-                session = results[0].session
-                batcher.begin_anew()
-            for tick in batched(batcher, results):
+            for tick in batches.ticks(results):
                 account = Account() if explain else None
                 output = fusion.step(tick, account)
-                feedback.append((session, fusion.feedback()))
+                feedback.append((batches.session, fusion.feedback()))
                 explanation = account.explanation if account else None
                 yield TickOutput(tick, results, output, feedback[-1][1], explanation)
         if passed > complete_to:
@@ -166,11 +162,36 @@ def in_order(results: list[CameraResult]) -> tuple[CameraResult, ...]:
     return tuple(sorted(results, key=lambda r: (r.camera, r.detections.stamp_ns)))
 
 
-def batched(batcher: Batcher, results: tuple[CameraResult, ...]) -> list[Tick]:
-    """Batch the results of one period in canonical order; nothing is late."""
-    now_ns = min(result.detections.stamp_ns for result in results)
-    ticks = []
-    for result in results:
-        batcher.feedback_missed(result.camera, int(result.feedback_missed))
-        ticks += batcher.add(result.camera, result.detections, now_ns)
-    return ticks + batcher.flush()
+class Batches:
+    """
+    Makes ticks of the results of one period after another; nothing is late.
+
+    Parameters
+    ----------
+    config : FusionConfig
+        Its `batching` is used.
+    cameras : tuple of str
+        Names in the site's order.
+
+    Attributes
+    ----------
+    session : int
+        Counts how often time has begun anew.
+
+    """
+
+    def __init__(self, config: FusionConfig, cameras: tuple[str, ...]) -> None:
+        self._batcher = Batcher(config, cameras)
+        self.session = 0
+
+    def ticks(self, results: tuple[CameraResult, ...]) -> list[Tick]:
+        """Return the ticks of the results of one period, which are in order."""
+        if results[0].session > self.session:
+            self.session = results[0].session
+            self._batcher.begin_anew()
+        now_ns = min(result.detections.stamp_ns for result in results)
+        ticks = []
+        for result in results:
+            self._batcher.feedback_missed(result.camera, int(result.feedback_missed))
+            ticks += self._batcher.add(result.camera, result.detections, now_ns)
+        return ticks + self._batcher.flush()

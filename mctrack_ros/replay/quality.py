@@ -11,6 +11,9 @@ SECOND_NS = 1_000_000_000
 LEFT_OUT = -1
 """Stands for the stamp of a message that is not used."""
 
+JUMP_REMEDY = 'keep the clocks in step by NTP or PTP, or track recordings one by one'
+"""What to do about a jump of all cameras' stamps."""
+
 _PAUSE_NS = 10 * SECOND_NS
 """A camera that is silent for so long has stopped; it has not lost all that."""
 
@@ -31,7 +34,10 @@ class Stamps:
     left_out : int
         Messages whose stamps cannot be believed.
     left_out_s : list of float
-        By how much each of those is ahead of the other cameras, s.
+        By how much each of those is ahead of the other cameras, s; without those that a jump of
+        all cameras' clocks explains.
+    jumped_at : list of int
+        Which messages are the first after a jump of the camera's clock.
     added_s : float
         What is added to the stamps in the end, s.
 
@@ -42,12 +48,16 @@ class Stamps:
     late: int = 0
     left_out: int = 0
     left_out_s: list[float] = field(default_factory=list)
+    jumped_at: list[int] = field(default_factory=list)
     added_s: float = 0.0
 
     def lost(self) -> int:
         """Return how many messages the gaps between the stamps show to be lost."""
-        used = np.array(self.stamp_ns, np.int64)
-        gaps = np.diff(used[used != LEFT_OUT])
+        stamps = np.array(self.stamp_ns, np.int64)
+        (used,) = np.nonzero(stamps != LEFT_OUT)
+        gaps = np.diff(stamps[used])
+        after = np.searchsorted(used, self.jumped_at)
+        gaps[after[(after > 0) & (after < len(used))] - 1] = 0
         gaps = gaps[(gaps > 0) & (gaps < _PAUSE_NS)]
         if not len(gaps):
             return 0
@@ -116,10 +126,10 @@ def complaints(quality: CameraQuality, stamps: Stamps, offset_m: float) -> list[
 
     """
     lines, name, lost = [], quality.camera, stamps.lost()
-    if stamps.left_out:
+    if stamps.left_out_s:
         ahead_s = median(stamps.left_out_s)
         lines.append(
-            f'{name}: {stamps.left_out} messages are left out: their stamps lie '
+            f'{name}: {len(stamps.left_out_s)} messages are left out: their stamps lie '
             f'{abs(ahead_s):.3f} s {_word(ahead_s)} the other messages; set its clock'
         )
     if stamps.added_s:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator
 
-from mctrack_ros.fusion import Batcher, FusionConfig
+from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.interfaces import CameraDetections, Detections, Events, Tick, Ticks
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.camera_source import CameraResult
-from mctrack_ros.replay.lockstep import batched, in_order
+from mctrack_ros.replay.lockstep import Batches, in_order
 from mctrack_ros.replay.quality import LEFT_OUT
 from mctrack_ros.replay.stamps import Entry, judge
 
@@ -66,11 +66,11 @@ def _judged(
     messages: list[Message], cameras: tuple[str, ...], config: FusionConfig
 ) -> Iterator[Tick]:
     """Yield ticks as the offline runner makes them: by the stamps that can be believed."""
-    period_ns, batcher = round(config.batching.period * 1e9), Batcher(config, cameras)
+    period_ns, batches = round(config.batching.period * 1e9), Batches(config, cameras)
     entries = [Entry(camera, rows.stamp_ns, time_ns) for time_ns, camera, rows in messages]
     judged = {
         camera: iter(zip(stamps.stamp_ns, stamps.session))
-        for camera, stamps in judge(entries, cameras, config.batching).items()
+        for camera, stamps in judge(entries, cameras, config.batching)[0].items()
     }
     periods: dict[int, list[CameraResult]] = defaultdict(list)
     for _, camera, rows in messages:
@@ -79,13 +79,8 @@ def _judged(
             events = Events.build(stamp_ns)
             result = CameraResult(camera, rows.at(stamp_ns), events, False, session)
             periods[result.tick(period_ns)].append(result)
-    session = 0
     for index in sorted(periods):
-        results = in_order(periods[index])
-        if results[0].session > session:
-            session = results[0].session
-            batcher.begin_anew()
-        yield from batched(batcher, results)
+        yield from batches.ticks(in_order(periods[index]))
 
 
 def _admitted(

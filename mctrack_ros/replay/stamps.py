@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.camera_clocks import KEPT, CameraClocks
+from mctrack_ros.fusion.camera_clocks import JUMPED, KEPT, CameraClocks, Jump
 from mctrack_ros.fusion.parameters import BatchingConfig
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.quality import LEFT_OUT, SECOND_NS, Stamps
@@ -69,7 +69,7 @@ def read_entries(reader: BagReader, topics: dict[str, str], log_times: bool) -> 
 
 def judge(
     entries: Sequence[Entry], cameras: Sequence[str], config: BatchingConfig
-) -> dict[str, Stamps]:
+) -> tuple[dict[str, Stamps], list[Jump]]:
     """
     Judge the stamps of a bag's messages.
 
@@ -86,12 +86,20 @@ def judge(
     config : BatchingConfig
         When clocks agree.
 
+    Returns
+    -------
+    stamps : dict of str to Stamps
+        By camera.
+    jumps : list of Jump
+        Of all cameras' clocks at once, by log time.
+
     """
     clocks, sessions = CameraClocks(config, cameras), _Sessions()
     stamps = {camera: Stamps() for camera in cameras}
     are_compared = logged_on_arrival(entries)
     for camera, stamp_ns, log_ns in _beginning(entries) if are_compared else ():
         clocks.judge(camera, stamp_ns, log_ns)
+    jumps, known, left_out = [], clocks.jump, list[tuple[int, str]]()
     for camera, stamp_ns, log_ns in entries:
         own, session = stamps[camera], None
         verdict = clocks.judge(camera, stamp_ns, log_ns if are_compared else stamp_ns)
@@ -101,11 +109,19 @@ def judge(
         else:
             own.left_out += 1
             own.left_out_s.append((verdict.reference_ns - log_ns + stamp_ns) / SECOND_NS)
+            left_out.append((log_ns, camera))
+        if clocks.has_jumped(camera):
+            own.jumped_at.append(len(own.stamp_ns) + 1 - JUMPED)
+        if clocks.jump is not None and clocks.jump is not known:
+            known = clocks.jump
+            jumps.append(known)
+            while left_out and left_out[-1][0] >= known.begin_ns:
+                stamps[left_out.pop()[1]].left_out_s.pop()
         own.stamp_ns.append(LEFT_OUT if session is None else stamp_ns + verdict.added_ns)
         own.session.append(session or 0)
     for camera, own in stamps.items():
         own.added_s = clocks.added_s(camera)
-    return stamps
+    return stamps, jumps
 
 
 def _beginning(entries: Sequence[Entry]) -> list[Entry]:

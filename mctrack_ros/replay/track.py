@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mctrack_ros.fusion import FusionPipeline
+from mctrack_ros.fusion.camera_clocks import Jump
 from mctrack_ros.interfaces import REPORTED
 from mctrack_ros.recording import (
     BagReader,
@@ -21,7 +22,7 @@ from mctrack_ros.recording import (
 )
 from mctrack_ros.replay.camera_source import CameraTask, Debug, topic_of
 from mctrack_ros.replay.lockstep import ReplayError, TickOutput, camera_tasks, run_lockstep
-from mctrack_ros.replay.quality import LEFT_OUT, Stamps, complaints, figures
+from mctrack_ros.replay.quality import JUMP_REMEDY, LEFT_OUT, Stamps, complaints, figures
 from mctrack_ros.replay.stamps import judge, read_entries
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
 from mctrack_ros.site_config import SiteConfig
@@ -123,9 +124,9 @@ def track_bag(
 
     """
     if isinstance(bag, Mapping):
-        tasks, seconds, total = _videos(bag, site)
+        (tasks, seconds, total), jumps = _videos(bag, site), list[Jump]()
     else:
-        tasks, seconds, total = _bag(bag, site, namespace, log_times)
+        tasks, seconds, total, jumps = _bag(bag, site, namespace, log_times)
     tasks = [replace(task, debug=debug) for task in tasks]
     log = _LogTimes(tasks[0].period_ns)
     summary, fusion = TrackSummary(seconds), FusionPipeline(site.fusion, site.camera_names)
@@ -151,6 +152,7 @@ def track_bag(
             progress(summary.pictures, total)
     summary.peak_memory_mb = max(peak_memory_mb(), workers.peak_memory_mb)
     summary.notes, summary.faults = sorted(workers.notes), sorted(workers.faults)
+    summary.notes += [f'{jump}: {JUMP_REMEDY}' for jump in jumps]
     offsets = dict(zip(site.camera_names, np.hypot(*fusion.bias.offset.T).tolist()))
     stamps = {task.camera: task.stamps or Stamps() for task in tasks}
     for each in sorted(workers.quality, key=lambda quality: quality.camera):
@@ -172,8 +174,8 @@ def _check_origin(reader: BagReader, site: SiteConfig) -> None:
 
 def _bag(
     bag: str | Path, site: SiteConfig, namespace: str, log_times: bool
-) -> tuple[list[CameraTask], float, int]:
-    """Return the tasks over a bag, its length, s, and how many messages they take."""
+) -> tuple[list[CameraTask], float, int, list[Jump]]:
+    """Return tasks over a bag, its length, s, their number of messages, and clocks' jumps."""
     tasks = camera_tasks(bag, site, namespace)
     with BagReader(bag, namespace) as reader:
         topics = {topic_of(task, reader): task.camera for task in tasks}
@@ -181,10 +183,10 @@ def _bag(
             _check_origin(reader, site)
         entries = read_entries(reader, topics, log_times)
         seconds = reader.duration_s
-    stamps = judge(entries, site.camera_names, site.fusion.batching)
+    stamps, jumps = judge(entries, site.camera_names, site.fusion.batching)
     unused = sum(each.stamp_ns.count(LEFT_OUT) for each in stamps.values())
     tasks = [replace(task, stamps=stamps[task.camera]) for task in tasks]
-    return tasks, seconds, len(entries) - unused
+    return tasks, seconds, len(entries) - unused, jumps
 
 
 def _videos(videos: Mapping[str, Video], site: SiteConfig) -> tuple[list[CameraTask], float, int]:

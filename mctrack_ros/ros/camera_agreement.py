@@ -9,7 +9,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from mctrack_ros.fusion.camera_bias import LEAST_CAMERAS, CameraBias
-from mctrack_ros.fusion.camera_clocks import CameraClocks
+from mctrack_ros.fusion.camera_clocks import CameraClocks, Jump
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +100,32 @@ class ClockAgreement:
             message=message,
             values=[KeyValue(key=key, value=value) for key, value in values.items()],
         )
+
+
+@dataclass(slots=True)
+class ClockJumps:
+    """
+    Whether the clocks of all cameras have jumped at once.
+
+    Attributes
+    ----------
+    clocks : CameraClocks
+        Of all cameras; it changes with every message.
+    reported : Jump or None
+        The last that was reported.
+
+    """
+
+    clocks: CameraClocks
+    reported: Jump | None = None
+
+    def report(self, name: str) -> DiagnosticStatus:
+        """Return the state: a jump since the last report is a warning."""
+        jump, level = self.clocks.jump, DiagnosticStatus.OK
+        if jump is not self.reported:
+            self.reported, level = jump, DiagnosticStatus.WARN
+        message = f'{jump}' if jump else "all cameras' clocks go on evenly"
+        return DiagnosticStatus(level=level, name=name, message=message)
 
 
 def clock_message(offset_s: float) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 import uuid
+from collections import Counter
 from dataclasses import dataclass
 from functools import partial
 
@@ -19,9 +20,10 @@ from mctrack_ros.camera_names import check_camera_name
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.config import ConfigError, parameter, values_of
 from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
+from mctrack_ros.fusion.camera_clocks import Jump
 from mctrack_ros.interfaces import MAX_CAMERAS, Detections, EventCode, Events, Rows, Tick, Tracks
 from mctrack_ros.ros import markers, quality
-from mctrack_ros.ros.camera_agreement import ClockAgreement, agreements, clock_message
+from mctrack_ros.ros.camera_agreement import ClockAgreement, ClockJumps, agreements, clock_message
 from mctrack_ros.ros.diagnostics import Diagnostics, Health, StreamHealth
 from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
@@ -81,9 +83,12 @@ class FusionNode(GraphNode):
             **self.health,
             **agreements(cameras, self.pipeline.bias),
             **{f'{camera} clock': ClockAgreement(clocks, camera) for camera in cameras},
+            'clocks': ClockJumps(clocks),
             'ids': self.ids,
         }
         self.left_out: set[str] = set()
+        self.unexplained: Counter[str] = Counter()
+        self.jump: Jump | None = None
         self.diagnostics = Diagnostics(self, parts, cameras)
         cloud, reliable = PointCloud2, quality.reliable
         self.tracks = self.publisher(cloud, 'tracks', reliable(10))
@@ -163,6 +168,7 @@ class FusionNode(GraphNode):
         self.health[camera].arrived(detections.stamp_ns, self.get_clock().now().nanoseconds)
         self.fuse(self.batcher.add(camera, detections, *self.arrival_ns(info)))
         self.note_clock(camera)
+        self.note_left_out()
         self.set_deadline()
 
     def arrival_ns(self, info: dict[str, int]) -> tuple[int, int]:
@@ -189,6 +195,19 @@ class FusionNode(GraphNode):
             self.get_logger().error(f'{camera} is left out: {reason}')
         else:
             self.get_logger().info(f"{camera} is used again: its clock agrees with the others'")
+
+    def note_left_out(self) -> None:
+        """Count the messages that were left out, unless a jump of all clocks explains them."""
+        clocks = self.batcher.clocks
+        if clocks.is_settling:
+            return
+        if clocks.jump is not self.jump:
+            self.jump = clocks.jump
+            self.get_logger().warning(str(self.jump))
+            self.unexplained.clear()
+        for camera, number in self.unexplained.items():
+            self.health[camera].count('left out for their stamps', number)
+        self.unexplained.clear()
 
     def after_deadline(self) -> None:
         """Let what has arrived already be admitted first: a timer runs before subscriptions."""
@@ -248,7 +267,7 @@ class FusionNode(GraphNode):
         counts = record.late, record.missing, record.dropped_detections, record.left_out
         for index, late, missing, dropped, left_out in zip(record.camera, *counts):
             health = self.health[self.config.cameras[int(index)]]
-            health.count('left out for their stamps', int(left_out))
+            self.unexplained[self.config.cameras[int(index)]] += int(left_out)
             health.count('late', int(late))
             health.count('missing', int(missing))
             health.count('dropped detections', int(dropped))

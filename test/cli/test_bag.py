@@ -1,11 +1,15 @@
 """`mctrack bag repair`, and commands on bags that break off, as a user runs them."""
 
+import random
+import re
 import shutil
 import sqlite3
 import warnings
 from contextlib import closing
 
 import pytest
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
 from typer.testing import CliRunner
 
 from mctrack_ros.cli.main import app
@@ -66,9 +70,6 @@ def test_a_cut_bag_becomes_a_finished_one_with_types_and_quality_of_service(bag,
 
 
 def test_messages_in_the_journal_of_a_killed_recorder_are_kept(tmp_path):
-    from rosbags.rosbag2 import StoragePlugin, Writer
-    from rosbags.typesys import Stores, get_typestore
-
     types, kind = get_typestore(Stores.ROS2_JAZZY), 'std_msgs/msg/String'
     with Writer(tmp_path / 'whole', version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
         connection = writer.add_connection('/words', kind, typestore=types)
@@ -88,6 +89,53 @@ def test_messages_in_the_journal_of_a_killed_recorder_are_kept(tmp_path):
     repair(killed, tmp_path / 'new')
     assert [time_ns for *_, time_ns in serialized(tmp_path / 'new')] == [5, 6]
     assert {file.name: file.read_bytes() for file in killed.iterdir()} == before
+
+
+def second_chunk(data):
+    """Return where the second packed chunk of an MCAP file begins."""
+    magic = bytes.fromhex('28b52ffd')
+    return data.index(magic, data.index(magic) + 1)
+
+
+def middle_leaf(data):
+    """Return where a page in the middle of an SQLite file holds rows of a table."""
+    pages = range(4096 * (len(data) // 8192), len(data), 4096)
+    return next(at for at in pages if data[at] == 0x0D)
+
+
+@pytest.mark.parametrize(
+    ('plugin', 'damaged'),
+    [(StoragePlugin.MCAP, second_chunk), (StoragePlugin.SQLITE3, middle_leaf)],
+)
+@pytest.mark.parametrize('by_file', [True, False])
+def test_what_is_damaged_in_the_middle_is_said_and_the_rest_is_kept(
+    tmp_path, plugin, damaged, by_file
+):
+    types, kind = get_typestore(Stores.ROS2_JAZZY), 'std_msgs/msg/String'
+    writer = Writer(tmp_path / 'bag', version=9, storage_plugin=plugin)
+    if plugin is StoragePlugin.MCAP:
+        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    with writer:
+        connection = writer.add_connection('/words', kind, typestore=types)
+        for index in range(200):
+            word = types.types[kind](data=f'{index} ' + random.Random(index).randbytes(9000).hex())
+            writer.write(connection, index * 10**8, types.serialize_cdr(word, kind))
+    whole = serialized(tmp_path / 'bag')
+    (file,) = (each for each in (tmp_path / 'bag').iterdir() if each.suffix != '.yaml')
+    data = bytearray(file.read_bytes())
+    at = damaged(data)
+    data[at : at + 4] = b'\xff' * 4
+    file.write_bytes(data)
+    output, (warning,) = repair(file if by_file else file.parent, tmp_path / 'new')
+    kept = serialized(tmp_path / 'new')
+    lost = [index for index, each in enumerate(whole) if each not in kept]
+    assert kept == [each for index, each in enumerate(whole) if index not in lost]
+    assert 0 < len(lost) < 100
+    assert len(whole) - 1 not in lost
+    begin_s, end_s = map(float, re.search(r'lost, ([.\d]+) to ([.\d]+) s after', warning).groups())
+    assert f'{file.name} is damaged: {len(lost)} messages are lost' in warning
+    assert begin_s <= lost[0] / 10 <= lost[-1] / 10 <= end_s < begin_s + (len(lost) + 2) / 10
+    assert f'{len(kept)} messages' in output
 
 
 def test_a_bag_is_not_repaired_in_its_own_place(bag):

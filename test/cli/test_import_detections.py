@@ -215,12 +215,51 @@ def test_what_is_left_out_is_counted_and_said(hall, tmp_path):
     assert rows.class_id.tolist() == [ClassCode.PERSON, ClassCode.UNKNOWN]
 
 
+def test_detectors_that_count_and_score_otherwise_are_imported_together(hall, tmp_path):
+    for name, first, most in (('north', 0, 100), ('south', 1, 1)):
+        lines = [
+            f'{index + first},-1,{",".join(map(str, box))},{0.75 * most}'
+            for index in range(9)
+            for box in boxes(name, index)
+        ]
+        (tmp_path / f'{name}.txt').write_text('\n'.join(lines))
+    sources = [f'{name}={tmp_path / name}.txt' for name in CAMERAS]
+    site = ('--site', hall / 'hall.yaml', '--rate', RATE)
+    for_all = ('--first-frame', 0, '--score-range', '0,100')
+    one = ('--first-frame', 'north=0', '--score-range', 'north=0,100')
+    other = ('--first-frame', 'south=1', '--score-range', 'south=0,1')
+    for number, options in enumerate([one, for_all + other]):
+        bag = tmp_path / f'bag{number}'
+        mctrack('import-detections', bag, *sources, *site, *options)
+        for name in CAMERAS:
+            messages = detections_of(bag, name)
+            first_ns = messages[0].stamp_ns
+            assert first_ns % 1_000_000_000 == 50_000_000
+            assert [rows.stamp_ns - first_ns for rows in messages] == [
+                100_000_000 * index for index in range(9)
+            ]
+            assert {score for rows in messages for score in rows.score.tolist()} == {0.75}
+    refused = mctrack(
+        *('import-detections', tmp_path / 'no', f'north={tmp_path / "bag0"}', *site, *one[2:]),
+        code=1,
+    )
+    assert 'bag0 is a bag: --score-range is for texts' in refused
+
+
 @pytest.mark.parametrize(
     ('source', 'options', 'said'),
     [
         ('east={}', [], r'east is no camera of the site hall: they are north, south'),
         ('north={}', ['--later', 'south=1'], r'--later names south, expected one of north'),
         ('north={}', ['--score-range', '1'], r"--score-range is '1', expected LOW,HIGH"),
+        ('north={}', ['--score-range', 'north=1'], r"--score-range is '1', expected LOW,HIGH"),
+        ('north={}', ['--score-range', 'south=0,9'], r'--score-range names south, expected one'),
+        (
+            'north={}',
+            ['--first-frame', '0', '--first-frame', '2'],
+            r'--first-frame is given twice without a camera: 0, 2',
+        ),
+        ('north={}', ['--first-frame', 'north=-1'], r"--first-frame is '-1', expected a whole"),
         ('north={}', ['--class', 'car'], r"--class has 'car', expected a name and one of"),
         ('north={}', [], r'class 0 is a number: say what it is, --class 0=person'),
         ('north={}.absent', [], r'absent cannot be read: No such file'),

@@ -108,17 +108,23 @@ def test_a_cut_file_is_tracked_up_to_the_cut_with_one_warning(hall, tmp_path):
     assert before == [line for line in whole if int(line.split(',')[0]) < last - 1] != []
 
 
-@pytest.mark.parametrize('command', ['track', 'echo', 'explain', 'run', 'record', 'play'])
+@pytest.mark.parametrize(
+    'command', ['track', 'echo', 'explain', 'doctor', 'run', 'record', 'play']
+)
 def test_what_is_no_namespace_is_refused_by_every_command(hall, command):
     bag, out = hall / 'bag', ('--out', hall / 'x')
     given = {
         'track': (bag, *out),
         'echo': ('tracks', '--bag', bag),
         'explain': (bag, '--track', 1, '--at', 0),
+        'doctor': (hall / 'site.yaml', bag),
         'run': (hall / 'site.yaml',),
         'record': (hall / 'x',),
         'play': (bag,),
     }
-    code, _, errors = mctrack(command, *given[command], '--namespace', '1st')
-    assert code == 2
-    assert "namespace '1st'" in errors
+    code, _, errors = mctrack(command, *given[command], '--namespace', 'my hall')
+    assert code == 1
+    assert errors == (
+        "mctrack: namespace 'my hall': expected letters, digits and single underscores, no "
+        'digit first in each part, as in /hall\n'
+    )

@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 import yaml
+from typer.testing import CliRunner
 from written_cameras import (
     LENSES,
     MATRIX,
@@ -17,6 +18,7 @@ from written_cameras import (
     tf_pose,
 )
 
+from mctrack_ros.cli.main import app
 from mctrack_ros.ground import (
     CalibrationError,
     read_calibration,
@@ -213,6 +215,27 @@ def test_printed_messages_that_differ_are_refused(read):
     zoomed = message(k=(MATRIX * [[2], [2], [1]]).ravel().tolist())
     with pytest.raises(CalibrationError, match='several messages that differ: keep one'):
         read(yaml.safe_dump_all([message(), zoomed]))
+
+
+@pytest.mark.parametrize(
+    ('key', 'printed'),
+    [
+        ('k', [*MATRIX.ravel().tolist()[:4], '...']),
+        ('d', [*LENSES['plumb_bob'][:3], '...']),
+        ('k', '<array type: double[9]>'),
+        ('d', '<sequence type: double, length: 5>'),
+        ('distortion_model', 'plum...'),
+        ('distortion_model', '<string length: <9>>'),
+    ],
+)
+def test_a_message_that_is_printed_in_part_is_to_be_printed_whole(tmp_path, key, printed):
+    path = tmp_path / 'info.yaml'
+    path.write_text(yaml.safe_dump(message(**{key: printed})) + '---\n')
+    command = ['convert-calibration', str(path), str(tmp_path / 'out.yaml')]
+    told = str(CliRunner().invoke(app, command).exception)
+    assert f'info.yaml: {key} is not printed whole: print it again by `ros2 topic echo' in told
+    assert '--full-length' in told
+    assert '\n' not in told
 
 
 @pytest.mark.parametrize('make', [message, ros_yaml])

@@ -229,9 +229,10 @@ def chunk(index, damage=0, method=''):
 def test_of_a_damaged_chunk_nothing_is_made_up(tmp_path):
     head = flat_mcap([], end=False)
     (tmp_path / 'bag.mcap').write_bytes(head + chunk(0) + chunk(1) + chunk(2, damage=1) + chunk(3))
-    texts, (warning,) = read(tmp_path / 'bag.mcap')
-    assert texts == TEXTS[:2]
-    assert 'breaks off' in warning
+    texts, warnings = read(tmp_path / 'bag.mcap')
+    assert texts == [*TEXTS[:2], TEXTS[3]]
+    assert 'is damaged: messages are lost, 0.000 to 0.000 s after its start' in warnings[0]
+    assert 'breaks off' in warnings[1]
 
 
 def lz4_chunk(indices):

@@ -120,6 +120,34 @@ def test_stamps_that_all_begin_anew_are_tracked_on(track, tmp_path):
     assert len(stamps) >= COUNT - 4
 
 
+@pytest.mark.parametrize('ahead_s', [100.0, -100.0, 0.5])
+@pytest.mark.parametrize('cameras', [CAMERAS, ('cam1',)])
+def test_clocks_that_jump_together_are_said_once(track, tmp_path, cameras, ahead_s):
+    def stepped(camera, index):
+        return ahead_s * (index >= 75 + 2 * int(camera[-1]))
+
+    done = track(stepped, cameras=cameras)
+    said = re.findall(r'^warning: (.*)$', done.output, re.MULTILINE)
+    assert len(said) == 1, said
+    way = 'ahead' if ahead_s > 0 else 'back'
+    found = re.match(
+        rf"all cameras' stamps jumped {way} by ([.\d]+) s at ([.\d]+) s: keep", said[0]
+    )
+    assert float(found[1]) == pytest.approx(abs(ahead_s), abs=0.02)
+    assert float(found[2]) == pytest.approx(START_NS * 1e-9 + 77 * 0.04, abs=0.03)
+    assert 2 <= sum(figures(tmp_path)[f'{camera}.left_out'] for camera in cameras) <= 20
+    site = (str(tmp_path / 'site.yaml'), str(tmp_path / 'in'))
+    found = CliRunner().invoke(app, ['doctor', *site]).output
+    assert found.count('stamps jumped') == 1
+    assert 'left out' not in found
+
+
+def test_two_of_three_clocks_that_jump_are_said_each(track):
+    done = track(lambda name, i: 100.0 * (name != 'cam3' and i >= 75))
+    assert "all cameras'" not in done.output
+    assert 'messages are left out' in done.output
+
+
 def test_stamps_that_are_all_zero_are_an_error_that_offers_the_log_times(track, tmp_path):
     done = track(lambda *_: 0.0, stamps_are_zero=True)
     assert 'all stamps on /cam1/detections are zero' in str(done.exception)

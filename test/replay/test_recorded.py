@@ -45,6 +45,14 @@ def test_without_a_record_all_is_sorted_into_periods(tmp_path):
     ]
 
 
+def test_time_that_begins_anew_goes_on_from_there(tmp_path):
+    stamps = [('one', 500, 3), ('two', 500, 9), ('one', 5, 3), ('two', 5, 9)]
+    assert given(write(tmp_path / 'bag', stamps)) == [
+        (500 * PERIOD_NS + 9, [('one', 0), ('two', 1)]),
+        (5 * PERIOD_NS + 9, [('one', 2), ('two', 3)]),
+    ]
+
+
 def test_what_came_late_is_left_out_as_it_was(tmp_path):
     stamps = [('one', 5, 3), ('one', 6, 2), ('two', 6, 2), ('two', 5, 9)]
     ticks = [(5 * PERIOD_NS + 3, [1, 0]), (6 * PERIOD_NS + 2, [1, 1])]

@@ -2,6 +2,7 @@
 
 import copy
 import json
+import re
 import signal
 import time
 
@@ -255,6 +256,7 @@ def test_diagnostics_report_each_camera(bench):
         ('/fusion_node: cam2', '/cam2'),
         ('/fusion_node: cam1 clock', '/cam1'),
         ('/fusion_node: cam2 clock', '/cam2'),
+        ('/fusion_node: clocks', '/fusion_node'),
         ('/fusion_node: ids', '/fusion_node'),
         ('/fusion_node: exceptions', '/fusion_node'),
     ]
@@ -275,6 +277,27 @@ def test_a_camera_whose_clock_is_an_hour_ahead_is_named_and_the_other_goes_on(be
     assert sum(int(tick.left_out[1]) for tick in graph.ticks) >= 20
     assert graph.ticks[-1].admitted.tolist() == [1, 0]
     assert abs(graph.tracks[-1].stamp_ns - time.time_ns()) < 600 * 10**9
+
+
+def test_clocks_that_jump_together_are_one_warning(bench, capfd):
+    graph = open_fusion(bench)
+    reports = bench.messages(DiagnosticArray, '/diagnostics')
+    began_ns = time.time_ns()
+    for index in range(75):
+        stamp_ns = began_ns + index * PERIOD_NS
+        bench.until(lambda due_ns=stamp_ns: time.time_ns() > due_ns)
+        for camera in CAMERAS:
+            rows = seen(index).at(stamp_ns + 3600 * 10**9 * (index >= 25))
+            graph.detections[camera].publish(cloud(rows))
+    bench.until(lambda: any('jumped' in status.message for status in reports[-1].status))
+    said = [status.message for each in reports for status in each.status]
+    jumped = re.compile(r"all cameras' stamps jumped ahead by (3600\.0|3599\.9)")
+    assert any(map(jumped.match, said))
+    assert not [each for each in said if 'left out' in each or 'removed' in each]
+    assert graph.ticks[-1].admitted.all()
+    log = capfd.readouterr().err
+    assert len(jumped.findall(log)) == 1
+    assert 'left out' not in log
 
 
 def test_what_people_look_at_is_published_while_they_look(bench):
@@ -311,6 +334,7 @@ def test_namespace_and_remapping_move_its_topics(bench):
         ('/hall/server: cam2', '/hall/cam2'),
         ('/hall/server: cam1 clock', '/hall/cam1'),
         ('/hall/server: cam2 clock', '/hall/cam2'),
+        ('/hall/server: clocks', '/hall/server'),
         ('/hall/server: ids', '/hall/server'),
         ('/hall/server: exceptions', '/hall/server'),
     ]
