@@ -55,12 +55,44 @@ ALLOWED['experiments'] = ALLOWED['replay'] | {
 ALLOWED['ros'] = ALLOWED['experiments'] | {'site_description'}
 ALLOWED['web'] = ALLOWED['ros'] | {'experiments', 'ros'}
 ALLOWED['cli'] = ALLOWED['web'] | {'web'}
+
+STAGES = {
+    'perception': (
+        ('image_clock', 'image_state', 'camera_shift', 'geometry'),
+        ('output', 'blobs'),
+        ('blob_split', 'feedback'),
+        ('local_tracks',),
+        ('background', 'events'),
+        ('silhouettes',),
+        ('event_tracker',),
+        ('trackers', 'boxes', 'overlay'),
+    ),
+    'fusion': (
+        ('table', 'neighbours'),
+        ('association.solvers',),
+        ('config',),
+        ('camera_clocks', 'measurements'),
+        ('batcher', 'motion', 'sensor_bias'),
+        ('existence', 'association', 'reid'),
+        ('update',),
+        ('management',),
+        ('joint_tracker',),
+        ('explain',),
+    ),
+}
+"""Inside a layer: each stage may import those of the floors above its own in this list."""
 ROS_PACKAGES = {'rclpy', 'lifecycle_msgs', 'rcl_interfaces', 'ament_index_python', 'launch'}
 LAYERS = sorted({path.stem for path in PACKAGE.iterdir() if path.stem[0] != '_'})
 
 
-def imported_names(path):
-    for node in ast.walk(ast.parse(path.read_text())):
+def imported_names(path, types_too=True):
+    """Yield what a module imports; types too: also what only its annotations name."""
+    tree = ast.parse(path.read_text())
+    checks = [node for node in tree.body if isinstance(node, ast.If)] if not types_too else []
+    only_types = {id(each) for node in checks for each in ast.walk(node)}
+    for node in ast.walk(tree):
+        if id(node) in only_types:
+            continue
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -78,6 +110,29 @@ def test_layer_imports_only_what_lies_below(layer):
                 assert rest[0] == layer or rest[0] in ALLOWED[layer], f'{path} imports {name}'
             is_ros = top in ROS_PACKAGES or top.endswith('_msgs')
             assert layer == 'ros' or not is_ros, f'{path} imports {name}'
+
+
+def stage_of(layer, name):
+    """Return floor and stage of a module, by its name inside a layer."""
+    stages = [(floor, each) for floor, row in enumerate(STAGES[layer]) for each in row]
+    inside = [each for each in stages if name == each[1] or name.startswith(f'{each[1]}.')]
+    return max(inside, key=lambda each: len(each[1]), default=None)
+
+
+@pytest.mark.parametrize('layer', STAGES)
+def test_stages_import_only_what_lies_below(layer):
+    for path in (PACKAGE / layer).rglob('*.py'):
+        parts = path.relative_to(PACKAGE / layer).with_suffix('').parts
+        if parts == ('__init__',):
+            continue
+        name = '.'.join(part for part in parts if part != '__init__')
+        own = stage_of(layer, name)
+        assert own, f'{path} is of no stage'
+        for imported in imported_names(path, types_too=False):
+            if imported.startswith(f'mctrack_ros.{layer}.'):
+                other = stage_of(layer, imported.removeprefix(f'mctrack_ros.{layer}.'))
+                assert other, f'{path} imports {imported}'
+                assert other == own or other[0] < own[0], f'{path} imports {imported}'
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from mctrack_ros.experiments.datasets.wildtrack import AREA as WILDTRACK_AREA
 from mctrack_ros.experiments.datasets.wildtrack import load_wildtrack, load_wildtrack_boxes
 from mctrack_ros.experiments.figures import Figures
 from mctrack_ros.experiments.stored_tracking import track_stored
-from mctrack_ros.fusion.associators import ASSOCIATORS
+from mctrack_ros.fusion.association.solvers import ASSOCIATORS
 from mctrack_ros.perception.boxes import BodyModel
 
 Settings = Mapping[str, float | str]

@@ -1,9 +1,9 @@
 """All cameras: ticks of detections -> tracks, feedback and events."""
 
-from mctrack_ros.fusion.account import Account
 from mctrack_ros.fusion.batcher import Batcher
-from mctrack_ros.fusion.output import FusionOutput
-from mctrack_ros.fusion.parameters import FusionConfig
-from mctrack_ros.fusion.pipeline import FusionPipeline
+from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.explain.recorder import Account
+from mctrack_ros.fusion.joint_tracker.output import FusionOutput
+from mctrack_ros.fusion.joint_tracker.pipeline import FusionPipeline
 
 __all__ = ['Account', 'Batcher', 'FusionConfig', 'FusionOutput', 'FusionPipeline']

@@ -8,9 +8,9 @@ from statistics import median_low
 
 import numpy as np
 
-from mctrack_ros.fusion.admission import usable_rows
 from mctrack_ros.fusion.camera_clocks import CameraClocks
-from mctrack_ros.fusion.parameters import FusionConfig
+from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.measurements.admission import usable_rows
 from mctrack_ros.interfaces import CameraDetections, Detections, Tick, Ticks
 
 SECOND_NS = 1_000_000_000

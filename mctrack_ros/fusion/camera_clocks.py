@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from statistics import median_low
 from typing import NamedTuple
 
-from mctrack_ros.fusion.parameters import BatchingConfig
+from mctrack_ros.fusion.config import BatchingConfig
 
 SECOND_NS = 1_000_000_000
 KEPT = 9

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion.camera_clocks import JUMPED, KEPT, CameraClocks, Jump
-from mctrack_ros.fusion.parameters import BatchingConfig
+from mctrack_ros.fusion.config import BatchingConfig
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.quality import LEFT_OUT, SECOND_NS, Stamps
 

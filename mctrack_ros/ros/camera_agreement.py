@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-from mctrack_ros.fusion.camera_bias import LEAST_CAMERAS, CameraBias
 from mctrack_ros.fusion.camera_clocks import CameraClocks, Jump
+from mctrack_ros.fusion.sensor_bias.camera_bias import LEAST_CAMERAS, CameraBias
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from typing import IO
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from mctrack_ros.config import ConfigError
-from mctrack_ros.fusion.initiation import MOST_STARTS
+from mctrack_ros.fusion.management.initiation import MOST_STARTS
 
 _BLOCK = 1000
 """So many ids are reserved at a time; those not used are lost when the process is killed."""

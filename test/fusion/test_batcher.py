@@ -5,7 +5,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
-from mctrack_ros.fusion.parameters import BatchingConfig
+from mctrack_ros.fusion.config import BatchingConfig
 from mctrack_ros.interfaces import Detections
 
 MS = 1_000_000

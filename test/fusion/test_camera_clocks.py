@@ -7,7 +7,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
-from mctrack_ros.fusion.parameters import BatchingConfig
+from mctrack_ros.fusion.config import BatchingConfig
 
 MS = 1_000_000
 SECOND_NS = 1000 * MS

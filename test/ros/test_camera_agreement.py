@@ -2,7 +2,7 @@
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from mctrack_ros.fusion.camera_bias import CameraBias
+from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.ros.camera_agreement import agreements
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mctrack_ros.config import ConfigError
-from mctrack_ros.fusion.initiation import MOST_STARTS
+from mctrack_ros.fusion.management.initiation import MOST_STARTS
 from mctrack_ros.ros.track_ids import TrackIds, state_path
 
 

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from mctrack_ros.fusion.associators import ASSOCIATORS, Associator, Pairs
-from mctrack_ros.fusion.associators.covering_graph import CoveringGraph, exchange, flags
-from mctrack_ros.fusion.covering import LARGEST_CODE_COST
+from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Associator, Pairs
+from mctrack_ros.fusion.association.solvers.covering_graph import CoveringGraph, exchange, flags
+from mctrack_ros.fusion.update.covering import LARGEST_CODE_COST
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from mctrack_ros.experiments.covering import joint_particles, mean_shift, scenes
 from mctrack_ros.experiments.covering.assignment import UNASSIGNED
-from mctrack_ros.fusion.covering import PIXELS_PER_METRE
+from mctrack_ros.fusion.update.covering import PIXELS_PER_METRE
 
 
 def protocol(pitches: Sequence[int], carparks: Sequence[int]) -> dict[str, str]:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.fusion.admission import Admitted
-from mctrack_ros.fusion.parameters import LifeConfig
+from mctrack_ros.fusion.config import LifeConfig
+from mctrack_ros.fusion.measurements.admission import Admitted
 from mctrack_ros.interfaces import Tick
 from mctrack_ros.tracking.appearance import squared_hellinger
 

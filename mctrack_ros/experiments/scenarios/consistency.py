@@ -18,7 +18,7 @@ from mctrack_ros.experiments.scenarios.rooms import AROUND, HALL, PERSONAL
 from mctrack_ros.experiments.scenarios.stage import TICK_S, Stage, View, hidden_in
 from mctrack_ros.experiments.scenarios.walks import walk
 from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.fusion.motion import MODELS
+from mctrack_ros.fusion.motion.models import MODELS
 from mctrack_ros.interfaces import TrackStatus
 from mctrack_ros.simulation import Scenario
 from mctrack_ros.simulation.players import simulate_motion

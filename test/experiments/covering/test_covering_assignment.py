@@ -14,7 +14,7 @@ from mctrack_ros.experiments.covering.assignment import (
     flagged,
     recorded,
 )
-from mctrack_ros.fusion.associators import ASSOCIATORS, Pairs
+from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
 
 METHOD = 'covering_graph'
 GATE = UNASSIGNED[METHOD]

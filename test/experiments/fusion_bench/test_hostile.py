@@ -3,7 +3,7 @@ import pytest
 
 from mctrack_ros.experiments.fusion_bench.hostile import endured
 from mctrack_ros.experiments.fusion_bench.hostile_input import FLOOD, SPOILERS
-from mctrack_ros.fusion.admission import usable_rows
+from mctrack_ros.fusion.measurements.admission import usable_rows
 from mctrack_ros.interfaces import CameraDetections, Detections
 
 

@@ -1,0 +1,203 @@
+"""What a pair of a track and a detection costs beside their distance."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import (
+    BOOLS_1D,
+    COLUMN_FLAGS,
+    COLUMN_SINGLES_2D,
+    FLOATS_1D,
+    INTS_1D,
+    compiled,
+)
+from mctrack_ros.fusion.association.appearance_order import likeness_costs
+from mctrack_ros.fusion.config import AssociationConfig
+from mctrack_ros.fusion.measurements.admission import ROWS
+from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.table import TRACKS, TrackTable
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Templates = NDArray[np.float32]
+Ids = NDArray[np.uint32]
+Mask = NDArray[np.bool_]
+_TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
+_MEMORY = types.Array(types.u4, 2, 'A', readonly=True)
+
+
+def prior_costs(
+    table: TrackTable, looks: Looks, track: Indices, detection: Indices, config: AssociationConfig
+) -> Floats:
+    """
+    Return the (k,) costs of pairs of tracks and single detections of a tick.
+
+    Minus twice the logarithm of a likelihood ratio, "this target's" against "nobody's", but for
+    the density of the position: what the camera believes, appearance, and how sure the track is.
+    """
+    row = looks.single[detection]
+    appearance, likeness = _looks_costs(table, looks, track, row, config)
+    return _summed(
+        appearance, likeness, clutter_cost(config), *_claims(table, looks, track, row, config)
+    )
+
+
+def cost_parts(
+    table: TrackTable, looks: Looks, track: Indices, row: Indices, config: AssociationConfig
+) -> dict[str, Floats]:
+    """Return the (k,) costs of tracks and detections, (k,) rows each, by what speaks."""
+    appearance, likeness = _looks_costs(table, looks, track, row, config)
+    belief, doubt = _beliefs(*_claims(table, looks, track, row, config))
+    return {
+        'appearance': appearance,
+        'likeness': likeness,
+        'belief': belief,
+        'doubt': doubt,
+    }
+
+
+def _claims(
+    table: TrackTable, looks: Looks, track: Indices, row: Indices, config: AssociationConfig
+) -> tuple[Any, ...]:
+    """Return what `_beliefs` goes by."""
+    bonus, overlapped = config.identity_bonus, config.identity_bonus * config.overlap_trust
+    return (
+        looks.rows, looks.is_overlapped, table.fixed, table.local_id, track, row, bonus,
+        overlapped, config.tentative_cost,
+    )  # fmt: skip
+
+
+def _looks_costs(
+    table: TrackTable, looks: Looks, track: Indices, row: Indices, config: AssociationConfig
+) -> tuple[Floats, Floats]:
+    """Return what pairs (k,) cost by how unlike they are, and by who is more alike."""
+    if not looks.has_templates:
+        return np.zeros(len(track)), np.zeros(len(track))
+    is_known, difference = differences(
+        table.template,
+        looks.detections.template,
+        looks.is_described,
+        track,
+        row,
+        config.usual_difference,
+    )
+    likeness = likeness_costs(table, looks, track, row, is_known, config)
+    return config.appearance_weight * difference, likeness
+
+
+def clutter_cost(config: AssociationConfig) -> float:
+    """Return what false detections cost a pair, per unit of area of its uncertainty."""
+    return 2 * math.log(2 * math.pi * config.false_density)
+
+
+@compiled(
+    types.Tuple([types.f8[::1], types.f8[::1]])(
+        ROWS, BOOLS_1D, TRACKS, _MEMORY, INTS_1D, INTS_1D, types.f8, types.f8, types.f8,
+    )
+)  # fmt: skip
+def _beliefs(
+    rows: Any, is_overlapped: Mask, tracks: Any, remembered: Ids, track: Indices, row: Indices,
+    bonus: float, overlapped: float, tentative: float,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """
+    Return what pairs (k,) cost by who the cameras and we believe that they are.
+
+    A global id that the camera was told goes before what it calls the target itself. Boxes that
+    are overlapped have a bonus of their own.
+
+    Returns
+    -------
+    belief : (k,) array
+        Less for what the camera takes for one target, more for two.
+    doubt : (k,) array
+        More for a track that is not confirmed.
+
+    """
+    global_id, local_id, camera = rows['track_id'], rows['local_id'], rows['camera']
+    track_id, confirmed = tracks['track_id'], tracks['confirmed']
+    ids = np.sort(track_id)
+    is_told, is_known = np.zeros(len(global_id), np.bool_), np.zeros(len(global_id), np.bool_)
+    for one in range(len(global_id)):
+        at = np.searchsorted(ids, global_id[one]) if global_id[one] else len(ids)
+        is_told[one] = at < len(ids) and ids[at] == global_id[one]
+    belief, doubt = np.zeros(len(track)), np.zeros(len(track))
+    for pair in range(len(track)):
+        own, one = track[pair], row[pair]
+        if is_told[one]:
+            believed = global_id[one] == track_id[own]
+        else:
+            believed = local_id[one] > 0 and local_id[one] == remembered[own, camera[one]]
+        if believed:
+            belief[pair] = -1.0
+        is_known[one] |= believed or is_told[one]
+    for pair in range(len(track)):
+        one = row[pair]
+        if belief[pair] == 0.0 and is_known[one]:
+            belief[pair] = 1.0
+        belief[pair] *= overlapped if is_overlapped[one] else bonus
+        if not confirmed[track[pair]]:
+            doubt[pair] = tentative
+    return belief, doubt
+
+
+@compiled(
+    types.f8[::1](
+        FLOATS_1D, FLOATS_1D, types.f8, ROWS, BOOLS_1D, TRACKS, _MEMORY, INTS_1D, INTS_1D,
+        types.f8, types.f8, types.f8,
+    )
+)  # fmt: skip
+def _summed(
+    appearance: Floats, likeness: Floats, clutter: float, rows: Any, is_overlapped: Mask,
+    tracks: Any, remembered: Ids, track: Indices, row: Indices, bonus: float, overlapped: float,
+    tentative: float,
+) -> Floats:  # fmt: skip
+    """Add up what pairs (k,) cost: colours, false detections, and what `_beliefs` says."""
+    belief, doubt = _beliefs(
+        rows, is_overlapped, tracks, remembered, track, row, bonus, overlapped, tentative
+    )
+    cost = np.empty(len(track))
+    for pair in range(len(cost)):
+        own = appearance[pair] + likeness[pair] + belief[pair] + doubt[pair]
+        cost[pair] = own + clutter
+    return cost
+
+
+@compiled(
+    types.Tuple([types.b1[::1], types.f8[::1]])(
+        COLUMN_SINGLES_2D, _TEMPLATES, COLUMN_FLAGS, INTS_1D, INTS_1D, types.f8
+    )
+)
+def differences(
+    ours: Templates,
+    theirs: Templates,
+    is_described: Mask,
+    track: Indices,
+    row: Indices,
+    usual: float,
+) -> tuple[Mask, Floats]:
+    """
+    Tell how templates of the tracks and of the detections, which are described or not, differ.
+
+    Returns
+    -------
+    is_known : (k,) bool array
+        Which pairs have both.
+    difference : (k,) array
+        How much more than usual they differ; 0 where one is not known.
+
+    """
+    is_known, difference = np.zeros(len(track), np.bool_), np.zeros(len(track))
+    for pair in range(len(track)):
+        if is_described[row[pair]] and ours[track[pair]].any():
+            is_known[pair], alike = True, 0.0
+            for bin in range(ours.shape[1]):
+                one, other = ours[track[pair], bin], theirs[row[pair], bin]
+                alike += np.sqrt(max(one, 0.0) * max(other, 0.0))
+            difference[pair] = min(max(1.0 - alike, 0.0), 1.0) - usual
+    return is_known, difference

@@ -1,0 +1,113 @@
+"""The pairs of a tick as they were judged last: for whoever asks why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.fusion.association.likelihood import clutter_cost, cost_parts
+from mctrack_ros.fusion.config import AssociationConfig
+from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.tracking.kalman import inverse, position_matrix, symmetric
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class JudgedPairs:
+    """
+    Pairs of tracks and detections that were tried, sorted by picture, then track.
+
+    Attributes
+    ----------
+    track, row : (k,) int64 arrays
+        Rows of the table of tracks, and of the detections of all pictures.
+    place : (k, 2) array
+        Where the picture was to show the track, m.
+    spread : (k, 2, 2) array
+        Covariance of that, m².
+    squared : (k,) array
+        Squared Mahalanobis distance.
+    probability : (k,) array
+        With which the pair was used.
+    taken : (k,) bool array
+        Whether the two are each other's.
+    costs : dict of str to (k,) array
+        What speaks beside the distance, by the names of `Candidates`; empty where nothing does.
+
+    """
+
+    track: Indices
+    row: Indices
+    place: Floats
+    spread: Floats
+    squared: Floats
+    probability: Floats
+    taken: NDArray[np.bool_]
+    costs: dict[str, Floats] = field(default_factory=dict)
+
+    def weighed(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> JudgedPairs:
+        """Return the same pairs with what they cost as likelihood ratios, see `prior_costs`."""
+        determinant = np.linalg.det(self.spread + looks.noise[self.row])
+        density = np.log(np.maximum(determinant, np.finfo(np.float64).tiny))
+        costs = cost_parts(table, looks, self.track, self.row, config)
+        return replace(self, costs=costs | {'clutter': density + clutter_cost(config)})
+
+
+def judged_pairs(
+    mean: Floats,
+    covariance: Floats,
+    before: Floats,
+    seconds: Floats,
+    track: Indices,
+    row: Indices,
+    slot: Indices,
+    position: Floats,
+    noise: Floats,
+    probability: Floats,
+    taken: NDArray[np.bool_],
+) -> JudgedPairs:
+    """
+    Work out again what the last sweep of an association judged its pairs by.
+
+    Each picture expects a track where prediction and all *other* pictures say that it is: what
+    its own pairs told is taken out of the state, in the information filter's form.
+
+    Parameters
+    ----------
+    mean, covariance : (n, 4) and (n, 4, 4) arrays
+        States of the tracks that the sweep was given.
+    before : (k,) array
+        Probabilities of the pairs that those states are made of.
+    seconds : (k,) array
+        From the tick to each pair's picture, s.
+    track, row, slot : (k,) int64 arrays
+        Of the pairs, as in `JudgedPairs`; a slot is a track in a picture.
+    position, noise : (k, 2) and (k, 2, 2) arrays
+        Of their detections.
+    probability : (k,) array
+        Of the pairs, that came out.
+    taken : (k,) bool array
+        As in `JudgedPairs`.
+
+    """
+    matrix = position_matrix(seconds)
+    place = np.einsum('kij,kj->ki', matrix, mean[track])
+    spread = matrix @ covariance[track] @ matrix.swapaxes(-1, -2)
+    told = before[:, None, None] * inverse(noise)
+    slots = int(slot.max(initial=-1)) + 1
+    weight, pull = np.zeros((slots, 2, 2)), np.zeros((slots, 2))
+    np.add.at(weight, slot, told)
+    np.add.at(pull, slot, np.einsum('kij,kj->ki', told, position))
+    weight, pull = weight[slot], pull[slot]
+    own = weight.any(axis=(1, 2))
+    spread[own] = symmetric(inverse(inverse(spread[own]) - weight[own]))
+    gap = np.einsum('kij,kj->ki', weight, place) - pull
+    place = place + np.einsum('kij,kj->ki', spread, gap)
+    apart = position - place
+    squared = np.einsum('ki,kij,kj->k', apart, inverse(spread + noise), apart)
+    return JudgedPairs(track, row, place, spread, squared, probability, taken)

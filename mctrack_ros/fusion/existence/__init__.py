@@ -1,0 +1,1 @@
+"""Whether a track exists: what cameras see of it against what they should see."""

@@ -1,0 +1,310 @@
+"""What the cameras see of each track, weighed against what they should see."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, INTS_1D, compiled, inner
+from mctrack_ros.fusion.config import MISSED_PICTURES, FusionConfig
+from mctrack_ros.fusion.existence.detection_probability import CoverageMap, expect, learn
+from mctrack_ros.fusion.existence.view_overlap import CommonViews
+from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.table import TRACKS, TrackTable
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.int64]
+
+ANNOUNCED_S = 1.0
+"""Who comes into a camera's view is announced for so long before, s."""
+
+IN_VIEW = 0.5
+"""Where a camera sees people more probably, it has a view."""
+
+NOBODY_ELSE = -math.log1p(-IN_VIEW)
+"""If the misses of all other live cameras would say less, hardly any has a view [log-odds]."""
+
+TIMEOUTS = 2.0
+"""A camera that is silent for so many times the batcher's patience has a view of nothing."""
+
+LONGEST_INTERVAL_S = 10.0
+"""No camera is taken to be slower than this, s."""
+
+SURE_S = 0.5
+"""What has been there for so long tells which cameras look there, confirmed or not, s."""
+
+
+class Evidence:
+    """
+    Weighs what the cameras see of each track against what they should see.
+
+    Parameters
+    ----------
+    cameras : int
+        How many there are.
+    config : FusionConfig
+        Parameters.
+
+    """
+
+    def __init__(self, cameras: int, config: FusionConfig) -> None:
+        self._life = life = config.life
+        self._alive_s = TIMEOUTS * config.batching.patience
+        self._cameras = cameras
+        self._coverage = CoverageMap(cameras, life.coverage_cell, life.coverage_prior)
+        self._common = CommonViews(cameras)
+        self._silent_s = np.full(cameras, np.inf)
+        self._interval_s = np.zeros(cameras)
+
+    def count(self, table: TrackTable, looks: Looks, tick_ns: int, seconds: float) -> Mask:
+        """
+        Add one tick's evidence to the log-odds, and confirm.
+
+        Misses speak only against what one camera alone sees: what two see is real, and what none
+        sees may be hidden, so that it coasts; what speaks for its having gone is counted apart,
+        once no live camera's latest picture shows it any more, up to `most_evidence`. It is
+        forgotten when two see it in one tick, or one where hardly any other can; what one of many
+        sees, or a group, takes away `hit_evidence` a look.
+        What a camera sees in a group it does not miss. Where nothing is known yet, a camera that
+        has never seen anybody together with the only one that sees a track hardly misses it.
+        Where a camera sees bare ground ("negative information", Koch 2004) that speaks against
+        every track whose place is well known, the more, the surer it sees who stands there.
+        Until it is confirmed a track is judged by a cumulative sum (Page 1954, "Continuous
+        inspection schemes"): what missed it long ago, before it came into view, does not count.
+
+        Parameters
+        ----------
+        table : TrackTable
+            Changed in place.
+        looks : Looks
+            The tick's pictures.
+        tick_ns : int
+            The tick's stamp, ns.
+        seconds : float
+            Time since the last tick, s.
+
+        Returns
+        -------
+        (n,) bool array
+            The newly confirmed.
+
+        """
+        life, coverage = self._life, self._coverage
+        self._silent_s += seconds
+        since_s = np.where(np.isfinite(self._silent_s), self._silent_s, seconds)
+        self._note_intervals(looks.cameras)
+        vacant = np.zeros((len(table), self._cameras), np.bool_)
+        if len(looks.detections.vacant_id):
+            self._note_vacant(vacant, table, looks)
+        newly, seen, could = _counted(
+            table.fixed,
+            table.hidden_ns,
+            looks.cameras,
+            tick_ns - round(seconds * 1e9),
+            self._silent_s <= np.maximum(self._alive_s, MISSED_PICTURES * self._interval_s),
+            vacant,
+            coverage.seconds,
+            coverage.cell,
+            coverage.prior,
+            self._common.share(),
+            seconds,
+            np.minimum(since_s / life.look_time, 1.0),
+            self._interval_s,
+            life.look_time,
+            life.hit_evidence,
+            life.miss_weight,
+            life.vacancy_weight,
+            life.least_evidence,
+            life.most_evidence,
+            life.confirm_evidence,
+        )
+        sure = tick_ns - table.first_ns >= SURE_S * 1e9
+        self._common.learn(seen, could, sure, min(seconds, life.look_time))
+        return newly
+
+    def entering(self, table: TrackTable) -> Mask:
+        """
+        Tell which tracks, (n,), are about to come into a camera's view.
+
+        They are where it usually sees nobody, and go where it does (event-tracking paper,
+        section 4.3).
+        """
+        ahead = table.mean[:, :2] + ANNOUNCED_S * table.mean[:, 2:]
+        now, soon = (self._coverage.probability(place) for place in (table.mean, ahead))
+        return np.asarray(((now < IN_VIEW) & (soon >= IN_VIEW)).any(axis=1))
+
+    def _note_intervals(self, cameras: NDArray[np.intp]) -> None:
+        """Note that cameras, (k,), have sent a picture; one long gap is not their pace."""
+        silent_s, interval_s = self._silent_s[cameras], self._interval_s[cameras]
+        longest_s = np.where(interval_s > 0.0, 2 * interval_s, LONGEST_INTERVAL_S)
+        known = (silent_s > 0.0) & np.isfinite(silent_s)
+        self._interval_s[cameras] = np.where(known, np.minimum(silent_s, longest_s), interval_s)
+        self._silent_s[cameras] = 0.0
+
+    def _note_vacant(self, vacant: Mask, table: TrackTable, looks: Looks) -> None:
+        """Note which cameras, (n, cameras), see bare ground where a track is surely expected."""
+        spread = table.covariance[:, 0, 0] + table.covariance[:, 1, 1]
+        known = spread < self._life.vacancy_distance**2
+        told = looks.detections
+        track, row = np.nonzero(known[:, None] & (table.track_id[:, None] == told.vacant_id))
+        vacant[track, looks.cameras[told.vacant_picture[row]]] = True
+
+
+@inner
+def _weighed(
+    cameras: NDArray[np.uint32],
+    hidden_ns: NDArray[np.int64],
+    confirmed: Mask,
+    evidence: Floats,
+    missed: Floats,
+    shown_by: NDArray[np.uint32],
+    kept_ns: NDArray[np.int64],
+    pace_s: Floats,
+    present: Mask,
+    alive: Mask,
+    begin_ns: int,
+    vacant: Mask,
+    is_judged: Mask,
+    probability: Floats,
+    shares: Floats,
+    interval_s: Floats,
+    share: float,
+    hit: float,
+    miss_weight: float,
+    vacancy_weight: float,
+    least: float,
+    most: float,
+    enough: float,
+) -> tuple[Mask, Mask, Mask]:
+    """
+    Weigh a tick and confirm, in place.
+
+    Misses speak of those who `is_judged`, (n,), by them, as the `probability`, (n, cameras), of
+    being seen tells. `share` is how much of a whole look it is, `shares`, (cameras,), how much
+    each camera's picture in it is, and `interval_s`, (cameras,), how long each takes from one to
+    the next.
+
+    Returns
+    -------
+    newly : (n,) bool array
+        Who was confirmed.
+    seen, told : (n, cameras) bool arrays
+        Which cameras saw each track, and which could have as another one did.
+
+    """
+    newly = np.zeros(len(cameras), np.bool_)
+    seen, told = np.zeros(hidden_ns.shape, np.bool_), np.zeros(hidden_ns.shape, np.bool_)
+    for track in range(len(cameras)):
+        count, gain, loss, others, slowest_s, back = 0, 0.0, 0.0, 0.0, 0.0, share
+        shown = shown_by[track]
+        for camera in range(len(present)):
+            if cameras[track] >> camera & 1:
+                seen[track, camera] = True
+                count += 1
+        weight = miss_weight if confirmed[track] else 1.0
+        for camera in range(len(present)):
+            own, hidden = seen[track, camera], hidden_ns[track, camera] > begin_ns
+            watched = present[camera] and (own or not hidden)
+            told[track, camera] = watched and count > own
+            if present[camera] or not alive[camera]:
+                shown &= ~np.uint32(1 << camera)
+                shown |= np.uint32((own or hidden) << camera)
+            if own or hidden:
+                slowest_s = max(slowest_s, interval_s[camera])
+                back = max(back, shares[camera] if present[camera] else 0.0)
+            if own:
+                gain += shares[camera] * hit
+                continue
+            if not is_judged[track]:
+                continue
+            miss = -np.log1p(-probability[track, camera])
+            others += miss if alive[camera] and not hidden else 0.0
+            if vacant[track, camera]:
+                gain -= shares[camera] * vacancy_weight * miss
+                loss += shares[camera] * miss
+            elif watched and count < 2:
+                gain -= shares[camera] * weight * miss if count else 0.0
+                loss += shares[camera] * miss
+        shown_by[track] = shown
+        if slowest_s > 0.0:
+            pace_s[track] = slowest_s
+        if count > 1 or (count and others < NOBODY_ELSE):
+            missed[track] = 0.0
+        elif kept_ns[track] > begin_ns:  # by one of many cameras, or a group: he may not be back
+            missed[track] = max(missed[track] - back * hit, 0.0)
+        elif not shown:
+            missed[track] = min(missed[track] + loss, most)
+        lowest = -most if confirmed[track] else min(evidence[track], least)
+        evidence[track] = min(max(evidence[track] + gain, lowest), most)
+        newly[track] = not confirmed[track] and evidence[track] >= enough
+        confirmed[track] |= newly[track]
+    return newly, seen, told
+
+
+@compiled(
+    types.Tuple([types.b1[::1], types.b1[:, ::1], types.b1[:, ::1]])(
+        TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, types.i8,
+        BOOLS_1D, BOOLS_2D, types.f8[:, :, :, ::1], types.f8, types.f8, types.f8[:, ::1],
+        types.f8, types.f8[::1], types.f8[::1], types.f8, types.f8, types.f8,
+        types.f8, types.f8, types.f8, types.f8,
+    )
+)  # fmt: skip
+def _counted(
+    tracks: Any, hidden_ns: NDArray[np.int64], reporting: Indices, begin_ns: int,
+    alive: Mask, vacant: Mask, known: Floats, cell: float, prior: float,
+    common: Floats, seconds: float, shares: Floats, interval_s: Floats, look_time: float,
+    hit: float, miss_weight: float, vacancy_weight: float, least: float, most: float,
+    enough: float,
+) -> tuple[Mask, Mask, Mask]:  # fmt: skip
+    """
+    Weigh a tick by what is known of the coverage, and learn that; see `Evidence.count`.
+
+    Where nothing is known, the `prior` of each camera is multiplied by what it has in `common`,
+    (cameras, cameras), with the only one that sees the track. Returns what `_weighed` does.
+    """
+    mean, cameras, confirmed = tracks['mean'], tracks['cameras'], tracks['confirmed']
+    present = np.zeros(hidden_ns.shape[1], np.bool_)
+    present[reporting] = True
+    is_judged, probability = np.zeros(len(cameras), np.bool_), np.empty(hidden_ns.shape)
+    for track in range(len(cameras)):
+        sole = cameras[track] & (cameras[track] - 1) == 0  # at most one camera's bit is set
+        if not (sole or vacant[track].any()):
+            continue
+        is_judged[track], expected = True, probability[track]
+        expected[:] = prior
+        for camera in range(len(common) if sole and cameras[track] else 0):
+            if cameras[track] >> camera & 1:
+                expected *= common[camera]
+        expect(mean[track], known, cell, expected)
+    newly, is_seen, is_told = _weighed(
+        cameras,
+        hidden_ns,
+        confirmed,
+        tracks['evidence'],
+        tracks['missed'],
+        tracks['shown_by'],
+        tracks['kept_ns'],
+        tracks['pace_s'],
+        present,
+        alive,
+        begin_ns,
+        vacant,
+        is_judged,
+        probability,
+        shares,
+        interval_s,
+        min(seconds / look_time, 1.0),
+        hit,
+        miss_weight,
+        vacancy_weight,
+        least,
+        most,
+        enough,
+    )
+    learn(mean, confirmed, is_seen, is_told, min(seconds, look_time), known, cell)
+    return newly, is_seen, is_told

@@ -1,0 +1,1 @@
+"""Why a tick was decided as it was."""

@@ -1,0 +1,1 @@
+"""The default tracker: all cameras' detections associated jointly, one step a tick."""

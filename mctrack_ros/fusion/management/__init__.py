@@ -1,0 +1,1 @@
+"""Tracks begin, are confirmed, hidden, merged and deleted."""

@@ -1,0 +1,65 @@
+"""When tracks are confirmed, hidden and deleted; all in seconds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import compiled
+from mctrack_ros.fusion.config import MISSED_PICTURES, FusionConfig
+from mctrack_ros.fusion.table import TRACKS, TrackTable
+
+GROUP_MEMORY_S = 0.2
+"""A track has left its group when no camera has seen it in one for so long, s."""
+
+Mask = NDArray[np.bool_]
+
+
+def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
+    """Return for how long, (n,) s, nothing has supported each track."""
+    return (stamp_ns - table.kept_ns) / 1e9
+
+
+def is_over(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
+    """
+    Return the mask of the tracks that end now.
+
+    One whom a slow camera saw last waits for its next pictures: a confirmed one for two, a
+    tentative one while the latest shows it.
+    """
+    life, least = config.life, 1.5 * config.batching.period
+    tentative_s, confirmed_s = max(life.tentative_time, least), max(life.coast_time, least)
+    return _is_over(table.fixed, stamp_ns, tentative_s, confirmed_s)
+
+
+@compiled(types.b1[::1](TRACKS, types.i8, types.f8, types.f8))
+def _is_over(tracks: Any, stamp_ns: int, tentative_s: float, confirmed_s: float) -> Mask:
+    over = np.empty(len(tracks), np.bool_)
+    for row in range(len(tracks)):
+        silent_s = (stamp_ns - tracks[row]['kept_ns']) / 1e9
+        patience_s = max(confirmed_s, MISSED_PICTURES * tracks[row]['pace_s'])
+        if tracks[row]['confirmed']:
+            over[row] = silent_s > patience_s or tracks[row]['evidence'] < 0
+        else:
+            is_awaited = tracks[row]['shown_by'] != 0 and silent_s <= patience_s
+            over[row] = silent_s > tentative_s and not is_awaited
+    return over
+
+
+def is_expected(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
+    """Return the mask of the tracks whose target may be seen any moment: cameras are told."""
+    limit = max(config.life.report_time, 1.5 * config.batching.period)
+    return silence(table, stamp_ns) <= np.maximum(limit, 1.5 * table.pace_s)
+
+
+def is_published(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
+    """Return the mask of those that are told to others: what has most probably gone is not."""
+    return is_expected(table, stamp_ns, config) & (table.missed < config.life.gone_evidence)
+
+
+def leave_groups(table: TrackTable, stamp_ns: int) -> None:
+    """Forget the group of what has not been seen in one for a while."""
+    table.group[stamp_ns - table.group_ns > GROUP_MEMORY_S * 1e9] = 0

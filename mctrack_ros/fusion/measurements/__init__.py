@@ -1,0 +1,1 @@
+"""The detections of one tick: which can be used, and as packed arrays."""

@@ -1,0 +1,1 @@
+"""How targets move: a constant-velocity filter, or models that interact."""

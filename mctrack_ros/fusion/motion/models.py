@@ -1,0 +1,181 @@
+"""How tracks move on the ground: one constant-velocity filter, or several that interact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.fusion.config import MotionConfig
+from mctrack_ros.fusion.motion.imm import begin, interact, judge
+from mctrack_ros.fusion.motion.information import updated
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.tracking.kalman import predict
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+class Motion(Protocol):
+    """What keeps the states of tracks; the associations know these alone."""
+
+    @property
+    def modes(self) -> int:
+        """How many modes a track of the table has."""
+        ...
+
+    def begin(self, fresh: TrackTable) -> None:
+        """Prepare tracks that have a state and nothing else."""
+        ...
+
+    def predict(self, table: TrackTable, seconds: float) -> None:
+        """Move the states of all tracks on."""
+        ...
+
+    def update(self, table: TrackTable, told: Floats) -> None:
+        """Give the tracks what was measured of them, (n, 13), see `gathered`."""
+        ...
+
+    def follow(self, table: TrackTable, rows: Indices) -> None:
+        """Take notice that the states of some tracks were changed otherwise."""
+        ...
+
+
+@dataclass(frozen=True)
+class ConstantVelocity:
+    """
+    White acceleration of one density.
+
+    Attributes
+    ----------
+    density : float
+        Power spectral density of the acceleration, m²/s³.
+
+    """
+
+    density: float
+    modes = 0
+
+    @classmethod
+    def configured(cls, config: MotionConfig) -> Self:
+        """Return the motion that parameters describe."""
+        return cls(config.acceleration_density)
+
+    def begin(self, fresh: TrackTable) -> None:
+        """Need nothing."""
+
+    def predict(self, table: TrackTable, seconds: float) -> None:
+        """Move the states of all tracks on."""
+        state = table.mean, table.covariance
+        table.mean, table.covariance = predict(*state, seconds, self.density)
+
+    def update(self, table: TrackTable, told: Floats) -> None:
+        """Update the state by what was measured."""
+        table.mean, table.covariance = updated(table.mean, table.covariance, told)
+
+    def follow(self, table: TrackTable, rows: Indices) -> None:
+        """Need nothing."""
+
+
+@lru_cache(maxsize=64)  # ticks are regular, mostly
+def _transition(calm: float, manoeuvre: float, seconds: float) -> Floats:
+    kept = float(np.exp(-seconds * (1 / calm + 1 / manoeuvre)))
+    to_calm = (1 - kept) * (calm / (calm + manoeuvre))
+    to_manoeuvre = (1 - kept) * (manoeuvre / (calm + manoeuvre))
+    transition = np.array([[kept + to_calm, to_manoeuvre], [to_calm, kept + to_manoeuvre]])
+    transition.setflags(write=False)
+    return transition
+
+
+@dataclass(frozen=True)
+class InteractingModels:
+    """
+    An interacting multiple model filter of two modes: calm, and manoeuvring.
+
+    Each is white acceleration of its own density; which one a target is in is a Markov chain in
+    continuous time. Blom and Bar-Shalom 1988, "The interacting multiple model algorithm for
+    systems with Markovian switching coefficients"; Bar-Shalom, Li and Kirubarajan 2001, section
+    11.6.6. The state of the table has the moments of the mixture.
+
+    Attributes
+    ----------
+    densities : (float, float)
+        Power spectral densities of the acceleration, m²/s³.
+    times : (float, float)
+        How long each mode lasts in the mean, s.
+
+    """
+
+    densities: tuple[float, float]
+    times: tuple[float, float]
+
+    @classmethod
+    def configured(cls, config: MotionConfig) -> Self:
+        """Return the motion that parameters describe."""
+        return cls(
+            (config.calm_density, config.manoeuvre_density),
+            (config.calm_time, config.manoeuvre_time),
+        )
+
+    @property
+    def modes(self) -> int:
+        """How many modes a track has."""
+        return len(self.densities)
+
+    def transition(self, seconds: float) -> Floats:
+        """Return how probable each mode (column) is so long after each (row), (2, 2)."""
+        return _transition(*self.times, seconds)
+
+    def begin(self, fresh: TrackTable) -> None:
+        """Let all modes begin at the state, each as probable as it is at any time."""
+        begin(
+            fresh.mean,
+            fresh.covariance,
+            fresh.mode_mean,
+            fresh.mode_covariance,
+            fresh.mode_probability,
+            *self.times,
+        )
+
+    def predict(self, table: TrackTable, seconds: float) -> None:
+        """Mix the modes and move them on."""
+        interact(
+            table.mean,
+            table.covariance,
+            table.mode_mean,
+            table.mode_covariance,
+            table.mode_probability,
+            self.transition(seconds),
+            seconds,
+            *self.densities,
+        )
+
+    def update(self, table: TrackTable, told: Floats) -> None:
+        """Update each mode by what was measured, and judge it by how well it foresaw that."""
+        judge(
+            table.mean,
+            table.covariance,
+            table.mode_mean,
+            table.mode_covariance,
+            table.mode_probability,
+            told,
+        )
+
+    def follow(self, table: TrackTable, rows: Indices) -> None:
+        """Let all modes of those tracks begin anew at their states."""
+        table.mode_mean[rows] = table.mean[rows, None]
+        table.mode_covariance[rows] = table.covariance[rows, None]
+
+
+MODELS: dict[str, type[ConstantVelocity] | type[InteractingModels]] = {
+    'constant_velocity': ConstantVelocity,
+    'interacting': InteractingModels,
+}
+
+
+def motion_of(config: MotionConfig) -> Motion:
+    """Return the motion that parameters name."""
+    return MODELS[config.model].configured(config)

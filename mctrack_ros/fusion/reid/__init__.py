@@ -1,0 +1,1 @@
+"""Who is who after an encounter or a loss: re-identification by appearance."""

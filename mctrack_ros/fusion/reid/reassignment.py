@@ -1,0 +1,332 @@
+"""Who is who after an encounter: ids follow what people look like, not who came out where."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
+from scipy.special import expit
+
+from mctrack_ros.compiled import INTS_1D, compiled
+from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.neighbours import NearPairs, is_near
+from mctrack_ros.fusion.reid.gallery import Look, Portraits
+from mctrack_ros.fusion.reid.id_hypotheses import Suspects
+from mctrack_ros.fusion.reid.re_entry import Absence
+from mctrack_ros.fusion.reid.samples import first_look, look_of
+from mctrack_ros.fusion.table import TRACKS, TrackTable
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+IMPOSSIBLE = 1e6
+
+MOST_MEETINGS = 300
+"""So many pairs of who was lost and who was near him met in one tick at most: more is a flood."""
+
+PAST_S = 1.0
+"""Who was tracked for longer before he came near another was somebody of his own, s."""
+
+
+class Recognition:
+    """
+    Gives ids to those who look like those who had them.
+
+    Whoever comes near another may leave with the other's track: from then on either may be
+    either. Once somebody has been seen alone for a while, by all cameras together, the mean of
+    his colours is held against those of all whom he may be, and the ids of all concerned are
+    assigned together. One who was lost is among those that whoever turns up near by may be.
+
+    Parameters
+    ----------
+    config : FusionConfig
+        Parameters.
+
+    Attributes
+    ----------
+    portraits : Portraits
+        What those who are tracked look like.
+    certainty : dict of int to float
+        Of the changes of the last step, by old id: how probable each is, against the next best.
+
+    """
+
+    def __init__(self, config: FusionConfig) -> None:
+        self._config, self._merge_time = config.recognition, config.life.merge_time
+        self.portraits = Portraits(config.recognition)
+        self._suspects = Suspects()
+        self._absence = Absence(config, self.portraits)
+        self._lost: dict[int, tuple[int, Floats]] = {}
+        self._met: dict[int, tuple[int, Floats]] = {}
+        self.certainty: dict[int, float] = {}
+
+    def note_lost(self, removed: TrackTable, table: TrackTable, stamp_ns: int) -> None:
+        """Remember confirmed tracks that end; whoever is where they may have gone may be them."""
+        rows = np.flatnonzero(removed.confirmed)
+        if not len(rows):
+            return
+        names, seen_ns = removed.track_id[rows].tolist(), removed.seen_ns[rows]
+        places = removed.mean[rows, :2]
+        apart = cdist(places, table.mean[:, :2])
+        near = table.confirmed & (apart < self._reach(stamp_ns - seen_ns)[:, None])
+        for row, column in np.argwhere(near)[:MOST_MEETINGS].tolist():
+            self._suspects.meet(int(table.track_id[column]), names[row])
+        self._lose(dict(zip(names, zip(seen_ns.tolist(), places))))
+        self._absence.note(removed.select(rows), stamp_ns)
+
+    def note_joined(self, removed: TrackTable, stamp_ns: int) -> None:
+        """
+        Remember tracks that were taken for duplicates though they had a past of their own.
+
+        Two who walk as one are one track to all cameras; when they part, the new track is the
+        other one again.
+        """
+        age_s = (stamp_ns - removed.first_ns) / 1e9
+        own = removed.confirmed & (age_s > self._merge_time + PAST_S)
+        if own.any():
+            self._absence.note(removed.select(own), stamp_ns)
+
+    def forget(self, name: int) -> None:
+        """Forget one who turned out to be another."""
+        self.portraits.forget(name)
+        self._suspects.erase([name])
+        self._met.pop(name, None)
+
+    def pass_on(self, name: int, to: int) -> None:
+        """Forget one who is another from now on, who may be whoever that one may be."""
+        self._suspects.meet(name, to)
+        self.forget(name)
+
+    def knows(self, one: NDArray[np.uint32], other: NDArray[np.uint32]) -> Mask:
+        """Tell which pairs, (k,), have each been seen alone: hardly one and the same."""
+        known, pairs = self.portraits, zip(one.tolist(), other.tolist())
+        return np.array([first in known and second in known for first, second in pairs], np.bool_)
+
+    @property
+    def found(self) -> dict[int, float]:
+        """Who was found in the last tick by prediction, time and colours, and at what cost."""
+        return self._absence.found
+
+    def step(
+        self, table: TrackTable, near: NearPairs, stamp_ns: int, confirmed: Mask
+    ) -> dict[int, int]:
+        """
+        Learn what those who are alone look like, and tell which ids change.
+
+        Parameters
+        ----------
+        table : TrackTable
+            Its looks are changed, its ids are not.
+        near : pair of (k,) int arrays
+            Rows of those who are near each other, by `contact_distance` at least.
+        stamp_ns : int
+            The tick's stamp, ns.
+        confirmed : (n,) bool array
+            The newly confirmed.
+
+        Returns
+        -------
+        dict of int to int
+            Old ids to new ones, all to be changed at once.
+
+        """
+        self.certainty.clear()
+        self._forget_the_lost(stamp_ns)
+        fresh = confirmed.nonzero()[0].tolist()
+        looks = [first_look(table, row) for row in fresh]  # before contacts let them begin anew
+        touch, due = _contacts(
+            table.fixed, *near, self._config.contact_distance, self._config.look_time
+        )
+        self._note_contacts(table, near, touch, stamp_ns)
+        changes = self._found_again(table, fresh, looks, stamp_ns)
+        if changes or not len(due):
+            return changes
+        table.judge_s[due] *= 2.0
+        return self._judged(table, due, stamp_ns)
+
+    def _forget_the_lost(self, stamp_ns: int) -> None:
+        """Forget those who were lost too long ago."""
+        limit_ns = self._config.lost_time * 1e9
+        for name, (when_ns, _) in list(self._lost.items()):
+            if not 0 <= stamp_ns - when_ns <= limit_ns:
+                del self._lost[name]
+                self.forget(name)
+
+    def _note_contacts(
+        self, table: TrackTable, near: NearPairs, touch: Indices, stamp_ns: int
+    ) -> None:
+        """Whoever is near another may be him from now on; `touch` are the pairs that are."""
+        if not len(touch):
+            return
+        one, other = (rows[touch] for rows in near)
+        touching = table.in_contact
+        for name, place in zip(table.track_id[touching].tolist(), table.mean[touching, :2]):
+            self._met[name] = stamp_ns, place
+        for pair in zip(table.track_id[one].tolist(), table.track_id[other].tolist()):
+            self._suspects.meet(*pair)
+
+    def _found_again(
+        self, table: TrackTable, fresh: list[int], looks: list[Floats], stamp_ns: int
+    ) -> dict[int, int]:
+        """Note who of the lost new tracks that look so may be; return who they surely are."""
+        found: dict[int, int] = {}
+        self._absence.found.clear()
+        for row, look in zip(fresh, looks):
+            name, place = int(table.track_id[row]), table.mean[row, :2].tolist()
+            since = {
+                other: stamp_ns - when_ns
+                for other, (when_ns, there) in self._lost.items()
+                if math.dist(place, there) < self._reach(stamp_ns - when_ns)
+            }
+            self._suspects.settle(name, self._suspects.of(name).union(since))
+            soon = [one for one, ago in since.items() if ago < self._config.soon_time * 1e9]
+            best = self._absence.find(table, row, look, stamp_ns)
+            lead = -0.5 * self._absence.found[best] if best else 0.0
+            if not best:
+                best, lead = self._alike(look, soon)
+            if best:
+                found[name] = best
+                self.certainty[name] = float(expit(lead))
+                self._replace({name: best})
+                self._suspects.become(name, best)
+                self._met.pop(name, None)
+        return found
+
+    def _alike(self, look: Floats, lost: list[int]) -> tuple[int, float]:
+        """
+        Return who of some that were lost looks so, (48,), the most; 0: nobody enough.
+
+        And by how much that is likelier than somebody new, log.
+        """
+        alike = {one: self.portraits.distance(look, one) for one in lost if look.any()}
+        best = min(alike, key=alike.__getitem__, default=0)
+        if best and alike[best] < self._config.new:
+            return best, float(np.log1p(self._config.new) - np.log1p(alike[best]))
+        return 0, 0.0
+
+    def _judged(self, table: TrackTable, due: Indices, stamp_ns: int) -> dict[int, int]:
+        """Learn what those due look like who are surely themselves, and judge the others."""
+        row_of = dict(zip(table.track_id.tolist(), range(len(table))))
+        present = table.track_id[table.confirmed].tolist()
+        changes: dict[int, int] = {}
+        judged: set[int] = set()
+        for name in table.track_id[due].tolist():
+            row = row_of[name]
+            if len(self._suspects.of(name)) == 1:
+                self.portraits.learn(name, look_of(table, row))
+                table.look[row], table.look_s[row] = 0.0, 0.0
+            elif name not in judged:
+                circle = self._suspects.circle(name, present)
+                judged.update(circle)
+                looks = [look_of(table, row_of[one]) for one in circle]
+                changes |= self._assigned(circle, looks)
+        gone = sorted(changes.keys() - changes.values())
+        here = {name: (stamp_ns, table.mean[row_of[name], :2].copy()) for name in gone}
+        self._lose({name: self._met.get(name, here[name]) for name in gone})  # when he met others
+        return changes
+
+    def _assigned(self, circle: list[int], looks: list[Look]) -> dict[int, int]:
+        """
+        Assign the ids of those who may be one another; return those that change.
+
+        An id costs the negative logarithm of a Cauchy-like density of the colours' difference:
+        light and other people's pixels are outliers, so what differs much tells little more.
+        Who looks like nobody known decides nothing by his looks, and is not settled by them.
+        """
+        config, portraits = self._config, self.portraits
+        may_be = [self._suspects.of(one) for one in circle]
+        names = sorted(frozenset().union(*may_be))
+        cost = np.full((len(circle), len(names)), IMPOSSIBLE)
+        is_strange = np.zeros(len(circle), np.bool_)
+        for row, (own, look) in enumerate(zip(circle, looks)):
+            weight = portraits.weight(look) if look.seconds >= config.look_time else 0.0
+            differences = {name: portraits.difference(look, name) for name in may_be[row]}
+            if min(differences.values()) >= config.strange:  # so strange is who is not known
+                is_strange[row], weight = True, 0.0  # others' pixels are among his
+            if own not in portraits:
+                differences[own] = config.new
+            for name, difference in differences.items():
+                cost[row, names.index(name)] = weight * np.log1p(difference)
+            cost[row, names.index(own)] -= config.keep
+        taken = linear_sum_assignment(cost)[1]
+        chosen = [names[column] for column in taken.tolist()]
+        best = cost[np.arange(len(circle)), taken]
+        cost[np.arange(len(circle)), taken] = IMPOSSIBLE
+        margin = np.where(is_strange, 0.0, cost.min(axis=1) - best)
+        settled = {
+            name
+            for name, look, lead in zip(chosen, looks, margin.tolist())
+            if look.seconds >= config.look_time
+            and (lead > config.margin or look.seconds >= config.longest_look_time)
+        }
+        self._replace(dict(zip(circle, chosen)))
+        for name, may in zip(chosen, may_be):
+            self._suspects.settle(name, () if name in settled else may - settled)
+        changed = [index for index, old in enumerate(circle) if old != chosen[index]]
+        self.certainty |= {circle[index]: float(expit(margin[index])) for index in changed}
+        return {circle[index]: chosen[index] for index in changed}
+
+    def _replace(self, names: dict[int, int]) -> None:
+        """Let those who were called one thing be called another, all at once."""
+        may_be = [self._suspects.of(old) for old in names]
+        for old in names.keys() - names.values():
+            self._suspects.end(old)
+        for new, may in zip(names.values(), may_be):
+            self._lost.pop(new, None)
+            self._absence.end(new)
+            self._suspects.settle(new, may)
+
+    def _lose(self, gone: dict[int, tuple[int, Floats]]) -> None:
+        """Remember, when and where last, those not tracked any more whose looks are known."""
+        known = {name: last for name, last in gone.items() if name in self.portraits}
+        self._lost |= known
+        for name in gone:
+            self._met.pop(name, None)
+        for name in known:
+            self._suspects.end(name)
+        self._suspects.erase(gone.keys() - known.keys())
+
+    def _reach(self, since_ns: NDArray[np.int64] | int) -> Floats:
+        """Return how far away those may be by now who were last seen so long ago, m."""
+        went = self._config.speed * np.asarray(since_ns) * 1e-9
+        return np.asarray(self._config.contact_distance + went)
+
+
+@compiled(
+    types.Tuple([types.i8[::1], types.i8[::1]])(TRACKS, INTS_1D, INTS_1D, types.f8, types.f8)
+)
+def _contacts(
+    tracks: Any, one: Indices, other: Indices, distance: float, look_time: float
+) -> tuple[Indices, Indices]:
+    """
+    Note who is in contact: the confirmed who are so near. Their looks begin anew.
+
+    Returns
+    -------
+    touch : (k,) int64 array
+        Which pairs of rows are.
+    due : (m,) int64 array
+        Who has been looked at for long enough; who is not yet begins anew.
+
+    """
+    mean, confirmed, look = tracks['mean'], tracks['confirmed'], tracks['look']
+    tracks['in_contact'][:] = False
+    touch, due = np.empty(len(one), np.bool_), np.empty(len(tracks), np.bool_)
+    for pair in range(len(one)):
+        touch[pair] = confirmed[one[pair]] and confirmed[other[pair]]
+        touch[pair] &= is_near(mean, one[pair], other[pair], distance)
+        if touch[pair]:
+            for row in (one[pair], other[pair]):
+                tracks[row]['in_contact'], look[row], tracks[row]['look_s'] = True, 0.0, 0.0
+    for row in range(len(tracks)):
+        own = tracks[row]
+        if own['look_s'] == 0.0:
+            own['judge_s'] = look_time
+        due[row] = own['confirmed'] and own['look_s'] >= own['judge_s']
+    return np.flatnonzero(touch), np.flatnonzero(due)

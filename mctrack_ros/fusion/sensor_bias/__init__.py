@@ -1,0 +1,1 @@
+"""Cameras whose detections lie off those of the others."""

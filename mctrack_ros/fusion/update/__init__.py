@@ -1,0 +1,1 @@
+"""What tracks learn from their detections."""

@@ -1,0 +1,161 @@
+"""Members of a group whom a merged detection hides: kept alive, and taken along."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import (
+    BOOLS_1D,
+    COLUMN_IDS,
+    FLOATS_1D,
+    FLOATS_2D,
+    INTS_1D,
+    compiled,
+    inner,
+)
+from mctrack_ros.fusion.association.gating import distances
+from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.motion.models import Motion
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.tracking.kalman import updated
+
+if TYPE_CHECKING:
+    from mctrack_ros.fusion.explain.recorder import Account
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Stamps = NDArray[np.int64]
+Ids = NDArray[np.uint32]
+Mask = NDArray[np.bool_]
+_STAMPS = types.Array(types.i8, 1, 'A')
+_IDS = types.Array(types.u4, 1, 'A')
+
+VELOCITY = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+
+GROUP_INFLATION = 100.0
+"""How much less a merged detection says about one of its members, picture after picture: factor
+of its covariance. He keeps his place in the group, and is not drawn to its middle."""
+
+COMPANY_DENSITY = 0.5
+"""How loosely a hidden member moves with those who are seen: power spectral density of what his
+velocity differs from theirs by, m²/s."""
+
+
+def keep_members(
+    table: TrackTable,
+    looks: Looks,
+    free: Mask,
+    config: FusionConfig,
+    motion: Motion,
+    account: Account | None = None,
+) -> None:
+    """
+    Keep alive what merged detections hide of the tracks that are free, (pictures, n).
+
+    Only who is expected where the group is, by its covariance as told. Where others of it are
+    seen, only for a while: it may be that nobody is behind them.
+    """
+    groups, detections = looks.groups, looks.detections
+    picture, noise = looks.picture[groups], looks.noise[groups]
+    named = (table.track_id[:, None] == detections.members[groups, None]).any(axis=2)
+    taken = (named & ~free[picture]).sum(axis=1)
+    hidden_s = (looks.stamp_ns[groups, None] - table.seen_ns) / 1e9
+    hoped = (hidden_s <= config.life.hidden_time) | (taken == 0)[:, None]
+    squared = distances(
+        table.mean, table.covariance, looks.seconds[picture], looks.position[groups], noise
+    )
+    hidden = free[picture] & table.confirmed & hoped & (squared < config.association.gate)
+    for row in np.flatnonzero(hidden.any(axis=1)).tolist():
+        candidates = np.flatnonzero(hidden[row] & free[picture[row]])
+        order = np.lexsort((squared[row, candidates], ~named[row, candidates]))
+        whole = named[row] & ~free[picture[row]]
+        count = int(detections.member_count[groups[row]]) or len(candidates)
+        members = np.sort(candidates[order[: max(count - int(whole.sum()), 0)]])
+        if len(members):
+            free[picture[row], members] = False
+            whole[members] = True
+            if account is not None:
+                account.hidden(members, int(groups[row]), squared[row, members], table, looks)
+            _keep(
+                table.mean,
+                table.covariance,
+                table.kept_ns,
+                table.hidden_ns[:, looks.camera[groups[row]]],
+                table.cameras,
+                table.group,
+                table.group_ns,
+                table.track_id,
+                members,
+                whole,
+                looks.position[groups[row]],
+                noise[row] * GROUP_INFLATION,
+                looks.seconds[picture[row]],
+                looks.stamp_ns[groups[row]],
+                config.life.look_time,
+            )
+            motion.follow(table, members)
+
+
+@inner
+def _corrected(
+    mean: Floats, covariance: Floats, row: int, innovation: Floats, noise: Floats, matrix: Floats
+) -> None:
+    """Update one track in place."""
+    own = slice(row, row + 1)
+    mean[own], covariance[own] = updated(
+        mean[own].copy(),
+        covariance[own].copy(),
+        innovation.reshape(1, 2),
+        np.ascontiguousarray(noise).reshape(1, 2, 2),
+        np.ascontiguousarray(matrix).reshape(1, 2, 4),
+    )
+
+
+@compiled(
+    types.void(
+        types.Array(types.f8, 2, 'A'), types.Array(types.f8, 3, 'A'), _STAMPS, _STAMPS,
+        COLUMN_IDS, _IDS, _STAMPS,
+        COLUMN_IDS, INTS_1D, BOOLS_1D, FLOATS_1D, FLOATS_2D,
+        types.f8, types.i8, types.f8,
+    )
+)  # fmt: skip
+def _keep(
+    mean: Floats, covariance: Floats, kept_ns: Stamps, hidden_ns: Stamps, cameras: Ids,
+    group: Ids, group_ns: Stamps, track_id: Ids, members: Indices, whole: Mask,
+    position: Floats, noise: Floats, seconds: float, stamp_ns: int, longest_s: float,
+) -> None:  # fmt: skip
+    """
+    Update the hidden members (k,) of a merged detection; `whole` (n,) is all of the group.
+
+    Those whom no camera sees go on for a while as others of their group do.
+    """
+    since_s = np.empty(len(members))
+    for index in range(len(members)):
+        row = members[index]
+        since_s[index] = min((stamp_ns - hidden_ns[row]) / 1e9, longest_s)
+        place = mean[row, :2] + seconds * mean[row, 2:]
+        matrix = np.eye(4)[:2]
+        matrix[0, 2] = matrix[1, 3] = seconds
+        _corrected(mean, covariance, row, position - place, noise, matrix)
+        kept_ns[row], hidden_ns[row] = max(kept_ns[row], stamp_ns), stamp_ns
+    velocity, shown = np.zeros(2), 0
+    for row in range(len(whole)):
+        if whole[row] and cameras[row] > 0:
+            velocity += mean[row, 2:]
+            shown += 1
+    for index in range(len(members)):
+        row = members[index]
+        if shown and cameras[row] == 0:
+            spread = COMPANY_DENSITY / since_s[index] * np.eye(2)
+            _corrected(mean, covariance, row, velocity / shown - mean[row, 2:], spread, VELOCITY)
+    everybody = np.flatnonzero(whole)
+    if len(everybody) > 1:
+        first = track_id[everybody].min()
+        for row in members:
+            if cameras[row] == 0:
+                group[row], group_ns[row] = first, stamp_ns

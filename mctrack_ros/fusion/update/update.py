@@ -1,0 +1,173 @@
+"""All pictures of a tick against the tracks: assignment, update, what else is learned."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled, inner
+from mctrack_ros.fusion.association.joint import JointAssociation
+from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.measurements.admission import ROWS
+from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.motion.models import Motion
+from mctrack_ros.fusion.reid.samples import look_at
+from mctrack_ros.fusion.table import TRACKS, TrackTable
+from mctrack_ros.fusion.update.covering import COSTS, CoveringAssociation
+from mctrack_ros.fusion.update.hidden_members import keep_members
+from mctrack_ros.interfaces import LARGEST_EXTENT, ClassCode
+
+if TYPE_CHECKING:
+    from mctrack_ros.fusion.explain.recorder import Account
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Templates = NDArray[np.float32]
+Stamps = NDArray[np.int64]
+Ids = NDArray[np.uint32]
+TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
+
+MOST_AT_ONCE = 0.5
+"""Share of a track's size and colours that one detection is at most."""
+EXTENT_NS = 8e9
+"""Time constant of its size, ns."""
+CLASS_S, MOST_CLASS_S = 1.0, 3.0
+"""For so long one detection tells a class at most, and for so long a class leads at most, s."""
+PERSON, OTHERS_WEIGH = int(ClassCode.PERSON), 2.0
+ASSOCIATIONS = dict.fromkeys(COSTS, CoveringAssociation)
+"""By method, what associates the pictures of a tick; that of all others is `JointAssociation`."""
+
+
+def match(
+    table: TrackTable,
+    looks: Looks,
+    config: FusionConfig,
+    motion: Motion,
+    account: Account | None = None,
+) -> tuple[Indices, Indices, Indices]:
+    """
+    Associate the pictures of a tick with the tracks and update these.
+
+    Parameters
+    ----------
+    table : TrackTable
+        The tracks, predicted to the tick's stamp; changed in place.
+    looks : Looks
+        The pictures.
+    config : FusionConfig
+        Parameters.
+    motion : Motion
+        How tracks move.
+    account : Account, optional
+        Takes down why.
+
+    Returns
+    -------
+    left : (k,) array
+        The single detections that no track took, and that may start one.
+    rows, columns : (n,) arrays
+        The tracks and the detections that are each other's.
+
+    """
+    kind = ASSOCIATIONS.get(config.association.method, JointAssociation)
+    association = kind(table, looks, config.association)
+    told = association.solve()
+    if account is not None:
+        account.pairs(association.judged(table, looks, config.association), table, looks)
+    motion.update(table, told)
+    rows, columns = association.pairs()
+    if looks.has_templates:
+        learn_appearance(table, looks, rows, columns, config.life.template_time)
+        look_at(table, looks, rows, columns, config.life.look_time)
+    note(table, looks, rows, columns)
+    if looks.has_groups:
+        free = np.ones((len(looks.seconds), len(table)), bool)
+        free[looks.picture[columns], rows] = False
+        keep_members(table, looks, free, config, motion, account)
+    return _left(looks.single, len(looks.rows), columns, association.consumed), rows, columns
+
+
+@compiled(types.i8[::1](INTS_1D, types.i8, INTS_1D, INTS_1D))
+def _left(single: Indices, count: int, columns: Indices, consumed: Indices) -> Indices:
+    """Return the single ones of so many detections that are neither paired nor consumed."""
+    taken = np.zeros(count, np.bool_)
+    taken[columns] = True
+    taken[consumed] = True
+    return single[~taken[single]]
+
+
+def note(table: TrackTable, looks: Looks, rows: Indices, columns: Indices) -> None:
+    """Note in tracks (k,) what the detections (k,) tell beside place and colours."""
+    _note(table.fixed, table.seen_by_ns, table.local_id, rows, columns, looks.rows)
+
+
+@inner
+def _vote(track: Any, kind: int, seconds: float) -> None:
+    """
+    Let a camera tell a class: the lead of another one shrinks, and then it is this one.
+
+    All others weigh more than that of a person: that is what everything looks like from somewhere.
+    """
+    if kind != PERSON:
+        seconds *= OTHERS_WEIGH
+    ahead = track['class_lead_s'] + (seconds if kind == track['class_id'] else -seconds)
+    if ahead < 0.0 or track['class_id'] == 0:
+        track['class_id'] = kind
+    track['class_lead_s'] = min(abs(ahead), MOST_CLASS_S)
+
+
+@compiled(
+    types.void(
+        TRACKS, types.Array(types.i8, 2, 'A'), types.Array(types.u4, 2, 'A'), INTS_1D, INTS_1D,
+        ROWS,
+    )
+)  # fmt: skip
+def _note(
+    tracks: Any, seen_by_ns: Stamps, local_id: Ids, rows: Indices, columns: Indices, told: Any
+) -> None:
+    extent, told_extent = tracks['extent'], told['extent']
+    for index in range(len(rows)):
+        row, column = rows[index], columns[index]
+        track, one = tracks[row], told[column]
+        own, stamp_ns = one['camera'], one['stamp_ns']
+        since_ns = stamp_ns - seen_by_ns[row, own]
+        kind = one['class_id']
+        is_sure = kind == track['class_id'] and track['class_lead_s'] == MOST_CLASS_S
+        if kind > 0 and not is_sure:
+            _vote(track, kind, min(since_ns / 1e9, CLASS_S))
+        share = min(since_ns / EXTENT_NS, MOST_AT_ONCE)
+        for axis in range(2):
+            size = told_extent[column, axis]
+            if 0.0 < size < LARGEST_EXTENT:
+                known = extent[row, axis]
+                extent[row, axis] = known + share * (size - known) if known > 0.0 else size
+        track['seen_ns'] = max(track['seen_ns'], stamp_ns)
+        track['kept_ns'] = track['seen_ns']
+        seen_by_ns[row, own] = stamp_ns
+        local_id[row, own] = one['local_id']
+        track['cameras'] |= np.uint32(1) << np.uint32(own)
+
+
+def learn_appearance(
+    table: TrackTable, looks: Looks, rows: Indices, columns: Indices, template_time: float
+) -> None:
+    """Mix into the templates of tracks (k,) those of detections (k,) that stand apart."""
+    apart = ~looks.is_overlapped[columns]
+    rows, columns = rows[apart], columns[apart]
+    since = (looks.stamp_ns[columns] - table.seen_by_ns[rows, looks.camera[columns]]) / 1e9
+    weight = np.minimum(since / template_time, MOST_AT_ONCE)
+    _mix_in(table.template, rows, looks.detections.template[columns], weight)
+
+
+@compiled(types.void(types.Array(types.f4, 2, 'A'), INTS_1D, TEMPLATES, FLOATS_1D))
+def _mix_in(template: Templates, rows: Indices, told: Templates, weight: Floats) -> None:
+    """Mix what is told, one after the other, into rows of the templates; the first as it is."""
+    for index in range(len(rows)):
+        known = template[rows[index]]
+        if told[index].any():
+            share = weight[index] if known.any() else 1.0
+            for bin in range(len(known)):
+                known[bin] += share * (told[index, bin] - known[bin])

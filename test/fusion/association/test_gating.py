@@ -1,0 +1,62 @@
+import numpy as np
+import pytest
+
+from mctrack_ros.fusion.association.gating import gated_pairs
+from mctrack_ros.fusion.measurements.packed import measured
+
+GATE = 13.8
+
+
+def scene(rng, tracks, detections, pictures, width):
+    """Return tracks, and detections some of which are very uncertain."""
+    mean = np.column_stack(
+        [rng.uniform(-width, width, (tracks, 2)), rng.normal(0, 3, (tracks, 2))]
+    )
+    spread = rng.normal(0, 0.3, (tracks, 4, 4))
+    covariance = spread @ spread.swapaxes(1, 2) + 0.01 * np.eye(4)
+    error = rng.normal(0, 0.4, (detections, 2, 2))
+    noise = error @ error.swapaxes(1, 2) + 0.01 * np.eye(2)
+    noise[rng.random(detections) < 0.1] *= 1000.0
+    return (
+        mean,
+        covariance,
+        rng.uniform(-0.04, 0.0, pictures),
+        rng.uniform(-width, width, (detections, 2)),
+        noise,
+        np.sort(rng.integers(0, pictures, detections)),
+    )
+
+
+def gated(mean, covariance, seconds, position, noise, picture):
+    seen = measured(position, noise, np.arange(len(position)))
+    return gated_pairs(mean, covariance, seconds, seen, picture, GATE)
+
+
+def every_pair(mean, covariance, seconds, position, noise, picture):
+    """Try all pairs: slow and obvious."""
+    found = []
+    for row, place in enumerate(position):
+        matrix = np.hstack([np.eye(2), seconds[picture[row]] * np.eye(2)])
+        for track in range(len(mean)):
+            gap = place - matrix @ mean[track]
+            spread = matrix @ covariance[track] @ matrix.T + noise[row]
+            if gap @ np.linalg.solve(spread, gap) < GATE:
+                found.append((picture[row], track, row))
+    return sorted(found)
+
+
+@pytest.mark.parametrize('seed', range(12))
+def test_the_cells_find_what_trying_all_pairs_finds(seed):
+    rng = np.random.default_rng(seed)
+    given = scene(rng, rng.integers(1, 30), rng.integers(1, 60), 4, rng.choice([2, 10, 1000]))
+    track, detection, picture, slot = gated(*given)
+    assert list(zip(picture, track, detection)) == every_pair(*given)
+    names = sorted(set(zip(picture, track)))
+    assert [names[number] for number in slot] == list(zip(picture, track))
+
+
+def test_without_tracks_or_detections_there_are_no_pairs():
+    rng = np.random.default_rng(0)
+    for tracks, detections in ((0, 3), (3, 0), (0, 0)):
+        pairs = gated(*scene(rng, tracks, detections, 2, 5.0))
+        assert [len(each) for each in pairs] == [0] * 4

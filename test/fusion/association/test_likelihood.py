@@ -1,0 +1,71 @@
+"""What a pair of a track and a detection costs beside its distance."""
+
+import numpy as np
+from fusion_scenes import PERIOD_NS, detections
+
+from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion.association.likelihood import clutter_cost, cost_parts, prior_costs
+from mctrack_ros.fusion.config import AssociationConfig
+from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.reid.gallery import Portraits
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.interfaces import TEMPLATE_SIZE
+
+CONFIG = AssociationConfig(identity_bonus=2.0, overlap_trust=0.25, tentative_cost=5.0)
+
+
+def scene(**columns):
+    """Return two tracks, 5 and 9, of which camera 1 called the second one 3, and all pairs."""
+    table = TrackTable.blank(2, 2)
+    table.track_id[:] = 5, 9
+    table.confirmed[:] = True
+    table.local_id[:, 1] = 0, 3
+    count = len(next(iter(columns.values())))
+    seen = detections(PERIOD_NS, np.zeros((count, 2)), **columns)
+    fusion = FusionConfig()
+    looks = Looks([seen], [1], PERIOD_NS, fusion, Portraits(fusion.recognition))
+    return table, looks, *np.indices((2, count)).reshape(2, -1)
+
+
+def parts(*scene, config=CONFIG):
+    """Return the (tracks, detections) costs by what speaks."""
+    return {name: cost.reshape(2, -1) for name, cost in cost_parts(*scene, config).items()}
+
+
+def test_who_a_camera_says_it_is_gains_the_bonus_and_everybody_else_pays_it():
+    """Told a known id; an unknown one; one against what it calls him; what it calls him; none."""
+    given = scene(track_id=[5, 7, 5, 0, 0], local_id=[1, 3, 3, 3, 8])
+    np.testing.assert_array_equal(parts(*given)['belief'], [[-2, 2, -2, 2, 0], [2, -2, 2, -2, 0]])
+
+
+def test_where_boxes_overlap_a_camera_is_believed_less():
+    boxes = [[0, 0, 10, 20], [5, 5, 10, 20], [50, 0, 10, 20]]
+    given = scene(track_id=[5, 9, 9], box=boxes)
+    np.testing.assert_array_equal(parts(*given)['belief'], [[-0.5, 0.5, 2], [0.5, -0.5, -2]])
+
+
+def test_a_track_that_is_not_confirmed_costs_more():
+    given = scene(track_id=[0])
+    given[0].confirmed[1] = False
+    np.testing.assert_array_equal(parts(*given)['doubt'], [[0], [5]])
+
+
+def test_colours_cost_what_they_differ_by_beyond_the_usual():
+    """Half in common: a Bhattacharyya coefficient of one half, a squared distance of one half."""
+    own, other = np.zeros((2, TEMPLATE_SIZE), np.float32)
+    own[[0, 1]], other[[1, 2]] = 0.5, 0.5
+    given = scene(template=[own, other, np.zeros(TEMPLATE_SIZE)])
+    given[0].template[0] = own
+    weight, usual = CONFIG.appearance_weight, CONFIG.usual_difference
+    np.testing.assert_allclose(
+        parts(*given)['appearance'], [[-weight * usual, weight * (0.5 - usual), 0], [0, 0, 0]]
+    )
+
+
+def test_a_pair_costs_the_sum_and_what_false_detections_are_worth():
+    given = scene(track_id=[5, 0], local_id=[0, 3], template=np.eye(2, TEMPLATE_SIZE))
+    given[0].template[:] = np.eye(2, TEMPLATE_SIZE)
+    given[0].confirmed[0] = False
+    expected = sum(cost_parts(*given, CONFIG).values()) + clutter_cost(CONFIG)
+    np.testing.assert_allclose(prior_costs(*given, CONFIG), expected)
+    assert clutter_cost(AssociationConfig(false_density=1 / (2 * np.pi))) == 0.0

@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+
+from mctrack_ros.fusion.existence.detection_probability import (
+    LARGEST_PROBABILITY,
+    CoverageMap,
+    learn,
+)
+
+PRIOR = 0.6
+SURE = np.ones(1, bool)
+
+
+def teach(coverage, position, seen, watched, seconds):
+    known, cell = coverage.seconds, coverage.cell
+    learn(position, SURE, np.array([seen]), np.array([watched]), seconds, known, cell)
+
+
+def test_what_is_not_known_is_assumed():
+    coverage = CoverageMap(2, 1.0, PRIOR)
+    np.testing.assert_allclose(coverage.probability(np.zeros((1, 2))), PRIOR)
+
+
+def test_a_camera_that_never_sees_a_place_is_not_expected_to():
+    coverage = CoverageMap(2, 1.0, PRIOR)
+    place = np.array([[3.2, -7.9]])
+    for _ in range(100):
+        teach(coverage, place, [True, False], [True, True], 0.1)
+    sees, blind = coverage.probability(place)[0]
+    assert sees == LARGEST_PROBABILITY
+    assert blind < 0.05
+
+
+def test_neighbouring_cells_learn_a_little_and_far_ones_nothing():
+    coverage = CoverageMap(1, 1.0, PRIOR)
+    for _ in range(100):
+        teach(coverage, np.array([[0.5, 0.5]]), [False], [True], 0.1)
+    near, far = coverage.probability(np.array([[2.5, 0.5], [99.0, 0.5]]))[:, 0]
+    assert near < 0.2
+    assert far == pytest.approx(PRIOR)
+
+
+def test_pictures_that_are_not_there_teach_nothing():
+    coverage = CoverageMap(1, 1.0, PRIOR)
+    teach(coverage, np.zeros((1, 2)), [False], [False], 10.0)
+    np.testing.assert_allclose(coverage.probability(np.zeros((1, 2))), PRIOR)
+
+
+def test_a_view_that_is_blocked_after_hours_is_soon_known_to_be():
+    coverage = CoverageMap(1, 1.0, PRIOR)
+    for _ in range(20_000):
+        teach(coverage, np.zeros((1, 2)), [True], [True], 0.2)
+    for _ in range(300):
+        teach(coverage, np.zeros((1, 2)), [False], [True], 0.2)
+    assert coverage.probability(np.zeros((1, 2)))[0, 0] < 0.2

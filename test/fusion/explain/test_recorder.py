@@ -1,0 +1,249 @@
+"""What is taken down of a tick is what it was decided by, and taking it down changes nothing."""
+
+import numpy as np
+import pytest
+from fusion_scenes import PERIOD_NS, detections, published, tick
+
+from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
+from mctrack_ros.experiments.fusion_bench.hostile_input import SPOILERS
+from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
+from mctrack_ros.fusion.association.joint import JointAssociation
+from mctrack_ros.fusion.association.likelihood import prior_costs
+from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
+from mctrack_ros.fusion.config import AssociationConfig
+from mctrack_ros.fusion.explain.decisions import decisions_of
+from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.reid.gallery import Look, Portraits
+from mctrack_ros.fusion.reid.reassignment import Recognition
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.update.covering import COSTS, CoveringAssociation
+from mctrack_ros.interfaces import CameraDetections, Candidates, Choice, Decisions, Reason
+from mctrack_ros.recording import ROSBAGS_CLASSES
+
+CONFIG = FusionConfig()
+CAMERAS = ('one', 'two')
+
+
+def explained(frames_of, ticks, pipeline=None, start=0):
+    """Return what each tick gives, and its explanation."""
+    pipeline = pipeline or FusionPipeline(CONFIG, CAMERAS)
+    told = []
+    for index in range(start, start + ticks):
+        account = Account()
+        told.append((pipeline.step(tick(index, frames_of(index)), account), account.explanation))
+    return told
+
+
+def crowd(index):
+    """Return people who stand so close that their detections are taken for one another's."""
+    rng = np.random.default_rng(index)
+    places = np.array([[0, 0], [0.5, 0], [1.0, 0.2]])
+    return {name: places + rng.normal(0, 0.2, (3, 2)) for name in CAMERAS}
+
+
+def scene(seed):
+    """Return a table and pictures of a crowd, one of them taken earlier."""
+    rng = np.random.default_rng(seed)
+    places = rng.uniform(0, 2, (6, 2))
+    table = TrackTable.blank(6, 3)
+    table.track_id[:] = np.arange(1, 7)
+    table.mean[:, :2], table.mean[:, 2:] = places, rng.normal(0, 1, (6, 2))
+    table.covariance[:] = np.diag([0.09, 0.09, 1.0, 1.0])
+    table.confirmed[:4] = True
+    pictures = [
+        detections(PERIOD_NS - before_ns, places + rng.normal(0, 0.2, (6, 2)), local_id=range(6))
+        for before_ns in (0, 0, 30_000_000)
+    ]
+    return table, Looks(pictures, [0, 1, 2], PERIOD_NS, CONFIG, Portraits(CONFIG.recognition))
+
+
+@pytest.mark.parametrize('method', sorted(ASSOCIATORS.keys() - COSTS.keys()))
+@pytest.mark.parametrize('seed', range(3))
+def test_judged_pairs_give_the_probabilities_that_were_used(method, seed):
+    table, looks = scene(seed)
+    config = AssociationConfig(method=method)
+    joint = JointAssociation(table, looks, config)
+    joint.solve()
+    judged = joint.judged(table, looks, config)
+    single = np.searchsorted(looks.single, judged.row)
+    cost = judged.squared + np.log(np.linalg.det(judged.spread + looks.noise[judged.row]))
+    cost += prior_costs(table, looks, judged.track, single, config)
+    near = judged.squared < config.gate
+    slots = np.unique(
+        looks.picture[judged.row[near]] * 6 + judged.track[near], return_inverse=True
+    )
+    pairs = Pairs(
+        *(judged.track[near], single[near], slots[1]),
+        *(np.exp(-cost[near] / 2), looks.picture[judged.row[near]]),
+    )
+    np.testing.assert_allclose(cost, judged.squared + sum(judged.costs.values()), rtol=1e-9)
+    expected = ASSOCIATORS[method]().probabilities(pairs)
+    np.testing.assert_allclose(judged.probability[near], expected, atol=1e-6)
+    assert not judged.probability[~near].any()
+    track, row = joint.pairs()
+    assert judged.track[judged.taken].tolist() == track.tolist()
+    assert judged.row[judged.taken].tolist() == row.tolist()
+
+
+@pytest.mark.parametrize('method', COSTS)
+def test_pairs_of_the_covering_graph_are_told_too(method):
+    table, looks = scene(1)
+    config = AssociationConfig(method=method)
+    covering = CoveringAssociation(table, looks, config)
+    judged = covering.judged(table, looks, config)
+    track, row = covering.pairs()
+    assert judged.track[judged.taken].tolist() == track.tolist()
+    assert judged.row[judged.taken].tolist() == row.tolist()
+    assert (judged.squared < config.gate).all()
+
+
+def test_an_account_changes_nothing():
+    pipeline = FusionPipeline(CONFIG, CAMERAS)
+    for index, (output, _) in enumerate(explained(crowd, 40)):
+        other = pipeline.step(tick(index, crowd(index)))
+        for name in ('tracks', 'events'):
+            one, two = getattr(output, name), getattr(other, name)
+            assert all(
+                getattr(one, column).tobytes() == getattr(two, column).tobytes()
+                for column in one.COLUMNS
+            )
+
+
+def test_every_detection_is_accounted_for_and_travels():
+    for index, (_, why) in enumerate(explained(crowd, 20)):
+        told = set(zip(why.candidates.camera.tolist(), why.candidates.detection.tolist()))
+        assert told == {(camera, row) for camera in range(2) for row in range(3)}
+        taken = why.candidates.select(why.candidates.choice == Choice.TAKEN)
+        frames = crowd(index)
+        for camera, row, place in zip(taken.camera, taken.detection, taken.position):
+            np.testing.assert_allclose(place[:2], frames[CAMERAS[camera]][row], atol=1e-6)
+        for rows, kind in ((why.candidates, Candidates), (why.decisions, Decisions)):
+            again = rows_from_cloud(cloud_from_rows(rows, ROSBAGS_CLASSES, 'map'), kind)
+            assert all(
+                getattr(again, name).tobytes() == getattr(rows, name).tobytes()
+                for name in kind.COLUMNS
+            )
+
+
+def test_the_cost_is_what_the_probability_was_made_of():
+    _, why = explained(lambda _: {'one': [[0, 0]], 'two': [[0, 0]]}, 30)[-1]
+    likelihood = np.exp(-why.candidates.cost / 2)
+    np.testing.assert_allclose(
+        why.candidates.probability, likelihood / (1 + likelihood), rtol=1e-4
+    )
+
+
+def test_a_life_is_told_from_its_begin_to_its_end():
+    def frames(index):
+        place = [[0.02 * index, 0]] if index < 30 else []
+        return {'one': place, 'two': place}
+
+    told = [why.decisions for _, why in explained(frames, 70)]
+    reasons = [Reason(each.reason[0]) for each in told if len(each)]
+    changes = [one for one, before in zip(reasons, [None, *reasons]) if one != before]
+    names = ['BEGAN', 'SEEN', 'CONFIRMED', 'SEEN', 'COASTS', 'SILENT']
+    assert [each.name for each in changes] == names
+    assert np.isnan(told[0].predicted).all()
+    assert np.isfinite(told[1].predicted).all()
+    last = next(each for each in told if Reason.SILENT in each.reason)
+    assert last.value[0] > last.limit[0] == CONFIG.life.coast_time
+
+
+def test_detections_that_begin_a_track_and_those_that_do_not_are_told():
+    pipeline = FusionPipeline(CONFIG, CAMERAS)
+    _, why = explained(lambda _: {'one': [[0, 0], [9, 0]], 'two': [[0.1, 0]]}, 1, pipeline)[0]
+    assert why.candidates.choice.tolist() == [Choice.BEGINS] * 3
+    ids = dict(zip(why.decisions.track_id.tolist(), why.decisions.position[:, 0].tolist()))
+    for track_id, place in zip(why.candidates.track_id.tolist(), why.candidates.position):
+        assert abs(place[0] - ids[track_id]) < 0.2
+
+
+def test_who_is_hidden_by_a_group_is_told():
+    pipeline = FusionPipeline(CONFIG, CAMERAS)
+    pair = [[0, 0], [0.8, 0]]
+    before = explained(lambda _: {'one': pair, 'two': pair}, 25, pipeline)
+    ids = sorted(published(before[-1][0]))
+    members = [[*ids, *[0] * 14]]
+
+    def merged(index):
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        group = detections(stamp_ns, [[0.4, 0]], 0.5, member_count=[2], members=members)
+        return {'one': group, 'two': []}
+
+    _, why = explained(merged, 3, pipeline, 25)[-1]
+    assert why.candidates.choice.tolist() == [Choice.HIDES] * 2
+    assert why.candidates.track_id.tolist() == ids
+    assert why.decisions.reason.tolist() == [Reason.HIDDEN] * 2
+
+
+def test_a_step_back_in_time_ends_all_and_says_so():
+    pipeline = FusionPipeline(CONFIG, CAMERAS)
+    explained(lambda _: {'one': [[0, 0]], 'two': [[0, 0]]}, 20, pipeline, 100)
+    _, why = explained(lambda _: {'one': [], 'two': []}, 1, pipeline)[0]
+    assert why.decisions.reason.tolist() == [Reason.RESET]
+
+
+def test_renamed_and_joined_tracks_name_the_other():
+    table, ended = TrackTable.blank(3, 2), TrackTable.blank(1, 2)
+    table.track_id[:], table.previous_id[:] = [3, 5, 8], [0, 8, 9]
+    table.confirmed[:] = table.cameras[:] = 1
+    ended.track_id[:] = 9
+    predicted = TrackTable.blank(4, 2)
+    predicted.track_id[:], predicted.confirmed[:] = [3, 5, 8, 9], True
+    predicted.mean[:, 0] = [3, 5, 8, 9]
+    recognition = Recognition(CONFIG)
+    recognition.portraits.learn(5, Look(np.zeros(48), 1.0))
+    decisions, called = decisions_of(
+        table, ended, predicted, np.zeros(0, np.uint32), recognition, 0, CONFIG
+    )
+    assert called == {8: 5}
+    assert decisions.track_id.tolist() == [3, 5, 8, 9]
+    assert decisions.reason.tolist() == [
+        Reason.SEEN, Reason.RECOGNISED, Reason.ABSORBED, Reason.JOINED
+    ]  # fmt: skip
+    assert decisions.previous_id.tolist() == [0, 8, 0, 0]
+    assert decisions.other_id.tolist() == [0, 8, 9, 8]
+    assert decisions.predicted[:, 0].tolist() == [3, 8, 8, 9]
+
+
+def test_who_was_lost_and_is_found_where_he_would_be_by_now_is_told():
+    def frames(index):
+        place = [] if 30 <= index < 75 else [[0.04 * index, 0]]
+        return {'one': place, 'two': place}
+
+    told = explained(frames, 100)
+    found = [
+        (why.decisions, out.tracks)
+        for out, why in told
+        if Reason.REAPPEARED in why.decisions.reason
+    ]
+    assert len(found) == 1
+    decisions, tracks = found[0]
+    assert decisions.track_id.tolist() == tracks.track_id.tolist() == [1]
+    assert decisions.other_id.tolist() == decisions.previous_id.tolist() == [2]
+    assert decisions.value[0] < decisions.limit[0] == 0.0
+    assert np.isfinite(decisions.predicted).all()
+
+
+@pytest.mark.parametrize('name', ['bad_covariances', 'infinite_positions', 'twice', 'wild_ids'])
+def test_whatever_comes_can_be_explained_and_travels(name):
+    rng = np.random.default_rng(1)
+    batcher, pipeline = Batcher(CONFIG, CAMERAS), FusionPipeline(CONFIG, CAMERAS)
+    for index in range(30):
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        messages = [
+            CameraDetections(camera, detections(stamp_ns, rows))
+            for camera, rows in crowd(index).items()
+        ]
+        if index >= 10:
+            messages = SPOILERS[name](messages, index - 10, rng)
+        ticks = []
+        for each in messages:
+            ticks += batcher.add(each.camera, each.detections, stamp_ns)
+        for each in [*ticks, *batcher.flush()]:
+            account = Account()
+            pipeline.step(each, account)
+            why = account.explanation
+            for rows, kind in ((why.candidates, Candidates), (why.decisions, Decisions)):
+                cloud = cloud_from_rows(rows, ROSBAGS_CLASSES, 'map')
+                assert len(rows_from_cloud(cloud, kind)) == len(rows)

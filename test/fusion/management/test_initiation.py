@@ -1,0 +1,151 @@
+"""Where tracks begin, from the detections that no track took."""
+
+import numpy as np
+import pytest
+from fusion_scenes import PERIOD_NS
+
+from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion.config import LifeConfig
+from mctrack_ros.fusion.management.initiation import (
+    BESIDE_M,
+    MOST_STARTS,
+    MOST_TOGETHER,
+    new_tracks,
+    note_beside,
+    with_room,
+)
+from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.motion.models import motion_of
+from mctrack_ros.fusion.reid.gallery import Portraits
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.interfaces import TEMPLATE_SIZE, Detections
+
+CONFIG = FusionConfig()
+CROWD = CONFIG.life.crowd_distance
+
+
+def looks_of(pictures):
+    """Return pictures, one a camera, of places and their covariances."""
+    rows = [
+        Detections.build(
+            PERIOD_NS,
+            position=np.column_stack([places, np.zeros(len(places))]),
+            covariance=covariance,
+            **columns,
+        )
+        for places, covariance, columns in pictures
+    ]
+    cameras = range(len(rows))
+    return Looks(rows, cameras, PERIOD_NS, CONFIG, Portraits(CONFIG.recognition))
+
+
+def begun(pictures, next_id=1):
+    looks = looks_of(pictures)
+    rows = np.arange(len(looks.position))
+    cameras = len(pictures)
+    motion = motion_of(CONFIG.motion)
+    return looks, new_tracks(looks, rows, PERIOD_NS, next_id, cameras, CONFIG, motion)
+
+
+def picture(places, sigma=0.3, **columns):
+    places = np.array(places, float).reshape(-1, 2)
+    return places, np.tile(sigma**2 * np.eye(2), (len(places), 1, 1)), columns
+
+
+def test_a_track_begins_at_the_weighted_mean_of_its_detections_at_rest():
+    rng = np.random.default_rng(0)
+    root = rng.normal(0, 0.3, (3, 1, 2, 2))
+    covariance = root @ root.swapaxes(-1, -2) + 0.05 * np.eye(2)
+    pictures = [(rng.normal(5, 0.1, (1, 2)), one, {'local_id': [4 + c]}) for c, one in
+                enumerate(covariance)]  # fmt: skip
+    looks, table = begun(pictures, next_id=17)
+    weight = np.linalg.inv(looks.noise)
+    spread = np.linalg.inv(weight.sum(axis=0))
+    place = spread @ np.einsum('nij,nj->i', weight, looks.position)
+    np.testing.assert_allclose(table.mean, [[*place, 0, 0]])
+    expected = np.zeros((4, 4))
+    expected[:2, :2] = spread
+    expected[2:, 2:] = CONFIG.motion.initial_speed_sigma**2 * np.eye(2)
+    np.testing.assert_allclose(table.covariance, expected[None], atol=1e-12)
+    assert (table.track_id[0], table.cameras[0]) == (17, 0b111)
+    assert table.local_id.tolist() == [[4, 5, 6]]
+    stamps = table.first_ns, table.seen_ns, table.kept_ns, table.seen_by_ns
+    assert all((each == PERIOD_NS).all() for each in stamps)
+
+
+def starts(*pictures):
+    """Return where tracks begin, x rounded to 5 cm, and how many cameras each has."""
+    _, table = begun(pictures)
+    assert table.track_id.tolist() == list(range(1, len(table) + 1))
+    return [
+        (round(20 * x) / 20, int(cameras).bit_count())
+        for x, cameras in zip(table.mean[:, 0].tolist(), table.cameras)
+    ]
+
+
+def test_the_nearest_of_different_cameras_begin_together_one_of_each():
+    one, other = picture([[0, 0], [0.5, 0]]), picture([[0.4, 0], [9, 0]])
+    assert starts(one, other) == [(0.0, 1), (0.45, 2), (9.0, 1)]
+    assert starts(one, other, picture([[0.1, 0]])) == [(0.05, 2), (0.45, 2), (9.0, 1)]
+    chain = [picture([[x, 0]]) for x in (0.0, 0.9, 0.3)]
+    assert starts(*chain) == [(0.4, 3)]
+
+
+@pytest.mark.parametrize(('gap', 'sigma', 'count'), [
+    (1.45, 1.0, 1), (1.55, 1.0, 2), (1.1, 0.1, 1), (1.25, 0.1, 2),
+])  # fmt: skip
+def test_too_far_apart_or_too_sure_to_be_one_they_begin_two(gap, sigma, count):
+    """1.5 m, and where each is known to .1 m and .2 m more: 3.7 x .316 m = 1.17 m."""
+    assert len(starts(picture([[0, 0]], sigma), picture([[gap, 0]], sigma))) == count
+
+
+def test_the_colours_are_those_of_the_first_camera_that_tells_them():
+    colours = np.eye(3, TEMPLATE_SIZE, dtype=np.float32)
+    pictures = [picture([[0, 0]], template=colours[[row]]) for row in (1, 2)]
+    nothing = picture([[0, 0]], template=np.zeros((1, TEMPLATE_SIZE)))
+    _, table = begun([nothing, *pictures])
+    np.testing.assert_array_equal(table.template, colours[[1]])
+
+
+def test_of_a_flood_each_camera_begins_as_many():
+    """One has 40; the other two share what is left."""
+    places = 20.0 * np.stack(np.mgrid[:20, :15], axis=-1).reshape(-1, 2)
+    shift = [[0, 0], [7, 0], [0, 7]]
+    few = picture(places[:40] + shift[1])
+    _, table = begun([picture(places + shift[0]), few, picture(places + shift[2])])
+    told = [int((table.cameras == 1 << camera).sum()) for camera in range(3)]
+    assert told == [(MOST_STARTS - 40) // 2, 40, (MOST_STARTS - 40) // 2]
+
+
+def tracks(places):
+    table = TrackTable.blank(len(places), 1)
+    table.mean[:, :2] = places
+    table.track_id[:] = np.arange(len(places)) + 1
+    table.confirmed[:] = True
+    return table
+
+
+def test_what_begins_near_a_confirmed_track_knows_it_and_very_near_needs_more_evidence():
+    known = tracks([[0, 0], [50, 0], [80, 0]])
+    known.confirmed[2] = False
+    fresh = tracks([[50 + gap, 0] for gap in (CROWD - 0.01, CROWD + 0.01, BESIDE_M - 0.01, 2.01)])
+    fresh = fresh.extended(tracks([[80.1, 0]]))
+    note_beside(fresh, known, CONFIG)
+    assert fresh.beside.tolist() == [2, 2, 2, 0, 0]
+    assert fresh.evidence.tolist() == [-CONFIG.life.crowd_evidence, 0, 0, 0, 0]
+
+
+def test_no_more_begin_than_there_is_room_for_and_none_in_a_dense_crowd():
+    known = tracks([[0, 0], [10, 0]])
+    fresh, beside = with_room(tracks([[5, 0], [0.5, 0], [5.5, 0], [9, 9]]), known, CONFIG)
+    assert len(fresh) == 4
+    assert beside.tolist() == [1, 2]
+    small = FusionConfig(life=LifeConfig(most_tracks=5))
+    assert with_room(tracks([[5, 0], [7, 0], [20, 0], [30, 0]]), known, small)[0].mean[
+        :, 0
+    ].tolist() == [5, 7, 20]
+    assert len(with_room(tracks([[5, 0]]), tracks(np.zeros((6, 2))), small)[0]) == 0
+    spot = np.zeros((MOST_TOGETHER + 3, 2))
+    fresh, _ = with_room(tracks(np.vstack([spot, [[7, 7]]])), known, CONFIG)
+    assert len(fresh) == MOST_TOGETHER
+    assert fresh.mean[-1, 0] == 7

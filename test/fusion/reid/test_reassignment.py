@@ -1,0 +1,220 @@
+import numpy as np
+import pytest
+from fusion_scenes import PERIOD_NS, detections, published, tick
+
+from mctrack_ros.fusion import FusionConfig, FusionPipeline
+from mctrack_ros.fusion.reid.reassignment import PAST_S, Recognition
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.interfaces import TEMPLATE_SIZE, EventCode
+
+CAMERAS = ('one', 'two')
+RED, BLUE, GREEN = 3, 20, 30
+NOBODY_NEAR = np.empty(0, np.int64), np.empty(0, np.int64)
+
+
+def template(colour, seed):
+    """Colours of one in a kit: most in one bin, the rest varying from picture to picture."""
+    if colour is None:
+        return np.zeros(TEMPLATE_SIZE)
+    rng = np.random.default_rng([colour, seed])
+    bins = np.abs(rng.normal(0, 0.003, TEMPLATE_SIZE))
+    bins[colour] += 0.6
+    bins[40] += 0.4
+    return bins / bins.sum()
+
+
+class Scene:
+    """Feed ticks of people, each given as a place and a colour, to a pipeline."""
+
+    def __init__(self):
+        self.pipeline, self.index, self.events = FusionPipeline(FusionConfig(), CAMERAS), 0, []
+
+    def show(self, *people):
+        stamp_ns = self.index * PERIOD_NS + PERIOD_NS // 2
+        rows = detections(
+            stamp_ns,
+            [place for place, _ in people],
+            template=[template(colour, self.index) for _, colour in people],
+            box=np.array([[100 * row, 0, 20, 50] for row in range(len(people))]).reshape(-1, 4),
+        )
+        output = self.pipeline.step(tick(self.index, {name: rows for name in CAMERAS}))
+        self.index += 1
+        events = output.events
+        for code, old, new in zip(events.event, events.old_id, events.new_id):
+            self.events.append((EventCode(code), int(old), int(new)))
+        return published(output)
+
+    def hold(self, ticks, *people):
+        for _ in range(ticks):
+            shown = self.show(*people)
+        return shown
+
+    def count(self, code):
+        return sum(each[0] == code for each in self.events)
+
+
+def id_at(shown, place):
+    return min(shown, key=lambda one: np.linalg.norm(shown[one] - place))
+
+
+@pytest.fixture
+def scene():
+    return Scene()
+
+
+def exchange(scene, left, right):
+    """Two meet and each goes back to where he came from, dressed as given from then on."""
+    for gap in np.linspace(3, 0.4, 30):
+        scene.show(([-gap, 0], RED), ([gap, 0], BLUE))
+    for gap in np.linspace(0.4, 3, 30):
+        scene.show(([-gap, 0], left), ([gap, 0], right))
+    return scene.hold(25, ([-3, 0], left), ([3, 0], right))
+
+
+def test_ids_that_were_exchanged_in_an_encounter_are_corrected(scene):
+    before = scene.hold(75, ([-3, 0], RED), ([3, 0], BLUE))
+    red, blue = id_at(before, [-3, 0]), id_at(before, [3, 0])
+    after = exchange(scene, BLUE, RED)
+    assert (id_at(after, [-3, 0]), id_at(after, [3, 0])) == (blue, red)
+    told = [each[1:] for each in scene.events if each[0] == EventCode.CORRECTION]
+    assert sorted(told) == sorted([(red, blue), (blue, red)])
+
+
+def test_who_leaves_an_encounter_as_he_came_keeps_his_id(scene):
+    before = scene.hold(75, ([-3, 0], RED), ([3, 0], BLUE))
+    after = exchange(scene, RED, BLUE)
+    assert id_at(after, [-3, 0]) == id_at(before, [-3, 0])
+    assert scene.count(EventCode.CORRECTION) == 0
+
+
+def test_who_never_met_another_is_himself_whatever_he_looks_like(scene):
+    before = scene.hold(75, ([-3, 0], RED), ([3, 0], BLUE))
+    after = scene.hold(75, ([-3, 0], BLUE), ([3, 0], RED))
+    assert id_at(after, [-3, 0]) == id_at(before, [-3, 0])
+
+
+def test_who_has_turned_out_to_be_himself_is_so_whatever_he_looks_like_later(scene):
+    scene.hold(75, ([-3, 0], RED), ([3, 0], BLUE))
+    before = exchange(scene, RED, BLUE)
+    after = scene.hold(400, ([-3, 0], BLUE), ([3, 0], RED))
+    assert id_at(after, [-3, 0]) == id_at(before, [-3, 0])
+    assert scene.count(EventCode.CORRECTION) == 0
+
+
+def test_who_looks_like_nobody_known_is_not_taken_for_one_whose_looks_are_not_known(scene):
+    before = scene.hold(150, ([-0.5, 0], RED))
+    together = scene.hold(25, ([-0.5, 0], RED), ([0.5, 0], None))
+    for gap in np.linspace(0.5, 4, 40):
+        scene.show(([-gap, 0], GREEN), ([0.5, 0], None))
+    after = scene.hold(50, ([-4, 0], GREEN), ([0.5, 0], None))
+    assert id_at(after, [-4, 0]) == id_at(before, [-0.5, 0])
+    assert id_at(after, [0.5, 0]) == id_at(together, [0.5, 0])
+
+
+@pytest.mark.parametrize('ticks', [100, 175, 250])
+def test_a_swap_with_one_whose_looks_are_not_known_is_corrected(scene, ticks):
+    before = scene.hold(ticks, ([-0.5, 0], RED))
+    together = scene.hold(25, ([-0.5, 0], RED), ([0.5, 0], BLUE))
+    for gap in np.linspace(0.5, 4, 40):
+        scene.show(([-gap, 0], BLUE), ([0.5, 0], RED))
+    after = scene.hold(250, ([-4, 0], BLUE), ([0.5, 0], RED))
+    assert id_at(after, [0.5, 0]) == id_at(before, [-0.5, 0])
+    assert id_at(after, [-4, 0]) == id_at(together, [0.5, 0])
+
+
+def test_who_was_lost_is_found_again_by_his_colours(scene):
+    before = scene.hold(75, ([0, 0], RED), ([9, 0], BLUE))
+    scene.hold(50, ([9, 0], BLUE))
+    after = scene.hold(25, ([1, 0], RED), ([9, 0], BLUE))
+    assert id_at(after, [1, 0]) == id_at(before, [0, 0])
+    assert scene.count(EventCode.NEW) == 2
+
+
+def test_who_turns_up_beside_another_is_found_again_by_all_that_was_seen_of_him(scene):
+    before = scene.hold(75, ([0, 0], RED), ([6, 0], BLUE))
+    scene.hold(50, ([6, 0], BLUE))
+    scene.show(([4.8, 0], GREEN), ([6, 0], BLUE))  # others' colours, as he comes out
+    after = scene.hold(25, ([4.8, 0], RED), ([6, 0], BLUE))
+    assert id_at(after, [4.8, 0]) == id_at(before, [0, 0])
+    assert scene.count(EventCode.CORRECTION) == 1
+
+
+def test_who_looks_like_nobody_lost_is_new(scene):
+    before = scene.hold(75, ([0, 0], RED), ([9, 0], BLUE))
+    scene.hold(50, ([9, 0], BLUE))
+    after = scene.hold(50, ([1, 0], BLUE), ([9, 0], BLUE))
+    assert id_at(after, [1, 0]) not in before
+
+
+def test_who_turns_up_farther_away_than_one_can_go_is_new(scene):
+    before = scene.hold(75, ([0, 0], RED), ([9, 0], BLUE))
+    scene.hold(50, ([9, 0], BLUE))
+    after = scene.hold(50, ([0, 40], RED), ([9, 0], BLUE))
+    assert id_at(after, [0, 40]) not in before
+
+
+def test_who_was_lost_long_ago_is_forgotten(scene):
+    before = scene.hold(75, ([0, 0], RED), ([9, 0], BLUE))
+    scene.hold(550, ([9, 0], BLUE))
+    after = scene.hold(25, ([1, 0], RED), ([9, 0], BLUE))
+    assert id_at(after, [1, 0]) not in before
+
+
+def test_without_colours_nothing_is_corrected():
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    for index in range(200):
+        gap = abs(100 - index) * 0.03
+        places = [[-gap, 0], [gap, 0]]
+        output = pipeline.step(tick(index, {name: places for name in CAMERAS}))
+        assert not (output.events.event == EventCode.CORRECTION).any()
+
+
+def test_two_who_look_different_are_not_taken_for_one_when_one_hides_the_other(scene):
+    before = scene.hold(150, ([-3, 0], RED), ([3, 0], BLUE))
+    for gap in np.linspace(3, 0.3, 30):
+        scene.show(([-gap, 0], RED), ([gap, 0], BLUE))
+    scene.hold(25, ([-0.3, 0], RED), ([0.3, 0], BLUE))
+    scene.hold(50, ([-0.3, 0], RED))
+    after = scene.hold(50, ([-0.3, 0], RED), ([3, 0], BLUE))
+    assert after.keys() == before.keys()
+    assert id_at(after, [3, 0]) == id_at(before, [3, 0])
+
+
+@pytest.mark.parametrize(('past_s', 'changes'), [(PAST_S - 0.1, {}), (PAST_S + 0.1, {9: 2})])
+def test_who_was_joined_with_another_is_found_again_if_he_was_somebody_before(past_s, changes):
+    config = FusionConfig()
+    recognition, now_ns = Recognition(config), 10_000_000_000
+    joined, fresh = TrackTable.blank(1, 2), TrackTable.blank(1, 2)
+    for table, name in ((joined, 2), (fresh, 9)):
+        table.track_id, table.confirmed = name, True
+        table.mean, table.covariance = [5, 5, 1, 0], np.diag([0.1, 0.1, 0.2, 0.2])
+    joined.first_ns = now_ns - round((config.life.merge_time + past_s) * 1e9)
+    recognition.note_joined(joined, now_ns)
+    assert recognition.step(fresh, NOBODY_NEAR, now_ns, np.ones(1, bool)) == changes
+
+
+@pytest.mark.parametrize(
+    ('third', 'cameras', 'joined'), [(False, 3, 1), (True, 3, 0), (False, 2, 0)]
+)
+def test_two_known_ones_who_share_one_body_are_one_if_alone_and_seen_from_all_sides(
+    third, cameras, joined
+):
+    def picture(index, camera):
+        gap = np.clip(3 - 0.06 * (index - 75), 0.05, 3)
+        people = [[-gap, 0], [gap, 0]] if gap > 0.3 else [[0, 0]]
+        people += [[0, 1.8]] if third else []
+        noise = np.random.default_rng([camera, index]).normal(0, 0.2, (len(people), 2))
+        colours = [template(RED, index)] * len(people)
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        return detections(stamp_ns, people + noise, template=colours)
+
+    names = ('one', 'two', 'three')[:cameras]
+    pipeline = FusionPipeline(FusionConfig(), names)
+    outputs = [
+        pipeline.step(tick(index, {name: picture(index, k) for k, name in enumerate(names)}))
+        for index in range(260)
+    ]
+    codes = np.concatenate([output.events.event for output in outputs])
+    assert len(published(outputs[170])) == 2 + third
+    assert (codes == EventCode.CORRECTION).sum() == joined
+    assert not joined or len(published(outputs[-1])) == 1

@@ -1,0 +1,104 @@
+"""What a track learns of the detections that are its own, beside where it is."""
+
+import numpy as np
+import pytest
+from fusion_scenes import detections
+
+from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.reid.gallery import Portraits
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.update.update import learn_appearance, note
+from mctrack_ros.interfaces import LARGEST_EXTENT, TEMPLATE_SIZE, ClassCode
+
+SECOND_NS = 1_000_000_000
+PERSON, BICYCLE, VEHICLE = int(ClassCode.PERSON), int(ClassCode.BICYCLE), int(ClassCode.VEHICLE)
+CONFIG = FusionConfig()
+
+
+def looks_of(seconds, camera=0, **columns):
+    """Return a picture, taken so many seconds after the start, of one detection."""
+    stamp_ns = round((100 + seconds) * SECOND_NS)
+    columns = {name: [value] for name, value in columns.items()}
+    seen = detections(stamp_ns, [[0, 0]], **columns)
+    return Looks([seen], [camera], stamp_ns, CONFIG, Portraits(CONFIG.recognition))
+
+
+def told(table, seconds, camera=0, **columns):
+    looks = looks_of(seconds, camera, **columns)
+    note(table, looks, np.zeros(1, np.int64), np.zeros(1, np.int64))
+
+
+def test_who_saw_a_track_when_and_as_what_is_noted():
+    table = TrackTable.blank(2, 3)
+    rows = np.array([0, 1, 1])
+    stamps = 100 * SECOND_NS + np.array([0, -5, -9])
+    pictures = [
+        detections(stamp, [[0, 0]], local_id=[7 + camera]) for camera, stamp in enumerate(stamps)
+    ]
+    looks = Looks(pictures, [0, 1, 2], stamps[0], CONFIG, Portraits(CONFIG.recognition))
+    note(table, looks, rows, np.arange(3))
+    assert table.cameras.tolist() == [0b001, 0b110]
+    assert table.local_id.tolist() == [[7, 0, 0], [0, 8, 9]]
+    assert table.seen_ns.tolist() == table.kept_ns.tolist() == stamps[:2].tolist()
+    assert table.seen_by_ns[rows, [0, 1, 2]].tolist() == stamps.tolist()
+
+
+def test_a_size_is_taken_at_first_and_then_followed_over_eight_seconds():
+    """By half at most; what cannot be a size tells nothing."""
+    table = TrackTable.blank(1, 2)
+    told(table, 0, extent=[0.6, np.nan])
+    np.testing.assert_allclose(table.extent, [[0.6, np.nan]])
+    told(table, 2, extent=[1.0, 1.8])
+    np.testing.assert_allclose(table.extent, [[0.6 + 2 / 8 * 0.4, 1.8]], rtol=1e-6)
+    told(table, 9, extent=[0.0, 1.4])
+    np.testing.assert_allclose(table.extent, [[0.7, 1.6]], rtol=1e-6)
+    told(table, 9, camera=1, extent=[LARGEST_EXTENT, -1.0])
+    np.testing.assert_allclose(table.extent, [[0.7, 1.6]], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ('said', 'class_id', 'lead_s'),
+    [
+        ([(0, PERSON)], PERSON, 1.0),
+        ([(0, PERSON), (0.25, PERSON)], PERSON, 1.25),
+        ([(0, PERSON), (9, PERSON), (18, PERSON), (27, PERSON)], PERSON, 3.0),
+        ([(0, PERSON), (9, PERSON), (18, PERSON), (18.25, PERSON)], PERSON, 3.0),
+        ([(0, PERSON), (0.25, BICYCLE)], PERSON, 0.5),
+        ([(0, PERSON), (0.25, 0)], PERSON, 1.0),
+        ([(0, PERSON), (9, BICYCLE)], BICYCLE, 1.0),
+        ([(0, BICYCLE)], BICYCLE, 2.0),
+        ([(0, BICYCLE), (9, PERSON)], BICYCLE, 1.0),
+        ([(0, BICYCLE), (9, PERSON), (18, PERSON)], BICYCLE, 0.0),
+        ([(0, BICYCLE), (9, PERSON), (18, PERSON), (18.5, PERSON)], PERSON, 0.5),
+        ([(0, BICYCLE), (0.5, VEHICLE), (9, VEHICLE)], VEHICLE, 1.0),
+    ],
+)
+def test_a_class_leads_by_how_long_it_was_said_all_but_persons_twice(said, class_id, lead_s):
+    """A detection says it since that camera's last one, for 1 s at most; 3 s are a lead."""
+    table = TrackTable.blank(1, 1)
+    for seconds, kind in said:
+        told(table, seconds, class_id=kind)
+    assert table.class_id[0] == class_id
+    assert table.class_lead_s[0] == pytest.approx(lead_s)
+
+
+def test_colours_are_taken_at_first_and_then_mixed_in_over_a_time():
+    """By half at most; none tell nothing, and nobody's whose box overlaps another's."""
+    first, second, nothing = *np.eye(2, TEMPLATE_SIZE), np.zeros(TEMPLATE_SIZE)
+    table = TrackTable.blank(1, 1)
+
+    def learn(seconds, template, overlaps=False):
+        looks = looks_of(seconds, template=template)
+        looks.is_overlapped[:] = overlaps
+        pair = np.zeros(1, np.int64), np.zeros(1, np.int64)
+        learn_appearance(table, looks, *pair, template_time=4.0)
+        note(table, looks, *pair)
+        return table.template[0, :2].tolist()
+
+    assert learn(0, nothing) == [0, 0]
+    assert learn(0.1, first) == [1, 0]
+    assert learn(1.1, second) == pytest.approx([0.75, 0.25])
+    assert learn(9, second, overlaps=True) == pytest.approx([0.75, 0.25])
+    assert learn(18, nothing) == pytest.approx([0.75, 0.25])
+    assert learn(27, second) == pytest.approx([0.375, 0.625])
