@@ -17,8 +17,8 @@ from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.config import ConfigError, config_from, parameter, values_of
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.ground import CalibrationError
-from mctrack_ros.ground.coverage import area_from
-from mctrack_ros.ground.field_of_view import FieldOfViewError
+from mctrack_ros.ground.coverage.coverage import area_from
+from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
 from mctrack_ros.ground.yaml_files import read_yaml_file
 from mctrack_ros.interfaces import MAX_CAMERAS
 from mctrack_ros.site_description import offline_run, site_description
@@ -42,7 +42,8 @@ class SiteConfig:
     feedback_delay : float
         Age of the feedback that a camera uses, s.
     area : str
-        What is to be covered, as `mctrack_ros.ground.coverage.area_from` reads it; may be empty.
+        What is to be covered, as `area_from` of `mctrack_ros.ground.coverage` reads it; may be
+        empty.
     cameras : dict of str to CameraSettings
         By name, in the order of the camera bits: sorted.
     fusion : FusionConfig

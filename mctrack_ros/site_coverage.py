@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.ground import read_grid
-from mctrack_ros.ground.coverage import Coverage, CoverageConfig, area_from, coverage_of
-from mctrack_ros.ground.coverage_view import View
-from mctrack_ros.ground.field_of_view import Region, polygon_from, seen_ground
+from mctrack_ros.ground.coverage.coverage import Coverage, CoverageConfig, area_from, coverage_of
+from mctrack_ros.ground.coverage.field_of_view import Region, polygon_from, seen_ground
+from mctrack_ros.ground.coverage.view import View
 from mctrack_ros.site_config import SiteConfig
 
 

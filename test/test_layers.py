@@ -57,6 +57,14 @@ ALLOWED['web'] = ALLOWED['ros'] | {'experiments', 'ros'}
 ALLOWED['cli'] = ALLOWED['web'] | {'web'}
 
 STAGES = {
+    'ground': (
+        ('errors', 'mapping', 'origin', 'support', 'yaml_files'),
+        ('xml_files', 'coverage', 'homography'),
+        ('camera',),
+        ('plausible', 'files.keyed'),
+        ('grid',),
+        ('files',),
+    ),
     'perception': (
         ('image_clock', 'image_state', 'camera_shift', 'geometry'),
         ('output', 'blobs'),

@@ -9,8 +9,8 @@ import yaml
 from lens_cameras import SIZE, camera
 
 from mctrack_ros.ground import read_grid, write_calibration, write_grid
-from mctrack_ros.ground.coverage import CoverageConfig
-from mctrack_ros.ground.field_of_view import FieldOfViewError
+from mctrack_ros.ground.coverage.coverage import CoverageConfig
+from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
 from mctrack_ros.resources import config_file
 from mctrack_ros.site_config import load_site
 from mctrack_ros.site_coverage import camera_view, site_coverage

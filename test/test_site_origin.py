@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import read_grid, write_fov
-from mctrack_ros.ground.coverage import CoverageConfig
+from mctrack_ros.ground.coverage.coverage import CoverageConfig
 from mctrack_ros.site_config import load_site
 from mctrack_ros.site_coverage import site_coverage
 from mctrack_ros.site_origin import FARTHEST_M, chosen_origin

@@ -66,7 +66,7 @@ def evaluate(
 def _selection(area: str, start: float | None, stop: float | None, kind: str) -> Selection:
     """Return what the options select."""
     from mctrack_ros.experiments.selection import Selection
-    from mctrack_ros.ground.coverage import area_from
+    from mctrack_ros.ground.coverage.coverage import area_from
     from mctrack_ros.interfaces import ClassCode
 
     if area:

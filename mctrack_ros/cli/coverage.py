@@ -46,7 +46,7 @@ def coverage(
     """Show what a site's cameras see: overlaps, blind areas, hand-overs, predicted errors."""
     from mctrack_ros.cli.sites import named_site
     from mctrack_ros.experiments.coverage_figures import coverage_figures
-    from mctrack_ros.ground.coverage import CoverageConfig
+    from mctrack_ros.ground.coverage.coverage import CoverageConfig
     from mctrack_ros.site_coverage import site_coverage
 
     if sources and not web:

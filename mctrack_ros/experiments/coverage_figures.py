@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.experiments.figures import Figures
-from mctrack_ros.ground.coverage import Coverage
+from mctrack_ros.ground.coverage.coverage import Coverage
 
 Floats = NDArray[np.float64]
 

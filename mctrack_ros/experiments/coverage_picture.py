@@ -15,7 +15,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from mctrack_ros.ground.coverage import Coverage
+from mctrack_ros.ground.coverage.coverage import Coverage
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely.affinity import translate
 
-from mctrack_ros.ground.coverage import area_from
+from mctrack_ros.ground.coverage.coverage import area_from
 from mctrack_ros.interfaces import ClassCode, Tracks
 from mctrack_ros.stated_origin import Origin
 
@@ -24,7 +24,7 @@ class Selection:
     Attributes
     ----------
     area : str
-        As `mctrack_ros.ground.coverage.area_from` reads it; empty: everywhere.
+        As `mctrack_ros.ground.coverage.coverage.area_from` reads it; empty: everywhere.
     start_s, stop_s : float
         From when until before when, s since the tracks begin.
     class_id : ClassCode, optional

@@ -1,6 +1,11 @@
 """Between pixels and metres on the ground plane."""
 
-from mctrack_ros.ground.calibration_file import (
+from mctrack_ros.ground.camera.fit import CameraFit, FitError, fit_camera
+from mctrack_ros.ground.camera.fit_problem import LensPrior
+from mctrack_ros.ground.camera.pinhole import Camera, CameraMapping
+from mctrack_ros.ground.camera.stored import Pose, StoredCamera, stored_camera
+from mctrack_ros.ground.errors import CalibrationError, GridError, SceneError
+from mctrack_ros.ground.files.calibration_file import (
     FORMATS,
     METRES,
     camera_mapping,
@@ -13,28 +18,23 @@ from mctrack_ros.ground.calibration_file import (
     stated_size,
     write_calibration,
 )
-from mctrack_ros.ground.camera import Camera, CameraMapping
-from mctrack_ros.ground.camera_fit import CameraFit, FitError, fit_camera
-from mctrack_ros.ground.camera_info import camera_from_info
-from mctrack_ros.ground.camera_problem import LensPrior
-from mctrack_ros.ground.cells import CellMapping, Cells
-from mctrack_ros.ground.check import CalibrationCheck, check_grid, first_look
-from mctrack_ros.ground.errors import CalibrationError, GridError, SceneError
-from mctrack_ros.ground.grid import TransformationGrid, grid_from_points
-from mctrack_ros.ground.grid_checks import grid_flaws
-from mctrack_ros.ground.grid_edit import write_fov
-from mctrack_ros.ground.grid_file import read_grid, write_grid
-from mctrack_ros.ground.heard_camera import HeardCamera
-from mctrack_ros.ground.iterated import IteratedMapping
+from mctrack_ros.ground.files.camera_info import camera_from_info
+from mctrack_ros.ground.files.heard_camera import HeardCamera
+from mctrack_ros.ground.files.projection import ProjectionError, read_projection
+from mctrack_ros.ground.files.several_cameras import Choice
+from mctrack_ros.ground.files.tsai import TsaiCalibration, read_tsai
+from mctrack_ros.ground.grid.calibration_check import CalibrationCheck, check_grid, first_look
+from mctrack_ros.ground.grid.cells import CellMapping, Cells
+from mctrack_ros.ground.grid.checks import grid_flaws
+from mctrack_ros.ground.grid.edit import write_fov
+from mctrack_ros.ground.grid.file import read_grid, write_grid
+from mctrack_ros.ground.grid.iterated import IteratedMapping
+from mctrack_ros.ground.grid.methods import METHODS, mapping_from_grid
+from mctrack_ros.ground.grid.scene import read_scene, write_scene
+from mctrack_ros.ground.grid.transformation_grid import TransformationGrid, grid_from_points
+from mctrack_ros.ground.homography.projective import ProjectiveMapping
 from mctrack_ros.ground.mapping import GroundMapping
-from mctrack_ros.ground.methods import METHODS, mapping_from_grid
 from mctrack_ros.ground.plausible import check_plausible
-from mctrack_ros.ground.projection_file import ProjectionError, read_projection
-from mctrack_ros.ground.projective import ProjectiveMapping
-from mctrack_ros.ground.scene import read_scene, write_scene
-from mctrack_ros.ground.several_cameras import Choice
-from mctrack_ros.ground.stored_camera import Pose, StoredCamera, stored_camera
-from mctrack_ros.ground.tsai_file import TsaiCalibration, read_tsai
 
 __all__ = [
     'FORMATS',

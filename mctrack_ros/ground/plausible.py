@@ -7,10 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mctrack_ros.ground.camera import CameraMapping
+from mctrack_ros.ground.camera.pinhole import CameraMapping
 from mctrack_ros.ground.errors import CalibrationError
+from mctrack_ros.ground.homography.projective import ProjectiveMapping
 from mctrack_ros.ground.mapping import GroundMapping
-from mctrack_ros.ground.projective import ProjectiveMapping
 
 Floats = NDArray[np.float64]
 LOWEST_CAMERA_M, HIGHEST_CAMERA_M = 0.3, 150.0

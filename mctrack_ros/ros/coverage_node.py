@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from nav_msgs.msg import OccupancyGrid
 
 from mctrack_ros.config import ConfigError, parameter
-from mctrack_ros.ground.coverage import CoverageConfig
+from mctrack_ros.ground.coverage.coverage import CoverageConfig
 from mctrack_ros.ros import quality
 from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.occupancy import error_grid, seen_grid

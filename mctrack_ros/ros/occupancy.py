@@ -10,7 +10,7 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid
 from numpy.typing import NDArray
 from std_msgs.msg import Header
 
-from mctrack_ros.ground.coverage_raster import Raster
+from mctrack_ros.ground.coverage.raster import Raster
 
 UNKNOWN = -1
 _MOST = 100

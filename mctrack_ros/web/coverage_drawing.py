@@ -10,7 +10,7 @@ import shapely
 from matplotlib import colormaps
 from numpy.typing import NDArray
 
-from mctrack_ros.ground.coverage import Coverage
+from mctrack_ros.ground.coverage.coverage import Coverage
 from mctrack_ros.web.drawing import Drawing, Line, Mark
 from mctrack_ros.web.fields import Fields
 from mctrack_ros.web.lines import Extent

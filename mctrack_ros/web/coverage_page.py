@@ -10,7 +10,7 @@ from nicegui import ui
 from nicegui.events import KeyEventArguments
 
 from mctrack_ros.ground import CalibrationError
-from mctrack_ros.ground.field_of_view import FieldOfViewError
+from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
 from mctrack_ros.web.board import Board
 from mctrack_ros.web.coverage_drawing import MAPS, coverage_map, fields_drawing, fields_extent
 from mctrack_ros.web.coverage_report import coverage_text, field_rows

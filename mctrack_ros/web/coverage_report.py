@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 
-from mctrack_ros.ground.coverage import Coverage
+from mctrack_ros.ground.coverage.coverage import Coverage
 from mctrack_ros.web.fields import Fields
 
 

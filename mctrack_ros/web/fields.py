@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from mctrack_ros.ground.coverage import Coverage, CoverageConfig, coverage_of
-from mctrack_ros.ground.coverage_view import View
-from mctrack_ros.ground.field_of_view import FieldOfViewError, Region, polygon_from
+from mctrack_ros.ground.coverage.coverage import Coverage, CoverageConfig, coverage_of
+from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError, Region, polygon_from
+from mctrack_ros.ground.coverage.view import View
 from mctrack_ros.web.corner_order import place_in_order
 from mctrack_ros.web.history import History, Undoable
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.ground.field_of_view import FieldOfViewError
+from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
 from mctrack_ros.web.corner_order import place_in_order
 from mctrack_ros.web.fields import Fields
 

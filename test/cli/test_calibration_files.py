@@ -11,7 +11,8 @@ from typer.testing import CliRunner
 from written_cameras import LENSES, MATRIX, SIZE, opencv_yaml, pose_yaml, ros_yaml, seen
 
 from mctrack_ros.cli.main import app
-from mctrack_ros.ground import read_calibration, stored_camera
+from mctrack_ros.ground import read_calibration
+from mctrack_ros.ground.camera import stored as stored_camera
 
 FISHEYE = np.array([LENSES['equidistant']]).T
 

@@ -6,7 +6,7 @@ from far_hall import write_far_hall
 from typer.testing import CliRunner
 
 from mctrack_ros.cli.main import app
-from mctrack_ros.ground.field_of_view import FieldOfViewError
+from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
 
 
 def mctrack(*arguments):

@@ -7,8 +7,8 @@ import shapely
 
 from mctrack_ros.experiments.coverage_figures import coverage_figures
 from mctrack_ros.experiments.coverage_picture import draw_coverage
-from mctrack_ros.ground.coverage import CoverageConfig, coverage_of
-from mctrack_ros.ground.coverage_view import View
+from mctrack_ros.ground.coverage.coverage import CoverageConfig, coverage_of
+from mctrack_ros.ground.coverage.view import View
 
 AREA = shapely.box(0, 0, 20, 10)
 

@@ -24,11 +24,11 @@ from mctrack_ros.ground import (
     write_calibration,
     write_grid,
 )
-from mctrack_ros.ground.cells import CellMapping, Cells
-from mctrack_ros.ground.coverage import CoverageConfig, coverage_of
-from mctrack_ros.ground.coverage_view import View
-from mctrack_ros.ground.field_of_view import seen_ground
-from mctrack_ros.ground.homography_fit import fit_homography
+from mctrack_ros.ground.coverage.coverage import CoverageConfig, coverage_of
+from mctrack_ros.ground.coverage.field_of_view import seen_ground
+from mctrack_ros.ground.coverage.view import View
+from mctrack_ros.ground.grid.cells import CellMapping, Cells
+from mctrack_ros.ground.homography.fit import fit_homography
 from mctrack_ros.ground.origin import local_origin
 
 OFFSETS = [(389000.0, 5820000.0), (389123.4, 5820456.7), (2e6, 2e6), (1e7, 1e7), (-1e7, 640.0)]

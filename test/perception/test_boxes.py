@@ -16,7 +16,7 @@ from mctrack_ros.ground import (
     read_calibration,
     write_calibration,
 )
-from mctrack_ros.ground.camera import PARAMETERS
+from mctrack_ros.ground.camera.pinhole import PARAMETERS
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception import boxes_to_detections, positions_to_detections
 from mctrack_ros.perception.boxes import BodyModel

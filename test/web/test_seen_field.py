@@ -6,8 +6,8 @@ import shapely
 from web.fields import write_site
 
 from mctrack_ros.ground import read_grid
-from mctrack_ros.ground.coverage import CoverageConfig, View
-from mctrack_ros.ground.field_of_view import FieldOfViewError
+from mctrack_ros.ground.coverage.coverage import CoverageConfig, View
+from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
 from mctrack_ros.simulation import Scenario, pitch5_cameras
 from mctrack_ros.web.fields import Fields
 from mctrack_ros.web.seen_drawing import seen_drawing

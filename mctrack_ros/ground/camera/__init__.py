@@ -1,0 +1,1 @@
+"""Pinhole cameras with lens distortion, and cameras fitted to clicked points."""

@@ -1,0 +1,1 @@
+"""Homographies and projections between image and ground."""
