@@ -6,7 +6,7 @@ PYTHON ?= $(shell for p in python3.12 python3.11 python3; do \
 VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := setup.py setup.cfg package.xml pyproject.toml \
-	$(shell find mctrack_ros config launch resource -type f -not -name '*.pyc')
+	$(shell find mctrack_ros experiments config launch resource -type f -not -name '*.pyc')
 RESULTS := lab6p cmc wildtrack pets terrace4 terrace cameras
 
 .PHONY: all demo test check unit jazzy same lock results clean help
@@ -39,7 +39,7 @@ results: all ## measure the real-data figures again; writes docs/results
 	$(BIN)/mctrack results
 
 same: all ## compare the bytes that the golden recordings give with those of the version before
-	$(BIN)/python -m mctrack_ros.experiments.same
+	$(BIN)/python -m mctrack_experiments.same
 
 lock: all ## resolve requirements.in into requirements.lock again
 	$(BIN)/pip install -q uv
@@ -47,7 +47,7 @@ lock: all ## resolve requirements.in into requirements.lock again
 		--no-header --no-emit-index-url --no-emit-find-links -q requirements.in -o requirements.lock
 
 clean: ## remove what make made
-	rm -rf $(VENV) build out *.egg-info
+	rm -rf $(VENV) build out *.egg-info experiments/build experiments/*.egg-info
 
 help: ## this list
 	@grep -E '^[a-z]+:.*##' Makefile | sed 's/:.*## /\t/'
@@ -60,8 +60,8 @@ $(VENV)/.requirements: requirements.lock
 	touch $@
 
 $(VENV)/.package: $(VENV)/.requirements $(SOURCES)
-	rm -rf build
-	$(BIN)/pip install -q --disable-pip-version-check --no-deps --no-build-isolation --force-reinstall .
+	rm -rf build experiments/build
+	$(BIN)/pip install -q --disable-pip-version-check --no-deps --no-build-isolation --force-reinstall . ./experiments
 	@echo "compiling the inner loops, once: about three minutes of processor time"
 	cd / && { $(abspath $(BIN))/python -c 'import mctrack_ros.fusion' & \
 		$(abspath $(BIN))/python -c 'import mctrack_ros.perception' && wait $$!; }

@@ -8,11 +8,11 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchDescription
-from mctrack_ros.camera_names import namespace_of
 from mctrack_ros.cli.sites import site_path
 from mctrack_ros.ros.graph import ENVIRONMENT, coverage_node, truth_of
 from mctrack_ros.ros.site_graph import site_nodes
-from mctrack_ros.site_config import load_site
+from mctrack_ros.site.names import namespace_of
+from mctrack_ros.site.site import load_site
 
 
 def site(context):

@@ -7,7 +7,7 @@ import yaml
 from mctrack_ros.codec import compressed_message, jpeg_from_image
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
-from mctrack_ros.site_config import load_site
+from mctrack_ros.site.site import load_site
 
 SIZE = (320, 240)
 PERIOD_NS = 40_000_000

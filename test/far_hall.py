@@ -2,15 +2,15 @@
 
 import numpy as np
 import yaml
-from drawn_hall import SIZE, VIEWS, projection
 
+from drawn_hall import SIZE, VIEWS, projection
 from mctrack_ros.ground import (
     ProjectiveMapping,
     grid_from_points,
     write_calibration,
     write_grid,
 )
-from mctrack_ros.site_config import load_site
+from mctrack_ros.site.site import load_site
 
 AREA = np.array([[-6.0, -6.0], [6.0, 6.0]])
 

@@ -1,5 +1,6 @@
 """Cameras to test with."""
 
+import cv2
 import numpy as np
 
 from mctrack_ros.ground import Camera, CameraMapping
@@ -27,3 +28,19 @@ def seen_grid(mapping, spacing=4.0, reach=60.0):
     pixel = mapping.image_from_ground(points)
     inside = (pixel >= 0).all(axis=1) & (pixel < mapping.image_size).all(axis=1)
     return points[inside]
+
+
+def missed(stored):
+    """Return, for pixels all over the picture, how far the lens misses and the share of a fold."""
+    axes = [np.linspace(0, side, side // 8) for side in stored.image_size]
+    pixel = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    sensor = (pixel - stored.centre) / stored.per_mm
+    square = (sensor**2).sum(axis=1, keepdims=True)
+    ideal = sensor * (1 + stored.kappa1 * square) / stored.focal_mm
+    camera = stored.camera()
+    across, down, x, y = camera.intrinsics
+    matrix = np.array([[across, 0, x], [0, down, y], [0, 0, 1]])
+    world = np.column_stack([ideal, np.ones(len(ideal))])
+    seen = cv2.projectPoints(world, np.zeros(3), np.zeros(3), matrix, camera.distortion)[0]
+    fold = np.sqrt(np.maximum(-3 * stored.kappa1 * square[:, 0], 0))
+    return np.linalg.norm(seen[:, 0] - pixel, axis=1), fold

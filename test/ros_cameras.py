@@ -1,9 +1,9 @@
 """A camera as ROS tells it: messages of rosbags or rclpy, by their types' names."""
 
 import numpy as np
-from lens_cameras import SIZE, camera
 
-from mctrack_ros.ground.camera import stored as stored_camera
+from lens_cameras import SIZE, camera
+from mctrack_ros.ground import stored_camera
 
 POLE = (1.0, 2.0, 6.0)
 """Where the camera stands in its house, m; the house is turned by a quarter on the map."""

@@ -25,8 +25,8 @@ def calibrate(
     browser: bool = typer.Option(True, '--browser/--no-browser', help='Open the page.'),
 ) -> None:
     """Calibrate a camera in the browser: click points on a plan and in its picture."""
-    from mctrack_ros.camera_names import check_camera_name
     from mctrack_ros.ground import read_grid, read_scene
+    from mctrack_ros.site.names import check_camera_name
     from mctrack_ros.web import Pairing, check_address, read_picture
 
     check_camera_name(camera)

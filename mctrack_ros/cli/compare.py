@@ -1,4 +1,4 @@
-"""Commands that compare: evaluate, results."""
+"""`mctrack evaluate`: tracks against truth."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
-    from mctrack_ros.experiments.selection import Selection
+    from mctrack_ros.evaluation.selection import Selection
 
 _JSON = typer.Option(None, '--json', help='Also write the figures here.')
-_FOLDER = typer.Option(Path('docs/results'), help='Folder of the JSON files.')
-_PAGE = typer.Option(Path('docs/results.md'), help='The page to write.')
 
 
 def evaluate(
@@ -47,7 +45,7 @@ def evaluate(
     json_file: Path | None = _JSON,
 ) -> None:
     """Score tracks against truth on the ground plane, and list the switches of identity."""
-    from mctrack_ros.experiments.comparison import Comparison
+    from mctrack_ros.evaluation.comparison import Comparison
 
     comparison = Comparison.read(truth, tracks, _selection(area, start, stop, kind), rate)
     figures = comparison.figures(gate)
@@ -65,7 +63,7 @@ def evaluate(
 
 def _selection(area: str, start: float | None, stop: float | None, kind: str) -> Selection:
     """Return what the options select."""
-    from mctrack_ros.experiments.selection import Selection
+    from mctrack_ros.evaluation.selection import Selection
     from mctrack_ros.ground.coverage.coverage import area_from
     from mctrack_ros.interfaces import ClassCode
 
@@ -78,11 +76,3 @@ def _selection(area: str, start: float | None, stop: float | None, kind: str) ->
     if kind and kind not in codes:
         raise ValueError(f'--class is {kind!r}, expected one of {", ".join(codes)}')
     return Selection(area, first, last, codes.get(kind))
-
-
-def results(folder: Path = _FOLDER, page: Path = _PAGE) -> None:
-    """Write the page of results from the figures measured."""
-    from mctrack_ros.experiments.results import write_results
-
-    write_results(folder, page)
-    typer.echo(f'wrote {page}')

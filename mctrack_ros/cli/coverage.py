@@ -45,9 +45,9 @@ def coverage(
 ) -> None:
     """Show what a site's cameras see: overlaps, blind areas, hand-overs, predicted errors."""
     from mctrack_ros.cli.sites import named_site
-    from mctrack_ros.experiments.coverage_figures import coverage_figures
     from mctrack_ros.ground.coverage.coverage import CoverageConfig
-    from mctrack_ros.site_coverage import site_coverage
+    from mctrack_ros.report.coverage_figures import coverage_figures
+    from mctrack_ros.site.coverage import site_coverage
 
     if sources and not web:
         raise ValueError('--source names pictures to draw on, which needs --web')
@@ -60,7 +60,7 @@ def coverage(
     if json_file is not None:
         figures.write(json_file)
     if picture is not None:
-        from mctrack_ros.experiments.coverage_picture import draw_coverage
+        from mctrack_ros.report.coverage_picture import draw_coverage
 
         draw_coverage(seen, f'Coverage of {loaded.name}', picture)
     if web:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 if TYPE_CHECKING:
-    from mctrack_ros.experiments.demo import DemoOptions
+    from mctrack_ros.report.demo import DemoOptions
     from mctrack_ros.ros.graph import NodeSpec
-    from mctrack_ros.site_config import SiteConfig
+    from mctrack_ros.site.site import SiteConfig
 
 _OUT = typer.Option(Path('out/demo'), help='Folder for the results, which are replaced.')
 _JSON = typer.Option(None, '--json', help='Also write the figures here.')
@@ -33,9 +33,9 @@ def demo(
 ) -> None:
     """Render a five-camera football pitch, track it live, and report into out/demo."""
     from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.experiments.demo import DemoOptions, evaluate_demo
-    from mctrack_ros.experiments.simulate import simulate
+    from mctrack_ros.report.demo import DemoOptions, evaluate_demo
     from mctrack_ros.simulation import Scenario
+    from mctrack_ros.simulation.recording import simulate
 
     options = DemoOptions(seconds, cameras, offline, seed, out)
     site = _site(cameras)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import typer
 
-from mctrack_ros.camera_names import namespace_of
+from mctrack_ros.site.names import namespace_of
 
 
 def doctor(

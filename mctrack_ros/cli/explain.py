@@ -6,8 +6,8 @@ from pathlib import Path
 
 import typer
 
-from mctrack_ros.camera_names import namespace_of
 from mctrack_ros.cli.options import finite, picture_file
+from mctrack_ros.site.names import namespace_of
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 
@@ -38,7 +38,7 @@ def explain(
     from rich.table import Table
 
     from mctrack_ros.cli.sites import named_site
-    from mctrack_ros.experiments.explain import (
+    from mctrack_ros.explain import (
         COLUMNS,
         candidate_rows,
         course,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from mctrack_ros.camera_names import namespace_of
+from mctrack_ros.site.names import namespace_of
 
 if TYPE_CHECKING:
     from mctrack_ros.ros.graph import NodeSpec

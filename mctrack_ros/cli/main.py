@@ -1,9 +1,15 @@
-"""`mctrack`: every command; what a command needs is imported when it runs."""
+"""
+`mctrack`: every command; what a command needs is imported when it runs.
+
+Other distributions add theirs by an entry point of the group ``mctrack_ros.commands``: a function
+that takes the typer application.
+"""
 
 from __future__ import annotations
 
 import sys
 import warnings
+from importlib.metadata import entry_points
 from typing import TextIO
 
 import typer
@@ -11,7 +17,6 @@ import typer
 from mctrack_ros import __version__
 from mctrack_ros.cli import (
     bag,
-    bench,
     calibrate,
     calibration,
     compare,
@@ -22,7 +27,6 @@ from mctrack_ros.cli import (
     graph,
     import_detections,
     offline,
-    reproduce,
     videos,
 )
 
@@ -63,14 +67,13 @@ app.command('record')(graph.record)
 app.command('play')(graph.play)
 app.command('calibrate')(calibrate.calibrate)
 app.command('evaluate')(compare.evaluate)
-app.command('reproduce')(reproduce.reproduce)
 app.command('coverage')(coverage.coverage)
 app.command('doctor')(doctor.doctor)
 app.command('check-calibration')(calibration.check_calibration)
 app.command('convert-calibration')(calibration.convert_calibration)
-app.add_typer(bench.app, name='bench', help='Time the parts of the system on one core.')
 app.add_typer(bag.app, name='bag', help='Mend recordings.')
-app.command('results')(compare.results)
+for plugin in entry_points(group='mctrack_ros.commands'):
+    plugin.load()(app)
 
 
 def _show_warning(

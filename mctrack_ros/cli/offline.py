@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from mctrack_ros.camera_names import namespace_of, resolved
 from mctrack_ros.cli.videos import LATER, RATE, open_videos, warn
 from mctrack_ros.processes import prepare_workers
+from mctrack_ros.site.names import namespace_of, resolved
 
 if TYPE_CHECKING:
     from mctrack_ros.recording.videos import Video
@@ -76,10 +76,10 @@ def simulate(
 ) -> None:
     """Render the five-camera football pitch, or the car park, with exact truth, into a bag."""
     from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.experiments import calibration as calibration_files
-    from mctrack_ros.experiments import simulate as rendering
-    from mctrack_ros.experiments.figures import Figures
+    from mctrack_ros.evaluation.figures import Figures
     from mctrack_ros.simulation import SCENES
+    from mctrack_ros.simulation import calibration as calibration_files
+    from mctrack_ros.simulation import recording as rendering
 
     given: dict[str, Any] = {
         'duration_s': seconds,
@@ -153,10 +153,10 @@ def track(
     prepare_workers()
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.cli.sites import calibration_doubts, named_site
-    from mctrack_ros.experiments.figures import Figures
+    from mctrack_ros.evaluation.figures import Figures
     from mctrack_ros.replay.camera_source import Debug
     from mctrack_ros.replay.track import track_bag
-    from mctrack_ros.stated_origin import origin_text
+    from mctrack_ros.site.stated_origin import origin_text
 
     bag, name = _source(sources, later, rate)
     if namespace and not isinstance(bag, Path):

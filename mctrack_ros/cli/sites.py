@@ -8,7 +8,7 @@ from pathlib import Path
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground.yaml_files import read_yaml_file
 from mctrack_ros.resources import config_file, share_directory
-from mctrack_ros.site_config import SiteConfig, load_site
+from mctrack_ros.site.site import SiteConfig, load_site
 
 
 def named_site(site: str) -> SiteConfig:

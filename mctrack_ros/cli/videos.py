@@ -115,7 +115,7 @@ def by_known_camera(
 
 def by_camera(texts: list[str], example: str) -> dict[str, str]:
     """Return what stands after the equals sign, by camera."""
-    from mctrack_ros.camera_names import check_camera_name
+    from mctrack_ros.site.names import check_camera_name
 
     found: dict[str, str] = {}
     for text in texts:

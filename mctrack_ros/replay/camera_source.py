@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mctrack_ros.camera_names import is_name, picture_topic, resolved
-from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.codec import (
     image_from_message,
     jpeg_from_image,
@@ -21,6 +19,8 @@ from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.quality import LEFT_OUT, SECOND_NS, CameraQuality, Stamps
+from mctrack_ros.site.camera import CameraSettings
+from mctrack_ros.site.names import is_name, picture_topic, resolved
 
 if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
     from mctrack_ros.recording.video_file import VideoReading

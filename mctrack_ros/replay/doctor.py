@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.codec import image_from_message
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import CalibrationError
@@ -19,7 +18,8 @@ from mctrack_ros.replay.camera_source import CameraTask, topic_of
 from mctrack_ros.replay.lockstep import ReplayError, tick_ns
 from mctrack_ros.replay.quality import JUMP_REMEDY, LEFT_OUT, CameraQuality, complaints
 from mctrack_ros.replay.stamps import Entry, judge, logged_on_arrival, read_entries
-from mctrack_ros.site_config import SiteConfig
+from mctrack_ros.site.camera import CameraSettings
+from mctrack_ros.site.site import SiteConfig
 
 SAMPLED = 8
 """So many pictures of a camera are looked at."""

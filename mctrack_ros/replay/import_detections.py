@@ -18,7 +18,7 @@ from mctrack_ros.recording import BagWriter
 from mctrack_ros.recording.class_names import CLASS_NAMES
 from mctrack_ros.recording.columns import TableError
 from mctrack_ros.recording.sightings import Sightings
-from mctrack_ros.site_config import SiteConfig
+from mctrack_ros.site.site import SiteConfig
 
 _LEFT_OUT = -1
 

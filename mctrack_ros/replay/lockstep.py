@@ -18,7 +18,7 @@ from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionOutput, Fus
 from mctrack_ros.interfaces import Explanation, Feedback, Tick
 from mctrack_ros.replay.camera_source import CameraResult, CameraTask
 from mctrack_ros.replay.workers import NEVER, CameraWorkers, Progress
-from mctrack_ros.site_config import SiteConfig
+from mctrack_ros.site.site import SiteConfig
 
 
 class ReplayError(RuntimeError):

@@ -25,8 +25,8 @@ from mctrack_ros.replay.lockstep import ReplayError, TickOutput, camera_tasks, r
 from mctrack_ros.replay.quality import JUMP_REMEDY, LEFT_OUT, Stamps, complaints, figures
 from mctrack_ros.replay.stamps import judge, read_entries
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
-from mctrack_ros.site_config import SiteConfig
-from mctrack_ros.stated_origin import origin_text
+from mctrack_ros.site.site import SiteConfig
+from mctrack_ros.site.stated_origin import origin_text
 
 if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
     from mctrack_ros.recording.videos import Video

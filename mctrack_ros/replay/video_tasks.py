@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from mctrack_ros.recording.videos import Video, together
 from mctrack_ros.replay.camera_source import CameraTask
 from mctrack_ros.replay.lockstep import ReplayError, tick_ns
-from mctrack_ros.site_config import SiteConfig
+from mctrack_ros.site.site import SiteConfig
 
 
 def video_tasks(videos: Mapping[str, Video], site: SiteConfig) -> list[CameraTask]:

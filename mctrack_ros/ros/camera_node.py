@@ -9,8 +9,6 @@ from typing import Any
 from rclpy.lifecycle import LifecyclePublisher
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 
-from mctrack_ros.camera_names import check_camera_name, picture_topic
-from mctrack_ros.camera_settings import CameraSettings
 from mctrack_ros.codec import (
     cloud_from_rows,
     image_from_message,
@@ -37,6 +35,8 @@ from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.process import run
 from mctrack_ros.ros.silence import warn_of_silence
+from mctrack_ros.site.camera import CameraSettings
+from mctrack_ros.site.names import check_camera_name, picture_topic
 
 _RESTART_NS = 1_000_000_000
 """Stamps that step back by more than this are a new run, not late pictures."""

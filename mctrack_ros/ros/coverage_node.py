@@ -13,8 +13,8 @@ from mctrack_ros.ros import quality
 from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.occupancy import error_grid, seen_grid
 from mctrack_ros.ros.process import run
-from mctrack_ros.site_config import load_site
-from mctrack_ros.site_coverage import site_coverage
+from mctrack_ros.site.coverage import site_coverage
+from mctrack_ros.site.site import load_site
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,6 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from mctrack_ros.camera_names import check_camera_name
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.config import ConfigError, parameter, values_of
 from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
@@ -29,8 +28,9 @@ from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.process import run
 from mctrack_ros.ros.track_ids import TrackIds, state_path
-from mctrack_ros.site_description import site_description
-from mctrack_ros.stated_origin import origin_from
+from mctrack_ros.site.description import site_description
+from mctrack_ros.site.names import check_camera_name
+from mctrack_ros.site.stated_origin import origin_from
 
 
 @dataclass(frozen=True, slots=True)

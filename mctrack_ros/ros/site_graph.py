@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from mctrack_ros.camera_names import picture_topic, resolved
 from mctrack_ros.config import values_of
 from mctrack_ros.ros.camera_node import CameraNodeConfig
 from mctrack_ros.ros.fusion_node import FusionNodeConfig
 from mctrack_ros.ros.graph import NodeSpec
-from mctrack_ros.site_config import SiteConfig
-from mctrack_ros.stated_origin import origin_text
+from mctrack_ros.site.names import picture_topic, resolved
+from mctrack_ros.site.site import SiteConfig
+from mctrack_ros.site.stated_origin import origin_text
 
 
 def site_nodes(

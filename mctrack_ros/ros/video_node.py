@@ -14,13 +14,13 @@ import cv2
 from rclpy.duration import Duration
 from sensor_msgs.msg import CompressedImage, Image
 
-from mctrack_ros.camera_names import check_camera_name, picture_topic
 from mctrack_ros.codec import compressed_message, image_message, jpeg_from_image
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.ros import quality
 from mctrack_ros.ros.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
 from mctrack_ros.ros.process import run
+from mctrack_ros.site.names import check_camera_name, picture_topic
 
 if TYPE_CHECKING:  # a device needs no decoder of files
     from mctrack_ros.recording.video_file import VideoReading

@@ -11,8 +11,8 @@ from mctrack_ros.ground import read_grid, write_fov
 from mctrack_ros.ground.coverage.coverage import CoverageConfig, area_from
 from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError, seen_ground
 from mctrack_ros.ground.coverage.view import View
-from mctrack_ros.site_config import SiteConfig
-from mctrack_ros.site_coverage import camera_view
+from mctrack_ros.site.coverage import camera_view
+from mctrack_ros.site.site import SiteConfig
 from mctrack_ros.web.fields import Corners, Fields
 
 Floats = NDArray[np.float64]

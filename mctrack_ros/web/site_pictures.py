@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mctrack_ros.camera_names import picture_topic, resolved
 from mctrack_ros.recording import is_bag
-from mctrack_ros.site_config import SiteConfig
+from mctrack_ros.site.names import picture_topic, resolved
+from mctrack_ros.site.site import SiteConfig
 from mctrack_ros.web.picture_source import LIVE, Image, PictureError, read_picture
 
 

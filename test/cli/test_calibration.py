@@ -3,9 +3,9 @@ import json
 from pathlib import Path
 
 import pytest
-from far_hall import write_far_hall
 from typer.testing import CliRunner
 
+from far_hall import write_far_hall
 from mctrack_ros.cli.main import app
 from mctrack_ros.ground import read_calibration, read_grid, write_grid
 

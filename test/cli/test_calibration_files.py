@@ -5,14 +5,13 @@ import re
 import numpy as np
 import pytest
 import yaml
+from typer.testing import CliRunner
+
 from drawn_hall import SIZE as HALL_SIZE
 from drawn_hall import write_hall
-from typer.testing import CliRunner
-from written_cameras import LENSES, MATRIX, SIZE, opencv_yaml, pose_yaml, ros_yaml, seen
-
 from mctrack_ros.cli.main import app
-from mctrack_ros.ground import read_calibration
-from mctrack_ros.ground.camera import stored as stored_camera
+from mctrack_ros.ground import read_calibration, stored_camera
+from written_cameras import LENSES, MATRIX, SIZE, opencv_yaml, pose_yaml, ros_yaml, seen
 
 FISHEYE = np.array([LENSES['equidistant']]).T
 

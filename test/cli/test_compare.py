@@ -3,7 +3,7 @@ import json
 from typer.testing import CliRunner
 
 from mctrack_ros.cli.main import app
-from mctrack_ros.experiments.figures import Figures
+from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import write_mot_text
 

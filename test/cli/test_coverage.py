@@ -2,9 +2,9 @@ import json
 
 import cv2
 import pytest
-from far_hall import write_far_hall
 from typer.testing import CliRunner
 
+from far_hall import write_far_hall
 from mctrack_ros.cli.main import app
 from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
 

@@ -5,13 +5,13 @@ import json
 import numpy as np
 import pytest
 import yaml
-from drawn_hall import write_hall
 from typer.testing import CliRunner
-from walker import IMAGE_FROM_WORLD, SIZE
 
+from drawn_hall import write_hall
 from mctrack_ros.cli.main import app
 from mctrack_ros.codec import image_message
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
+from walker import IMAGE_FROM_WORLD, SIZE
 
 START_NS = 1_700_000_000 * 10**9
 

@@ -3,9 +3,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fusion_scenes import PERIOD_NS, detections
 from typer.testing import CliRunner
 
+from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.cli.main import app
 from mctrack_ros.config import ConfigError
 from mctrack_ros.interfaces import Tracks

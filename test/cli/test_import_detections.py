@@ -4,9 +4,9 @@ import re
 
 import numpy as np
 import pytest
-from lens_cameras import SIZE, camera
 from typer.testing import CliRunner
 
+from lens_cameras import SIZE, camera
 from mctrack_ros.cli.main import app
 from mctrack_ros.ground import write_calibration
 from mctrack_ros.interfaces import ClassCode, Detections

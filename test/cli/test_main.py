@@ -4,9 +4,9 @@ import subprocess
 import sys
 
 import pytest
-from drawn_hall import write_hall
 from typer.testing import CliRunner
 
+from drawn_hall import write_hall
 from mctrack_ros import __version__
 from mctrack_ros.cli.main import app, main
 

@@ -6,8 +6,8 @@ import sys
 
 import pytest
 import yaml
-from drawn_hall import write_hall
 
+from drawn_hall import write_hall
 from mctrack_ros.recording import BagReader, BagWriter
 
 pytestmark = pytest.mark.xdist_group('replay')

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import yaml
-from drawn_hall import PERIOD_NS, SIZE, VIEWS, picture, projection, walkers
-from films import cut, write_film
 from typer.testing import CliRunner
 
+from drawn_hall import PERIOD_NS, SIZE, VIEWS, picture, projection, walkers
+from films import cut, write_film
 from mctrack_ros.cli.main import app, main
 from mctrack_ros.ground import ProjectiveMapping
 

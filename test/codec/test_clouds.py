@@ -4,7 +4,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from strategies import ROW_TYPES, rows
 
 from mctrack_ros.codec import (
     CodecError,
@@ -15,6 +14,7 @@ from mctrack_ros.codec import (
 from mctrack_ros.interfaces import Detections, Events, Ticks, Tracks
 from mctrack_ros.recording import ROSBAGS_CLASSES
 from mctrack_ros.ros.messages import RCLPY_CLASSES
+from strategies import ROW_TYPES, rows
 
 BOTH = pytest.mark.parametrize(
     'classes', [RCLPY_CLASSES, ROSBAGS_CLASSES], ids=['rclpy', 'rosbags']

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from fusion_scenes import PERIOD_NS, detections
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
 from mctrack_ros.fusion.config import BatchingConfig
 from mctrack_ros.interfaces import Detections

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from fusion_scenes import detections
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from fusion_scenes import detections
 from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
 from mctrack_ros.fusion.config import BatchingConfig
 

@@ -4,8 +4,8 @@ from itertools import product
 
 import numpy as np
 import pytest
-from fusion_scenes import PERIOD_NS
 
+from fusion_scenes import PERIOD_NS
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
 from mctrack_ros.interfaces import Detections, Feedback

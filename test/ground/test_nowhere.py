@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from lens_cameras import SIZE, camera, seen_grid
 
+from lens_cameras import SIZE, camera, seen_grid
 from mctrack_ros.ground import METHODS, grid_from_points, mapping_from_grid
 
 TRUTH = camera()

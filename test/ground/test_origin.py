@@ -5,8 +5,8 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lens_cameras import SIZE, camera, seen_grid
 
+from lens_cameras import SIZE, camera, seen_grid
 from mctrack_ros.ground import (
     FORMATS,
     METHODS,

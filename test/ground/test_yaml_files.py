@@ -3,7 +3,7 @@ import pytest
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import CalibrationError, file_format, read_calibration
 from mctrack_ros.ground.yaml_files import read_yaml_documents, read_yaml_file
-from mctrack_ros.site_config import load_site
+from mctrack_ros.site.site import load_site
 
 BOMB = '\n'.join(
     ['a0: &a0 [1,1,1,1,1,1,1,1,1,1]']

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lens_cameras import SIZE, camera, seen_grid
 
+from lens_cameras import SIZE, camera, seen_grid
 from mctrack_ros.ground import (
     FORMATS,
     METHODS,

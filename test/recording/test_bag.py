@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import yaml
 from hypothesis import given, settings
-from strategies import rows
 
 from mctrack_ros.codec import cloud_from_rows, image_message, rows_from_cloud
 from mctrack_ros.interfaces import Detections, Events, Tracks
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagError, BagReader, BagWriter
+from strategies import rows
 
 
 @pytest.fixture

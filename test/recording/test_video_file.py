@@ -4,8 +4,8 @@ import av
 import cv2
 import numpy as np
 import pytest
-from films import SIZE, cut, level_picture, write_film, write_steady_film
 
+from films import SIZE, cut, level_picture, write_film, write_steady_film
 from mctrack_ros.recording.video_file import VideoError, VideoReading, open_video
 
 FAULTS = 'faults/video'

@@ -1,6 +1,6 @@
 import pytest
-from films import SIZE, cut, level_picture, write_film, write_steady_film
 
+from films import SIZE, cut, level_picture, write_film, write_steady_film
 from mctrack_ros.codec import image_from_message, stamp_ns_of
 from mctrack_ros.recording import BagReader
 from mctrack_ros.recording.videos import (

@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from lens_cameras import SIZE, camera
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from typer.testing import CliRunner
 
+from lens_cameras import SIZE, camera
 from mctrack_ros.cli.main import app
 from mctrack_ros.ground import write_calibration
 from mctrack_ros.interfaces import Detections

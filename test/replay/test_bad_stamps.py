@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 import pytest
 import yaml
-from drawn_hall import write_hall
-from fusion_scenes import detections
 from typer.testing import CliRunner
 
+from drawn_hall import write_hall
+from fusion_scenes import detections
 from mctrack_ros.cli.main import app
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.interfaces import REPORTED, Ticks, Tracks

@@ -2,6 +2,13 @@
 
 import numpy as np
 import pytest
+from rosbags.typesys import Stores, get_typestore
+from typer.testing import CliRunner
+
+from mctrack_ros.cli.main import app
+from mctrack_ros.ground import CalibrationError, HeardCamera, read_calibration
+from mctrack_ros.recording import BagError, BagWriter
+from mctrack_ros.replay.bag_camera import camera_from_bag
 from ros_cameras import (
     DOWN_TURN,
     HOUSE,
@@ -11,13 +18,6 @@ from ros_cameras import (
     house_place,
     transforms,
 )
-from rosbags.typesys import Stores, get_typestore
-from typer.testing import CliRunner
-
-from mctrack_ros.cli.main import app
-from mctrack_ros.ground import CalibrationError, HeardCamera, read_calibration
-from mctrack_ros.recording import BagError, BagWriter
-from mctrack_ros.replay.bag_camera import camera_from_bag
 
 kinds = get_typestore(Stores.ROS2_JAZZY).types.__getitem__
 TOPIC = '/north/camera_info'

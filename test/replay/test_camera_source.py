@@ -7,7 +7,7 @@ from mctrack_ros.codec import compressed_message, jpeg_from_image
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagError, BagWriter
 from mctrack_ros.replay.camera_source import CameraSource, CameraTask
 from mctrack_ros.resources import config_file
-from mctrack_ros.site_config import load_site
+from mctrack_ros.site.site import load_site
 
 PERIOD_NS = 40_000_000
 GOOD = jpeg_from_image(np.full((576, 768, 3), 90, np.uint8))

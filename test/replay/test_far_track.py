@@ -4,10 +4,10 @@ import json
 
 import numpy as np
 import pytest
-from drawn_hall import PERIOD_NS, walkers, write_hall
-from far_hall import write_far_hall
 from typer.testing import CliRunner
 
+from drawn_hall import PERIOD_NS, walkers, write_hall
+from far_hall import write_far_hall
 from mctrack_ros.cli.main import app
 from mctrack_ros.interfaces import Detections, Tracks
 from mctrack_ros.recording import BagReader, BagWriter, write_mot_text

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from fusion_scenes import PERIOD_NS, detections
 
+from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.interfaces import Ticks
 from mctrack_ros.recording import BagError, BagReader, BagWriter

@@ -3,8 +3,8 @@ import json
 
 import numpy as np
 import pytest
-from drawn_hall import walkers, write_hall
 
+from drawn_hall import walkers, write_hall
 from mctrack_ros.codec import rows_from_cloud
 from mctrack_ros.fusion import FusionPipeline
 from mctrack_ros.interfaces import REPORTED, CameraDetections, Detections, Tick, Ticks, Tracks

@@ -4,14 +4,13 @@ import dataclasses
 import time
 from array import array
 
-import moving_camera
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from far_hall import write_far_hall
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2
-from walker import PERIOD_NS, SIZE, camera_parameters, picture_message
 
+import moving_camera
+from far_hall import write_far_hall
 from mctrack_ros.codec import cloud_from_rows, compressed_message, image_message, jpeg_from_image
 from mctrack_ros.ground import read_grid, write_grid
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
@@ -19,6 +18,7 @@ from mctrack_ros.resources import config_file
 from mctrack_ros.ros import silence
 from mctrack_ros.ros.camera_node import CameraNode
 from mctrack_ros.ros.messages import RCLPY_CLASSES
+from walker import PERIOD_NS, SIZE, camera_parameters, picture_message
 
 pytestmark = pytest.mark.live
 

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 import yaml
-from far_hall import write_far_hall
 from nav_msgs.msg import OccupancyGrid
-from walker import SIZE
 
+from far_hall import write_far_hall
 from mctrack_ros.ros.coverage_node import CoverageNode
 from mctrack_ros.ros.graph import coverage_node
 from mctrack_ros.ros.quality import latched
-from mctrack_ros.site_config import load_site
-from mctrack_ros.site_coverage import site_coverage
+from mctrack_ros.site.coverage import site_coverage
+from mctrack_ros.site.site import load_site
+from walker import SIZE
 
 pytestmark = pytest.mark.live
 

@@ -4,13 +4,13 @@ import subprocess
 import sys
 
 import numpy as np
-from conftest import ROOT
 from sensor_msgs.msg import CompressedImage
-from walker import EMPTY_PICTURES, PERIOD_NS, SIZE, picture_message
 
+from conftest import ROOT
 from mctrack_ros.codec import stamp_ns_of
 from mctrack_ros.interfaces import Detections, Tracks
 from mctrack_ros.ros.fusion_node import FusionNode
+from walker import EMPTY_PICTURES, PERIOD_NS, SIZE, picture_message
 
 PATIENCE_S = 120.0
 FIRST_NS = 1_700_000_000 * 10**9 + PERIOD_NS // 2

@@ -6,9 +6,9 @@ import sys
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import CompressedImage
-from walker import PERIOD_NS, camera_parameters, picture_message
 
 from mctrack_ros.interfaces import Detections
+from walker import PERIOD_NS, camera_parameters, picture_message
 
 FAULTY = """
 import sys

@@ -10,10 +10,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from far_hall import write_far_hall
 from sensor_msgs.msg import CompressedImage
-from walker import PERIOD_NS, SIZE, picture_message
 
+from far_hall import write_far_hall
 from mctrack_ros.codec import image_from_message, stamp_ns_of
 from mctrack_ros.config import ConfigError, config_from
 from mctrack_ros.interfaces import Detections, EventCode, Events, Ticks, Tracks
@@ -28,7 +27,8 @@ from mctrack_ros.ros.graph import (
 from mctrack_ros.ros.simulator_node import SimulatorNode
 from mctrack_ros.ros.site_graph import awaited_topics, site_nodes
 from mctrack_ros.ros.supervise import Supervisor
-from mctrack_ros.site_config import load_site
+from mctrack_ros.site.site import load_site
+from walker import PERIOD_NS, SIZE, picture_message
 
 CAMERAS = ('cam1', 'cam2')
 RECORDED = ['/tracks', '/feedback', '/events', '/ticks', '/cam./detections']

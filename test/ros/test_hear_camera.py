@@ -8,6 +8,12 @@ import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from typer.testing import CliRunner
+
+from mctrack_ros.cli.main import app
+from mctrack_ros.ground import CalibrationError, HeardCamera, Pose, read_calibration
+from mctrack_ros.ros.hear_camera import camera_from_topic
+from mctrack_ros.ros.messages import message_class
 from ros_cameras import (
     DOWN_TURN,
     HOUSE,
@@ -17,12 +23,6 @@ from ros_cameras import (
     house_place,
     transforms,
 )
-from typer.testing import CliRunner
-
-from mctrack_ros.cli.main import app
-from mctrack_ros.ground import CalibrationError, HeardCamera, Pose, read_calibration
-from mctrack_ros.ros.hear_camera import camera_from_topic
-from mctrack_ros.ros.messages import message_class
 
 TOPIC = '/north/camera_info'
 POSE = Pose.of_frame(POLE, DOWN_TURN)

@@ -7,10 +7,10 @@ from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import CompressedImage
-from walker import camera_parameters, picture_message
 
 from mctrack_ros.interfaces import Detections
 from mctrack_ros.ros.camera_node import CameraNode
+from walker import camera_parameters, picture_message
 
 pytestmark = pytest.mark.live
 

@@ -4,12 +4,12 @@ import cv2
 import numpy as np
 import pytest
 from sensor_msgs.msg import Image, PointCloud2
-from walker import SIZE
 
 from mctrack_ros.codec import image_from_message
 from mctrack_ros.recording import BagReader
 from mctrack_ros.ros import quality
 from mctrack_ros.web import PictureError, read_picture
+from walker import SIZE
 
 pytestmark = pytest.mark.live
 BUSY_S = 60.0  # what a node may take to start on a busy machine

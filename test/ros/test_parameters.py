@@ -4,12 +4,12 @@ import pytest
 import yaml
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
-from walker import camera_parameters
 
 from mctrack_ros.config import nested
 from mctrack_ros.ros.fusion_node import FusionNode
 from mctrack_ros.ros.player import Player
 from mctrack_ros.ros.recorder import Recorder
+from walker import camera_parameters
 
 CASES = {
     'unknown': ('camera_node', {'peroid': 0.04}, 'unknown parameter peroid: was period meant?'),

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from films import level_picture, write_film, write_steady_film
 from sensor_msgs.msg import CompressedImage, Image
-from walker import SIZE
 
+from films import level_picture, write_film, write_steady_film
 from mctrack_ros.codec import image_from_message, stamp_ns_of
 from mctrack_ros.ros.quality import reliable
 from mctrack_ros.ros.video_node import VideoNode
+from walker import SIZE
 
 pytestmark = pytest.mark.live
 

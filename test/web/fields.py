@@ -1,9 +1,9 @@
 """A site of two cameras of the simulated pitch."""
 
-from mctrack_ros.experiments.calibration import camera_grid
 from mctrack_ros.ground import write_grid
 from mctrack_ros.simulation import Scenario, pitch5_cameras
-from mctrack_ros.site_config import load_site
+from mctrack_ros.simulation.calibration import camera_grid
+from mctrack_ros.site.site import load_site
 
 
 def write_site(folder):

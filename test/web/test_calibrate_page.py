@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from web.desk import PATIENCE_MS, PICTURE, Desk
-from web.scenes import CAMERA, block, seen_points, write_scene_and_picture
 
 from mctrack_ros.ground import mapping_from_grid, read_grid
+from web.desk import PATIENCE_MS, PICTURE, Desk
+from web.scenes import CAMERA, block, seen_points, write_scene_and_picture
 
 pytestmark = [pytest.mark.browser, pytest.mark.xdist_group('browser')]
 

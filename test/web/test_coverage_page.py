@@ -3,10 +3,10 @@
 import re
 
 import pytest
-from web.desk import PATIENCE_MS
-from web.fields import write_site
 
 from mctrack_ros.ground import read_grid
+from web.desk import PATIENCE_MS
+from web.fields import write_site
 
 ON_SCREEN = """([x, y]) => {
   const place = new DOMPoint(x, -y);

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from web.scenes import CAMERA, block, paired
 
 from mctrack_ros.web import picture_drawing, plan_drawing
 from mctrack_ros.web.drawing import ARROW_SCALE
 from mctrack_ros.web.lines import grid_step
+from web.scenes import CAMERA, block, paired
 
 
 def kinds(drawing):

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
-from web.fields import write_site
 
 from mctrack_ros.ground import read_grid
 from mctrack_ros.ground.coverage.coverage import CoverageConfig
 from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
 from mctrack_ros.web.coverage_drawing import MAPS, coverage_map, fields_drawing, fields_extent
 from mctrack_ros.web.site_fields import save_fields, site_fields
+from web.fields import write_site
 
 SQUARE = [(10.0, 10.0), (30.0, 10.0), (30.0, 30.0), (10.0, 30.0)]
 COARSE = CoverageConfig(cell=4.0)

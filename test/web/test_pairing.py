@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from web.scenes import CAMERA, block, paired, seen_points
 
 from mctrack_ros.ground import GridError, read_grid
 from mctrack_ros.web import Pairing, PairingError
+from web.scenes import CAMERA, block, paired, seen_points
 
 
 def hall(**points):

@@ -3,7 +3,6 @@ import dataclasses
 import numpy as np
 import pytest
 import shapely
-from web.fields import write_site
 
 from mctrack_ros.ground import read_grid
 from mctrack_ros.ground.coverage.coverage import CoverageConfig, View
@@ -13,6 +12,7 @@ from mctrack_ros.web.fields import Fields
 from mctrack_ros.web.seen_drawing import seen_drawing
 from mctrack_ros.web.seen_field import add_seen, ground_seen, move_seen, seen_corners
 from mctrack_ros.web.site_fields import save_fields, site_fields
+from web.fields import write_site
 
 CAMERA = pitch5_cameras(Scenario())[0]
 SQUARE = [(10.0, 20.0), (30.0, 20.0), (30.0, 40.0), (10.0, 40.0)]

@@ -5,12 +5,12 @@ import re
 import cv2
 import numpy as np
 import pytest
-from web.desk import ON_SCREEN, PATIENCE_MS
-from web.fields import write_site
 
 from mctrack_ros.ground import read_grid
 from mctrack_ros.simulation import Scenario, pitch5_cameras
 from mctrack_ros.simulation.stadium import empty_picture
+from web.desk import ON_SCREEN, PATIENCE_MS
+from web.fields import write_site
 
 SEEN, GROUND = 0, 1
 CORNERS = [(8.0, 10.0), (40.0, 30.0), (40.0, 50.0), (8.0, 50.0)]

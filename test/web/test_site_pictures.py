@@ -1,12 +1,12 @@
 import cv2
 import numpy as np
 import pytest
-from web.fields import write_site
 
 from mctrack_ros.codec import compressed_message, jpeg_from_image
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
 from mctrack_ros.web import PictureError
 from mctrack_ros.web.site_pictures import site_pictures
+from web.fields import write_site
 
 
 @pytest.fixture

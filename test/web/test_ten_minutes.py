@@ -17,12 +17,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from web.desk import PATIENCE_MS, Desk
 
 from mctrack_ros.evaluation import Trajectories, evaluate_ground
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.simulation import CameraRenderer, Scenario, World, true_tracks
+from web.desk import PATIENCE_MS, Desk
 
 CLICK_S, COMMAND_S, LINE_S = 4.0, 20.0, 8.0
 LIMIT_S = 600.0

@@ -1,6 +1,5 @@
-from web.scenes import block, paired
-
 from mctrack_ros.web.verdict import point_rows, verdict
+from web.scenes import block, paired
 
 
 def test_it_says_why_there_is_no_camera_yet():

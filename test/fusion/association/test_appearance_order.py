@@ -1,6 +1,6 @@
 import numpy as np
-from fusion_scenes import PERIOD_NS, detections
 
+from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.association.appearance_order import MOST, OVERLAPPED_SHARE, likeness_costs
 from mctrack_ros.fusion.config import AssociationConfig, RecognitionConfig

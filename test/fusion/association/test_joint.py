@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from fusion_scenes import PERIOD_NS, detections
 
+from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.config import AssociationConfig

@@ -1,8 +1,8 @@
 """What a pair of a track and a detection costs beside its distance."""
 
 import numpy as np
-from fusion_scenes import PERIOD_NS, detections
 
+from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.association.likelihood import clutter_cost, cost_parts, prior_costs
 from mctrack_ros.fusion.config import AssociationConfig

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from fusion_scenes import PERIOD_NS, detections, published, tick
 
+from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.experiments.fusion_bench.hostile_input import SPOILERS
-from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import Account, FusionConfig, FusionPipeline
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.association.likelihood import prior_costs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
@@ -17,7 +16,7 @@ from mctrack_ros.fusion.reid.gallery import Look, Portraits
 from mctrack_ros.fusion.reid.reassignment import Recognition
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.covering import COSTS, CoveringAssociation
-from mctrack_ros.interfaces import CameraDetections, Candidates, Choice, Decisions, Reason
+from mctrack_ros.interfaces import Candidates, Choice, Decisions, Reason
 from mctrack_ros.recording import ROSBAGS_CLASSES
 
 CONFIG = FusionConfig()
@@ -223,27 +222,3 @@ def test_who_was_lost_and_is_found_where_he_would_be_by_now_is_told():
     assert decisions.other_id.tolist() == decisions.previous_id.tolist() == [2]
     assert decisions.value[0] < decisions.limit[0] == 0.0
     assert np.isfinite(decisions.predicted).all()
-
-
-@pytest.mark.parametrize('name', ['bad_covariances', 'infinite_positions', 'twice', 'wild_ids'])
-def test_whatever_comes_can_be_explained_and_travels(name):
-    rng = np.random.default_rng(1)
-    batcher, pipeline = Batcher(CONFIG, CAMERAS), FusionPipeline(CONFIG, CAMERAS)
-    for index in range(30):
-        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
-        messages = [
-            CameraDetections(camera, detections(stamp_ns, rows))
-            for camera, rows in crowd(index).items()
-        ]
-        if index >= 10:
-            messages = SPOILERS[name](messages, index - 10, rng)
-        ticks = []
-        for each in messages:
-            ticks += batcher.add(each.camera, each.detections, stamp_ns)
-        for each in [*ticks, *batcher.flush()]:
-            account = Account()
-            pipeline.step(each, account)
-            why = account.explanation
-            for rows, kind in ((why.candidates, Candidates), (why.decisions, Decisions)):
-                cloud = cloud_from_rows(rows, ROSBAGS_CLASSES, 'map')
-                assert len(rows_from_cloud(cloud, kind)) == len(rows)

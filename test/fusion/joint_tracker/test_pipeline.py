@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from fusion_scenes import PERIOD_NS, detections, published, tick
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.config import LifeConfig
 from mctrack_ros.fusion.management.initiation import MOST_TOGETHER

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from fusion_scenes import PERIOD_NS
 
+from fusion_scenes import PERIOD_NS
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.config import LifeConfig
 from mctrack_ros.fusion.management.initiation import (

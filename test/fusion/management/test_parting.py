@@ -2,8 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fusion_scenes import published, tick
 
+from fusion_scenes import published, tick
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.management.duplicates import Doubt
 from mctrack_ros.fusion.management.initiation import note_beside

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from filterpy.common import Q_continuous_white_noise
 from filterpy.kalman import IMMEstimator, KalmanFilter
-from fusion_scenes import tick
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from fusion_scenes import tick
 from mctrack_ros.config import parameters_of
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.management.duplicates import absorb

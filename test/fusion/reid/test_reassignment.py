@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from fusion_scenes import PERIOD_NS, detections, published, tick
 
+from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.reid.reassignment import PAST_S, Recognition
 from mctrack_ros.fusion.table import TrackTable

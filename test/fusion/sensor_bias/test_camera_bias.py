@@ -2,10 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fusion_scenes import detections
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fusion_scenes import detections
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.sensor_bias.camera_bias import SURE, judged
 from mctrack_ros.interfaces import CameraDetections, Tick, Ticks

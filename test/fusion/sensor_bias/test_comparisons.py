@@ -1,6 +1,6 @@
 import numpy as np
-from fusion_scenes import detections
 
+from fusion_scenes import detections
 from mctrack_ros.fusion.config import FusionConfig
 from mctrack_ros.fusion.measurements.batch import Looks
 from mctrack_ros.fusion.reid.gallery import Portraits

@@ -2,8 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fusion_scenes import PERIOD_NS, detections, published, tick
 
+from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.measurements.batch import Looks
 from mctrack_ros.fusion.motion.information import updated

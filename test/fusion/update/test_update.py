@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from fusion_scenes import detections
 
+from fusion_scenes import detections
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.measurements.batch import Looks
 from mctrack_ros.fusion.reid.gallery import Portraits

@@ -3,8 +3,8 @@ import dataclasses
 import cv2
 import numpy as np
 import pytest
-from lens_cameras import SIZE, camera, seen_grid
 
+from lens_cameras import SIZE, camera, seen_grid
 from mctrack_ros.ground import Camera, CameraMapping
 from mctrack_ros.ground.camera.pinhole import PARAMETERS
 

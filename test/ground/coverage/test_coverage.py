@@ -7,8 +7,8 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lens_cameras import camera
 
+from lens_cameras import camera
 from mctrack_ros.ground.camera.pinhole import PARAMETERS, CameraMapping
 from mctrack_ros.ground.coverage.coverage import CoverageConfig, area_from, coverage_of
 from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError, polygon_from, seen_ground

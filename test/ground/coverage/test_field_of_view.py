@@ -10,8 +10,8 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lens_cameras import SIZE, camera
 
+from lens_cameras import SIZE, camera
 from mctrack_ros.ground import Camera, CameraMapping, ProjectiveMapping
 from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError, polygon_from, seen_ground
 

@@ -5,9 +5,9 @@ import cv2
 import numpy as np
 import pytest
 import yaml
-from lens_cameras import SIZE, camera, seen_grid
 from rosbags.typesys import Stores, get_typestore
 
+from lens_cameras import SIZE, camera, seen_grid
 from mctrack_ros.ground import (
     FORMATS,
     CalibrationError,
@@ -21,9 +21,9 @@ from mctrack_ros.ground import (
     read_grid,
     read_tsai,
     stated_size,
+    stored_camera,
     write_calibration,
 )
-from mctrack_ros.ground.camera import stored as stored_camera
 
 BENT = camera(distortion=(-0.2, 0.05, 1e-3, -5e-4, 0.01))
 STRAIGHT = camera(distortion=(0, 0, 0, 0, 0))

@@ -4,10 +4,10 @@ import re
 
 import pytest
 from typer.testing import CliRunner
-from written_cameras import LENSES, MATRIX, SIZE, check_seen, pose_yaml
 
 from mctrack_ros.cli.main import app
 from mctrack_ros.ground import read_calibration
+from written_cameras import LENSES, MATRIX, SIZE, check_seen, pose_yaml
 
 FX, FY, CX, CY = MATRIX[[0, 1, 0, 1], [0, 1, 2, 2]].tolist()
 NARROW = dict(zip(('k1', 'k2', 'p1', 'p2', 'k3'), LENSES['plumb_bob']))

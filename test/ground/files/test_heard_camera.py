@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from ros_cameras import DOWN_TURN, POLE, camera_info, transforms
 from rosbags.typesys import Stores, get_typestore
 
 from mctrack_ros.ground import CalibrationError, HeardCamera, Pose
+from ros_cameras import DOWN_TURN, POLE, camera_info, transforms
 
 kinds = get_typestore(Stores.ROS2_JAZZY).types.__getitem__
 POSE = Pose.of_frame(POLE, DOWN_TURN)

@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 import yaml
-from written_cameras import LENSES, MATRIX, RVEC, SIZE, TVEC, check_seen, pose_yaml
 
 from mctrack_ros.ground import CalibrationError, Choice, read_calibration, stated_size
+from written_cameras import LENSES, MATRIX, RVEC, SIZE, TVEC, check_seen, pose_yaml
 
 INTRINSICS = [900.0, 905.0, 652.0, 341.0]
 SQUARE = np.eye(4).tolist()

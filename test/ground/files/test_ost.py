@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from written_cameras import LENSES, MATRIX, SIZE, check_seen, pose_yaml
 
 from mctrack_ros.ground import CalibrationError, Choice, read_calibration, stated_size
+from written_cameras import LENSES, MATRIX, SIZE, check_seen, pose_yaml
 
 
 def rows(values):

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from ros_cameras import DOWN_TURN, HOUSE, HOUSE_TURN, POLE, house_place, transforms
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
 from mctrack_ros.ground import CalibrationError
 from mctrack_ros.ground.files.transforms import TransformTree
+from ros_cameras import DOWN_TURN, HOUSE, HOUSE_TURN, POLE, house_place, transforms
 
 kinds = get_typestore(Stores.ROS2_JAZZY).types.__getitem__
 HOUSE_CHAIN = (

@@ -2,8 +2,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from lens_cameras import SIZE, camera, seen_grid
 
+from lens_cameras import SIZE, camera, seen_grid
 from mctrack_ros.ground import (
     CameraMapping,
     check_grid,

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lens_cameras import SIZE, camera, seen_grid
 
+from lens_cameras import SIZE, camera, seen_grid
 from mctrack_ros.ground import (
     CellMapping,
     Cells,

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from lens_cameras import SIZE, camera
 
+from lens_cameras import SIZE, camera
 from mctrack_ros.ground.camera.lens import picture_samples
 from mctrack_ros.ground.grid.sampling import (
     FEWEST_CELLS,

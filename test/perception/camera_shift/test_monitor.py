@@ -1,10 +1,10 @@
 import cv2
 import numpy as np
 import pytest
-from moving_camera import SIZE, ground, seen
 
 from mctrack_ros.perception import ShiftState
 from mctrack_ros.perception.camera_shift.monitor import Watchdog, WatchdogConfig
+from moving_camera import SIZE, ground, seen
 
 PERIOD_S = 0.4
 SETTLED_S = 10.0

@@ -5,6 +5,15 @@ import numpy as np
 import pytest
 import yaml
 from typer.testing import CliRunner
+
+from mctrack_ros.cli.main import app
+from mctrack_ros.ground import (
+    CalibrationError,
+    read_calibration,
+    read_camera,
+    read_extrinsics,
+    stated_size,
+)
 from written_cameras import (
     LENSES,
     MATRIX,
@@ -16,15 +25,6 @@ from written_cameras import (
     pose_yaml,
     ros_yaml,
     tf_pose,
-)
-
-from mctrack_ros.cli.main import app
-from mctrack_ros.ground import (
-    CalibrationError,
-    read_calibration,
-    read_camera,
-    read_extrinsics,
-    stated_size,
 )
 
 PLUMB_BOB = np.array([LENSES['plumb_bob']])

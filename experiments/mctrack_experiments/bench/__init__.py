@@ -1,0 +1,1 @@
+"""How fast the parts are, beside a peer in the same run."""

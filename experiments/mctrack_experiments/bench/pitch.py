@@ -1,0 +1,197 @@
+"""How many pictures of the pitch a second one camera takes on one core, and where time goes."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.codec import compressed_message, image_from_message, jpeg_from_image
+from mctrack_ros.fusion import Batcher, FusionPipeline
+from mctrack_ros.perception import FeedbackBuffer
+from mctrack_ros.perception.background.model import Background
+from mctrack_ros.perception.blobs.extraction import clean_mask, find_blobs
+from mctrack_ros.perception.camera_shift.monitor import Watchdog
+from mctrack_ros.perception.geometry.person_size import SizeTable
+from mctrack_ros.recording import ROSBAGS_CLASSES
+from mctrack_ros.resources import config_file
+from mctrack_ros.simulation import CameraRenderer, Scenario, World
+from mctrack_ros.simulation.appearance import Appearance
+from mctrack_ros.simulation.players import Motion
+from mctrack_ros.simulation.world import feet_in_view
+from mctrack_ros.site.site import SiteConfig, load_site
+
+Image = NDArray[np.uint8]
+CAMERA = 'cam5'
+WARM_UP = 50
+"""Pictures before time counts: the background is learned and tracks begin."""
+
+
+class PitchBench:
+    """
+    Pictures of one camera of the pitch, compressed, and what is timed on them.
+
+    Parameters
+    ----------
+    matches : int
+        So many matches, of 25 people each, are played on one pitch at once.
+    pictures : int
+        How many are timed, after `WARM_UP`.
+    seed : int
+        Of the first match.
+
+    """
+
+    def __init__(self, matches: int, pictures: int, seed: int) -> None:
+        self._site = load_site(config_file('pitch5.yaml'))
+        self._world = crowd(matches, WARM_UP + pictures, seed)
+        scenario = self._world.scenario
+        renderer = CameraRenderer(self._world, self._site.camera_names.index(CAMERA))
+        self._messages, self._count = [], pictures
+        for step in range(scenario.steps):
+            jpeg = jpeg_from_image(renderer.frame(step)[0])
+            stamp_ns = scenario.stamp_ns(step)
+            self._messages.append(compressed_message(jpeg, ROSBAGS_CLASSES, stamp_ns, CAMERA))
+
+    def whole(self) -> dict[str, float]:
+        """Return processor time of decoding and of all the rest, ms, and persons a picture."""
+        clock, loop, persons = Stopwatch(), _Loop(self._site), 0
+        for step, message in enumerate(self._messages):
+            if step == WARM_UP:
+                clock, persons = Stopwatch(), 0
+            with clock.on('decoding'):
+                picture = image_from_message(message)
+            persons += loop.step(picture, self._world.scenario.stamp_ns(step), clock)
+        return clock.ms(self._count) | {'persons': persons / self._count}
+
+    def stages(self) -> dict[str, float]:
+        """Return what background, blobs and watchdog cost, each alone, ms a picture."""
+        settings = self._site.cameras[CAMERA]
+        config, mapping = settings.pipeline, settings.mapping()
+        background, sizes = Background(config.background), SizeTable(mapping)
+        watchdog, clock = Watchdog(config.watchdog), Stopwatch()
+        for step, message in enumerate(self._messages):
+            if step == WARM_UP:
+                clock = Stopwatch()
+            picture, stamp_ns = image_from_message(message), self._world.scenario.stamp_ns(step)
+            with clock.on('watchdog'):
+                watchdog.watch(picture, stamp_ns)
+            with clock.on('background'):
+                raw = background.apply(picture, stamp_ns)
+            if raw is None:
+                continue
+            with clock.on('cleaning'):
+                mask = clean_mask(raw, background.difference, background.threshold, config.blobs)
+            with clock.on('blobs'):
+                find_blobs(mask, background.difference, mapping, sizes, 1.0, config.blobs)
+        return clock.ms(self._count)
+
+    def peer(self, work: Callable[[Image], object]) -> float:
+        """Return how many of the same pictures something else takes a second."""
+        clock = Stopwatch()
+        for step, message in enumerate(self._messages):
+            if step == WARM_UP:
+                clock = Stopwatch()
+            picture = image_from_message(message)
+            with clock.on('peer'):
+                work(picture)
+        return 1e3 / clock.ms(self._count)['peer_ms']
+
+
+class Stopwatch:
+    """Adds up the processor time of this thread under several names."""
+
+    def __init__(self) -> None:
+        self._spent_s: dict[str, float] = defaultdict(float)
+
+    @contextmanager
+    def on(self, name: str) -> Iterator[None]:
+        """Count what is done inside under a name."""
+        began = time.thread_time()
+        yield
+        self._spent_s[name] += time.thread_time() - began
+
+    def ms(self, count: int) -> dict[str, float]:
+        """Return the time of each name for one of so many, ms."""
+        return {f'{name}_ms': 1e3 * spent / count for name, spent in self._spent_s.items()}
+
+
+class _Loop:
+    """One camera and the fusion that gives it feedback; only the camera is timed."""
+
+    def __init__(self, site: SiteConfig) -> None:
+        self._pipeline = site.cameras[CAMERA].open()
+        self._batcher = Batcher(site.fusion, (CAMERA,))
+        self._fusion = FusionPipeline(site.fusion, (CAMERA,))
+        period_ns = round(site.fusion.batching.period * 1e9)
+        self._buffer = FeedbackBuffer(period_ns, round(site.feedback_delay * 1e9))
+
+    def step(self, picture: Image, stamp_ns: int, clock: Stopwatch) -> int:
+        """Take one picture and return how many persons were seen."""
+        feedback, _ = self._buffer.select(stamp_ns)
+        with clock.on('camera'):
+            output = self._pipeline.step(picture, stamp_ns, feedback)
+        ticks = [*self._batcher.add(CAMERA, output.detections, stamp_ns), *self._batcher.flush()]
+        for tick in ticks:
+            self._fusion.step(tick)
+            self._buffer.push(self._fusion.feedback())
+        return len(output.detections)
+
+
+def crowd(matches: int, steps: int, seed: int) -> World:
+    """Return several matches on one pitch at once, each of 25 people with a seed of its own."""
+    rate_hz = Scenario().rate_hz
+    worlds = [
+        World.simulated(Scenario(seed=seed + match, duration_s=steps / rate_hz))
+        for match in range(matches)
+    ]
+    motion = Motion(*(
+        np.concatenate([getattr(world.motion, name) for world in worlds], axis=1)
+        for name in ('position', 'velocity', 'heading', 'stride')
+    ))  # fmt: skip
+    appearance = Appearance(*(
+        np.concatenate([getattr(world.appearance, name) for world in worlds])
+        for name in ('palette', 'height', 'kit')
+    ))  # fmt: skip
+    active = np.ones(motion.heading.shape, np.bool_)
+    return replace(
+        worlds[0],
+        motion=motion,
+        appearance=appearance,
+        feet_in_view=feet_in_view(motion.position, worlds[0].cameras),
+        active=active,
+        parked=~active,
+        class_id=np.concatenate([world.class_id for world in worlds]),
+    )
+
+
+def bare_contours() -> Callable[[Image], object]:
+    """Return the least that can be done: a fixed background, a threshold, contours."""
+    first: list[Image] = []
+
+    def work(picture: Image) -> Sequence[object]:
+        if not first:
+            first.append(picture)
+        difference = cv2.cvtColor(cv2.absdiff(picture, first[0]), cv2.COLOR_BGR2GRAY)
+        _, mask = cv2.threshold(difference, 12, 255, cv2.THRESH_BINARY)
+        return cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+
+    return work
+
+
+def mog2_contours() -> Callable[[Image], object]:
+    """Return what is commonly done: OpenCV's mixture of Gaussians, opening, contours."""
+    model = cv2.createBackgroundSubtractorMOG2(detectShadows=False)
+    kernel = np.ones((3, 3), np.uint8)
+
+    def work(picture: Image) -> Sequence[object]:
+        mask = cv2.morphologyEx(model.apply(picture), cv2.MORPH_OPEN, kernel)
+        return cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+
+    return work

@@ -1,0 +1,66 @@
+"""The trackers that are compared, by name; all are given the same detections."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mctrack_experiments.papers.covering.joint_particles import JointParticleTracker
+from mctrack_experiments.papers.covering.mean_shift import MeanShiftTracker
+from mctrack_experiments.papers.covering.scenes import CoveringScene
+from mctrack_experiments.papers.covering.targets import PointTracker, Sight
+from mctrack_experiments.real.stored_tracking import ticks
+from mctrack_ros.evaluation import Trajectories
+from mctrack_ros.fusion import FusionConfig, FusionPipeline
+
+PROPOSED = {'covering_text': 'covering_graph', 'covering_code': 'covering_graph_code'}
+"""The paper's method with the cost of its text and of its code."""
+BY_DISTANCE: Mapping[str, Any] = {
+    'method': 'nearest',
+    'appearance_weight': 0.0,
+    'likeness_weight': 0.0,
+    'identity_bonus': 0.0,
+}
+"""Kalman filter and nearest neighbour: the likeliest by distance alone."""
+ASSOCIATED: Mapping[str, Mapping[str, Any]] = {
+    **{name: {'method': method} for name, method in PROPOSED.items()},
+    'kf_nn': BY_DISTANCE,
+    'weighed_gnn': {'method': 'weighed_gnn'},
+    'jpda': {'method': 'jpda'},
+}
+"""What of the site's association differs; all else of fusion is the same."""
+WHOLE: Mapping[str, Callable[[FusionConfig], PointTracker]] = {
+    'ms_mt': MeanShiftTracker,
+    'pf_js': JointParticleTracker,
+}
+"""Trackers of their own: mean shift, joint particle filter."""
+NAMES = (*PROPOSED, 'kf_nn', *WHOLE, 'weighed_gnn', 'jpda')
+
+
+def run(name: str, scene: CoveringScene, cameras: tuple[str, ...]) -> Trajectories:
+    """Return the tracks that one makes of what some cameras of a scene detect."""
+    if name in WHOLE:
+        return _alone(WHOLE[name](scene.fusion), scene, cameras)
+    pipeline = FusionPipeline(config_of(name, scene.fusion), cameras)
+    outputs = [pipeline.step(tick).tracks for tick in ticks(scene.stored, scene.fusion, cameras)]
+    rows = Trajectories.from_tracks(outputs, round(1e9 / scene.stored.rate))
+    return Trajectories(scene.stored.frame[rows.frame], rows.id, rows.position)
+
+
+def config_of(name: str, fusion: FusionConfig) -> FusionConfig:
+    """Return a site's fusion with another association."""
+    return replace(fusion, association=replace(fusion.association, **ASSOCIATED[name]))
+
+
+def _alone(tracker: PointTracker, scene: CoveringScene, cameras: tuple[str, ...]) -> Trajectories:
+    frame, ids, place = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 2))]
+    for tick in ticks(scene.stored, scene.fusion, cameras):
+        told, where = tracker.step(Sight.of(tick, scene.fusion), 1 / scene.stored.rate)
+        index = int(tick.stamp_ns * scene.stored.rate // 1e9)
+        frame.append(np.full(len(told), scene.stored.frame[index]))
+        ids.append(told)
+        place.append(where)
+    return Trajectories(np.concatenate(frame), np.concatenate(ids), np.concatenate(place))

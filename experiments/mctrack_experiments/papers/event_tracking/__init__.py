@@ -1,0 +1,1 @@
+"""Experiment III of the event-tracking paper: events and identities on the pitch."""

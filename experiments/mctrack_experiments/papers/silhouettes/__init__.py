@@ -1,0 +1,1 @@
+"""The silhouettes paper on the simulated car park."""

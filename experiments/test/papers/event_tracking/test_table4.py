@@ -1,0 +1,15 @@
+from mctrack_experiments.papers.event_tracking.table4 import reproduce_table4
+
+
+def test_a_short_match_is_scored_event_by_event():
+    figures = reproduce_table4(seeds=(1,), duration_s=4.0).figures
+    for code in ('e1', 'e3', 'e5'):
+        assert figures[f'{code}.true'] > 0
+        assert figures[f'{code}.f1'] > 0.5
+        assert figures[f'{code}.majority.f1'] >= figures[f'{code}.f1']
+    assert figures['correlation'] > 0.9
+    assert figures['one_id_share'] > 0.5
+    assert figures['mota'] > 0.8
+    assert 0 <= figures['switches_isolated'] <= figures['switches_a_minute']
+    assert figures['kits.purity'] > 0.95
+    assert figures['kits.found'] >= 2

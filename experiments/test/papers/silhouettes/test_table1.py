@@ -1,0 +1,39 @@
+import numpy as np
+import pytest
+
+from mctrack_experiments.papers.silhouettes.carpark_truth import Operator
+from mctrack_experiments.papers.silhouettes.table1 import reproduce_silhouettes
+from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.simulation import CARPARK, CarParkScenario
+
+
+@pytest.fixture(scope='module')
+def figures():
+    return reproduce_silhouettes(seeds=(1,), duration_s=60)
+
+
+def test_rates_follow_from_counts(figures):
+    values = figures.figures
+    assert values['events.correct'] == values['events.perfect'] / values['events.all']
+    assert values['events.low'] <= values['events.correct'] <= values['events.high']
+    assert values['events.all'] == values['pedestrians.events'] + values['vehicles.events']
+    lost = values['pedestrians.judged'] - values['pedestrians.perfect']
+    assert lost == values['pedestrians.lost']
+
+
+def test_protocol_states_events_tables_and_seeds(figures):
+    assert 'tuned on 1 to 3' in figures.protocol['seeds']
+    assert any(line.startswith('pedestrians: true number') for line in figures.protocol)
+
+
+def test_an_operator_sees_parties_and_moves_of_cars():
+    world = CARPARK.world(CarParkScenario(duration_s=60))
+    renderer, operator = CARPARK.renderer(world, 0), Operator(world)
+    for step in range(world.scenario.steps):
+        operator.watch(step, renderer.frame(step)[1])
+    people, _ = operator.perceived(ClassCode.PERSON)
+    assert set(people.key.tolist()) <= set(world.party.tolist())
+    assert np.bincount(people.key).max() > 20
+    assert len(np.unique(np.column_stack([people.step, people.key]), axis=0)) == len(people.key)
+    cars, _ = operator.perceived(ClassCode.VEHICLE)
+    assert not (np.isin(cars.key // 1000, np.flatnonzero(world.parked.all(axis=0)))).any()

@@ -1,0 +1,24 @@
+import numpy as np
+
+from mctrack_experiments.scenarios.haunted import SECOND_NS, TOLD_S, WINDOW_S, dead
+from mctrack_ros.interfaces import Tracks, TrackStatus
+
+GHOSTS = [np.array([[10.0, 10.0], [50.0, 50.0]])]
+
+
+def reported(seconds, place, status=TrackStatus.CONFIRMED):
+    stamp_ns = round(seconds * SECOND_NS)
+    return Tracks.build(stamp_ns, position=[[*place, 0.0]], track_id=[1], status=[status])
+
+
+def test_a_ghost_that_is_reported_while_it_is_told_of_is_given_a_second():
+    assert dead(GHOSTS, [reported(TOLD_S + 0.9, (10.5, 10.0))], 0) == [True, True]
+
+
+def test_a_ghost_that_is_reported_later_lives():
+    assert dead(GHOSTS, [reported(TOLD_S + 1.5, (10.5, 10.0))], 0) == [False, True]
+
+
+def test_what_is_not_stood_for_and_other_windows_do_not_count():
+    tentative = reported(TOLD_S + 1.5, (10.0, 10.0), TrackStatus.TENTATIVE)
+    assert dead(GHOSTS, [tentative, reported(WINDOW_S + 3.5, (10.0, 10.0))], 0) == [True, True]

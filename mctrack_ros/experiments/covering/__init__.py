@@ -1,5 +1,0 @@
-"""The covering-graph paper's experiments, on the same detections for every tracker."""
-
-from mctrack_ros.experiments.covering.experiment import reproduce_covering
-
-__all__ = ['reproduce_covering']

@@ -1,8 +1,0 @@
-"""What a run looked like: a page and a video."""
-
-from mctrack_ros.experiments.report.birdseye import write_birdseye
-from mctrack_ros.experiments.report.dropped import drops_of
-from mctrack_ros.experiments.report.page import write_report
-from mctrack_ros.experiments.report.session import Session, load_session
-
-__all__ = ['Session', 'drops_of', 'load_session', 'write_birdseye', 'write_report']

@@ -1,0 +1,55 @@
+"""An explanation as JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mctrack_ros.explain.story import Story
+from mctrack_ros.explain.words import course, sentences
+from mctrack_ros.interfaces import Choice, Explanation, Reason, Rows, TrackStatus
+
+
+def write_story(story: Story, path: Path) -> None:
+    """Write all that is known from the instant asked about on; NaN becomes null."""
+    content = {
+        'track_id': story.track_id,
+        'cameras': list(story.cameras),
+        'gate': story.gate,
+        'is_stored': story.is_stored,
+        'is_same': story.is_same,
+        'sentences': sentences(story),
+        'course': list(course(story)),
+        'ticks': [_tick(story, each) for each in story.explanations[story.index :]],
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(content, indent=1, allow_nan=False) + '\n')
+
+
+def _tick(story: Story, told: Explanation) -> dict[str, Any]:
+    candidates, decisions = _plain(told.candidates), _plain(told.decisions)
+    for row in candidates:
+        row['choice'] = Choice(row['choice']).name
+    for row in decisions:
+        row['reason'] = Reason(row['reason']).name
+        row['status'] = TrackStatus(row['status']).name
+    return {
+        'seconds': story.seconds(told.stamp_ns),
+        'stamp_ns': told.stamp_ns,
+        'candidates': candidates,
+        'decisions': decisions,
+    }
+
+
+def _plain(rows: Rows) -> list[dict[str, Any]]:
+    columns = {}
+    for name in rows.COLUMNS:
+        values = getattr(rows, name)
+        plain = values.astype(object)
+        if values.dtype.kind == 'f':
+            plain[~np.isfinite(values)] = None
+        columns[name] = plain.tolist()
+    return [dict(zip(columns, row)) for row in zip(*columns.values())]

@@ -1,0 +1,1 @@
+"""A site: its cameras, names, description, origin and coverage."""

@@ -1,0 +1,180 @@
+"""What a site says of one camera: its pictures, its calibration, its pipeline."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import ConfigError, parameter
+from mctrack_ros.ground import (
+    METHODS,
+    METRES,
+    CalibrationError,
+    Choice,
+    GroundMapping,
+    first_look,
+    holds_camera,
+    mapping_from_grid,
+    read_calibration,
+    read_camera,
+    read_grid,
+)
+from mctrack_ros.perception import CameraConfig, CameraTracker, open_camera
+from mctrack_ros.site.origin import check_near
+from mctrack_ros.site.stated_origin import origin_from
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSettings:
+    """One camera: its pictures, its calibration, its pipeline."""
+
+    image_topic: str = parameter(
+        'image_raw/compressed',
+        'pictures, below the name of the camera, or with a leading slash a whole name; one that '
+        'ends in /compressed holds JPEG or PNG',
+    )
+    image_width: int = parameter(768, 'width of the pictures [px]', minimum=16, maximum=16384)
+    image_height: int = parameter(576, 'height of the pictures [px]', minimum=16, maximum=16384)
+    grid: str = parameter('', 'transformation-grid XML file')
+    method: str = parameter('fitted', 'how the grid maps pixels to metres', choices=METHODS)
+    click_noise_px: float = parameter(
+        0.5, "standard deviation of the grid's pixels along one axis [px]", minimum=0.0
+    )
+    calibration: str = parameter(
+        '',
+        'instead of a grid: file with a matrix, a ROS camera info, or a camera of OpenCV, Kalibr '
+        'or Tsai',
+    )
+    calibration_camera: str = parameter(
+        '', 'which camera of a calibration with several: its key there (cam1), or its topic'
+    )
+    extrinsics: str = parameter('', "file with the camera's pose, if the calibration has none")
+    length_unit: str = parameter('m', 'of lengths in the calibration', choices=tuple(METRES))
+    origin: str = parameter(
+        '0,0',
+        "x,y of the site's local origin, in the coordinates of the calibration: detections are "
+        'told from there [m]',
+    )
+    mask: str = parameter('', 'picture whose black pixels are ignored; empty: none')
+    background: str = parameter(
+        '', 'picture without moving objects; empty: the background is learned first'
+    )
+    pipeline: CameraConfig = CameraConfig()
+
+    def open(self) -> CameraTracker:
+        """
+        Read the camera's files and return its tracker.
+
+        Raises
+        ------
+        ConfigError, CalibrationError
+            If a file cannot be used.
+
+        """
+        mask, background = self.ignore_mask(), None
+        if self.background:
+            background = self._picture('background', cv2.IMREAD_COLOR)
+        return open_camera(self.pipeline, self.mapping(), mask, background)
+
+    def mapping(self) -> GroundMapping:
+        """
+        Read the calibration, positions told from the site's origin.
+
+        Raises
+        ------
+        ConfigError
+            If neither a grid nor a calibration is named, or both, or it is far from the origin.
+        CalibrationError
+            If the file cannot be used.
+
+        """
+        mapping, origin = self.stated_mapping(), origin_from(self.origin)
+        check_near(mapping.camera_position[:2], origin, self.grid or self.calibration)
+        return mapping.moved(np.negative(origin))
+
+    def place(self) -> NDArray[np.float64]:
+        """Return where the camera is, (2,) m, in the calibration's coordinates; raises alike."""
+        if self.grid and not self.calibration:
+            return np.asarray(np.median(read_grid(self.grid).points()[0], axis=0), np.float64)
+        return self.stated_mapping().camera_position[:2]
+
+    def stated_mapping(self) -> GroundMapping:
+        """
+        Read the calibration, positions in its own coordinates.
+
+        Raises
+        ------
+        ConfigError
+            If neither a grid nor a calibration is named, or both.
+        CalibrationError
+            If the file cannot be used.
+
+        """
+        size = (self.image_width, self.image_height)
+        if bool(self.grid) == bool(self.calibration):
+            raise ConfigError('name either a grid or a calibration file of the camera')
+        if self.calibration:
+            return read_calibration(
+                self.calibration, size, self.extrinsics, self.length_unit, self._choice()
+            )
+        grid = read_grid(self.grid)
+        try:
+            return mapping_from_grid(grid, size, self.method, self.click_noise_px)
+        except CalibrationError as error:
+            raise type(error)(f'{self.grid}: {error}') from error
+
+    def doubt(self) -> str:
+        """
+        Return why the calibration is to be doubted; empty: it is not.
+
+        Of a camera fitted to a grid a first look, quick enough for a start (`mctrack
+        check-calibration` looks closer); of other files, what they state and is left out.
+
+        Raises
+        ------
+        CalibrationError
+            If the file cannot be read.
+
+        """
+        size = (self.image_width, self.image_height)
+        if self.grid and self.method == 'fitted':
+            return first_look(read_grid(self.grid), size, self.click_noise_px)
+        if self.calibration and holds_camera(self.calibration):
+            notes = read_camera(self.calibration, size, choice=self._choice()).notes
+            return '; '.join(notes)
+        return ''
+
+    def _choice(self) -> Choice:
+        return Choice(self.calibration_camera, self.image_topic)
+
+    def ignore_mask(self) -> NDArray[np.uint8] | None:
+        """
+        Read the mask, (height, width) uint8 with 0 where the picture is ignored.
+
+        Raises
+        ------
+        ConfigError
+            If the file is no picture or has another size than the camera's.
+
+        """
+        return self._picture('mask', cv2.IMREAD_GRAYSCALE) if self.mask else None
+
+    def _picture(self, key: str, mode: int) -> NDArray[np.uint8]:
+        """Read the picture that a key names, of the camera's size."""
+        path = getattr(self, key)
+        if not Path(path).is_file():
+            raise ConfigError(f'{key} {path} does not exist')
+        picture = cv2.imread(path, mode)
+        if picture is None:
+            raise ConfigError(f'{key} {path} is no picture that OpenCV reads')
+        height, width = picture.shape[:2]
+        if (width, height) != (self.image_width, self.image_height):
+            raise ConfigError(
+                f'{key} {path} is {width} x {height}, expected '
+                f'{self.image_width} x {self.image_height}'
+            )
+        return np.asarray(picture, np.uint8)

@@ -1,0 +1,218 @@
+"""A site: one YAML that names the cameras, their calibrations and the settings of every part."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import ConfigError, config_from, parameter, values_of
+from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.ground import CalibrationError
+from mctrack_ros.ground.coverage.coverage import area_from
+from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
+from mctrack_ros.ground.yaml_files import read_yaml_file
+from mctrack_ros.interfaces import MAX_CAMERAS
+from mctrack_ros.site.camera import CameraSettings
+from mctrack_ros.site.description import offline_run, site_description
+from mctrack_ros.site.names import check_camera_name
+from mctrack_ros.site.origin import chosen_origin
+from mctrack_ros.site.stated_origin import Origin, origin_from, origin_text
+
+_FILES = ('grid', 'calibration', 'extrinsics', 'mask', 'background')
+
+
+@dataclass(frozen=True, slots=True)
+class SiteConfig:
+    """
+    A whole site.
+
+    Attributes
+    ----------
+    name : str
+        Of the site.
+    ground_frame : str
+        ``frame_id`` of everything on the ground.
+    feedback_delay : float
+        Age of the feedback that a camera uses, s.
+    area : str
+        What is to be covered, as `area_from` of `mctrack_ros.ground.coverage` reads it; may be
+        empty.
+    cameras : dict of str to CameraSettings
+        By name, in the order of the camera bits: sorted.
+    fusion : FusionConfig
+        Of the fusion node.
+    origin : (float, float)
+        What positions are told from inside and on topics, in the coordinates of the site's files,
+        m.
+
+    """
+
+    name: str
+    ground_frame: str
+    feedback_delay: float
+    area: str
+    cameras: Mapping[str, CameraSettings]
+    fusion: FusionConfig
+    origin: Origin = (0.0, 0.0)
+
+    @property
+    def camera_names(self) -> tuple[str, ...]:
+        """Names in the order of the camera bits."""
+        return tuple(self.cameras)
+
+    def description(self, began_ns: int) -> str:
+        """Return what `/site` says of a run over a recording, by the stamp of its first tick."""
+        values = {
+            'name': self.name,
+            'ground_frame': self.ground_frame,
+            'cameras': {name: _without_paths(camera) for name, camera in self.cameras.items()},
+            'feedback_delay': self.feedback_delay,
+            'origin': list(self.origin),
+            'fusion': values_of(self.fusion),
+        }
+        return site_description(values, list(self.cameras), offline_run(values, began_ns))
+
+
+@dataclass(frozen=True, slots=True)
+class _SiteScalars:
+    name: str = parameter('site', 'name of the site')
+    ground_frame: str = parameter('map', 'frame_id of positions on the ground')
+    feedback_delay: float = parameter(
+        0.08, 'age of the feedback that a camera uses [s]', minimum=0.0, maximum=10.0
+    )
+    area: str = parameter(
+        '',
+        'what the cameras are to cover: x0,y0,x1,y1 or the corners x,y of a polygon; '
+        'empty: the rectangle around all that they see [m]',
+    )
+    origin: str = parameter(
+        '',
+        'x,y from which positions are told inside and on topics, in the coordinates of the '
+        "site's files; empty: 0,0, or whole kilometres near cameras that are far from it [m]",
+    )
+    fusion: FusionConfig = FusionConfig()
+
+
+def load_site(path: str | Path) -> SiteConfig:
+    """
+    Read and check a site YAML; paths in it are relative to the file.
+
+    Raises
+    ------
+    ConfigError
+        If the file cannot be read, a key is unknown or a value wrong; names file and key.
+
+    """
+    path = Path(path)
+    content = read_yaml_file(path, ConfigError)
+    try:
+        return site_from(content, path.parent)
+    except ConfigError as error:
+        raise ConfigError(f'{path}: {error}') from error
+
+
+def site_from(content: Any, directory: Path) -> SiteConfig:
+    """
+    Build a site from nested values.
+
+    Parameters
+    ----------
+    content : object
+        A mapping with ``name``, ``ground_frame``, ``feedback_delay``, ``area``, ``origin``,
+        ``fusion``, ``cameras`` and ``pipeline``, the settings that all cameras share.
+    directory : Path
+        What paths are relative to.
+
+    Raises
+    ------
+    ConfigError
+        If a key is unknown or a value wrong; says which.
+
+    """
+    if not isinstance(content, Mapping):
+        raise ConfigError('expected a mapping with the key cameras')
+    values = dict(content)
+    cameras, shared = values.pop('cameras', None), values.pop('pipeline', {})
+    if not isinstance(cameras, Mapping) or not cameras:
+        raise ConfigError('cameras is missing or empty: name at least one camera')
+    if not isinstance(shared, Mapping):
+        raise ConfigError(f'pipeline is {shared!r}, expected a mapping')
+    if len(cameras) > MAX_CAMERAS:
+        raise ConfigError(f'{len(cameras)} cameras, expected at most {MAX_CAMERAS}')
+    scalars = config_from(_SiteScalars, values)
+    if scalars.area:
+        _check_area(scalars.area)
+    settings = {}
+    for name in sorted(cameras):
+        check_camera_name(name)
+        own = cameras[name]
+        if not isinstance(own, Mapping):
+            raise ConfigError(f'cameras.{name} is {own!r}, expected a mapping')
+        merged = dict(own) | {'pipeline': _merged(shared, own.get('pipeline', {}))}
+        if 'origin' in merged:
+            raise ConfigError(f'cameras.{name}.origin: the origin is one for the whole site')
+        camera = config_from(CameraSettings, merged, f'cameras.{name}.')
+        settings[name] = _with_paths(camera, directory)
+    stated = scalars.origin
+    origin = origin_from(stated) if stated else chosen_origin(_places(settings.values()))
+    return SiteConfig(
+        name=scalars.name,
+        ground_frame=scalars.ground_frame,
+        feedback_delay=scalars.feedback_delay,
+        area=scalars.area,
+        cameras={
+            name: dataclasses.replace(camera, origin=origin_text(origin))
+            for name, camera in settings.items()
+        },
+        fusion=scalars.fusion,
+        origin=origin,
+    )
+
+
+def _check_area(text: str) -> None:
+    try:
+        area_from(text)
+    except FieldOfViewError as error:
+        raise ConfigError(str(error)) from error
+
+
+def _places(cameras: Iterable[CameraSettings]) -> Iterator[NDArray[np.float64]]:
+    """Yield where cameras are; of one that cannot be read, its reader says why when it is used."""
+    for camera in cameras:
+        with suppress(ConfigError, CalibrationError):
+            yield camera.place()
+
+
+def _with_paths(camera: CameraSettings, directory: Path) -> CameraSettings:
+    """Return the settings with their file names made absolute."""
+    files: dict[str, Any] = {
+        name: str((directory / getattr(camera, name)).resolve()) if getattr(camera, name) else ''
+        for name in _FILES
+    }
+    return dataclasses.replace(camera, **files)
+
+
+def _without_paths(camera: CameraSettings) -> dict[str, Any]:
+    """Return the settings with bare file names: the same on every machine."""
+    files = {name: Path(getattr(camera, name)).name for name in _FILES}
+    return values_of(camera) | files
+
+
+def _merged(shared: Mapping[str, Any], own: Any) -> Any:
+    """Return nested mappings laid over one another; what is not a mapping replaces."""
+    if not isinstance(own, Mapping):
+        return own
+    return dict(shared) | {
+        key: _merged(_mapping(shared.get(key)), value) for key, value in own.items()
+    }
+
+
+def _mapping(value: Any) -> Mapping[str, Any]:
+    return value if isinstance(value, Mapping) else {}

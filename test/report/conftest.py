@@ -1,0 +1,3 @@
+"""The match with known faults."""
+
+from recorded_match import match  # noqa: F401

@@ -1,0 +1,43 @@
+from pathlib import Path
+
+import numpy as np
+
+from mctrack_ros.ground import ProjectiveMapping, read_grid
+from mctrack_ros.simulation import CarParkScenario, Scenario, pitch5_cameras
+from mctrack_ros.simulation.calibration import write_calibration
+from mctrack_ros.simulation.carpark import carpark_cameras
+from mctrack_ros.site.site import load_site
+
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+SHIPPED = CONFIG / 'pitch5'
+
+
+def test_shipped_files_are_what_the_code_gives(tmp_path):
+    write_calibration(Scenario(), tmp_path)
+    names = ['cam1.xml', 'cam2.xml', 'cam3.xml', 'cam4.xml', 'cam5.xml', 'scene.xml']
+    assert sorted(file.name for file in tmp_path.iterdir()) == names
+    for name in names:
+        assert (SHIPPED / name).read_text() == (tmp_path / name).read_text(), name
+
+
+def test_shipped_car_park_is_what_the_code_gives(tmp_path):
+    write_calibration(CarParkScenario(), tmp_path)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ['cam1.xml', 'scene.xml']
+    for name in ('cam1.xml', 'scene.xml'):
+        assert (CONFIG / 'carpark' / name).read_text() == (tmp_path / name).read_text(), name
+
+
+def test_car_park_site_agrees_with_the_simulated_camera():
+    (camera,) = carpark_cameras(CarParkScenario())
+    mapping = load_site(CONFIG / 'carpark.yaml').cameras['cam1'].mapping()
+    pixel = np.array([(320.0, 300.0), (100.0, 200.0), (600.0, 400.0)])
+    np.testing.assert_allclose(mapping.ground_from_image(pixel), camera.ground(pixel), atol=0.01)
+
+
+def test_ground_mapping_of_a_grid_agrees_with_the_simulated_camera():
+    for camera in pitch5_cameras(Scenario()):
+        ground, image = read_grid(SHIPPED / f'{camera.name}.xml').points()
+        mapping = ProjectiveMapping.from_points(ground, image, camera.size)
+        head = np.column_stack([ground, np.full(len(ground), 1.8)])
+        expected = camera.project(head)
+        np.testing.assert_allclose(mapping.image_from_ground(ground, 1.8), expected, atol=0.05)
