@@ -11,7 +11,7 @@ from sensor_msgs.msg import CompressedImage, PointCloud2
 
 from mctrack_ros.codec import cloud_from_rows, image_from_message, stamp_ns_of
 from mctrack_ros.perception import boxes_to_detections
-from mctrack_ros.ros.messages import RCLPY_CLASSES
+from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.site.site import load_site
 
 

@@ -9,8 +9,8 @@ from launch_ros.actions import Node
 
 from launch import LaunchDescription
 from mctrack_ros.cli.sites import site_path
-from mctrack_ros.ros.graph import ENVIRONMENT, coverage_node, truth_of
-from mctrack_ros.ros.site_graph import site_nodes
+from mctrack_ros.ros.graph.graph import ENVIRONMENT, coverage_node, truth_of
+from mctrack_ros.ros.graph.site_graph import site_nodes
 from mctrack_ros.site.names import namespace_of
 from mctrack_ros.site.site import load_site
 

@@ -7,7 +7,8 @@ import pytest
 
 from mctrack_ros.codec import cloud_from_rows
 from mctrack_ros.interfaces import Tracks
-from mctrack_ros.recording import ROSBAGS_CLASSES, box_files, track_table
+from mctrack_ros.recording import ROSBAGS_CLASSES
+from mctrack_ros.recording.tables import box_files, track_table
 
 DOCS = Path(__file__).resolve().parents[1] / 'docs'
 

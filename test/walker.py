@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from mctrack_ros.codec import compressed_message, jpeg_from_image
-from mctrack_ros.ros.messages import RCLPY_CLASSES
+from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 
 SIZE = (192, 144)
 PERIOD_NS = 40_000_000

@@ -7,8 +7,8 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from mctrack_ros.ros.graph import ENVIRONMENT, NodeSpec
-from mctrack_ros.ros.supervise import Supervisor
+from mctrack_ros.ros.graph.graph import ENVIRONMENT, NodeSpec
+from mctrack_ros.ros.graph.supervise import Supervisor
 
 
 def run_to_end(nodes: Sequence[NodeSpec], log: Path, domain: int | None) -> None:

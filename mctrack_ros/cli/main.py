@@ -15,11 +15,10 @@ from typing import TextIO
 import typer
 
 from mctrack_ros import __version__
-from mctrack_ros.cli import (
+from mctrack_ros.cli.commands import (
     bag,
     calibrate,
     calibration,
-    compare,
     coverage,
     demo,
     doctor,
@@ -29,6 +28,7 @@ from mctrack_ros.cli import (
     offline,
     videos,
 )
+from mctrack_ros.cli.commands import evaluate as compare
 
 app = typer.Typer(
     name='mctrack',

@@ -1,9 +1,10 @@
 """Bags and exports."""
 
-from mctrack_ros.recording.bag import ROSBAGS_CLASSES, BagReader, BagWriter, check_place
-from mctrack_ros.recording.bag_files import is_bag
+from mctrack_ros.recording.bags.bag import ROSBAGS_CLASSES, BagReader, BagWriter, check_place
+from mctrack_ros.recording.bags.files import is_bag
+from mctrack_ros.recording.bags.site_topic import stated_origin
 from mctrack_ros.recording.errors import BagError, CutBagWarning
-from mctrack_ros.recording.mot_text import (
+from mctrack_ros.recording.tables.mot_text import (
     MotTextError,
     MotTextWriter,
     frame_origin_ns,
@@ -11,8 +12,7 @@ from mctrack_ros.recording.mot_text import (
     read_mot_text,
     write_mot_text,
 )
-from mctrack_ros.recording.site_topic import stated_origin
-from mctrack_ros.recording.track_table import TrackTableWriter
+from mctrack_ros.recording.tables.track_table import TrackTableWriter
 
 __all__ = [
     'ROSBAGS_CLASSES',

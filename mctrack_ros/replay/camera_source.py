@@ -23,8 +23,8 @@ from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.names import is_name, picture_topic, resolved
 
 if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
-    from mctrack_ros.recording.video_file import VideoReading
-    from mctrack_ros.recording.videos import CameraVideo
+    from mctrack_ros.recording.video.file import VideoReading
+    from mctrack_ros.recording.video.videos import CameraVideo
 
 _PICTURES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 

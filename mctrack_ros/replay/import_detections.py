@@ -15,9 +15,9 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import ClassCode, Detections
 from mctrack_ros.perception import boxes_to_detections, positions_to_detections
 from mctrack_ros.recording import BagWriter
-from mctrack_ros.recording.class_names import CLASS_NAMES
-from mctrack_ros.recording.columns import TableError
-from mctrack_ros.recording.sightings import Sightings
+from mctrack_ros.recording.tables.class_names import CLASS_NAMES
+from mctrack_ros.recording.tables.columns import TableError
+from mctrack_ros.recording.tables.sightings import Sightings
 from mctrack_ros.site.site import SiteConfig
 
 _LEFT_OUT = -1

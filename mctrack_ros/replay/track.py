@@ -29,7 +29,7 @@ from mctrack_ros.site.site import SiteConfig
 from mctrack_ros.site.stated_origin import origin_text
 
 if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
-    from mctrack_ros.recording.videos import Video
+    from mctrack_ros.recording.video.videos import Video
 
 CANDIDATES_TOPIC = '/explanation/candidates'
 DECISIONS_TOPIC = '/explanation/decisions'

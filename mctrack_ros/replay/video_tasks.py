@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mctrack_ros.recording.videos import Video, together
+from mctrack_ros.recording.video.videos import Video, together
 from mctrack_ros.replay.camera_source import CameraTask
 from mctrack_ros.replay.lockstep import ReplayError, tick_ns
 from mctrack_ros.site.site import SiteConfig

@@ -11,13 +11,13 @@ from typing import Any
 import yaml
 
 from mctrack_ros.config import Parameter, parameters_of
-from mctrack_ros.ros.camera_node import CameraNodeConfig
-from mctrack_ros.ros.coverage_node import CoverageNodeConfig
-from mctrack_ros.ros.fusion_node import FusionNodeConfig
-from mctrack_ros.ros.player import PlayerConfig
-from mctrack_ros.ros.recorder import RecorderConfig
-from mctrack_ros.ros.simulator_node import SimulatorNodeConfig
-from mctrack_ros.ros.video_node import VideoNodeConfig
+from mctrack_ros.ros.nodes.camera_node import CameraNodeConfig
+from mctrack_ros.ros.nodes.coverage_node import CoverageNodeConfig
+from mctrack_ros.ros.nodes.fusion_node import FusionNodeConfig
+from mctrack_ros.ros.nodes.player import PlayerConfig
+from mctrack_ros.ros.nodes.recorder import RecorderConfig
+from mctrack_ros.ros.nodes.simulator_node import SimulatorNodeConfig
+from mctrack_ros.ros.nodes.video_node import VideoNodeConfig
 
 NODE_CONFIGS: dict[str, type[Any]] = {
     'camera_node': CameraNodeConfig,

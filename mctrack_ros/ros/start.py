@@ -12,7 +12,7 @@ import sys
 from functools import partial
 from importlib import import_module
 
-from mctrack_ros.ros.usage import asked_for_help, usage
+from mctrack_ros.ros.node.usage import asked_for_help, usage
 
 
 def start(node: str) -> int:
@@ -22,7 +22,7 @@ def start(node: str) -> int:
     if asked_for_help(sys.argv[1:]):
         print(usage(node))
         return 0
-    code: int = import_module(f'mctrack_ros.ros.{node}').main()
+    code: int = import_module(f'mctrack_ros.ros.nodes.{node}').main()
     return code
 
 

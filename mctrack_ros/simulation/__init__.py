@@ -4,8 +4,10 @@ from mctrack_ros.simulation.cameras import Camera, pitch5_cameras
 from mctrack_ros.simulation.carpark import CarParkScenario, CarParkWorld
 from mctrack_ros.simulation.difficulty import Difficulty, DifficultyMeter
 from mctrack_ros.simulation.happenings import EventWatcher
-from mctrack_ros.simulation.pitch import LENGTH_M, WIDTH_M, landmarks
-from mctrack_ros.simulation.render import CameraRenderer
+from mctrack_ros.simulation.pitch.field import LENGTH_M, WIDTH_M, landmarks
+from mctrack_ros.simulation.pitch.staging import Walk, staged
+from mctrack_ros.simulation.rendering.render import CameraRenderer
+from mctrack_ros.simulation.rendering.sight import Sight, View
 from mctrack_ros.simulation.scenario import Scenario
 from mctrack_ros.simulation.scenes import (
     CARPARK,
@@ -16,8 +18,6 @@ from mctrack_ros.simulation.scenes import (
     Scene,
     scene_of,
 )
-from mctrack_ros.simulation.sight import Sight, View
-from mctrack_ros.simulation.staging import Walk, staged
 from mctrack_ros.simulation.truth import (
     parked_detections,
     parked_tracks,

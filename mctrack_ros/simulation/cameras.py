@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mctrack_ros.simulation.pitch import LENGTH_M, WIDTH_M
+from mctrack_ros.simulation.pitch.field import LENGTH_M, WIDTH_M
 from mctrack_ros.simulation.scenario import Scenario
 
 Floats = NDArray[np.float64]

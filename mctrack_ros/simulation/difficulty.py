@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import EventCode, Events
-from mctrack_ros.simulation.intent import PLAYERS, TEAM
-from mctrack_ros.simulation.sight import View
+from mctrack_ros.simulation.pitch.intent import PLAYERS, TEAM
+from mctrack_ros.simulation.rendering.sight import View
 from mctrack_ros.simulation.world import World
 
 OCCLUDED_BELOW = 0.95

@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from mctrack_ros.interfaces import MEMBERS, EventCode, Events
-from mctrack_ros.simulation.sight import View
+from mctrack_ros.simulation.rendering.sight import View
 from mctrack_ros.simulation.world import World
 
 HOLD_S = 0.4

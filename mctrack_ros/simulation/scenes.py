@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import Events
-from mctrack_ros.simulation import pitch
 from mctrack_ros.simulation.cameras import Camera, pitch5_cameras
 from mctrack_ros.simulation.carpark import (
     CarParkMeter,
@@ -20,9 +19,10 @@ from mctrack_ros.simulation.carpark import (
     layout,
 )
 from mctrack_ros.simulation.difficulty import DifficultyMeter
-from mctrack_ros.simulation.render import CameraRenderer
+from mctrack_ros.simulation.pitch import field as pitch
+from mctrack_ros.simulation.rendering.render import CameraRenderer
+from mctrack_ros.simulation.rendering.sight import View
 from mctrack_ros.simulation.scenario import Scenario
-from mctrack_ros.simulation.sight import View
 from mctrack_ros.simulation.world import World
 
 Image = NDArray[np.uint8]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import Detections, Tracks, TrackStatus
-from mctrack_ros.simulation.sight import View
+from mctrack_ros.simulation.rendering.sight import View
 from mctrack_ros.simulation.world import World
 
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import ClassCode
-from mctrack_ros.simulation.appearance import Appearance, dressed
 from mctrack_ros.simulation.cameras import Camera, pitch5_cameras
-from mctrack_ros.simulation.intent import PLAYERS
-from mctrack_ros.simulation.players import Motion, simulate_motion
+from mctrack_ros.simulation.pitch.intent import PLAYERS
+from mctrack_ros.simulation.pitch.players import Motion, simulate_motion
+from mctrack_ros.simulation.rendering.appearance import Appearance, dressed
 from mctrack_ros.simulation.scenario import Scenario
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from mctrack_ros.web.calibrate.pairing import Pairing
 from mctrack_ros.web.lines import MARGIN, Extent, cut, flipped, metre_grid, picture_edge
-from mctrack_ros.web.pairing import Pairing
 
 ARROW_SCALE = 10.0
 """How much longer than in truth residuals are drawn."""

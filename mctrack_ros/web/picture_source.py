@@ -15,7 +15,7 @@ from mctrack_ros.recording import BagReader, is_bag
 from mctrack_ros.web.picture_topic import IMAGE_TYPES, picture_topics
 
 if TYPE_CHECKING:
-    from mctrack_ros.ros.live_pictures import LivePictures
+    from mctrack_ros.ros.topics.live_images import LivePictures
 
 Image = NDArray[np.uint8]
 LIVE = 'live'
@@ -65,7 +65,7 @@ def read_picture(
 
 
 def _from_video(path: Path) -> Image:
-    from mctrack_ros.recording.video_file import VideoError, open_video
+    from mctrack_ros.recording.video.file import VideoError, open_video
 
     try:
         return next(open_video(path, rate_hz=1.0).pictures())  # whatever its times
@@ -84,7 +84,7 @@ def _from_bag(path: Path, camera: str, topic: str) -> Image:
 
 
 def _from_graph(camera: str, topic: str, patience_s: float) -> Image:
-    from mctrack_ros.ros.live_pictures import LivePictures
+    from mctrack_ros.ros.topics.live_images import LivePictures
 
     with LivePictures() as graph:
         name = '/' + topic.lstrip('/') if topic else _live_topic(graph, camera, patience_s)

@@ -13,7 +13,7 @@ from mctrack_ros.codec import (
 )
 from mctrack_ros.interfaces import Detections, Events, Ticks, Tracks
 from mctrack_ros.recording import ROSBAGS_CLASSES
-from mctrack_ros.ros.messages import RCLPY_CLASSES
+from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from strategies import ROW_TYPES, rows
 
 BOTH = pytest.mark.parametrize(

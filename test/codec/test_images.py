@@ -16,7 +16,7 @@ from mctrack_ros.codec import (
     stamp_ns_of,
 )
 from mctrack_ros.recording import ROSBAGS_CLASSES
-from mctrack_ros.ros.messages import RCLPY_CLASSES
+from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 
 BOTH = pytest.mark.parametrize(
     'classes', [RCLPY_CLASSES, ROSBAGS_CLASSES], ids=['rclpy', 'rosbags']

@@ -19,7 +19,7 @@ from sensor_msgs.msg import PointCloud2
 
 from mctrack_ros.codec import compressed_message, jpeg_from_image, rows_from_cloud
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
-from mctrack_ros.ros.quality import reliable
+from mctrack_ros.ros.topics.quality import reliable
 from walker import IMAGE_FROM_WORLD, PERIOD_NS, walker_picture
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -9,7 +9,7 @@ from sensor_msgs.msg import CompressedImage
 from conftest import ROOT
 from mctrack_ros.codec import stamp_ns_of
 from mctrack_ros.interfaces import Detections, Tracks
-from mctrack_ros.ros.fusion_node import FusionNode
+from mctrack_ros.ros.nodes.fusion_node import FusionNode
 from walker import EMPTY_PICTURES, PERIOD_NS, SIZE, picture_message
 
 PATIENCE_S = 120.0

@@ -19,8 +19,8 @@ from mctrack_ros.site.coverage import site_coverage
 from mctrack_ros.site.origin import FARTHEST_M, chosen_origin
 from mctrack_ros.site.site import load_site
 from mctrack_ros.site.stated_origin import origin_from, origin_text
-from mctrack_ros.web.coverage_report import coverage_text
-from mctrack_ros.web.site_fields import save_fields, site_fields
+from mctrack_ros.web.coverage.report import coverage_text
+from mctrack_ros.web.coverage.site_fields import save_fields, site_fields
 
 OFFSETS = [(389000.0, 5820000.0), (389123.4, 5820456.7), (2e6, 2e6), (1e7, 1e7)]
 PIXELS = np.array([[160.0, 120.0], [40.0, 200.0], [300.0, 90.0]])

@@ -5,7 +5,7 @@ import numpy as np
 
 from mctrack_ros.simulation import Scenario, pitch5_cameras
 from mctrack_ros.simulation.calibration import camera_grid
-from mctrack_ros.simulation.stadium import empty_picture
+from mctrack_ros.simulation.pitch.stadium import empty_picture
 from mctrack_ros.web import Pairing
 
 CAMERA = pitch5_cameras(Scenario())[0]

@@ -8,7 +8,7 @@ import pytest
 
 from mctrack_ros.ground import read_grid
 from mctrack_ros.simulation import Scenario, pitch5_cameras
-from mctrack_ros.simulation.stadium import empty_picture
+from mctrack_ros.simulation.pitch.stadium import empty_picture
 from web.desk import ON_SCREEN, PATIENCE_MS
 from web.fields import write_site
 

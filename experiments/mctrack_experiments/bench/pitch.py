@@ -22,8 +22,8 @@ from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.recording import ROSBAGS_CLASSES
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import CameraRenderer, Scenario, World
-from mctrack_ros.simulation.appearance import Appearance
-from mctrack_ros.simulation.players import Motion
+from mctrack_ros.simulation.pitch.players import Motion
+from mctrack_ros.simulation.rendering.appearance import Appearance
 from mctrack_ros.simulation.world import feet_in_view
 from mctrack_ros.site.site import SiteConfig, load_site
 

@@ -18,7 +18,7 @@ from mctrack_experiments.real.watched_scene import KINDS, SIZE, WIND_PX, Watched
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.perception import ShiftState
 from mctrack_ros.perception.camera_shift.monitor import Watchdog, WatchdogConfig
-from mctrack_ros.recording.videos import open_video
+from mctrack_ros.recording.video.videos import open_video
 from mctrack_ros.simulation import CameraRenderer, Scenario, World
 
 Floats = NDArray[np.float64]

@@ -18,7 +18,7 @@ from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.silhouettes import SilhouetteConfig, SilhouettePipeline
-from mctrack_ros.recording.videos import open_video
+from mctrack_ros.recording.video.videos import open_video
 
 FOLDER = 'intel_sample_videos'
 SIZE = (768, 432)

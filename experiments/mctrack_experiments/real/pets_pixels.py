@@ -21,7 +21,7 @@ from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
 from mctrack_ros.ground import ProjectiveMapping, read_tsai
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.perception import CameraConfig, CameraPipeline, FeedbackBuffer
-from mctrack_ros.recording.videos import open_video
+from mctrack_ros.recording.video.videos import open_video
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]

@@ -9,8 +9,8 @@ from pathlib import Path
 from mctrack_experiments.real.terrace_videos import terrace_figures, video, write_site
 from mctrack_ros.cli.live import run_to_end
 from mctrack_ros.evaluation.figures import Figures
-from mctrack_ros.ros.graph import NodeSpec, recorder_node
-from mctrack_ros.ros.site_graph import site_nodes
+from mctrack_ros.ros.graph.graph import NodeSpec, recorder_node
+from mctrack_ros.ros.graph.site_graph import site_nodes
 
 _PREPARATION_S = 8.0
 """From the start of the processes to the first picture."""

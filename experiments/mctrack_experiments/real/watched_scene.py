@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.simulation import Scenario, pitch5_cameras
-from mctrack_ros.simulation.stadium import empty_picture
+from mctrack_ros.simulation.pitch.stadium import empty_picture
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]

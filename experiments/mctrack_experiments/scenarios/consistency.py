@@ -21,7 +21,7 @@ from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.motion.models import MODELS
 from mctrack_ros.interfaces import TrackStatus
 from mctrack_ros.simulation import Scenario
-from mctrack_ros.simulation.players import simulate_motion
+from mctrack_ros.simulation.pitch.players import simulate_motion
 
 Floats = NDArray[np.float64]
 

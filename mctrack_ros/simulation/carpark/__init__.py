@@ -2,7 +2,7 @@
 
 from mctrack_ros.simulation.carpark.difficulty import CarParkDifficulty, CarParkMeter
 from mctrack_ros.simulation.carpark.layout import carpark_cameras
-from mctrack_ros.simulation.carpark.render import CarParkRenderer, CarParkView
+from mctrack_ros.simulation.carpark.rendering.render import CarParkRenderer, CarParkView
 from mctrack_ros.simulation.carpark.scenario import CarParkScenario
 from mctrack_ros.simulation.carpark.world import CarParkWorld, carpark_world, staged
 

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from mctrack_ros.interfaces import ClassCode, EventCode, Events
-from mctrack_ros.simulation.carpark.render import CarParkView
+from mctrack_ros.simulation.carpark.rendering.render import CarParkView
 from mctrack_ros.simulation.carpark.world import CarParkWorld
 from mctrack_ros.simulation.difficulty import OCCLUDED_BELOW
 

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import ClassCode
-from mctrack_ros.simulation.appearance import Appearance
-from mctrack_ros.simulation.carpark.cast import Actor
+from mctrack_ros.simulation.carpark.activity.cast import Actor
+from mctrack_ros.simulation.carpark.activity.schedule import cast_of
 from mctrack_ros.simulation.carpark.layout import carpark_cameras
-from mctrack_ros.simulation.carpark.looks import shades
+from mctrack_ros.simulation.carpark.rendering.looks import shades
 from mctrack_ros.simulation.carpark.scenario import CarParkScenario
-from mctrack_ros.simulation.carpark.schedule import cast_of
-from mctrack_ros.simulation.players import Motion
+from mctrack_ros.simulation.pitch.players import Motion
+from mctrack_ros.simulation.rendering.appearance import Appearance
 from mctrack_ros.simulation.scenario import Scenario
 from mctrack_ros.simulation.world import World, feet_in_view
 

@@ -3,8 +3,8 @@ import pytest
 
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.simulation.carpark import CarParkScenario, staged
-from mctrack_ros.simulation.carpark.cast import Actor
-from mctrack_ros.simulation.carpark.paths import Course, standing
+from mctrack_ros.simulation.carpark.activity.cast import Actor
+from mctrack_ros.simulation.carpark.activity.paths import Course, standing
 
 SIZE = {
     ClassCode.PERSON: np.array([0.4, 0.5, 1.75]),

@@ -26,7 +26,7 @@ from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.interfaces import Detections
 from mctrack_ros.perception import CameraConfig, CameraPipeline
 from mctrack_ros.perception.trackers import CameraTracker
-from mctrack_ros.recording.videos import open_video
+from mctrack_ros.recording.video.videos import open_video
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import CARPARK, PITCH5, CarParkScenario, Scenario, World
 from mctrack_ros.simulation.world import feet_in_view

@@ -1,0 +1,117 @@
+"""`mctrack demo`: render a match, track it live, show how well it went."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from mctrack_ros.report.demo import DemoOptions
+    from mctrack_ros.ros.graph.graph import NodeSpec
+    from mctrack_ros.site.site import SiteConfig
+
+_OUT = typer.Option(Path('out/demo'), help='Folder for the results, which are replaced.')
+_JSON = typer.Option(None, '--json', help='Also write the figures here.')
+_DOMAIN = typer.Option(
+    None, min=0, max=232, help='ROS domain; unless given, that of ROS_DOMAIN_ID.'
+)
+_OUTPUTS = '/(tracks|events|feedback|ticks|site)'
+
+
+def demo(
+    seconds: float = typer.Option(60.0, min=1.0, help='Length of the match, s.'),
+    cameras: int = typer.Option(5, min=1, max=5, help='How many of the five cameras.'),
+    offline: bool = typer.Option(False, '--offline', help='Track without ROS, in lock step.'),
+    seed: int = typer.Option(1, min=0, help='Of the simulation.'),
+    out: Path = _OUT,
+    domain: int | None = _DOMAIN,
+    json_file: Path | None = _JSON,
+) -> None:
+    """Render a five-camera football pitch, track it live, and report into out/demo."""
+    from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.report.demo import DemoOptions, evaluate_demo
+    from mctrack_ros.simulation import Scenario
+    from mctrack_ros.simulation.recording import simulate
+
+    options = DemoOptions(seconds, cameras, offline, seed, out)
+    site = _site(cameras)
+    with progress_bar('rendering') as progress:
+        scenario = Scenario(seed=seed, duration_s=seconds, cameras=cameras)
+        simulate(scenario, options.source, overwrite=True, progress=progress)
+    wall_seconds = None
+    if offline:
+        wall_seconds = _track_offline(options, site)
+    else:
+        _track_live(options, site, domain)
+    mappings = [settings.mapping() for settings in site.cameras.values()]
+    with progress_bar('evaluating') as progress:
+        figures = evaluate_demo(options, mappings, wall_seconds, _settings(site), progress)
+    typer.echo(figures.table())
+    typer.echo(f'\nopen {(out / "report.html").resolve().as_uri()}')
+    if json_file is not None:
+        figures.write(json_file)
+
+
+def _site(cameras: int) -> SiteConfig:
+    """Return the shipped site with its first cameras."""
+    from mctrack_ros.cli.sites import named_site
+
+    site = named_site('pitch5')
+    kept = dict(list(site.cameras.items())[:cameras])
+    return dataclasses.replace(site, cameras=kept)
+
+
+def _settings(site: SiteConfig) -> dict[str, Any]:
+    """Return what the page shows of the site; the paths of its files are left out."""
+    from mctrack_ros.config import values_of
+
+    pipelines = {name: values_of(camera.pipeline) for name, camera in site.cameras.items()}
+    return {
+        'site': site.name,
+        'feedback_delay': site.feedback_delay,
+        'fusion': values_of(site.fusion),
+        'cameras': pipelines,
+    }
+
+
+def _track_offline(options: DemoOptions, site: SiteConfig) -> float:
+    """Track in lock step; return how long it took, s."""
+    from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.replay.track import track_bag
+
+    began_s = time.monotonic()
+    with progress_bar('tracking') as progress:
+        track_bag(options.source, options.out, site, overwrite=True, progress=progress)
+    return time.monotonic() - began_s
+
+
+def _track_live(options: DemoOptions, site: SiteConfig, domain: int | None) -> None:
+    """Play the bag into the real graph, and record what it says."""
+    from mctrack_ros.cli.live import run_to_end
+    from mctrack_ros.ros.graph.site_graph import site_nodes
+
+    nodes = [*site_nodes(site), *_recorder_and_player(options, site)]
+    typer.echo(f'tracking {options.seconds:g} s live with {len(nodes)} processes', err=True)
+    run_to_end(nodes, options.out / 'graph.log', domain)
+
+
+def _recorder_and_player(options: DemoOptions, site: SiteConfig) -> list[NodeSpec]:
+    from mctrack_ros.ros.graph.graph import player_node, recorder_node
+    from mctrack_ros.ros.graph.site_graph import awaited_topics
+
+    camera = f'/({"|".join(site.camera_names)})'
+    played = [f'{camera}/image_raw/compressed', '/truth/tracks']
+    recorded = [f'{camera}/(detections|events)', '/truth/tracks', _OUTPUTS]
+    return [
+        recorder_node(options.recorded.absolute(), recorded, overwrite=True),
+        player_node(
+            options.source.absolute(),
+            topics=played,
+            wait_for=[*awaited_topics(site, recorded=True), '/truth/tracks'],
+            restamp=True,
+        ),
+    ]

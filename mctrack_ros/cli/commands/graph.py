@@ -1,0 +1,116 @@
+"""Commands that start ROS processes: run, record, play."""
+
+from __future__ import annotations
+
+import signal
+import tempfile
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from mctrack_ros.site.names import namespace_of
+
+if TYPE_CHECKING:
+    from mctrack_ros.ros.graph.graph import NodeSpec
+
+_DOMAIN = typer.Option(
+    None, min=0, max=232, help='ROS domain; unless given, that of ROS_DOMAIN_ID.'
+)
+
+
+def run(
+    site: str = typer.Argument(..., help='Site YAML, or the name of a shipped site.'),
+    namespace: str = typer.Option(
+        '', callback=namespace_of, help='Namespace of all nodes, for example hall.'
+    ),
+    use_sim_time: bool = typer.Option(False, '--use-sim-time', help='Take time from /clock.'),
+    own_detections: bool = typer.Option(
+        False,
+        '--own-detections',
+        help='Start no camera nodes: your own detectors send <camera>/detections.',
+    ),
+    domain: int | None = _DOMAIN,
+) -> None:
+    """Run the graph of a site: a node a camera, fusion and coverage. Ctrl-C stops it."""
+    from mctrack_ros.cli.sites import named_site, site_path
+    from mctrack_ros.ros.graph.graph import coverage_node
+    from mctrack_ros.ros.graph.site_graph import site_nodes
+
+    nodes = site_nodes(named_site(site), use_sim_time, own_detections)
+    _run_nodes([*nodes, coverage_node(site_path(site), use_sim_time)], namespace, domain)
+
+
+def record(
+    out: Path = typer.Argument(..., help='The bag to write.'),
+    topics: list[str] = typer.Option(
+        ['.*'], '--topic', help='Regular expression of topics to record; may be repeated.'
+    ),
+    namespace: str = typer.Option(
+        '',
+        callback=namespace_of,
+        help='Only topics in this namespace; --topic then says how their names go on.',
+    ),
+    overwrite: bool = typer.Option(False, '--overwrite', help='Replace an earlier bag.'),
+    explain: bool = typer.Option(
+        False, '--explain', help='Record why fusion decided as it did, too.'
+    ),
+    domain: int | None = _DOMAIN,
+) -> None:
+    """Record topics of the running graph into a bag until Ctrl-C."""
+    from mctrack_ros.ros.graph.graph import recorder_node
+
+    if namespace:
+        topics = [f'{namespace}(?=/)(?:{pattern})' for pattern in topics]
+    node = recorder_node(out.absolute(), topics, overwrite=overwrite, explain=explain)
+    _run_nodes([node], '', domain)
+
+
+def play(
+    bag: Path = typer.Argument(..., help='The bag.'),
+    topics: list[str] = typer.Option(
+        ['.*'], '--topic', help='Regular expression of topics to play; may be repeated.'
+    ),
+    namespace: str = typer.Option(
+        '',
+        callback=namespace_of,
+        help='Namespace to play into; topics that lie in it already stay as they are.',
+    ),
+    rate: float = typer.Option(1.0, min=0.001, max=1000.0, help='Speed; 1: as recorded.'),
+    start: float = typer.Option(0.0, min=0.0, help='Where in the bag to begin, s.'),
+    loop: bool = typer.Option(False, '--loop', help='Begin again at the end.'),
+    restamp: bool = typer.Option(
+        False, '--restamp', help='Shift all stamps as if captured now, and publish no /clock.'
+    ),
+    domain: int | None = _DOMAIN,
+) -> None:
+    """Play a bag into the running graph, with /clock."""
+    from mctrack_ros.recording import BagReader, CutBagWarning
+    from mctrack_ros.ros.graph.graph import player_node
+
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', CutBagWarning)  # the player says it
+        BagReader(bag).close()
+    node = player_node(
+        bag.absolute(), topics=list(topics), rate=rate, start=start, loop=loop, restamp=restamp
+    )
+    _run_nodes([node], namespace, domain)
+
+
+def _run_nodes(nodes: Sequence[NodeSpec], namespace: str, domain: int | None) -> None:
+    """Run nodes as processes until they end or a signal comes; leave with their verdict."""
+    from mctrack_ros.ros.graph.graph import ENVIRONMENT
+    from mctrack_ros.ros.graph.supervise import Supervisor
+
+    environment = dict(ENVIRONMENT)
+    if domain is not None:
+        environment['ROS_DOMAIN_ID'] = str(domain)
+    with tempfile.TemporaryDirectory(prefix='mctrack_') as directory:
+        processes = [node.process(Path(directory), namespace) for node in nodes]
+        supervisor = Supervisor(processes, typer.echo, environment)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, lambda *_: supervisor.stop())
+        code = supervisor.run()
+    raise typer.Exit(code)

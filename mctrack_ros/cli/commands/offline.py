@@ -1,0 +1,281 @@
+"""Commands that need no ROS: simulate, track, echo."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from dataclasses import asdict
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from mctrack_ros.cli.commands.videos import LATER, RATE, open_videos, warn
+from mctrack_ros.processes import prepare_workers
+from mctrack_ros.site.names import namespace_of, resolved
+
+if TYPE_CHECKING:
+    from mctrack_ros.recording.video.videos import Video
+
+_TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
+_USUAL_SITE = 'pitch5'
+_OVERWRITE = typer.Option(False, '--overwrite', help='Replace earlier results.')
+_PROCESSES = typer.Option(2, min=1, max=64, help='Processes to share the cameras among.')
+_WORKERS = typer.Option(
+    None, min=1, max=64, help='Processes to share the cameras among; unless given, one a camera.'
+)
+
+
+class SceneName(StrEnum):
+    """What can be simulated."""
+
+    PITCH5 = 'pitch5'
+    CARPARK = 'carpark'
+
+
+def simulate(
+    out: Path = typer.Argument(..., help='The bag to write.'),
+    scene: SceneName = typer.Option(
+        SceneName.PITCH5, help='Five cameras about a football pitch, or one over a car park.'
+    ),
+    seconds: float | None = typer.Option(
+        None, min=0.04, help='Length, s; unless given, 120 of the match, 600 of the car park.'
+    ),
+    seed: int = typer.Option(1, min=0, help='The same seed gives the same bytes.'),
+    cameras: int | None = typer.Option(None, min=1, max=5, help='How many of the five cameras.'),
+    noise: float | None = typer.Option(
+        None, min=0.1, max=50.0, help='Sensor noise, grey levels; pitch5: 2, carpark: 2.6.'
+    ),
+    shadows: bool | None = typer.Option(
+        None, '--shadows/--no-shadows', help='Whether shadows fall: on the car park they do.'
+    ),
+    distortion: float = typer.Option(
+        0.0, min=-0.5, max=0.5, help='First radial coefficient of the lenses.'
+    ),
+    lighting_drift: float | None = typer.Option(
+        None, min=0.0, max=0.9, help='Amplitude of a slow change of brightness; carpark: 0.06.'
+    ),
+    light_step: float = typer.Option(
+        0.0, min=-0.9, max=2.0, help='Change of the light at --step-at, as a share.'
+    ),
+    gain_step: float = typer.Option(
+        0.0, min=-0.9, max=2.0, help="Change of the camera's gain at --step-at, as a share."
+    ),
+    step_at: float = typer.Option(20.0, min=0.0, help='When light or gain change, s.'),
+    bicycles: bool = typer.Option(
+        False, '--bicycles', help='Whether people ride through the car park on bicycles, too.'
+    ),
+    processes: int = _PROCESSES,
+    overwrite: bool = _OVERWRITE,
+    calibration: Path | None = typer.Option(
+        None, help='Also write scene and transformation grids into this folder.'
+    ),
+    json_file: Path | None = typer.Option(None, '--json', help='Also write the difficulty here.'),
+) -> None:
+    """Render the five-camera football pitch, or the car park, with exact truth, into a bag."""
+    from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.evaluation.figures import Figures
+    from mctrack_ros.simulation import SCENES
+    from mctrack_ros.simulation import calibration as calibration_files
+    from mctrack_ros.simulation import recording as rendering
+
+    given: dict[str, Any] = {
+        'duration_s': seconds,
+        'cameras': cameras,
+        'noise': noise,
+        'shadows': shadows,
+        'lighting_drift': lighting_drift,
+        'light_step': light_step,
+        'gain_step': gain_step,
+        'step_s': step_at,
+        'bicycles': bicycles or None,
+    }
+    if bicycles and scene is not SceneName.CARPARK:
+        raise typer.BadParameter('bicycles come with --scene carpark only')
+    options = {name: value for name, value in given.items() if value is not None}
+    scenario = SCENES[scene].scenario(seed=seed, distortion=distortion, **options)
+    if calibration is not None:
+        calibration_files.write_calibration(scenario, calibration)
+    with progress_bar('rendering') as progress:
+        difficulty = rendering.simulate(
+            scenario, out, processes=processes, overwrite=overwrite, progress=progress
+        )
+    choice = '' if scene is SceneName.PITCH5 else f' --scene {scene}'
+    choice += ' --bicycles' if bicycles else ''
+    length = f'--seconds {scenario.duration_s:g} --seed {seed}'
+    figures = Figures(
+        name='simulate' if scene is SceneName.PITCH5 else f'simulate_{scene}',
+        command=f'mctrack simulate {out.name}{choice} {length}',
+        protocol=asdict(scenario),
+        figures=difficulty.figures(),
+    )
+    typer.echo(figures.table())
+    typer.echo(f'wrote {out}')
+    if json_file is not None:
+        figures.write(json_file)
+
+
+def track(
+    sources: list[str] = typer.Argument(
+        ...,
+        metavar='BAG | CAMERA=VIDEO...',
+        help='Bag with the pictures, or detections, of every camera; or the video file of each, '
+        'for example north=north.mp4 south=south.mp4.',
+    ),
+    out: Path | None = typer.Option(
+        None, help='Folder for the bag of results, tracks.txt and tracks.csv.  [required]'
+    ),
+    site: str = typer.Option(
+        '', help=f'Site YAML, or the name of a shipped site; unless given, {_USUAL_SITE}.'
+    ),
+    namespace: str = typer.Option(
+        '', callback=namespace_of, help='Where the topics of the cameras lie in the bag.'
+    ),
+    later: list[str] = LATER,
+    rate: float = RATE,
+    processes: int | None = _WORKERS,
+    overwrite: bool = _OVERWRITE,
+    explain: bool = typer.Option(
+        False, '--explain', help='Also write why each tick was decided as it was.'
+    ),
+    log_times: bool = typer.Option(
+        False, '--log-times', help='Take the times of recording instead of the stamps of a bag.'
+    ),
+    debug_images: Path | None = typer.Option(
+        None, help='Folder for pictures with boxes, ids, groups and predictions, by camera.'
+    ),
+    debug_every: float = typer.Option(1.0, min=0.0, help='Time between these, s; 0: all.'),
+    json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
+) -> None:
+    """Track a bag, or video files, offline, in lock step; the same input gives the same bytes."""
+    prepare_workers()
+    from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.cli.sites import calibration_doubts, named_site
+    from mctrack_ros.evaluation.figures import Figures
+    from mctrack_ros.replay.camera_source import Debug
+    from mctrack_ros.replay.track import track_bag
+    from mctrack_ros.site.stated_origin import origin_text
+
+    bag, name = _source(sources, later, rate)
+    if namespace and not isinstance(bag, Path):
+        raise ValueError('--namespace is for bags, which have topics: videos have none')
+    if out is None:
+        raise typer.BadParameter('a folder for the results is missing', param_hint='--out')
+    if not site:
+        typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
+    config = named_site(site or _USUAL_SITE)
+    processes = processes or len(config.cameras)
+    for line in calibration_doubts(config):
+        typer.echo(line, err=True)
+    started = time.perf_counter()
+    with progress_bar('tracking') as progress:
+        summary = track_bag(
+            bag,
+            out,
+            config,
+            namespace=namespace,
+            processes=processes,
+            overwrite=overwrite,
+            explain=explain,
+            log_times=log_times,
+            debug=Debug(debug_images, debug_every) if debug_images else None,
+            progress=progress,
+        )
+    wall_seconds = time.perf_counter() - started
+    figures = Figures(
+        name='track',
+        command=f'mctrack track {name} --site {config.name} --processes {processes}',
+        protocol={'site': config.name, 'cameras': len(config.cameras), 'processes': processes},
+        figures={
+            'ticks': summary.ticks,
+            'pictures': summary.pictures,
+            'confirmed_ids': len(summary.confirmed_ids),
+            'bag_seconds': summary.bag_seconds,
+            'wall_seconds': wall_seconds,
+            'realtime_factor': summary.bag_seconds / wall_seconds,
+            'peak_memory_mb': summary.peak_memory_mb,
+            **summary.cameras,
+        },
+    )
+    typer.echo(figures.table())
+    typer.echo(f'wrote {out / "bag"}, {out / "tracks.txt"} and {out / "tracks.csv"}')
+    if any(config.origin):
+        told = origin_text(config.origin)
+        typer.echo(f"the bag tells positions from the origin {told}, the text as the site's files")
+    if json_file is not None:
+        figures.write(json_file)
+    for note in summary.notes:
+        warn(note)
+    if summary.faults:
+        raise ValueError(f'{"; ".join(summary.faults)}; {out} holds what was read')
+
+
+def _source(
+    sources: list[str], later: list[str], rate: float
+) -> tuple[Path | dict[str, Video], str]:
+    """
+    Return the bag, or the videos by camera, and how the command names them.
+
+    Raises
+    ------
+    ValueError
+        If it is neither one bag nor videos; says how a video is named.
+
+    """
+    from mctrack_ros.recording import is_bag
+
+    path = Path(sources[0])
+    if len(sources) > 1 or ('=' in sources[0] and not path.exists()):
+        videos = open_videos(sources, later, rate)
+        return videos, ' '.join(f'{name}={each.path.name}' for name, each in videos.items())
+    if later or rate:
+        raise ValueError('--later and --rate are for videos: camera=file')
+    if path.exists() and not is_bag(path):
+        raise ValueError(
+            f'{path} is no bag; videos are named with the cameras of a site: '
+            f'mctrack track CAMERA={path} ... --site SITE.yaml --out FOLDER'
+        )
+    return path, path.name
+
+
+def echo(
+    topic: str = typer.Argument(..., help='Topic of one of the clouds, for example /tracks.'),
+    bag: Path | None = typer.Option(None, help='Read a bag instead of the running graph.'),
+    namespace: str = typer.Option(
+        '', callback=namespace_of, help='Namespace of the topic, for example /hall.'
+    ),
+    count: int = typer.Option(0, min=0, help='Stop after so many messages; 0: go on.'),
+    as_json: bool = typer.Option(False, '--json', help='One JSON object a message.'),
+) -> None:
+    """Print any of the clouds as a table."""
+    from rich.console import Console
+
+    from mctrack_ros.cli.tables import cloud_table, cloud_values
+
+    console, topic = Console(width=_TABLE_WIDTH), resolved(topic)
+    for index, message in enumerate(_messages(topic, bag, namespace)):
+        if as_json:
+            typer.echo(json.dumps(cloud_values(topic, message)))
+        else:
+            console.print(cloud_table(topic, message))
+        if index + 1 == count:
+            return
+
+
+def _messages(topic: str, bag: Path | None, namespace: str) -> Iterator[Any]:
+    """Yield the clouds of a topic, from a bag or from the running graph."""
+    if bag is None:
+        from mctrack_ros.ros.topics.subscribe import clouds
+
+        yield from clouds(namespace + topic)
+        return
+    from mctrack_ros.recording import BagError, BagReader
+
+    with BagReader(bag, namespace) as reader:
+        kind = reader.topics.get(topic)
+        if kind not in (None, 'sensor_msgs/msg/PointCloud2'):
+            raise BagError(f'{bag}: {topic} holds {kind}, expected sensor_msgs/msg/PointCloud2')
+        for _, message, _ in reader.messages([topic]):
+            yield message

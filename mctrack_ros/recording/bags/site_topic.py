@@ -1,0 +1,20 @@
+"""What `/site` says in a bag."""
+
+from __future__ import annotations
+
+import json
+
+from mctrack_ros.recording.bags.bag import BagReader
+
+SITE_TOPIC = '/site'
+
+
+def stated_origin(reader: BagReader) -> tuple[float, float] | None:
+    """Return what a bag's positions are told from, m; None if its `/site` does not say."""
+    for _, message, _ in reader.messages([SITE_TOPIC]) if reader.count(SITE_TOPIC) else ():
+        try:
+            x, y = json.loads(message.data)['origin']
+            return float(x), float(y)
+        except (ValueError, TypeError, KeyError):
+            return None
+    return None

@@ -1,0 +1,1 @@
+"""Text tables and messages of other tools: tracks, boxes, positions."""

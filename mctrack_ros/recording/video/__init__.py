@@ -1,0 +1,1 @@
+"""Video files: images and the times that the files state."""

@@ -1,0 +1,1 @@
+"""Sets of nodes as processes: started, watched, started again, stopped."""

@@ -1,0 +1,56 @@
+"""The nodes that track what a site's cameras see, and what a player waits for to feed them."""
+
+from __future__ import annotations
+
+from mctrack_ros.config import values_of
+from mctrack_ros.ros.graph.graph import NodeSpec
+from mctrack_ros.ros.nodes.camera_node import CameraNodeConfig
+from mctrack_ros.ros.nodes.fusion_node import FusionNodeConfig
+from mctrack_ros.site.names import picture_topic, resolved
+from mctrack_ros.site.site import SiteConfig
+from mctrack_ros.site.stated_origin import origin_text
+
+
+def site_nodes(
+    site: SiteConfig, use_sim_time: bool = False, own_detections: bool = False
+) -> list[NodeSpec]:
+    """Return a site's fusion node and, but for own detections, a camera node for each camera."""
+    clock = {'use_sim_time': use_sim_time}
+    fusion = FusionNodeConfig(
+        cameras=site.camera_names,
+        ground_frame=site.ground_frame,
+        origin=origin_text(site.origin),
+        fusion=site.fusion,
+    )
+    nodes = [NodeSpec('fusion_node', 'fusion', values_of(fusion) | clock)]
+    if own_detections:
+        return nodes
+    for name, settings in site.cameras.items():
+        camera = CameraNodeConfig(
+            camera=name,
+            ground_frame=site.ground_frame,
+            period=site.fusion.batching.period,
+            feedback_delay=site.feedback_delay,
+            settings=settings,
+        )
+        nodes.append(NodeSpec('camera_node', f'{name}_camera', values_of(camera) | clock))
+    return nodes
+
+
+def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
+    """
+    Return what a player waits for (its ``wait_for``) so that a site's graph loses nothing.
+
+    Parameters
+    ----------
+    site : SiteConfig
+        Whose nodes run.
+    recorded : bool
+        Whether a recorder takes all that the nodes publish.
+
+    """
+    cameras, extra = site.cameras, int(recorded)
+    awaited = [resolved(picture_topic(name, one.image_topic)) for name, one in cameras.items()]
+    awaited += [f'/{name}/detections {1 + extra}' for name in cameras]
+    awaited.append(f'/feedback {len(cameras) + extra}')
+    return awaited + (['/tracks 1', '/events 1', '/ticks 1'] if recorded else [])

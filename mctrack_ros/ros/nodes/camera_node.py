@@ -1,0 +1,216 @@
+"""One camera: pictures and feedback in, detections and events out."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.lifecycle import LifecyclePublisher
+from sensor_msgs.msg import CompressedImage, Image, PointCloud2
+
+from mctrack_ros.codec import (
+    cloud_from_rows,
+    image_from_message,
+    image_message,
+    rows_from_cloud,
+    stamp_ns_of,
+)
+from mctrack_ros.config import parameter
+from mctrack_ros.interfaces import Feedback, Rows
+from mctrack_ros.perception import (
+    CameraShift,
+    FeedbackBuffer,
+    PictureState,
+    PictureWatch,
+    ShiftState,
+    feedback_missed,
+)
+from mctrack_ros.perception.output import CameraOutput
+from mctrack_ros.perception.overlay import Overlay
+from mctrack_ros.ros.node.camera_health import PictureHealth, PoseHealth
+from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, StreamHealth
+from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
+from mctrack_ros.ros.node.process import run
+from mctrack_ros.ros.node.silence import warn_of_silence
+from mctrack_ros.ros.topics import quality
+from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
+from mctrack_ros.site.camera import CameraSettings
+from mctrack_ros.site.names import check_camera_name, picture_topic
+
+_RESTART_NS = 1_000_000_000
+"""Stamps that step back by more than this are a new run, not late pictures."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraNodeConfig:
+    """Parameters of `camera_node`."""
+
+    autostart: bool = parameter(True, AUTOSTART)
+    camera: str = parameter('cam1', 'name of the camera; its topics lie below it')
+    ground_frame: str = parameter('map', 'frame_id of positions on the ground')
+    period: float = parameter(0.04, "the fusion node's period [s]", minimum=0.001, maximum=10.0)
+    feedback_delay: float = parameter(
+        0.08, 'age of the feedback that a picture uses [s]', minimum=0.0, maximum=10.0
+    )
+    reliable: bool = parameter(False, 'ask again for pictures that got lost')
+    depth: int = parameter(
+        2,
+        'pictures that may queue; the oldest are passed over when the node falls behind',
+        minimum=1,
+        maximum=1000,
+    )
+    settings: CameraSettings = CameraSettings()
+
+
+class CameraNode(GraphNode):
+    """The workstation of the event-tracking paper, section 4.1, as a node."""
+
+    CONFIG = CameraNodeConfig
+    config: CameraNodeConfig
+
+    def __init__(self) -> None:
+        super().__init__('camera_node')
+
+    def open(self) -> None:
+        """Build the pipeline and the publishers."""
+        settings, camera = self.config.settings, self.config.camera
+        check_camera_name(camera)
+        self.pipeline, self.overlay = settings.open(), Overlay()
+        self.note_calibration()
+        self.forget_feedback()
+        self.last_stamp_ns = -1
+        self.health = StreamHealth()
+        self.pose = PoseHealth()
+        self.watch, self.sight = PictureWatch(), PictureHealth()
+        parts: dict[str, Health] = {
+            camera: self.health,
+            f'{camera} calibration': self.pose,
+            f'{camera} picture': self.sight,
+        }
+        self.diagnostics = Diagnostics(self, parts, (camera,))
+        reliable = quality.reliable
+        self.detections = self.publisher(PointCloud2, f'{camera}/detections', reliable(10))
+        self.events = self.publisher(PointCloud2, f'{camera}/events', reliable(100))
+        self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
+
+    def note_calibration(self) -> None:
+        """Log whether the calibration is to be trusted."""
+        settings = self.config.settings
+        doubt = settings.doubt()
+        if doubt:
+            file = settings.grid or settings.calibration
+            self.get_logger().warning(
+                f'calibration doubtful: {file}: {doubt} (mctrack check-calibration)'
+            )
+        elif settings.grid:
+            self.get_logger().info(f'calibration accepted at a first look: {settings.grid}')
+
+    def forget_feedback(self) -> None:
+        """Begin without feedback."""
+        self.feedback = FeedbackBuffer(
+            round(self.config.period * 1e9), round(self.config.feedback_delay * 1e9)
+        )
+
+    def start(self) -> None:
+        """Subscribe."""
+        topic = picture_topic(self.config.camera, self.config.settings.image_topic)
+        kind = CompressedImage if topic.endswith('/compressed') else Image
+        self.subscribe(PointCloud2, 'feedback', self.on_feedback, quality.reliable(10))
+        pictures = quality.images(self.config.reliable, self.config.depth)
+        self.create_subscription(kind, topic, self.on_image, pictures)
+        before_ns = self.health.last_stamp_ns
+        warn_of_silence(self, topic, lambda: self.health.last_stamp_ns != before_ns)
+        self.diagnostics.begin()
+
+    def on_feedback(self, message: PointCloud2) -> None:
+        """Keep what the fusion node believes."""
+        try:
+            left_out = self.feedback.push(rows_from_cloud(message, Feedback))
+        except ValueError as error:
+            self.refuse(f'feedback refused: {error}')
+            return
+        if left_out:
+            self.refuse(f'{left_out} rows of feedback refused: no target can be so')
+
+    def on_image(self, message: Any) -> None:
+        """Take one picture through the pipeline."""
+        stamp_ns = stamp_ns_of(message)
+        self.health.arrived(stamp_ns, self.get_clock().now().nanoseconds)
+        try:
+            self.check_stamp(stamp_ns)
+            settings = self.config.settings
+            size = (settings.image_width, settings.image_height)
+            image = image_from_message(message, size)
+        except ValueError as error:
+            self.refuse(f'picture refused: {error}')
+            return
+        self.last_stamp_ns = stamp_ns
+        self.note_state(self.watch.look(image, stamp_ns))
+        feedback, missed = self.feedback.select(stamp_ns)
+        if missed:
+            self.health.count('feedback missed')
+            self.send(self.events, feedback_missed(stamp_ns))
+        output = self.pipeline.step(image, stamp_ns, feedback)
+        if len(output.events):
+            self.send(self.events, output.events)
+        self.send(self.detections, output.detections)
+        self.note_shift(output.shift)
+        self.show(image, output)
+
+    def note_state(self, state: PictureState) -> None:
+        """Keep whether pictures show anything; log when that changes."""
+        before, self.sight.state = self.sight.state, state
+        if state is not before and state is not PictureState.USABLE:
+            self.get_logger().warning(f'the pictures cannot be used: {state}')
+        elif state is not before:
+            self.get_logger().info('the pictures can be used again')
+
+    def note_shift(self, shift: CameraShift) -> None:
+        """Keep what the watchdog says; log when the camera moves or is back."""
+        before, self.pose.shift = self.pose.shift.state, shift
+        if shift.state is before:
+            return
+        if shift.state is ShiftState.MOVED:
+            self.get_logger().warning(
+                f'the camera has moved by {shift.size_px:.1f} px: calibrate it anew'
+            )
+        elif before is ShiftState.MOVED:
+            self.get_logger().info('the camera is back where it was')
+
+    def show(self, image: Any, output: CameraOutput) -> None:
+        """Publish the picture with what is seen in it, while somebody looks."""
+        if not self.debug_image.get_subscription_count():
+            return
+        groups, predicted = self.pipeline.groups(), self.pipeline.predicted_boxes()
+        drawn = self.overlay.draw(image, output.detections, output.events, groups, predicted)
+        frame, stamp_ns = f'{self.config.camera}_optical_frame', output.detections.stamp_ns
+        self.debug_image.publish(image_message(drawn, RCLPY_CLASSES, stamp_ns, frame))
+
+    def check_stamp(self, stamp_ns: int) -> None:
+        """Refuse a picture that is no newer than the last; a long step back is a new run."""
+        if stamp_ns > self.last_stamp_ns:
+            return
+        if self.last_stamp_ns - stamp_ns <= _RESTART_NS:
+            word = 'again' if stamp_ns == self.last_stamp_ns else 'backwards'
+            raise ValueError(f'its stamp {stamp_ns} ns comes {word} after {self.last_stamp_ns}')
+        self.get_logger().warning('stamps step back by more than a second: the camera begins anew')
+        self.forget_feedback()
+
+    def refuse(self, reason: str) -> None:
+        """Count and report input that cannot be used; the node lives on."""
+        self.health.count('refused')
+        self.get_logger().warning(reason, throttle_duration_sec=5.0)
+
+    def send(self, publisher: LifecyclePublisher, rows: Rows) -> None:
+        """Publish rows as a cloud."""
+        publisher.publish(cloud_from_rows(rows, RCLPY_CLASSES, self.config.ground_frame))
+
+
+def main() -> int:
+    """Run the node."""
+    return run(CameraNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,307 @@
+"""All cameras: detections in, tracks, feedback and events out."""
+
+from __future__ import annotations
+
+import sys
+import time
+import uuid
+from collections import Counter
+from dataclasses import dataclass
+from functools import partial
+
+from geometry_msgs.msg import PoseArray
+from rclpy.clock import Clock, ClockType
+from rclpy.lifecycle import LifecyclePublisher
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
+
+from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
+from mctrack_ros.config import ConfigError, parameter, values_of
+from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
+from mctrack_ros.fusion.camera_clocks import Jump
+from mctrack_ros.interfaces import MAX_CAMERAS, Detections, EventCode, Events, Rows, Tick, Tracks
+from mctrack_ros.ros.node.camera_agreement import (
+    ClockAgreement,
+    ClockJumps,
+    agreements,
+    clock_message,
+)
+from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, StreamHealth
+from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
+from mctrack_ros.ros.node.process import run
+from mctrack_ros.ros.node.track_ids import TrackIds, state_path
+from mctrack_ros.ros.topics import markers, quality
+from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
+from mctrack_ros.site.description import site_description
+from mctrack_ros.site.names import check_camera_name
+from mctrack_ros.site.stated_origin import origin_from
+
+
+@dataclass(frozen=True, slots=True)
+class FusionNodeConfig:
+    """Parameters of `fusion_node`."""
+
+    autostart: bool = parameter(True, AUTOSTART)
+    cameras: tuple[str, ...] = parameter(('cam1',), 'names of the cameras, in order')
+    ground_frame: str = parameter('map', 'frame of ground positions')
+    origin: str = parameter(
+        '0,0', "x,y that positions are told from, in the coordinates of the site's files [m]"
+    )
+    obstacle_height: float = parameter(
+        0.5, 'height of the points on /tracks/obstacles [m]', minimum=0.0, maximum=10.0
+    )
+    state_file: str = parameter(
+        'auto',
+        'file that keeps which ids were used, so that none is used again; auto: one of this '
+        "node's own below ROS_HOME or ~/.ros; empty: none, ids begin at 1 with each configuration",
+    )
+    fusion: FusionConfig = FusionConfig()
+
+
+class FusionNode(GraphNode):
+    """The server of the event-tracking paper, section 4.3, as a node."""
+
+    CONFIG = FusionNodeConfig
+    config: FusionNodeConfig
+
+    def __init__(self) -> None:
+        super().__init__('fusion_node')
+        self.ids: TrackIds | None = None
+
+    def open(self) -> None:
+        """Build batcher and pipeline and the publishers."""
+        cameras = self.config.cameras
+        if not 1 <= len(set(cameras)) == len(cameras) <= MAX_CAMERAS:
+            raise ConfigError(
+                f'cameras is {list(cameras)}, expected 1 to {MAX_CAMERAS} different names'
+            )
+        for camera in cameras:
+            check_camera_name(camera)
+        self.origin = origin_from(self.config.origin)
+        self.batcher = Batcher(self.config.fusion, cameras)
+        self.ids = self.open_ids()
+        self.pipeline = FusionPipeline(self.config.fusion, cameras, self.ids.first)
+        self.health = {camera: StreamHealth() for camera in cameras}
+        clocks = self.batcher.clocks
+        parts: dict[str, Health] = {
+            **self.health,
+            **agreements(cameras, self.pipeline.bias),
+            **{f'{camera} clock': ClockAgreement(clocks, camera) for camera in cameras},
+            'clocks': ClockJumps(clocks),
+            'ids': self.ids,
+        }
+        self.left_out: set[str] = set()
+        self.unexplained: Counter[str] = Counter()
+        self.jump: Jump | None = None
+        self.diagnostics = Diagnostics(self, parts, cameras)
+        cloud, reliable = PointCloud2, quality.reliable
+        self.tracks = self.publisher(cloud, 'tracks', reliable(10))
+        self.feedback = self.publisher(cloud, 'feedback', reliable(10))
+        self.events = self.publisher(cloud, 'events', reliable(100))
+        self.ticks = self.publisher(cloud, 'ticks', reliable(100))
+        self.candidates = self.publisher(cloud, 'explanation/candidates', reliable(100))
+        self.decisions = self.publisher(cloud, 'explanation/decisions', reliable(100))
+        self.site = self.publisher(String, 'site', quality.latched())
+        self.markers = self.publisher(MarkerArray, 'tracks/markers', reliable(1))
+        self.poses = self.publisher(PoseArray, 'tracks/poses', reliable(1))
+        self.obstacles = self.publisher(cloud, 'tracks/obstacles', reliable(1))
+
+    def open_ids(self) -> TrackIds:
+        """Reserve ids that no earlier run used."""
+        node, domain = self.get_fully_qualified_name(), self.context.get_domain_id()
+        ids = TrackIds(state_path(self.config.state_file, domain, node))
+        if ids.began_again:
+            self.get_logger().warning(
+                'ids begin at 1 again, as they had come to half of what 32 bits hold: tell ids of '
+                'this run from older ones by run on /site'
+            )
+        return ids
+
+    def start(self) -> None:
+        """Subscribe to every camera, and say what the site is."""
+        self.after_arrivals = self.create_guard_condition(self.on_overdue)
+        if any(self.origin):
+            self.get_logger().info(f'positions are told from the origin {self.config.origin}')
+        values = {
+            'cameras': list(self.config.cameras),
+            'origin': list(self.origin),
+            'fusion': values_of(self.config.fusion),
+        }
+        description = site_description(values, list(self.config.cameras), uuid.uuid4().hex)
+        self.site.publish(String(data=description))
+        for camera in self.config.cameras:
+            for kind, depth in ((self.on_events, 100), (self.on_detections, 10)):
+                topic = f'{camera}/{kind.__name__.removeprefix("on_")}'
+                self.subscribe(PointCloud2, topic, partial(kind, camera), quality.reliable(depth))
+        # Waiting is measured on a clock that no time service moves, unless time is simulated.
+        simulated = self.get_parameter('use_sim_time').value
+        self.clock = self.get_clock() if simulated else Clock(clock_type=ClockType.STEADY_TIME)
+        self.deadline = self.create_timer(3600.0, self.after_deadline, clock=self.clock)
+        self.diagnostics.begin()
+
+    def stop(self) -> None:
+        """Fuse what waits."""
+        self.fuse(self.batcher.flush())
+        self.destroy_guard_condition(self.after_arrivals)
+
+    def close(self) -> None:
+        """Keep where the ids of the next run begin."""
+        ids, self.ids = self.ids, None
+        if ids is not None:
+            ids.close(self.pipeline.next_id)
+
+    def on_events(self, camera: str, message: PointCloud2) -> None:
+        """Note for which pictures a camera had no feedback."""
+        try:
+            events = rows_from_cloud(message, Events)
+        except ValueError as error:
+            self.refuse(camera, f'events of {camera} refused: {error}')
+            return
+        missed = int((events.event == EventCode.FEEDBACK_MISSED).sum())
+        if missed:
+            self.batcher.feedback_missed(camera, missed)
+            self.health[camera].count('feedback missed', missed)
+
+    def on_detections(self, camera: str, message: PointCloud2, info: dict[str, int]) -> None:
+        """Give one camera's detections to the batcher, and fuse what is complete."""
+        try:
+            detections = rows_from_cloud(message, Detections)
+        except ValueError as error:
+            self.refuse(camera, f'detections of {camera} refused: {error}')
+            return
+        self.health[camera].arrived(detections.stamp_ns, self.get_clock().now().nanoseconds)
+        self.fuse(self.batcher.add(camera, detections, *self.arrival_ns(info)))
+        self.note_clock(camera)
+        self.note_left_out()
+        self.set_deadline()
+
+    def arrival_ns(self, info: dict[str, int]) -> tuple[int, int]:
+        """
+        Return when a message came in: on the clock of deadlines, and on that of stamps.
+
+        What came in time is not late because this process was kept from looking.
+
+        """
+        now_ns = int(self.clock.now().nanoseconds)
+        if self.clock.clock_type != ClockType.STEADY_TIME:
+            return now_ns, now_ns
+        received_ns = info['received_timestamp']
+        return now_ns - max(time.time_ns() - received_ns, 0), received_ns
+
+    def note_clock(self, camera: str) -> None:
+        """Log when a camera is left out because of its clock, and when it is back."""
+        clocks = self.batcher.clocks
+        if clocks.is_left_out(camera) == (camera in self.left_out):
+            return
+        self.left_out ^= {camera}
+        if camera in self.left_out:
+            reason = clock_message(clocks.offset_s(camera))
+            self.get_logger().error(f'{camera} is left out: {reason}')
+        else:
+            self.get_logger().info(f"{camera} is used again: its clock agrees with the others'")
+
+    def note_left_out(self) -> None:
+        """Count the messages that were left out, unless a jump of all clocks explains them."""
+        clocks = self.batcher.clocks
+        if clocks.is_settling:
+            return
+        if clocks.jump is not self.jump:
+            self.jump = clocks.jump
+            self.get_logger().warning(str(self.jump))
+            self.unexplained.clear()
+        for camera, number in self.unexplained.items():
+            self.health[camera].count('left out for their stamps', number)
+        self.unexplained.clear()
+
+    def after_deadline(self) -> None:
+        """Let what has arrived already be admitted first: a timer runs before subscriptions."""
+        self.deadline.cancel()
+        self.after_arrivals.trigger()
+
+    def on_overdue(self) -> None:
+        """Fuse what has waited long enough."""
+        self.fuse(self.batcher.poll(self.clock.now().nanoseconds))
+        self.set_deadline()
+
+    def set_deadline(self) -> None:
+        """Let the timer fire when the oldest waiting tick is due."""
+        deadline_ns = self.batcher.deadline_ns()
+        if deadline_ns is None:
+            self.deadline.cancel()
+            return
+        wait_ns = max(deadline_ns - self.clock.now().nanoseconds, 0) + 1
+        self.deadline.timer_period_ns = wait_ns
+        self.deadline.reset()
+
+    def fuse(self, ticks: list[Tick]) -> None:
+        """Take ticks through the pipeline and publish what comes out."""
+        for tick in ticks:
+            self.reserve_ids()
+            account = Account() if self.is_asked_why() else None
+            output = self.pipeline.step(tick, account)
+            self.send(self.tracks, output.tracks)
+            self.send(self.feedback, self.pipeline.feedback())
+            if len(output.events):
+                self.send(self.events, output.events)
+            self.send(self.ticks, tick.record)
+            if account is not None:
+                self.send(self.candidates, account.explanation.candidates)
+                self.send(self.decisions, account.explanation.decisions)
+            self.count(tick)
+            self.show(output.tracks)
+
+    def reserve_ids(self) -> None:
+        """See to it that what the next tick begins has ids of its own for ever."""
+        assert self.ids is not None
+        try:
+            self.ids.keep_ahead(self.pipeline.next_id)
+        except OSError as error:
+            self.get_logger().error(
+                f'ids may be used again after a restart: {error}', throttle_duration_sec=60.0
+            )
+
+    def is_asked_why(self) -> bool:
+        """Tell whether somebody wants explanations."""
+        publishers = (self.candidates, self.decisions)
+        return any(each.get_subscription_count() for each in publishers)
+
+    def count(self, tick: Tick) -> None:
+        """Add what was late, missing or dropped to the diagnostics."""
+        record = tick.record
+        counts = record.late, record.missing, record.dropped_detections, record.left_out
+        for index, late, missing, dropped, left_out in zip(record.camera, *counts):
+            health = self.health[self.config.cameras[int(index)]]
+            self.unexplained[self.config.cameras[int(index)]] += int(left_out)
+            health.count('late', int(late))
+            health.count('missing', int(missing))
+            health.count('dropped detections', int(dropped))
+
+    def show(self, tracks: Tracks) -> None:
+        """Publish what people look at, while they do."""
+        frame = self.config.ground_frame
+        if self.markers.get_subscription_count():
+            self.markers.publish(markers.marker_array(tracks, frame))
+        if self.poses.get_subscription_count():
+            self.poses.publish(markers.pose_array(tracks, frame))
+        if self.obstacles.get_subscription_count():
+            height = self.config.obstacle_height
+            self.obstacles.publish(markers.obstacle_cloud(tracks, frame, height))
+
+    def refuse(self, camera: str, reason: str) -> None:
+        """Count and report a message that cannot be used; the node lives on."""
+        self.health[camera].count('refused')
+        self.get_logger().warning(reason, throttle_duration_sec=5.0)
+
+    def send(self, publisher: LifecyclePublisher, rows: Rows) -> None:
+        """Publish rows as a cloud."""
+        publisher.publish(cloud_from_rows(rows, RCLPY_CLASSES, self.config.ground_frame))
+
+
+def main() -> int:
+    """Run the node."""
+    return run(FusionNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,194 @@
+"""Topics to a bag, as they come, still serialised."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+
+from mctrack_ros.config import ConfigError, parameter
+from mctrack_ros.recording import BagError, BagWriter
+from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
+from mctrack_ros.ros.node.process import run
+from mctrack_ros.ros.topics.choice import EXPLANATIONS, pattern
+from mctrack_ros.ros.topics.definitions import definition_of
+from mctrack_ros.ros.topics.messages import message_class
+from mctrack_ros.ros.topics.quality import to_bag
+from mctrack_ros.ros.topics.raw_source import Drained, RawSource
+
+_LOOK_S = 0.2
+_DRAIN_S = 0.02
+_REPORT_S = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class RecorderConfig:
+    """Parameters of `recorder`."""
+
+    autostart: bool = parameter(True, AUTOSTART)
+    path: str = parameter('', 'directory of the bag')
+    overwrite: bool = parameter(False, 'replace a bag that is there')
+    topics: tuple[str, ...] = parameter(
+        ('.*',), 'regular expressions; a topic whose whole name matches one is recorded'
+    )
+    exclude: str = parameter(
+        '/(clock|rosout|parameter_events)|.*/(transition_event|debug_image)',
+        'regular expression of topics that are not',
+    )
+    explain: bool = parameter(
+        False, 'record why fusion decided as it did, too; it is worked out only if somebody asks'
+    )
+    depth: int = parameter(100, 'messages of a topic that may queue', minimum=1, maximum=10000)
+
+
+class Recorder(GraphNode):
+    """Record every topic that fits, from the moment it appears; finish the bag at the end."""
+
+    CONFIG = RecorderConfig
+    config: RecorderConfig
+
+    def __init__(self) -> None:
+        super().__init__('recorder')
+
+    def open(self) -> None:
+        """Create the bag."""
+        if not self.config.path:
+            raise ConfigError('path is empty: name the directory of the bag')
+        self.wanted = [pattern(text) for text in self.config.topics]
+        self.excluded = [pattern(self.config.exclude)]
+        self.excluded += [] if self.config.explain else [EXPLANATIONS]
+        self.sources: dict[str, RawSource] = {}
+        self.left_out: dict[str, str] = {}
+        self.messages = self.bytes = 0
+        self.writer = BagWriter(self.config.path, overwrite=self.config.overwrite)
+        self.writing = True
+
+    def start(self) -> None:
+        """Look for topics, now and again."""
+        self.simulated = bool(self.get_parameter('use_sim_time').value)
+        self.sources.clear()
+        self.look()
+        self.every(_DRAIN_S, self.drain)
+        self.every(_LOOK_S, self.look)
+        self.every(_REPORT_S, self.report)
+
+    def stop(self) -> None:
+        """Write what is left."""
+        self.drain()
+
+    def close(self) -> None:
+        """Finish the bag; after a failure too."""
+        if getattr(self, 'writing', False):
+            self.writing = False
+            self.writer.close()
+            self.report()
+
+    def report(self) -> None:
+        """Say how far it is, and what it leaves out."""
+        text = (
+            f'{self.config.path}: {self.messages} messages of {len(self.sources)} topics, '
+            f'{self.bytes / 1e6:.1f} MB'
+        )
+        if self.left_out:
+            text += f'; {len(self.left_out)} left out: {", ".join(sorted(self.left_out))}'
+        self.get_logger().info(text)
+
+    def look(self) -> None:
+        """Subscribe to what has appeared and fits; follow what its publishers offer."""
+        for topic, kinds in self.get_topic_names_and_types():
+            if topic in self.left_out or any(each.fullmatch(topic) for each in self.excluded):
+                continue
+            if any(wanted.fullmatch(topic) for wanted in self.wanted):
+                source = self.sources.get(topic)
+                count = self.count_publishers(topic)
+                if count and count != (len(source.offered) if source else 0):
+                    self.hear(topic, kinds, source)
+
+    def hear(self, topic: str, kinds: Sequence[str], source: RawSource | None) -> None:
+        """Record a topic from now on, or hear those who publish it now, too."""
+        publishers = self.get_publishers_info_by_topic(topic)
+        hashes = {str(each.topic_type_hash) for each in publishers} - {'INVALID'}
+        offered = [to_bag(each.qos_profile) for each in publishers]
+        try:
+            if len(kinds) > 1:
+                raise ValueError(f'it has several message types: {", ".join(kinds)}')
+            message = message_class(kinds[0])
+            definition = definition_of(kinds[0], hashes)
+        except ValueError as error:
+            self.leave_out(topic, str(error))
+            return
+        quality = self.quality_for([each.qos_profile for each in publishers])
+        if source is None:
+            subscription = self.subscription_of(message, topic, quality)
+            self.sources[topic] = RawSource(topic, kinds[0], definition, offered, subscription)
+            return
+        source.offered = offered
+        if quality.reliability != source.subscription.qos_profile.reliability:
+            self.drain()
+            self.destroy_subscription(source.subscription)
+            source.subscription = self.subscription_of(message, topic, quality)
+
+    def subscription_of(self, message: Any, topic: str, quality: QoSProfile) -> Subscription[Any]:
+        """Return a subscription whose messages wait until they are drained."""
+        return self.create_subscription(
+            message,
+            topic,
+            lambda _: None,
+            quality,
+            callback_group=Drained(),
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
+            raw=True,
+        )
+
+    def leave_out(self, topic: str, reason: str) -> None:
+        """Record no more of a topic, and say so once."""
+        source = self.sources.pop(topic, None)
+        if source is not None:
+            self.destroy_subscription(source.subscription)
+        self.left_out[topic] = reason
+        self.get_logger().warning(f'{topic} is not recorded: {reason}')
+
+    def quality_for(self, offered: Sequence[QoSProfile]) -> QoSProfile:
+        """Return what all that publish on a topic can give."""
+        quality = QoSProfile(depth=self.config.depth)
+        if any(offer.reliability == ReliabilityPolicy.BEST_EFFORT for offer in offered):
+            quality.reliability = ReliabilityPolicy.BEST_EFFORT
+        if all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offered):
+            quality.durability = DurabilityPolicy.TRANSIENT_LOCAL
+        return quality
+
+    def drain(self) -> None:
+        """Write all that has arrived, logged at the time it was received."""
+        now_ns = self.get_clock().now().nanoseconds if self.simulated else None
+        for source in list(self.sources.values()):
+            while source.topic in self.sources and (taken := source.take()) is not None:
+                data, received_ns = taken
+                self.write(source, data, received_ns if now_ns is None else now_ns)
+
+    def write(self, source: RawSource, data: bytes, time_ns: int) -> None:
+        """Write one message; a full disk ends the recording."""
+        try:
+            self.writer.write_serialized(
+                source.topic, source.kind, data, time_ns, source.definition, source.offered
+            )
+        except BagError as error:
+            self.leave_out(source.topic, str(error))
+        except OSError as error:
+            self.fail(f'{source.topic}: {error}')
+        else:
+            self.messages += 1
+            self.bytes += len(data)
+
+
+def main() -> int:
+    """Run the node."""
+    return run(Recorder)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,240 @@
+"""A video file, a camera device or a stream to pictures."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import cv2
+from rclpy.duration import Duration
+from sensor_msgs.msg import CompressedImage, Image
+
+from mctrack_ros.codec import compressed_message, image_message, jpeg_from_image
+from mctrack_ros.config import ConfigError, parameter
+from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
+from mctrack_ros.ros.node.process import run
+from mctrack_ros.ros.topics import quality
+from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
+from mctrack_ros.site.names import check_camera_name, picture_topic
+
+if TYPE_CHECKING:  # a device needs no decoder of files
+    from mctrack_ros.recording.video.file import VideoReading
+
+_SILENCE_S = 1.0
+_LONG_S = 5.0
+_ARRIVAL = Duration(seconds=1)
+
+
+@dataclass(frozen=True, slots=True)
+class VideoNodeConfig:
+    """Parameters of `video_node`."""
+
+    autostart: bool = parameter(True, AUTOSTART)
+    camera: str = parameter('cam1', 'name of the camera; its topics lie below it')
+    source: str = parameter('', 'video file, device (number or path) or stream (rtsp://...)')
+    rate: float = parameter(
+        0.0,
+        'pictures a second of a file; 0: at the times that it states [Hz]',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    realtime: bool = parameter(True, 'play a file at its times; false: as fast as possible')
+    loop: bool = parameter(False, 'start a file again at its end')
+    start: float = parameter(
+        0.0,
+        'time of the first picture of a file, so that several play in step; 0: now '
+        '[s since the epoch]',
+        minimum=0.0,
+    )
+    image_topic: str = parameter(
+        'image_raw/compressed',
+        'pictures, below the name of the camera, or with a leading slash a whole name; one that '
+        'ends in /compressed holds JPEG',
+    )
+    quality: int = parameter(90, 'JPEG quality [%]', minimum=1, maximum=100)
+    width: int = parameter(0, 'scale pictures to this width; 0: keep [px]', minimum=0)
+    height: int = parameter(0, 'scale pictures to this height; 0: keep [px]', minimum=0)
+    wait: float = parameter(
+        10.0, 'a file waits this long for a subscriber [s]', minimum=0.0, maximum=3600.0
+    )
+    reliable: bool = parameter(True, 'send again what got lost')
+    depth: int = parameter(8, 'pictures that may queue', minimum=1, maximum=1000)
+
+
+class VideoNode(GraphNode):
+    """Publish pictures as they come, from a thread of its own; a file ends the process."""
+
+    CONFIG = VideoNodeConfig
+    config: VideoNodeConfig
+
+    def __init__(self) -> None:
+        super().__init__('video_node')
+
+    def open(self) -> None:
+        """Open the source."""
+        source = self.config.source
+        check_camera_name(self.config.camera)
+        if not source:
+            raise ConfigError('source is empty: name a video file, a device or a stream')
+        self.is_file = '://' not in source and not source.isdigit() and '/dev/' not in source
+        if self.is_file and not Path(source).is_file():
+            raise ConfigError(f'source {source} does not exist')
+        if self.is_file:
+            self.open_file()
+        else:
+            self.address = int(source) if source.isdigit() else source
+            self.capture = self.opened()
+        topic = picture_topic(self.config.camera, self.config.image_topic)
+        self.compressed = topic.endswith('/compressed')
+        kind = CompressedImage if self.compressed else Image
+        qos = quality.images(self.config.reliable, self.config.depth)
+        self.pictures = self.publisher(kind, topic, qos)
+        self.ending = threading.Event()
+
+    def open_file(self) -> None:
+        """
+        Look into the file.
+
+        Raises
+        ------
+        ConfigError
+            If it is no video, or does not say when its pictures were taken.
+
+        """
+        from mctrack_ros.recording.video.file import VideoError, open_video
+
+        try:
+            self.video = open_video(self.config.source, self.config.rate)
+        except VideoError as error:
+            raise ConfigError(f'source {error}') from error
+
+    def opened(self) -> cv2.VideoCapture:
+        """
+        Open the source.
+
+        Raises
+        ------
+        ConfigError
+            If OpenCV cannot.
+
+        """
+        capture = cv2.VideoCapture(self.address)
+        if not capture.isOpened():
+            raise ConfigError(f'source {self.config.source} cannot be opened as a video')
+        return capture
+
+    def start(self) -> None:
+        """Begin to play."""
+        self.ending.clear()
+        self.thread = threading.Thread(target=self.play, name='play')
+        self.thread.start()
+
+    def stop(self) -> None:
+        """End in the middle."""
+        self.ending.set()
+        self.thread.join()
+
+    def close(self) -> None:
+        """Release the source."""
+        if hasattr(self, 'capture'):
+            self.capture.release()
+
+    def play(self) -> None:
+        """Publish until the end, then end the process."""
+        try:
+            if self.is_file:
+                self.wait_for_subscriber()
+                self.play_file()
+                self.pictures.wait_for_all_acked(_ARRIVAL)
+            else:
+                self.play_live()
+        except Exception as error:
+            self.fail(str(error))
+        self.finish()
+
+    def wait_for_subscriber(self) -> None:
+        """Wait until somebody listens, so that a file's first pictures are not lost."""
+        until = time.monotonic() + self.config.wait
+        while time.monotonic() < until and not self.pictures.get_subscription_count():
+            if self.ending.wait(0.05):
+                return
+
+    def play_file(self) -> None:
+        """Publish a file's pictures, stamped as far apart as they were taken."""
+        now_ns = self.get_clock().now().nanoseconds
+        first_ns = round(self.config.start * 1e9) or now_ns
+        began_ns = time.monotonic_ns() + first_ns - now_ns
+        count = 0
+        for since_ns, image in self.film():
+            wait_s = (began_ns + since_ns - time.monotonic_ns()) * 1e-9
+            if self.config.realtime and wait_s > _LONG_S:
+                self.get_logger().warning(
+                    f'{self.config.source}: the next picture is due in {wait_s:.0f} s'
+                )
+            if self.ending.wait(wait_s if self.config.realtime and wait_s > 0 else 0.0):
+                break
+            self.send(image, first_ns + since_ns)
+            count += 1
+        self.get_logger().info(f'{self.config.source}: {count} pictures')
+
+    def film(self) -> Iterator[tuple[int, Any]]:
+        """Yield a file's pictures, each with its time since the first, ns; again if it loops."""
+        from mctrack_ros.recording.video.file import VideoReading
+
+        round_ns = 0
+        while True:
+            reading, begin_s, since_ns = VideoReading(self.video), None, round_ns
+            for time_s, image in reading:
+                begin_s = time_s if begin_s is None else begin_s
+                since_ns = round_ns + round((time_s - begin_s) * 1e9)
+                yield since_ns, image
+            self.tell_of(reading)
+            if not (self.config.loop and reading.count):
+                return
+            round_ns = since_ns + round(1e9 / self.video.rate_hz)
+
+    def tell_of(self, reading: VideoReading) -> None:
+        """Log what a file that was played to its end left open, and why it is not whole."""
+        for note in reading.notes():
+            self.get_logger().warning(note)
+        if reading.fault():
+            self.get_logger().error(reading.fault())
+
+    def play_live(self) -> None:
+        """Publish what a device or stream gives; open it again when it falls silent."""
+        while not self.ending.is_set():
+            read, image = self.capture.read()
+            if read:
+                self.send(image, self.get_clock().now().nanoseconds)
+                continue
+            self.get_logger().warning(f'{self.config.source} fell silent: opening it again')
+            self.capture.release()
+            self.ending.wait(_SILENCE_S)
+            self.capture.open(self.address)
+
+    def send(self, image: Any, stamp_ns: int) -> None:
+        """Publish one picture."""
+        size = (self.config.width or image.shape[1], self.config.height or image.shape[0])
+        if size != (image.shape[1], image.shape[0]):
+            image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+        frame = f'{self.config.camera}_optical_frame'
+        if self.compressed:
+            jpeg = jpeg_from_image(image, self.config.quality)
+            message = compressed_message(jpeg, RCLPY_CLASSES, stamp_ns, frame)
+        else:
+            message = image_message(image, RCLPY_CLASSES, stamp_ns, frame)
+        self.pictures.publish(message)
+
+
+def main() -> int:
+    """Run the node."""
+    return run(VideoNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""What the camera over the car park sees."""

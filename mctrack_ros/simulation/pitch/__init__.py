@@ -1,0 +1,1 @@
+"""The football pitch and those who play on it."""

@@ -1,0 +1,1 @@
+"""People as they look, and what a camera makes of a scene."""

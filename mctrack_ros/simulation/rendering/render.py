@@ -1,0 +1,71 @@
+"""Pictures: people over the empty pitch, shadows, light and noise."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.simulation.pitch.stadium import empty_picture
+from mctrack_ros.simulation.rendering.light import brightness, gain
+from mctrack_ros.simulation.rendering.noise import SensorNoise
+from mctrack_ros.simulation.rendering.sight import Sight, View
+from mctrack_ros.simulation.world import World
+
+Image = NDArray[np.uint8]
+
+_SHADOW = 0.62
+_DRIFT_S = 40.0
+
+
+class CameraRenderer:
+    """
+    Render one camera; any step, in any order, gives the same bytes.
+
+    Parameters
+    ----------
+    world : World
+        The match.
+    camera_index : int
+        Which of its cameras.
+
+    """
+
+    def __init__(self, world: World, camera_index: int) -> None:
+        self._world = world
+        self._sight = Sight(world, camera_index)
+        rng = np.random.default_rng([world.scenario.seed, 4, camera_index])
+        self._empty = empty_picture(world.cameras[camera_index], rng)
+        self._noise = SensorNoise(world.scenario, self._empty.shape, camera_index, rng)
+
+    def frame(self, step: int) -> tuple[Image, View]:
+        """Return the (height, width, 3) picture of a step, blue, green, red, and its truth."""
+        scenario = self._world.scenario
+        image = self._empty.copy()
+        if scenario.shadows:
+            self._darken(image, step)
+        layers = self._sight.layers(step)
+        for person, shape in layers:
+            mask = shape.cloth > 0
+            image[shape.window][mask] = self._world.appearance.palette[person][shape.cloth[mask]]
+        _scale(image, brightness(scenario, step, _DRIFT_S))
+        self._noise.add(image, step)
+        _scale(image, gain(scenario, step))
+        return image, self._sight.view_of(layers)
+
+    def empty(self) -> Image:
+        """Return the (height, width, 3) picture without people, shadows and noise."""
+        return self._empty.copy()
+
+    def _darken(self, image: Image, step: int) -> None:
+        """Darken the ground where bodies keep the sun off."""
+        shade = np.zeros(image.shape[:2], np.uint8)
+        for _, shape in self._sight.shadows(step):
+            shade[shape.window] |= shape.cloth
+        image[shade > 0] = (image[shade > 0] * _SHADOW).astype(np.uint8)
+
+
+def _scale(image: Image, factor: float) -> None:
+    """Make a picture brighter, in place."""
+    if factor != 1.0:
+        cv2.convertScaleAbs(image, image, factor)

@@ -1,0 +1,1 @@
+"""The calibration page: the event-tracking paper's TG-creator."""

@@ -1,0 +1,1 @@
+"""The coverage page: what the cameras of a site see."""

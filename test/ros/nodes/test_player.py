@@ -1,0 +1,209 @@
+"""The player: all of a bag, in its order, at its pace."""
+
+import re
+import time
+
+import pytest
+from nav_msgs.msg import OccupancyGrid
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CompressedImage
+
+from mctrack_ros.codec import stamp_ns_of
+from mctrack_ros.recording import BagReader, BagWriter
+from mctrack_ros.ros.nodes.player import Player
+from mctrack_ros.ros.nodes.recorder import Recorder
+from mctrack_ros.ros.topics.quality import latched, reliable
+
+TOPICS = ['/cam1/image_raw/compressed', '/cam2/image_raw/compressed']
+
+
+def stamps_in(bag):
+    with BagReader(bag) as reader:
+        return [stamp_ns_of(message) for _, message, _ in reader.messages(TOPICS[:1])]
+
+
+def play(bench, bag, **parameters):
+    """Play with a subscriber on each topic; return the first's messages once it is done."""
+    parameters = {'path': str(bag), 'settle': 0.0, 'wait': 10.0} | parameters
+    bench.open('--params-file', str(bench.parameter_file('player', parameters)))
+    first, _ = (bench.messages(CompressedImage, topic, reliable(200)) for topic in TOPICS)
+    clock = bench.messages(Clock, '/clock', reliable(1000))
+    player = bench.add(Player())
+    bench.until(lambda: player.finished)
+    return first, clock
+
+
+@pytest.mark.live
+def test_every_picture_is_played_at_the_bags_pace(bench, walker_bag):
+    began = time.monotonic()
+    pictures, clock = play(bench, walker_bag)
+    elapsed = time.monotonic() - began
+    stamps = stamps_in(walker_bag)
+    bench.until(lambda: len(pictures) == len(stamps))
+    assert [stamp_ns_of(picture) for picture in pictures] == stamps
+    assert elapsed >= (stamps[-1] - stamps[0]) * 1e-9
+    times = [message.clock.sec * 10**9 + message.clock.nanosec for message in clock]
+    assert times == sorted(times)
+    assert len(times) > 100
+    assert stamps[0] in times
+
+
+@pytest.mark.live
+def test_restamped_pictures_seem_captured_now_and_keep_their_phase(bench, walker_bag):
+    before_ns = time.time_ns()
+    pictures, clock = play(bench, walker_bag, restamp=True)
+    stamps = stamps_in(walker_bag)
+    bench.until(lambda: len(pictures) == len(stamps))
+    moved = [stamp_ns_of(picture) for picture in pictures]
+    shift_ns = moved[0] - stamps[0]
+    assert moved == [stamp_ns + shift_ns for stamp_ns in stamps]
+    assert shift_ns % 10**9 == 0
+    assert before_ns <= moved[0] <= before_ns + 10 * 10**9
+    assert clock == []
+
+
+@pytest.mark.live
+def test_part_of_a_bag_is_played(bench, walker_bag):
+    pictures, _ = play(bench, walker_bag, start=1.0, duration=0.5, rate=10.0)
+    stamps = [stamp_ns for stamp_ns in stamps_in(walker_bag)]
+    bench.until(lambda: len(pictures) >= 13)
+    assert stamp_ns_of(pictures[0]) == stamps[25]
+    assert stamp_ns_of(pictures[-1]) == stamps[37]
+
+
+@pytest.mark.live
+def test_playing_begins_when_all_listen(bench, walker_bag):
+    parameters = {'path': str(walker_bag), 'settle': 0.0, 'rate': 100.0}
+    bench.open('--params-file', str(bench.parameter_file('player', parameters)))
+    first = bench.messages(CompressedImage, TOPICS[0], reliable(200))
+    player = bench.add(Player())
+    bench.until(lambda: player.played[TOPICS[0]].publisher.get_subscription_count() == 1)
+    assert not first
+    second = bench.messages(CompressedImage, TOPICS[1], reliable(200))
+    bench.until(lambda: len(first) == len(second) == 50)
+
+
+@pytest.mark.live
+def test_topics_that_others_publish_are_warned_of_once(bench, walker_bag, capfd):
+    parameters = {'path': str(walker_bag), 'settle': 0.0, 'rate': 100.0}
+    bench.open('--params-file', str(bench.parameter_file('player', parameters)))
+    bench.observer.create_publisher(CompressedImage, TOPICS[1], reliable(10))
+    heard = [bench.messages(CompressedImage, topic, reliable(200)) for topic in TOPICS]
+    player = bench.add(Player())
+    bench.until(lambda: player.finished and all(heard))
+    (line,) = [line for line in capfd.readouterr().err.splitlines() if '--topic' in line]
+    assert f'others publish {TOPICS[1]}, too' in line
+
+
+@pytest.mark.live
+def test_player_says_how_well_it_kept_time(bench, walker_bag):
+    process = bench.spawn('player', path=str(walker_bag), wait=0.0, settle=0.0, rate=20.0)
+    assert bench.exit_code(process) == 0
+    assert 'too few subscribe to' in bench.log('player')
+    assert 'played 100 messages: real-time factor' in bench.log('player')
+
+
+@pytest.mark.live
+def test_a_cut_bag_is_played_up_to_the_cut_and_says_until_when(bench, walker_bag):
+    (data,) = walker_bag.glob('*.mcap')
+    data.write_bytes(data.read_bytes()[: data.stat().st_size // 2])
+    process = bench.spawn('player', path=str(data), wait=0.0, settle=0.0, rate=20.0)
+    assert bench.exit_code(process) == 0
+    assert len(re.findall('breaks off: it is read until', bench.log('player'))) == 1
+    count = int(re.search('played ([0-9]+) messages', bench.log('player'))[1])
+    assert 40 <= count <= 60
+
+
+@pytest.mark.live
+def test_nobody_is_waited_for_who_listens_to_what_is_not_played(bench, walker_bag):
+    bench.open()
+    bench.observer.create_publisher(CompressedImage, '/cam9/image_raw/compressed', reliable(10))
+    process = bench.spawn(
+        'player', path=str(walker_bag), topics=['/words'], settle=0.0, wait=3600.0
+    )
+    assert bench.exit_code(process) == 2
+    with BagWriter(bench.folder / 'words') as writer:
+        writer.write_text('/words', 'hello', 0)
+    process = bench.spawn('player', path=str(bench.folder / 'words'), settle=0.0, wait=3600.0)
+    assert bench.exit_code(process) == 0
+    assert 'waiting' not in bench.log('player')
+
+
+@pytest.mark.live
+def test_player_says_at_once_what_it_waits_for(bench, walker_bag):
+    bench.open()
+    bench.messages(CompressedImage, TOPICS[0], reliable(200))
+    wait_for = ['.*/image_raw(/compressed)?', '/nowhere 1']
+    bench.spawn('player', path=str(walker_bag), settle=0.0, wait=3600.0, wait_for=wait_for)
+    bench.until(lambda: 'waiting up to' in bench.log('player'))
+    (line,) = [line for line in bench.log('player').splitlines() if 'waiting up to' in line]
+    assert TOPICS[1] in line
+    assert '/nowhere' in line
+
+
+PROFILES = {
+    'latched': QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+    'best effort': QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT),
+    'timed': QoSProfile(
+        depth=10,
+        deadline=Duration(seconds=2),
+        lifespan=Duration(seconds=5, nanoseconds=500),
+        liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,
+        liveliness_lease_duration=Duration(seconds=3),
+    ),
+}
+
+
+def offered_by(node, topic):
+    """Return what the only publisher of a topic offers, as discovery tells it."""
+    (info,) = node.get_publishers_info_by_topic(topic)
+    profile = info.qos_profile
+    return [
+        *(profile.reliability, profile.durability, profile.liveliness),
+        *(profile.deadline, profile.lifespan, profile.liveliness_lease_duration),
+    ]
+
+
+@pytest.mark.live
+@pytest.mark.parametrize('name', PROFILES)
+def test_what_was_recorded_is_played_with_the_quality_of_its_publishers(bench, tmp_path, name):
+    bag = tmp_path / 'bag'
+    recorder = bench.make(Recorder, path=str(bag), topics=['/map'])
+    publisher = bench.publisher(OccupancyGrid, '/map', PROFILES[name])
+    publisher.publish(OccupancyGrid(data=[1, 2, 3]))
+    bench.until(lambda: recorder.messages == 1)
+    before = offered_by(bench.observer, '/map')
+    recorder.trigger_shutdown()
+    bench.observer.destroy_publisher(publisher)
+    process = bench.spawn('player', path=str(bag), loop=True, wait=0.0, settle=0.0)
+    bench.until(lambda: bench.observer.count_publishers('/map') == 1)
+    assert offered_by(bench.observer, '/map') == before
+    process.kill()
+
+
+@pytest.mark.live
+def test_a_latched_map_reaches_who_comes_late(bench, tmp_path):
+    bag = tmp_path / 'bag'
+    recorder = bench.make(Recorder, path=str(bag), topics=['/map', '/tick'])
+    publishers = [
+        bench.publisher(OccupancyGrid, '/map', latched()),
+        bench.publisher(OccupancyGrid, '/tick', reliable(10)),
+    ]
+    for publisher in publishers:
+        publisher.publish(OccupancyGrid(data=[1, 2, 3]))
+    bench.until(lambda: recorder.messages == 2)
+    first = time.monotonic()
+    bench.until(lambda: time.monotonic() > first + 1.0)
+    publishers[1].publish(OccupancyGrid())
+    bench.until(lambda: recorder.messages == 3)
+    recorder.trigger_shutdown()
+    for publisher in publishers:
+        bench.observer.destroy_publisher(publisher)
+    bench.spawn('player', path=str(bag), wait=0.0, settle=0.0, rate=0.01)
+    clock = bench.messages(Clock, '/clock', reliable(1000))
+    bench.until(lambda: len(clock) > 50)
+    late = bench.messages(OccupancyGrid, '/map', latched())
+    bench.until(lambda: late)
+    assert list(late[0].data) == [1, 2, 3]

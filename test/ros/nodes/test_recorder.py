@@ -1,0 +1,225 @@
+"""The recorder: nothing lost, and a finished bag whatever ends it."""
+
+import signal
+import subprocess
+import sys
+
+import pytest
+import rclpy
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Goals
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rosbags.interfaces import QosHistory
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import String
+
+from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
+from mctrack_ros.interfaces import Detections
+from mctrack_ros.recording import BagReader
+from mctrack_ros.ros.nodes.recorder import Recorder
+from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
+from mctrack_ros.ros.topics.quality import latched, reliable
+
+pytestmark = pytest.mark.live
+
+
+def cloud(stamp_ns):
+    rows = Detections.build(stamp_ns, position=[[stamp_ns, 2.0, 0.0]])
+    return cloud_from_rows(rows, RCLPY_CLASSES, 'map')
+
+
+def recorded(path):
+    with BagReader(path) as bag:
+        return list(bag.messages())
+
+
+@pytest.mark.parametrize('ending', [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_recorder_finishes_its_bag(bench, tmp_path, ending):
+    bench.open()
+    process = bench.spawn('recorder', path=str(tmp_path / 'bag'), topics=['/detections'])
+    publisher = bench.publisher(PointCloud2, '/detections')
+    heard = bench.messages(PointCloud2, '/detections')
+    bench.until(lambda: publisher.get_subscription_count() == 2)
+    for stamp_ns in range(50):
+        publisher.publish(cloud(stamp_ns))
+    bench.until(lambda: len(heard) == 50)
+    process.send_signal(ending)
+    assert bench.exit_code(process) == 0
+    messages = recorded(tmp_path / 'bag')
+    stamps = [rows_from_cloud(message, Detections).stamp_ns for _, message, _ in messages]
+    assert stamps == list(range(50))
+    assert '50 messages of 1 topics' in bench.log('recorder')
+
+
+def test_topics_are_chosen_by_whole_names(bench, tmp_path):
+    recorder = bench.make(
+        Recorder, path=str(tmp_path / 'bag'), topics=['/cam./detections'], exclude='/cam2/.*'
+    )
+    names = ('/cam1/detections', '/cam2/detections', '/cam1/detections/more')
+    publishers = [
+        bench.observer.create_publisher(PointCloud2, name, reliable(10)) for name in names
+    ]
+    bench.until(lambda: publishers[0].get_subscription_count() == 1)
+    for publisher in publishers:
+        publisher.publish(cloud(1))
+    bench.until(lambda: recorder.messages == 1)
+    recorder.trigger_shutdown()
+    assert [topic for topic, _, _ in recorded(tmp_path / 'bag')] == ['/cam1/detections']
+
+
+def test_latched_topics_are_recorded_though_said_before(bench, tmp_path):
+    bag = tmp_path / 'bag'
+    bench.open('--params-file', str(bench.parameter_file('recorder', {'path': str(bag)})))
+    site = bench.observer.create_publisher(String, '/site', latched())
+    site.publish(String(data='said once'))
+    recorder = bench.add(Recorder())
+    bench.until(lambda: recorder.messages >= 1)
+    recorder.trigger_shutdown()
+    texts = [message.data for topic, message, _ in recorded(bag) if topic == '/site']
+    assert texts == ['said once']
+
+
+def test_a_bag_that_is_there_is_not_touched(bench, tmp_path, walker_bag):
+    before = sorted(path.stat().st_mtime_ns for path in walker_bag.iterdir())
+    process = bench.spawn('recorder', path=str(walker_bag))
+    assert bench.exit_code(process) == 2
+    assert 'exists already' in bench.log('recorder')
+    assert sorted(path.stat().st_mtime_ns for path in walker_bag.iterdir()) == before
+
+
+CRASHING = """
+import sys
+from mctrack_ros.ros.node.process import run
+from mctrack_ros.ros.nodes.recorder import Recorder
+
+class Crashing(Recorder):
+    def report(self):
+        if self.messages == 1:
+            raise KeyError('a mistake in the program')
+
+    def look(self):
+        super().look()
+        self.drain()
+        self.report()
+
+sys.exit(run(Crashing))
+"""
+
+
+def test_an_exception_ends_no_recording(bench, tmp_path):
+    bench.open()
+    path = bench.parameter_file('crashing', {'path': str(tmp_path / 'bag'), 'topics': ['/d']})
+    command = [sys.executable, '-c', CRASHING, '--ros-args', '--params-file', str(path)]
+    with open(tmp_path / 'log', 'w') as log:
+        process = subprocess.Popen(command, stdout=log, stderr=log)
+    bench.processes.append(process)
+    publisher = bench.publisher(PointCloud2, '/d')
+    publisher.publish(cloud(1))
+    bench.until(lambda: 'a mistake in the program' in (tmp_path / 'log').read_text())
+    publisher.publish(cloud(2))
+    bench.until(lambda: publisher.wait_for_all_acked(Duration(seconds=0.1)))
+    process.send_signal(signal.SIGINT)
+    assert bench.exit_code(process) == 0
+    assert len(recorded(tmp_path / 'bag')) == 2
+
+
+@pytest.mark.parametrize('explain', [False, True])
+def test_explanations_are_recorded_if_asked(bench, tmp_path, explain):
+    recorder = bench.make(Recorder, path=str(tmp_path / 'bag'), explain=explain)
+    names = ['/cam1/detections', '/explanation/candidates', '/explanation/decisions']
+    publishers = [
+        bench.observer.create_publisher(PointCloud2, name, reliable(10)) for name in names
+    ]
+    bench.until(
+        lambda: set(names) <= recorder.sources.keys() if explain else names[0] in recorder.sources
+    )
+    assert [each.get_subscription_count() for each in publishers] == [1, explain, explain]
+
+
+def test_a_type_that_rosbags_does_not_know_is_recorded_by_its_own_definition(bench, tmp_path):
+    recorder = bench.make(Recorder, path=str(tmp_path / 'bag'))
+    publishers = [bench.publisher(Goals, '/goals'), bench.publisher(PointCloud2, '/detections')]
+    goal = PoseStamped()
+    goal.pose.position.x = 3.5
+    publishers[0].publish(Goals(goals=[goal]))
+    publishers[1].publish(cloud(1))
+    bench.until(lambda: recorder.messages == 2)
+    assert not recorder.finished
+    assert not recorder.left_out
+    recorder.trigger_shutdown()
+    by_topic = {topic: message for topic, message, _ in recorded(tmp_path / 'bag')}
+    assert by_topic['/goals'].goals[0].pose.position.x == 3.5
+    assert rows_from_cloud(by_topic['/detections'], Detections).stamp_ns == 1
+    with BagReader(tmp_path / 'bag') as bag:
+        definition = bag.definition('/goals')
+        (offered,) = bag.offered('/goals')
+    (info,) = bench.observer.get_publishers_info_by_topic('/goals')
+    assert definition.type_hash == str(info.topic_type_hash)
+    assert 'MSG: geometry_msgs/PoseStamped' in definition.text
+    assert offered.history is QosHistory.UNKNOWN
+    assert offered.deadline == (9223372036, 854775807)
+
+
+def test_what_cannot_be_described_is_named_and_left_out(bench, tmp_path, capfd):
+    recorder = bench.make(Recorder, path=str(tmp_path / 'bag'))
+    bench.publisher(PointCloud2, '/detections').publish(cloud(1))
+    bench.observer.create_publisher(String, '/both', reliable(10))
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=bench.domain)
+    other = Node('other', context=context, use_global_arguments=False)
+    other.create_publisher(PointCloud2, '/both', reliable(10))
+    bench.until(lambda: recorder.left_out and recorder.messages == 1)
+    assert 'several message types' in recorder.left_out['/both']
+    other.destroy_node()
+    rclpy.shutdown(context=context)
+    recorder.trigger_shutdown()
+    assert [topic for topic, _, _ in recorded(tmp_path / 'bag')] == ['/detections']
+    log = capfd.readouterr().err
+    assert log.count('/both is not recorded: it has several message types') == 1
+    assert '1 messages of 1 topics, 0.0 MB; 1 left out: /both' in log
+
+
+def test_who_publishes_later_and_with_best_effort_is_recorded_too(bench, tmp_path):
+    recorder = bench.make(Recorder, path=str(tmp_path / 'bag'), topics=['/words'])
+    bench.messages(String, '/words', latched())
+    bench.until(lambda: bench.observer.count_subscribers('/words') == 1)
+    recorder.look()
+    said = bench.observer.create_publisher(String, '/words', latched())
+    said.publish(String(data='before'))
+    bench.until(lambda: recorder.messages == 1)
+    best_effort = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    later = bench.observer.create_publisher(String, '/words', best_effort)
+    bench.until(lambda: later.get_subscription_count() == 1)
+    later.publish(String(data='later'))
+    bench.until(lambda: recorder.messages == 2)
+    recorder.trigger_shutdown()
+    assert [message.data for _, message, _ in recorded(tmp_path / 'bag')] == ['before', 'later']
+
+
+def test_what_lies_in_a_namespace_is_recorded_and_played_into_another(bench, tmp_path):
+    bench.open()
+    command = [sys.executable, '-m', 'mctrack_ros.cli.main']
+    bag = str(tmp_path / 'bag')
+    record = subprocess.Popen([*command, 'record', bag, '--namespace', 'hall'])
+    bench.processes.append(record)
+    names = ('/hall/words', '/hallway/words', '/words')
+    publishers = [bench.observer.create_publisher(String, name, reliable(10)) for name in names]
+    heard = bench.messages(String, '/hall/words')
+    bench.until(lambda: publishers[0].get_subscription_count() == 2)
+    for publisher in publishers:
+        publisher.publish(String(data=publisher.topic_name))
+    bench.until(lambda: heard)
+    record.send_signal(signal.SIGINT)
+    assert bench.exit_code(record) == 0
+    assert [message.data for _, message, _ in recorded(bag)] == ['/hall/words']
+    for publisher in publishers:
+        bench.observer.destroy_publisher(publisher)
+    for namespace, topic in (('/hall/', '/hall/words'), ('site', '/site/hall/words')):
+        play = subprocess.Popen([*command, 'play', bag, '--namespace', namespace])
+        bench.processes.append(play)
+        said = bench.messages(String, topic)
+        bench.until(lambda said=said: said)
+        assert said[0].data == '/hall/words'
+        assert bench.exit_code(play) == 0
