@@ -15,15 +15,15 @@ from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.site.site import load_site
 
 
-def detect(picture):
+def detect(image):
     """Return boxes (left, top, width, height, px) and scores (0 to 1); your detector goes here."""
-    dark = cv2.threshold(picture.min(axis=2), 100, 255, cv2.THRESH_BINARY_INV)[1]
+    dark = cv2.threshold(image.min(axis=2), 100, 255, cv2.THRESH_BINARY_INV)[1]
     boxes = [cv2.boundingRect(outline) for outline in cv2.findContours(dark, 0, 1)[0]]
     return boxes, [0.9] * len(boxes)
 
 
 def main(site_file, camera):
-    """Publish what is detected in each picture, also when it is nothing."""
+    """Publish what is detected in each image, also when it is nothing."""
     rclpy.init()
     node = rclpy.create_node(f'{camera}_detector')
     site = load_site(site_file)

@@ -1,4 +1,4 @@
-"""A small bag of drawn pictures with two cameras, and its site."""
+"""A small bag of drawn images with two cameras, and its site."""
 
 import cv2
 import numpy as np
@@ -40,7 +40,7 @@ def walkers(seconds):
     )
 
 
-def picture(mapping, people, rng):
+def image(mapping, people, rng):
     """Draw people as upright boxes on a noisy floor, the far ones first."""
     image = np.full((SIZE[1], SIZE[0], 3), 110, np.uint8)
     colours = np.array([(40, 40, 200), (200, 60, 40), (40, 190, 200)])
@@ -78,9 +78,9 @@ def write_hall(folder, seconds=7.5, offset_ns=0):
                 late = offset_ns if name == 'south' else 0
                 stamp_ns = 10**12 + index * PERIOD_NS + PERIOD_NS // 4 + late
                 people = walkers(stamp_ns * 1e-9 - 1000)
-                image = picture(mapping, people[: 0 if index < EMPTY_S * 25 else None], rng)
+                drawn = image(mapping, people[: 0 if index < EMPTY_S * 25 else None], rng)
                 message = compressed_message(
-                    jpeg_from_image(image), ROSBAGS_CLASSES, stamp_ns, f'{name}_optical_frame'
+                    jpeg_from_image(drawn), ROSBAGS_CLASSES, stamp_ns, f'{name}_optical_frame'
                 )
                 writer.write(f'/{name}/image_raw/compressed', message, stamp_ns)
     (folder / 'site.yaml').write_text(yaml.safe_dump({'name': 'hall', 'cameras': cameras}))

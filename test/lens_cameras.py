@@ -11,7 +11,7 @@ SIZE = (720, 576)
 def camera(
     eye=(3.0, -30.0, 15.0), target=(0.0, 12.0, 0.0), focal=650.0, distortion=(-0.2, 0, 0, 0, 0)
 ):
-    """Return a camera's mapping; its principal point is the picture's centre."""
+    """Return a camera's mapping; its principal point is the image's centre."""
     eye, target = np.array(eye, float), np.array(target, float)
     forward = (target - eye) / np.linalg.norm(target - eye)
     right = np.cross(forward, [0.0, 0.0, 1.0])
@@ -31,7 +31,7 @@ def seen_grid(mapping, spacing=4.0, reach=60.0):
 
 
 def missed(stored):
-    """Return, for pixels all over the picture, how far the lens misses and the share of a fold."""
+    """Return, for pixels all over the image, how far the lens misses and the share of a fold."""
     axes = [np.linspace(0, side, side // 8) for side in stored.image_size]
     pixel = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
     sensor = (pixel - stored.centre) / stored.per_mm

@@ -1,4 +1,4 @@
-"""Pictures of a textured square, as a camera sees it that moves."""
+"""Images of a textured square, as a camera sees it that moves."""
 
 import cv2
 import numpy as np
@@ -8,7 +8,7 @@ MARGIN = 80
 
 
 def ground(seed=0):
-    """Return blocks and grain, larger than the picture by a margin."""
+    """Return blocks and grain, larger than the image by a margin."""
     rng = np.random.default_rng(seed)
     coarse = rng.integers(40, 200, ((SIZE[1] + 2 * MARGIN) // 20, (SIZE[0] + 2 * MARGIN) // 20, 3))
     size = (SIZE[0] + 2 * MARGIN, SIZE[1] + 2 * MARGIN)
@@ -18,7 +18,7 @@ def ground(seed=0):
 
 
 def seen(still, right=0.0, down=0.0, turn_deg=0.0):
-    """Return the picture when its content has moved by so much about the middle."""
+    """Return the image when its content has moved by so much about the middle."""
     middle = np.array(SIZE) / 2
     place = middle + np.array([right, down])
     matrix = cv2.getRotationMatrix2D((0, 0), -turn_deg, 1.0)

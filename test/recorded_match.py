@@ -47,8 +47,8 @@ def write_source(path):
             truth = Tracks.build(stamp, position=places(instant), track_id=[1, 2, 3, 4])
             bag.write_rows('/truth/tracks', truth, 'map')
             for camera in CAMERAS:
-                picture = compressed_message(jpeg, ROSBAGS_CLASSES, stamp, camera)
-                bag.write(f'/{camera}/image_raw/compressed', picture, stamp)
+                message = compressed_message(jpeg, ROSBAGS_CLASSES, stamp, camera)
+                bag.write(f'/{camera}/image_raw/compressed', message, stamp)
 
 
 def write_recording(path):

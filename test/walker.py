@@ -8,7 +8,7 @@ from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 
 SIZE = (192, 144)
 PERIOD_NS = 40_000_000
-EMPTY_PICTURES = 10
+EMPTY_IMAGES = 10
 
 
 def image_from_world():
@@ -26,7 +26,7 @@ IMAGE_FROM_WORLD = image_from_world()
 
 
 def camera_parameters(projection, **others):
-    """Return the parameters of a camera node for small pictures."""
+    """Return the parameters of a camera node for small images."""
     settings = {
         'image_width': SIZE[0],
         'image_height': SIZE[1],
@@ -36,19 +36,19 @@ def camera_parameters(projection, **others):
     return {'settings': settings} | others
 
 
-def walker_picture(index):
-    """Return a small picture of a dark walker on a light floor, which is empty at first."""
-    picture = np.full((SIZE[1], SIZE[0], 3), 180, np.uint8)
-    noise = np.random.default_rng(index).integers(-3, 4, picture.shape)
-    if index >= EMPTY_PICTURES:
-        x = -2.0 + 0.06 * ((index - EMPTY_PICTURES) % 60)
+def walker_image(index):
+    """Return a small image of a dark walker on a light floor, which is empty at first."""
+    image = np.full((SIZE[1], SIZE[0], 3), 180, np.uint8)
+    noise = np.random.default_rng(index).integers(-3, 4, image.shape)
+    if index >= EMPTY_IMAGES:
+        x = -2.0 + 0.06 * ((index - EMPTY_IMAGES) % 60)
         corners = IMAGE_FROM_WORLD @ [[x - 0.3, x + 0.3], [0, 0], [1.8, 0], [1, 1]]
         (left, right), (top, bottom) = np.rint(corners[:2] / corners[2]).astype(int).tolist()
-        cv2.rectangle(picture, (left, top), (right, bottom), (20, 20, 160), -1)
-    return np.clip(picture + noise, 0, 255).astype(np.uint8)
+        cv2.rectangle(image, (left, top), (right, bottom), (20, 20, 160), -1)
+    return np.clip(image + noise, 0, 255).astype(np.uint8)
 
 
-def picture_message(index, stamp_ns, camera='cam1'):
-    """Return a walker's picture as rclpy sends it."""
-    jpeg = jpeg_from_image(walker_picture(index))
+def walker_message(index, stamp_ns, camera='cam1'):
+    """Return a walker's image as rclpy sends it."""
+    jpeg = jpeg_from_image(walker_image(index))
     return compressed_message(jpeg, RCLPY_CLASSES, stamp_ns, f'{camera}_optical_frame')

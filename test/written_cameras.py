@@ -14,7 +14,7 @@ RVEC, TVEC = np.array([2.1587989303424648, 0.1, -0.05]), np.array([0.3, 0.2, 7.2
 
 
 def seen(model='plumb_bob', matrix=MATRIX, terms=None, size=SIZE):
-    """Return points on the ground, m, and the pixels where OpenCV puts them, in the picture."""
+    """Return points on the ground, m, and the pixels where OpenCV puts them, in the image."""
     axes = np.arange(-4, 4.1, 0.5), np.arange(-2, 9, 0.5)
     ground = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
     world = np.column_stack([ground, np.zeros(len(ground))])[:, None]

@@ -1,5 +1,5 @@
 """
-The golden bags: pictures of two scenes, and what five cameras detected in a short match.
+The golden bags: images of two scenes, and what five cameras detected in a short match.
 
 ``python -m mctrack_experiments.golden bags`` makes them again, and the scores of the match.
 """
@@ -25,17 +25,17 @@ NAME = 'pitch5_detections'
 SCENARIO = Scenario(seed=7, duration_s=6.0)
 
 
-PICTURES = {
+IMAGES = {
     'pitch5_pictures': Scenario(seed=7, duration_s=3.0, cameras=2, noise=0.5),
     'carpark_pictures': CarParkScenario(seed=11, duration_s=20.0),
 }
 _JPEG_QUALITY = 70
 
 
-def write_pictures(name: str, folder: Path) -> None:
-    """Simulate a scene and keep its pictures, compressed further to stay small."""
+def write_images(name: str, folder: Path) -> None:
+    """Simulate a scene and keep its images, compressed further to stay small."""
     with tempfile.TemporaryDirectory(prefix='mctrack_golden_') as scratch:
-        simulate(PICTURES[name], Path(scratch) / 'scene')
+        simulate(IMAGES[name], Path(scratch) / 'scene')
         with (
             BagReader(Path(scratch) / 'scene') as reader,
             BagWriter(folder / name, overwrite=True) as writer,
@@ -80,6 +80,6 @@ def golden_figures(golden: Path, scratch: Path) -> Figures:
 
 
 if __name__ == '__main__':
-    for pictures in PICTURES:
-        write_pictures(pictures, Path(sys.argv[1]))
+    for images in IMAGES:
+        write_images(images, Path(sys.argv[1]))
     print(write_golden(Path(sys.argv[1])).table())

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-PICTURES = ('.png', '.svg', '.pdf')
+IMAGES = ('.png', '.svg', '.pdf')
 
 
 def finite(value: float) -> float:
@@ -17,10 +17,10 @@ def finite(value: float) -> float:
     return value
 
 
-def picture_file(path: Path | None) -> Path | None:
-    """Refuse a picture that could not be written, by its ending and its folder."""
-    if path is not None and path.suffix.lower() not in PICTURES:
-        raise typer.BadParameter(f'{path} ends in {path.suffix!r}, expected {", ".join(PICTURES)}')
+def image_file(path: Path | None) -> Path | None:
+    """Refuse an image that could not be written, by its ending and its folder."""
+    if path is not None and path.suffix.lower() not in IMAGES:
+        raise typer.BadParameter(f'{path} ends in {path.suffix!r}, expected {", ".join(IMAGES)}')
     if path is not None and not path.resolve().parent.is_dir():
         raise typer.BadParameter(f'{path}: there is no folder {path.resolve().parent}')
     return path

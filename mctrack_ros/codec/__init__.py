@@ -1,5 +1,5 @@
 """
-Interfaces and pictures to ROS messages and back: the only code that knows message fields.
+Interfaces and images to ROS messages and back: the only code that knows message fields.
 
 The message classes come as an argument, so the same code serves rclpy and rosbags.
 """

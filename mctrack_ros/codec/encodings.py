@@ -29,9 +29,9 @@ class Encoding:
     channels : int
         Values of a pixel.
     convert : callable
-        From the (rows, width, channels) values, of 8 or 16 bits, to a picture of the same depth.
+        From the (rows, width, channels) values, of 8 or 16 bits, to an image of the same depth.
     rows : (int, int)
-        Rows of data for how many rows of the picture.
+        Rows of data for how many rows of the image.
     even : (int, int)
         What width and height must be multiples of.
 
@@ -113,7 +113,7 @@ def encoding_of(name: str) -> Encoding:
     Raises
     ------
     CodecError
-        If it is none that holds a picture.
+        If it is none that holds an image.
 
     """
     found = ENCODINGS.get(name)
@@ -124,14 +124,14 @@ def encoding_of(name: str) -> Encoding:
     return found
 
 
-def picture_from(values: Pixels, encoding: Encoding) -> NDArray[np.uint8]:
+def image_from(values: Pixels, encoding: Encoding) -> NDArray[np.uint8]:
     """
-    Return the (height, width, 3) picture, blue, green, red, of (rows, width, channels) values.
+    Return the (height, width, 3) image, blue, green, red, of (rows, width, channels) values.
 
     16 bits become 8 over their whole range, 65535 as 255, as cv_bridge does it: a camera that uses
-    only the lower 12 of them gives a dark picture.
+    only the lower 12 of them gives a dark image.
     """
-    picture = encoding.convert(values)
-    if picture.dtype == np.uint16:
-        picture = (picture.astype(np.uint32) + _HALF_16) // _STEPS_16
-    return np.ascontiguousarray(picture, np.uint8)
+    image = encoding.convert(values)
+    if image.dtype == np.uint16:
+        image = (image.astype(np.uint32) + _HALF_16) // _STEPS_16
+    return np.ascontiguousarray(image, np.uint8)

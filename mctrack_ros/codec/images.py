@@ -1,4 +1,4 @@
-"""Pictures as `sensor_msgs/Image` and `CompressedImage` and back."""
+"""Images as `sensor_msgs/Image` and `CompressedImage` and back."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.codec.encodings import encoding_of, picture_from
+from mctrack_ros.codec.encodings import encoding_of, image_from
+from mctrack_ros.codec.image_header import JPEG_START, stated_size
 from mctrack_ros.codec.messages import CodecError, MessageClasses, header
-from mctrack_ros.codec.picture_header import JPEG_START, stated_size
 
 try:
     import simplejpeg
@@ -18,12 +18,12 @@ except ImportError:  # not among ROS's own packages
     simplejpeg = None
 
 _MOST_PIXELS = 1 << 27
-"""Pictures with more pixels are refused before anything is allocated for them."""
+"""Images with more pixels are refused before anything is allocated for them."""
 
 
 def image_from_message(message: Any, size: tuple[int, int] | None = None) -> NDArray[np.uint8]:
     """
-    Return the picture of a ``sensor_msgs/Image`` or ``CompressedImage``.
+    Return the image of a ``sensor_msgs/Image`` or ``CompressedImage``.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def image_from_message(message: Any, size: tuple[int, int] | None = None) -> NDA
     Raises
     ------
     CodecError
-        If the picture is empty or not of the size, its size and its data disagree, or its encoding
+        If the image is empty or not of the size, its size and its data disagree, or its encoding
         is neither one of `ENCODINGS`, nor JPEG or PNG.
 
     """
@@ -48,14 +48,14 @@ def image_from_message(message: Any, size: tuple[int, int] | None = None) -> NDA
     if data.size == 0:
         raise CodecError('the image is empty')
     if hasattr(message, 'encoding'):
-        return _raw_picture(message, data, size)
+        return _raw_image(message, data, size)
     return _decompressed(data, str(message.format), size)
 
 
 def image_message(
     image: NDArray[np.uint8], classes: MessageClasses, stamp_ns: int, frame_id: str
 ) -> Any:
-    """Encode a (height, width, 3) BGR or (height, width) grey picture as ``sensor_msgs/Image``."""
+    """Encode a (height, width, 3) BGR or (height, width) grey image as ``sensor_msgs/Image``."""
     height, width = image.shape[:2]
     channels = 1 if image.ndim == 2 else 3
     return classes.image(
@@ -72,24 +72,24 @@ def image_message(
 def compressed_message(
     jpeg: NDArray[np.uint8], classes: MessageClasses, stamp_ns: int, frame_id: str
 ) -> Any:
-    """Wrap (n,) bytes of a JPEG picture as ``sensor_msgs/CompressedImage``."""
+    """Wrap (n,) bytes of a JPEG image as ``sensor_msgs/CompressedImage``."""
     return classes.compressed_image(
         header=header(classes, stamp_ns, frame_id), format='jpeg', data=classes.octets(jpeg)
     )
 
 
 def jpeg_from_image(image: NDArray[np.uint8], quality: int = 90) -> NDArray[np.uint8]:
-    """Compress a (height, width, 3) BGR picture; return the (n,) bytes of the JPEG."""
+    """Compress a (height, width, 3) BGR image; return the (n,) bytes of the JPEG."""
     done, jpeg = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])
     if not done:
-        raise CodecError(f'a picture of shape {image.shape} cannot be compressed')
+        raise CodecError(f'an image of shape {image.shape} cannot be compressed')
     return np.asarray(jpeg, np.uint8).reshape(-1)
 
 
-def _raw_picture(
+def _raw_image(
     message: Any, data: NDArray[np.uint8], size: tuple[int, int] | None
 ) -> NDArray[np.uint8]:
-    """Return the picture of an uncompressed message."""
+    """Return the image of an uncompressed message."""
     encoding, width, height = encoding_of(message.encoding), message.width, message.height
     _check_size((width, height), size)
     used = width * encoding.channels * encoding.depth
@@ -106,7 +106,7 @@ def _raw_picture(
     if encoding.depth == 2:
         order = '>u2' if message.is_bigendian else '<u2'
         values = np.ascontiguousarray(values).view(order).astype(np.uint16)
-    return picture_from(values.reshape(rows, width, encoding.channels), encoding)
+    return image_from(values.reshape(rows, width, encoding.channels), encoding)
 
 
 def _decompressed(
@@ -127,13 +127,13 @@ def _decompressed(
     source, _, codec = (part.strip() for part in name.partition(';'))
     is_mosaic = source.startswith('bayer_') and not codec.endswith('compressed mono8')
     if data[:2].tobytes() == JPEG_START and simplejpeg is not None and not is_mosaic:
-        picture = _from_jpeg(data)
+        image = _from_jpeg(data)
     else:
         values = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
         if values is None:
             raise CodecError(f'{data.size} bytes of a {name!r} image cannot be decompressed')
-        picture = _from_values(values, source if is_mosaic else '')
-    return np.ascontiguousarray(picture[..., ::-1]) if 'compressed rgb' in codec else picture
+        image = _from_values(values, source if is_mosaic else '')
+    return np.ascontiguousarray(image[..., ::-1]) if 'compressed rgb' in codec else image
 
 
 def _from_jpeg(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -145,17 +145,17 @@ def _from_jpeg(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _from_values(values: NDArray[Any], mosaic: str) -> NDArray[np.uint8]:
-    """Return the picture of what OpenCV decompressed; of a mosaic, if it is one channel."""
+    """Return the image of what OpenCV decompressed; of a mosaic, if it is one channel."""
     bits, channels = 8 * values.itemsize, values.shape[2] if values.ndim == 3 else 1
     name = f'{mosaic.rstrip("0123456789")}{bits}' if mosaic and channels == 1 else ''
     encoding = encoding_of(name or f'{bits}UC{channels}')
-    return picture_from(values.reshape(*values.shape[:2], channels), encoding)
+    return image_from(values.reshape(*values.shape[:2], channels), encoding)
 
 
 def _check_size(found: tuple[int, int], expected: tuple[int, int] | None) -> None:
     """Refuse another size than the expected one, or one that nobody can mean."""
     width, height = found
     if expected is not None and found != tuple(expected):
-        raise CodecError(f'picture is {width} x {height}, expected {expected[0]} x {expected[1]}')
+        raise CodecError(f'image is {width} x {height}, expected {expected[0]} x {expected[1]}')
     if width * height > _MOST_PIXELS:
-        raise CodecError(f'picture is {width} x {height}, more than {_MOST_PIXELS} pixels')
+        raise CodecError(f'image is {width} x {height}, more than {_MOST_PIXELS} pixels')

@@ -14,7 +14,7 @@ def fate_of(candidates: Candidates, row: int, gate: float) -> str:
         return _why_passed_over(candidates, row)
     return {
         Choice.TAKEN: 'taken',
-        Choice.BEYOND: f'too far, the gate is {gate:g}: the other pictures say so',
+        Choice.BEYOND: f'too far, the gate is {gate:g}: the other images say so',
         Choice.HIDES: f'hides it, a detection of {candidates.member_count[row] or "several"}',
         Choice.BEGINS: 'begins it',
         Choice.UNUSED: 'not used',

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mctrack_ros.config import ConfigError, config_from
-from mctrack_ros.fusion import Account, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import DecisionRecorder, FusionConfig, FusionPipeline
 from mctrack_ros.interfaces import Candidates, Decisions, Explanation, Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.replay.recorded import recorded_ticks
@@ -112,21 +112,21 @@ def tell(
         at_ns = start_ns + round(at_s * 1e9)
         half_ns = round(config.batching.period * 5e8)
         wanted = (at_ns - round(TRAIL_S * 1e9), at_ns + round(for_s * 1e9) + half_ns)
-        told = list(_stored(reader, *wanted))
-        is_stored = any(abs(each.stamp_ns - at_ns) <= half_ns for each in told)
+        reported = list(_stored(reader, *wanted))
+        is_stored = any(abs(each.stamp_ns - at_ns) <= half_ns for each in reported)
         if not is_stored:
-            told = list(_replayed(reader, cameras, config, *wanted))
-        index = _nearest(told, at_ns)
-        if index is None or abs(told[index].stamp_ns - at_ns) > 2 * half_ns:
+            reported = list(_replayed(reader, cameras, config, *wanted))
+        index = _nearest(reported, at_ns)
+        if index is None or abs(reported[index].stamp_ns - at_ns) > 2 * half_ns:
             raise ValueError(_outside(reader, at_s, start_ns, cameras, config))
-        now = told[index].decisions
+        now = reported[index].decisions
         _check_is_there(now, track_id, at_s)
         same = is_stored or _is_as_recorded(reader, now)
     return Story(
         track_id=track_id,
         cameras=cameras,
         start_ns=start_ns,
-        explanations=tuple(told),
+        explanations=tuple(reported),
         index=index,
         gate=config.association.gate,
         gone=config.life.gone_evidence,
@@ -187,14 +187,14 @@ def _replayed(
     for tick in recorded_ticks(reader, cameras, config):
         if tick.stamp_ns > end_ns:
             return
-        account = Account() if tick.stamp_ns >= begin_ns else None
-        pipeline.step(tick, account)
-        if account is not None:
-            yield account.explanation
+        recorder = DecisionRecorder() if tick.stamp_ns >= begin_ns else None
+        pipeline.step(tick, recorder)
+        if recorder is not None:
+            yield recorder.explanation
 
 
-def _nearest(told: list[Explanation], at_ns: int) -> int | None:
-    gaps = [abs(each.stamp_ns - at_ns) for each in told]
+def _nearest(reported: list[Explanation], at_ns: int) -> int | None:
+    gaps = [abs(each.stamp_ns - at_ns) for each in reported]
     return int(np.argmin(gaps)) if gaps else None
 
 

@@ -123,7 +123,7 @@ def reason_of(
             f'by {limit:.2f} (people differ from themselves by 1).'
         ),
         Reason.ABSORBED: (
-            f'Track {other} is joined to it: they were near and hardly told apart by pictures, or '
+            f'Track {other} is joined to it: they were near and hardly told apart by images, or '
             f'it seemed one with a third while {other} began beside them.'
         ),
         Reason.SILENT: (

@@ -2,8 +2,8 @@
 
 from mctrack_ros.fusion.batcher import Batcher
 from mctrack_ros.fusion.config import FusionConfig
-from mctrack_ros.fusion.explain.recorder import Account
+from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import FusionPipeline
 
-__all__ = ['Account', 'Batcher', 'FusionConfig', 'FusionOutput', 'FusionPipeline']
+__all__ = ['Batcher', 'DecisionRecorder', 'FusionConfig', 'FusionOutput', 'FusionPipeline']

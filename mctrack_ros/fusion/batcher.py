@@ -18,7 +18,7 @@ RESET_NS = SECOND_NS
 """Stamps that step back by more than this, of all live cameras, have begun anew, ns."""
 
 INTERVALS = 5
-"""Over how many of its last pictures a camera's interval is judged."""
+"""Over how many of its last images a camera's interval is judged."""
 
 
 @dataclass
@@ -43,7 +43,7 @@ class _Camera:
 
     def has_passed(self, start_ns: int, end_ns: int) -> bool:
         """
-        Tell whether no more pictures are to be expected from a period.
+        Tell whether no more images are to be expected from a period.
 
         A camera that is a second behind, or a period if that is longer, is not waited for.
         """
@@ -58,7 +58,7 @@ class _Camera:
         return last + self.interval_ns + (slack if last >= start_ns else -slack) >= end_ns
 
     def expected_ns(self, start_ns: int, end_ns: int) -> int:
-        """Return the stamp, ns, of the picture to come in a period; 0: none is expected."""
+        """Return the stamp, ns, of the image to come in a period; 0: none is expected."""
         last, interval_ns = self.last_stamp_ns, self.interval_ns
         if last is None or not interval_ns or last >= start_ns:
             return 0
@@ -79,7 +79,7 @@ class _Camera:
 @dataclass
 class _Pending:
     first_arrival_ns: int
-    frames: dict[tuple[str, int], Detections] = field(default_factory=dict)
+    messages: dict[tuple[str, int], Detections] = field(default_factory=dict)
     added_ns: dict[str, int] = field(default_factory=dict)
 
 
@@ -192,7 +192,7 @@ class Batcher:
         return self._close_up_to(max(self._pending), latest)
 
     def feedback_missed(self, camera: str, count: int) -> None:
-        """Record that a camera went without feedback for so many pictures."""
+        """Record that a camera went without feedback for so many images."""
         self._cameras[camera].feedback_missed += count
 
     def _has_begun_anew(
@@ -222,7 +222,7 @@ class Batcher:
 
     def _oldest_ns(self) -> int:
         """Return before which stamp time would begin anew."""
-        known = [stamp_ns for one in self._pending.values() for _, stamp_ns in one.frames]
+        known = [stamp_ns for one in self._pending.values() for _, stamp_ns in one.messages]
         known += [] if self._closed_ns is None else [self._closed_ns]
         return max(known, default=0) - RESET_NS - self.period_ns
 
@@ -245,7 +245,7 @@ class Batcher:
         index = stamp_ns // self.period_ns
         state.hear(stamp_ns, now_ns)
         known = self._pending.get(index)
-        if self._is_closed(stamp_ns) or (known and (camera, stamp_ns) in known.frames):
+        if self._is_closed(stamp_ns) or (known and (camera, stamp_ns) in known.messages):
             state.late += 1
             state.dropped_detections += len(detections)
             return
@@ -254,13 +254,13 @@ class Batcher:
         )
         pending = self._pending.setdefault(index, _Pending(due_ns))
         pending.first_arrival_ns = min(pending.first_arrival_ns, due_ns)
-        pending.frames[camera, stamp_ns] = detections
+        pending.messages[camera, stamp_ns] = detections
         pending.added_ns.setdefault(camera, added_ns)
         self._admitted_ns = now_ns
         state.dropped_detections += int((~usable_rows(detections) & ~detections.is_vacant).sum())
 
     def _pause_ns(self, stamp_ns: int, now_ns: int) -> int:
-        """Return how long after a picture the last one of its period is expected, ns."""
+        """Return how long after an image the last one of its period is expected, ns."""
         start_ns = stamp_ns // self.period_ns * self.period_ns
         expected = (
             state.expected_ns(start_ns, start_ns + self.period_ns)
@@ -291,26 +291,26 @@ class Batcher:
         return ticks
 
     def _tick(self, pending: _Pending, now_ns: int) -> Tick:
-        order = sorted(pending.frames)
-        frames = tuple(CameraDetections(key[0], pending.frames[key]) for key in order)
-        stamp_ns = max(frame.detections.stamp_ns for frame in frames)
-        return Tick(stamp_ns, frames, self._record(stamp_ns, frames, pending.added_ns, now_ns))
+        order = sorted(pending.messages)
+        messages = tuple(CameraDetections(key[0], pending.messages[key]) for key in order)
+        stamp_ns = max(message.detections.stamp_ns for message in messages)
+        return Tick(stamp_ns, messages, self._record(stamp_ns, messages, pending.added_ns, now_ns))
 
     def _record(
         self,
         stamp_ns: int,
-        frames: tuple[CameraDetections, ...],
+        messages: tuple[CameraDetections, ...],
         added_ns: dict[str, int],
         now_ns: int,
     ) -> Ticks:
         names = list(self._cameras)
         admitted, counted, age_us = (np.zeros(len(names), int) for _ in range(3))
-        for frame in frames:
-            row = names.index(frame.camera)
+        for message in messages:
+            row = names.index(message.camera)
             if not admitted[row]:
-                age_us[row] = (stamp_ns - frame.detections.stamp_ns) // 1000
+                age_us[row] = (stamp_ns - message.detections.stamp_ns) // 1000
             admitted[row] += 1
-            counted[row] += len(frame.detections)
+            counted[row] += len(message.detections)
         live = np.array([self._is_live(state, now_ns) for state in self._cameras.values()], bool)
         counts = [state.take_counts() for state in self._cameras.values()]
         late, dropped, missed, left_out = np.array(counts, int).reshape(-1, 4).T

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from mctrack_ros.config import parameter
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS
 
-MISSED_PICTURES = 2.5
-"""A camera from which nothing came for so many of its intervals has lost two pictures, not one."""
+MISSED_IMAGES = 2.5
+"""A camera from which nothing came for so many of its intervals has lost two images, not one."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class BatchingConfig:
     @property
     def patience(self) -> float:
         """For how long a camera may be silent and still counts as live, s."""
-        return max(self.camera_timeout, MISSED_PICTURES * self.period)
+        return max(self.camera_timeout, MISSED_IMAGES * self.period)
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class AssociationConfig:
     )
     false_density: float = parameter(
         0.002,
-        'Detections that belong to no known target, per camera and picture [1/m^2]',
+        'Detections that belong to no known target, per camera and image [1/m^2]',
         minimum=1e-9,
         maximum=100.0,
     )
@@ -140,7 +140,7 @@ class AssociationConfig:
     )
     overlap_trust: float = parameter(
         0.3,
-        'Share of the identity bonus that is left where boxes overlap in the picture',
+        'Share of the identity bonus that is left where boxes overlap in the image',
         minimum=0.0,
         maximum=1.0,
     )
@@ -158,7 +158,7 @@ class LifeConfig:
     )
     look_time: float = parameter(
         0.25,
-        'Pictures of one camera within this time count as one look [s]',
+        'Images of one camera within this time count as one look [s]',
         minimum=0.001,
         maximum=100.0,
     )
@@ -270,7 +270,7 @@ class LifeConfig:
 
 
 @dataclass(frozen=True)
-class KitConfig:
+class ClothingConfig:
     """Who is dressed alike."""
 
     difference: float = parameter(
@@ -286,7 +286,7 @@ class KitConfig:
 
 
 @dataclass(frozen=True)
-class RecognitionConfig:
+class ReidConfig:
     """Who is who after an encounter."""
 
     contact_distance: float = parameter(
@@ -366,5 +366,5 @@ class FusionConfig:
     motion: MotionConfig = MotionConfig()
     association: AssociationConfig = AssociationConfig()
     life: LifeConfig = LifeConfig()
-    kits: KitConfig = KitConfig()
-    recognition: RecognitionConfig = RecognitionConfig()
+    kits: ClothingConfig = ClothingConfig()
+    recognition: ReidConfig = ReidConfig()

@@ -88,7 +88,7 @@ class TrackTable:
     missed : (n,) array
         Log-odds of having gone, as no camera has seen it, though they could have.
     pace_s : (n,) array
-        Time between pictures of the camera that saw it last, alone or in a group, s; 0: not known.
+        Time between images of the camera that saw it last, alone or in a group, s; 0: not known.
     confirmed : (n,) bool array
     extent : (n, 2) float32 array
         Width and height, m; NaN: not told yet.
@@ -106,7 +106,7 @@ class TrackTable:
     cameras : (n,) uint32 array
         Bits of the cameras that saw it this tick.
     shown_by : (n,) uint32 array
-        Bits of the cameras whose latest picture shows it, alone or in a group.
+        Bits of the cameras whose latest image shows it, alone or in a group.
     origin : (n,) uint32 array
         Of which track it was part before it began; 0: of none.
     beside : (n,) uint32 array

@@ -23,7 +23,7 @@ class GroundMapping(ABC):
     Attributes
     ----------
     image_size : (int, int)
-        Width and height of the camera's pictures, px.
+        Width and height of the camera's images, px.
     origin : (2,) array
         About which it computes, m: positions come and go as the caller tells them.
 

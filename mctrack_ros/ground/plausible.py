@@ -17,8 +17,8 @@ LOWEST_CAMERA_M, HIGHEST_CAMERA_M = 0.3, 150.0
 PERSON_M = 1.75
 SMALLEST_PERSON_PX = 2.0
 SMALLEST_PERSON, TALLEST_PERSON = 0.01, 2.0
-"""How large a person in the middle is at least and at most, in pictures: centimetres taken for
-metres make one who fills the picture a hundredth of it."""
+"""How large a person in the middle is at least and at most, in images: centimetres taken for
+metres make one who fills the image a hundredth of it."""
 _TOO_LONG = {'feet': 0.3048, 'centimetres': 0.01, 'millimetres': 0.001}
 _TOO_SHORT = {
     'metres that were taken for centimetres': 100.0,
@@ -32,9 +32,9 @@ def check_plausible(mapping: GroundMapping, position: ArrayLike = ()) -> None:
 
     A camera stands 0.3 to 150 m above the ground and sees some of it, its points not mirrored (a
     bare matrix may lead to a plan whose y runs down); a person of 1.75 m in the middle of its
-    points, as the picture shows them, is at least 2 px and a hundredth of the picture's height
+    points, as the image shows them, is at least 2 px and a hundredth of the image's height
     large (lying, where the camera looks down), and at most twice that height; without points,
-    where it is nearest and in the middle of the picture. Centimetres taken for metres make a
+    where it is nearest and in the middle of the image. Centimetres taken for metres make a
     room's camera 300 m high and its people a hundredth of what they are.
 
     Parameters
@@ -128,6 +128,6 @@ def _camera_height(mapping: GroundMapping) -> float | None:
 
 
 def _spread(image_size: tuple[int, int]) -> NDArray[np.float64]:
-    """Return pixels all over a picture, (n, 2)."""
+    """Return pixels all over an image, (n, 2)."""
     axes = [np.linspace(0, side, 9) for side in image_size]
     return np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)

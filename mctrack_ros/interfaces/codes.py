@@ -61,7 +61,7 @@ class Choice(IntEnum):
     """What became of a pair of a track and a detection."""
 
     BEYOND = 0
-    """Too far from where the other pictures say that the track is."""
+    """Too far from where the other images say that the track is."""
     PASSED_OVER = 1
     """Inside the gate, but not each other's best."""
     TAKEN = 2

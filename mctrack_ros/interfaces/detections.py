@@ -45,7 +45,7 @@ class Detections(Rows):
     member_count : (n,) uint8 array
         1: a single target, more: a group, 0: a group of unknown size.
     truncated : (n,) uint8 array
-        1 where the box touches the picture's edge.
+        1 where the box touches the image's edge.
     class_id : (n,) uint8 array
         A `ClassCode`.
     kit : (n,) uint8 array

@@ -29,7 +29,7 @@ class Candidates(Rows):
     covariance : (n, 2, 2) float32 array
         Of it, as it was used: with the error that all detections have, m².
     expected : (n, 2) float32 array
-        Where the picture was to show the track: by prediction and all other pictures, m.
+        Where the image was to show the track: by prediction and all other images, m.
     expected_covariance : (n, 2, 2) float32 array
         Of that, m².
     squared_distance : (n,) float32 array
@@ -45,7 +45,7 @@ class Candidates(Rows):
     probability : (n,) float32 array
         With which the pair was used.
     seconds : (n,) float32 array
-        From the tick's stamp to the picture's, s; not above 0.
+        From the tick's stamp to the image's, s; not above 0.
     track_id : (n,) uint32 array
         The track, by its id after the tick; 0: none.
     local_id, told_id : (n,) uint32 arrays

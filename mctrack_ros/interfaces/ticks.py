@@ -22,7 +22,7 @@ class CameraDetections:
     camera : str
         Name in the site's list of cameras.
     detections : Detections
-        Stamped with the picture's capture time.
+        Stamped with the image's capture time.
 
     """
 
@@ -50,7 +50,7 @@ class Ticks(Rows):
     dropped_detections : (n,) uint32 array
         Detections in those.
     feedback_missed : (n,) uint32 array
-        Pictures since the last tick for which the camera lacked its feedback.
+        Images since the last tick for which the camera lacked its feedback.
     missing : (n,) uint8 array
         1 where a live camera did not report to this tick.
     alive : (n,) uint8 array
@@ -102,7 +102,7 @@ class Tick:
     ----------
     stamp_ns : int
         The latest stamp admitted; what fusion makes of the tick carries it.
-    frames : tuple of CameraDetections
+    messages : tuple of CameraDetections
         Sorted by camera name, then stamp.
     record : Ticks
         What was admitted, late and missing.
@@ -110,5 +110,5 @@ class Tick:
     """
 
     stamp_ns: int
-    frames: tuple[CameraDetections, ...]
+    messages: tuple[CameraDetections, ...]
     record: Ticks

@@ -1,4 +1,4 @@
-"""One camera: picture and feedback in, detections out."""
+"""One camera: image and feedback in, detections out."""
 
 from mctrack_ros.perception.boxes import boxes_to_detections, positions_to_detections
 from mctrack_ros.perception.camera_shift.monitor import CameraShift, ShiftState
@@ -6,8 +6,8 @@ from mctrack_ros.perception.event_tracker.pipeline import CameraConfig, CameraPi
 from mctrack_ros.perception.events.event_log import feedback_missed
 from mctrack_ros.perception.feedback.buffer import FeedbackBuffer
 from mctrack_ros.perception.image_clock import BackwardStampError
-from mctrack_ros.perception.image_state import PictureState, PictureWatch
-from mctrack_ros.perception.output import CameraOutput, check_picture
+from mctrack_ros.perception.image_state import ImageState, ImageWatch
+from mctrack_ros.perception.output import CameraOutput, check_image
 from mctrack_ros.perception.trackers import CameraTracker, open_camera
 
 __all__ = [
@@ -18,11 +18,11 @@ __all__ = [
     'CameraShift',
     'CameraTracker',
     'FeedbackBuffer',
-    'PictureState',
-    'PictureWatch',
+    'ImageState',
+    'ImageWatch',
     'ShiftState',
     'boxes_to_detections',
-    'check_picture',
+    'check_image',
     'feedback_missed',
     'open_camera',
     'positions_to_detections',

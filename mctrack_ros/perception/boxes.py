@@ -18,7 +18,7 @@ CONVERGED_M = 0.01
 HIDDEN_SIGMA = 1e6
 """Standard deviation of an edge that says nothing, px."""
 EDGE_PX = 4.0
-"""A box that comes so near to the picture's edge is cut off by it, px."""
+"""A box that comes so near to the image's edge is cut off by it, px."""
 
 
 COVERED_SHARE = 0.3
@@ -63,7 +63,7 @@ def boxes_to_detections(
     local_id: ArrayLike | None = None,
 ) -> Detections:
     """
-    Put the boxes of one picture on the ground.
+    Put the boxes of one image on the ground.
 
     People stand where an upright body fits the box best; of anything else the middle of the lower
     edge counts. The covariances hold what is assumed of the boxes' edges and what the calibration
@@ -72,13 +72,13 @@ def boxes_to_detections(
     Parameters
     ----------
     boxes : (n, 4) array_like
-        Left, top, width, height, px, in the picture as the camera sends it.
+        Left, top, width, height, px, in the image as the camera sends it.
     score : (n,) array_like
         Confidence, 0 to 1.
     mapping : GroundMapping
         Of the camera, of any kind.
     stamp_ns : int
-        When the picture was taken.
+        When the image was taken.
     body : BodyModel
         What is assumed.
     class_id : (n,) array_like, optional
@@ -135,7 +135,7 @@ def positions_to_detections(
     local_id: ArrayLike | None = None,
 ) -> Detections:
     """
-    Take places on the ground for what a camera detected in one picture.
+    Take places on the ground for what a camera detected in one image.
 
     Parameters
     ----------
@@ -165,9 +165,9 @@ def positions_to_detections(
     noise_px = body.edge_sigma * np.abs(mapping.height_px(place, body.height))
     covariance = mapping.ground_covariance(place, noise_px[:, None, None] ** 2 * np.eye(2))
     if sigma is not None:
-        told = np.asarray(sigma, np.float64).reshape(-1)
-        known = np.isfinite(told)
-        covariance[known] = told[known, None, None] ** 2 * np.eye(2)
+        reported = np.asarray(sigma, np.float64).reshape(-1)
+        known = np.isfinite(reported)
+        covariance[known] = reported[known, None, None] ** 2 * np.eye(2)
     return _known(
         stamp_ns,
         place,

@@ -1,4 +1,4 @@
-"""The time of a camera's pictures: how long since the last, and whether it has jumped."""
+"""The time of a camera's images: how long since the last, and whether it has jumped."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ USUAL_GAPS = 2.5
 
 
 class BackwardStampError(ValueError):
-    """A picture that is not later than the one before; drop it and go on."""
+    """An image that is not later than the one before; drop it and go on."""
 
 
-class PictureClock:
+class ImageClock:
     """
-    Follows the stamps of one camera's pictures.
+    Follows the stamps of one camera's images.
 
     Attributes
     ----------
     seconds : float
-        From the picture before to the last, s; 0 at the first, and where time has jumped.
+        From the image before to the last, s; 0 at the first, and where time has jumped.
     jumped : bool
-        Whether it came more than a second after the picture before, though the camera is not as
+        Whether it came more than a second after the image before, though the camera is not as
         slow as that, or more than a second before it.
     stepped_back : bool
         Whether time has begun anew since: it, or one passed over, came before the one before.
@@ -37,7 +37,7 @@ class PictureClock:
 
     def pass_over(self, stamp_ns: int) -> None:
         """
-        Take the stamp, ns, of a picture that is not used.
+        Take the stamp, ns, of an image that is not used.
 
         Raises
         ------
@@ -48,13 +48,13 @@ class PictureClock:
         seen = self._seen_ns
         if seen is not None and seen - JUMP_NS <= stamp_ns <= seen:
             raise BackwardStampError(
-                f'stamp {stamp_ns} is not later than the last, {seen}: the picture is not used'
+                f'stamp {stamp_ns} is not later than the last, {seen}: the image is not used'
             )
         self._has_begun_anew |= seen is not None and stamp_ns < seen
         self._seen_ns = stamp_ns
 
     def advance(self, stamp_ns: int) -> None:
-        """Take the stamp, ns, of the next picture; raise as `pass_over` does."""
+        """Take the stamp, ns, of the next image; raise as `pass_over` does."""
         self.pass_over(stamp_ns)
         last, usual_ns = self._last_ns, self._gap_ns
         gap_ns = 0 if last is None else stamp_ns - last

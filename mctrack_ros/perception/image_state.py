@@ -1,4 +1,4 @@
-"""Whether a picture shows anything: black, white, frozen and all-noise ones do not."""
+"""Whether an image shows anything: black, white, frozen and all-noise ones do not."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Image = NDArray[np.uint8]
 SAMPLED_PX = 16
 BLACK, WHITE = 8.0, 247.0  # mean grey levels
 FROZEN_NS = 1_000_000_000
-NOISE = 30.0  # mean difference of neighbours, grey levels; pictures of scenes have 2 to 8
+NOISE = 30.0  # mean difference of neighbours, grey levels; images of scenes have 2 to 8
 
 
-class PictureState(StrEnum):
-    """What is wrong with a camera's pictures."""
+class ImageState(StrEnum):
+    """What is wrong with a camera's images."""
 
     USABLE = 'usable'
     BLANK = 'blank'
@@ -28,25 +28,25 @@ class PictureState(StrEnum):
 
 
 def is_blank(image: Image) -> bool:
-    """Tell whether a (h, w, 3) uint8 picture is black or white all over."""
+    """Tell whether a (h, w, 3) uint8 image is black or white all over."""
     return _is_blank(np.ascontiguousarray(image))
 
 
-class PictureWatch:
-    """Looks at pictures one after another, at a few of their pixels."""
+class ImageWatch:
+    """Looks at images one after another, at a few of their pixels."""
 
     def __init__(self) -> None:
         self._last: Image = np.zeros((0, 0, 3), np.uint8)
         self._since_ns = 0
 
-    def look(self, image: Image, stamp_ns: int) -> PictureState:
+    def look(self, image: Image, stamp_ns: int) -> ImageState:
         """
-        Return the state of the pictures.
+        Return the state of the images.
 
         Parameters
         ----------
         image : (h, w, 3) uint8 array
-            The newest picture.
+            The newest image.
         stamp_ns : int
             Its time, ns.
 
@@ -55,13 +55,13 @@ class PictureWatch:
         if not np.array_equal(sample, self._last):
             self._last, self._since_ns = sample, stamp_ns
         if is_blank(image):
-            return PictureState.BLANK
+            return ImageState.BLANK
         if stamp_ns - self._since_ns >= FROZEN_NS:
-            return PictureState.FROZEN
+            return ImageState.FROZEN
         right = image[::SAMPLED_PX, 1::SAMPLED_PX]
         beside = cv2.absdiff(sample[:, : right.shape[1]], np.ascontiguousarray(right))
         is_noise = max(cv2.mean(beside)[:3]) > NOISE
-        return PictureState.NOISE if is_noise else PictureState.USABLE
+        return ImageState.NOISE if is_noise else ImageState.USABLE
 
 
 @compiled(types.b1(BYTES_3D))

@@ -16,7 +16,7 @@ Image = NDArray[np.uint8]
 @dataclass(frozen=True, eq=False, slots=True)
 class CameraOutput:
     """
-    What one picture gave.
+    What one image gave.
 
     Attributes
     ----------
@@ -35,20 +35,20 @@ class CameraOutput:
 
     @classmethod
     def empty(cls, stamp_ns: int, shift: CameraShift) -> CameraOutput:
-        """Return what is said while there is nothing to compare a picture with."""
+        """Return what is said while there is nothing to compare an image with."""
         return cls(Detections.build(stamp_ns), Events.build(stamp_ns), shift)
 
 
-def check_picture(image: Image, size: tuple[int, int]) -> None:
-    """Refuse, by `ValueError`, what is no BGR picture of a width and height."""
+def check_image(image: Image, size: tuple[int, int]) -> None:
+    """Refuse, by `ValueError`, what is no BGR image of a width and height."""
     if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
         raise ValueError(
-            f'picture has shape {image.shape} and type {image.dtype}, '
+            f'image has shape {image.shape} and type {image.dtype}, '
             'expected (height, width, 3) and uint8'
         )
     height, width = image.shape[:2]
     if (width, height) != tuple(size):
-        raise ValueError(f'picture is {width} x {height}, expected {size[0]} x {size[1]}')
+        raise ValueError(f'image is {width} x {height}, expected {size[0]} x {size[1]}')
 
 
 def check_mask(mask: Image | None, size: tuple[int, int]) -> None:

@@ -1,4 +1,4 @@
-"""A picture of what a camera sees: boxes, ids, groups, predictions, and what happened."""
+"""An image of what a camera sees: boxes, ids, groups, predictions, and what happened."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _LINE_PX = 16
 
 class Overlay:
     """
-    Draws what a camera sees over its pictures, and for a while what happened.
+    Draws what a camera sees over its images, and for a while what happened.
 
     A box has the colour of its global track, the same in every camera, and its id; grey with
     the local id in brackets: the fusion node's is not known; grey with a minus and an id: the
@@ -37,7 +37,7 @@ class Overlay:
     Parameters
     ----------
     memory_s : float
-        How long an event stays in the picture, s.
+        How long an event stays in the image, s.
 
     """
 
@@ -54,12 +54,12 @@ class Overlay:
         predicted: NDArray[np.floating] | None = None,
     ) -> Image:
         """
-        Return a drawing over a copy of a picture.
+        Return a drawing over a copy of an image.
 
         Parameters
         ----------
         image : (h, w, 3) uint8 array
-            The picture, BGR.
+            The image, BGR.
         detections : Detections
             What is seen in it.
         events : Events

@@ -18,14 +18,14 @@ Image = NDArray[np.uint8]
 
 
 class CameraTracker(Protocol):
-    """One camera, one picture after another."""
+    """One camera, one image after another."""
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
-        """Process one picture; see `CameraPipeline.step`."""
+        """Process one image; see `CameraPipeline.step`."""
 
     def predicted_boxes(self) -> NDArray[np.float64]:
         """
-        Return the (n, 4) boxes, px, where the last picture was to show tracks, for an overlay.
+        Return the (n, 4) boxes, px, where the last image was to show tracks, for an overlay.
 
         A tracker that predicts nothing returns where they are.
         """
@@ -59,9 +59,9 @@ def open_camera(
     mapping : GroundMapping
         Of the camera.
     mask : (h, w) uint8 array, optional
-        0 where the picture is to be ignored.
+        0 where the image is to be ignored.
     background : (h, w, 3) uint8 array, optional
-        Picture without moving objects; unless given, the background is learned first.
+        Image without moving objects; unless given, the background is learned first.
 
     """
     return TRACKERS[config.local_tracker](config, mapping, mask, background)

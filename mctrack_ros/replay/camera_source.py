@@ -1,4 +1,4 @@
-"""What one camera gives at each stamp: from pictures of a bag or video, or as recorded."""
+"""What one camera gives at each stamp: from images of a bag or video, or as recorded."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from mctrack_ros.codec import (
     stamp_ns_of,
 )
 from mctrack_ros.interfaces import Detections, Events, Feedback
-from mctrack_ros.perception import FeedbackBuffer, PictureState, PictureWatch, ShiftState
+from mctrack_ros.perception import FeedbackBuffer, ImageState, ImageWatch, ShiftState
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.quality import LEFT_OUT, SECOND_NS, CameraQuality, Stamps
 from mctrack_ros.site.camera import CameraSettings
-from mctrack_ros.site.names import is_name, picture_topic, resolved
+from mctrack_ros.site.names import is_name, named_image_topic, resolved
 
 if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
     from mctrack_ros.recording.video.file import VideoReading
     from mctrack_ros.recording.video.videos import CameraVideo
 
-_PICTURES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
+_IMAGES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
 
 SESSION = 1 << 44
@@ -36,7 +36,7 @@ SESSION = 1 << 44
 @dataclass(frozen=True, slots=True)
 class Debug:
     """
-    Pictures with boxes, ids, groups and predictions, as files.
+    Images with boxes, ids, groups and predictions, as files.
 
     Attributes
     ----------
@@ -69,11 +69,11 @@ class CameraTask:
     namespace : str
         Where its topics lie in the bag.
     video : CameraVideo, optional
-        The video; its pictures are compressed as `import-videos` does, so they track alike.
+        The video; its images are compressed as `import-videos` does, so they track alike.
     stamps : Stamps, optional
         How the stamps of its messages are used; unless given, as they are.
     debug : Debug, optional
-        Where pictures with what is seen in them are written.
+        Where images with what is seen in them are written.
 
     """
 
@@ -89,8 +89,8 @@ class CameraTask:
 
     @property
     def image_topic(self) -> str:
-        """Topic of the pictures."""
-        return resolved(picture_topic(self.camera, self.settings.image_topic))
+        """Topic of the images."""
+        return resolved(named_image_topic(self.camera, self.settings.image_topic))
 
     @property
     def detections_topic(self) -> str:
@@ -101,7 +101,7 @@ class CameraTask:
 @dataclass(frozen=True, eq=False, slots=True)
 class CameraResult:
     """
-    What a camera made of one picture.
+    What a camera made of one image.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class CameraResult:
 
 def topic_of(task: CameraTask, reader: BagReader) -> str:
     """
-    Return the topic that a camera is replayed from: pictures, else recorded detections.
+    Return the topic that a camera is replayed from: images, else recorded detections.
 
     Raises
     ------
@@ -156,33 +156,33 @@ def _where_to_look(task: CameraTask, reader: BagReader) -> str:
             if topic.endswith(wanted) and not topic.startswith('/truth/'):
                 namespace = topic.removesuffix(wanted)
                 return f'it has {topic}: give --namespace {namespace}'
-    pictures = [topic for topic in filled if reader.topics[topic] in _PICTURES]
+    images = [topic for topic in filled if reader.topics[topic] in _IMAGES]
     detections = [topic for topic in filled if topic.endswith('/detections')]
-    ending = f'/{task.settings.image_topic}' if pictures else '/detections'
-    found = {topic.removesuffix(ending)[1:] for topic in pictures or detections}
+    ending = f'/{task.settings.image_topic}' if images else '/detections'
+    found = {topic.removesuffix(ending)[1:] for topic in images or detections}
     cameras = sorted(found - {'truth'})
     if cameras and all(map(is_name, cameras)):
         return f'its cameras are {", ".join(cameras)}; give the site of these, by --site'
-    if pictures:
+    if images:
         return (
-            f'its pictures are on {", ".join(sorted(pictures))}; name them in the site, each as '
+            f'its images are on {", ".join(sorted(images))}; name them in the site, each as '
             'image_topic of a camera'
         )
-    return 'it has neither pictures nor detections of any camera'
+    return 'it has neither images nor detections of any camera'
 
 
 class CameraSource:
     """
     Step one camera through a bag or a video.
 
-    ``next_stamp_ns`` is the stamp of the picture that `step` takes next; None at the end.
-    ``session`` counts how often time had begun anew before it. ``quality`` says what the pictures
+    ``next_stamp_ns`` is the stamp of the image that `step` takes next; None at the end.
+    ``session`` counts how often time had begun anew before it. ``quality`` says what the images
     were good for so far.
 
     Parameters
     ----------
     task : CameraTask
-        Which camera, and where its pictures are.
+        Which camera, and where its images are.
 
     """
 
@@ -190,10 +190,10 @@ class CameraSource:
         self._task = task
         self._reading: VideoReading | None = None
         self._messages = self._open()
-        if self._from_pictures:
+        if self._from_images:
             self._pipeline = task.settings.open()
         self._buffer = FeedbackBuffer(task.period_ns, task.delay_ns)
-        self._watch, self._overlay = PictureWatch(), Overlay()
+        self._watch, self._overlay = ImageWatch(), Overlay()
         self._next_debug_ns = 0
         self.quality = CameraQuality(task.camera)
         self.next_stamp_ns: int | None = None
@@ -204,11 +204,11 @@ class CameraSource:
         """Open the bag or the video; return its messages."""
         video = self._task.video
         if video is not None:
-            self._from_pictures, self._reading = True, video.reading()
+            self._from_images, self._reading = True, video.reading()
             return video.messages(self._reading)
         self._reader = BagReader(self._task.bag, self._task.namespace)
         topic = topic_of(self._task, self._reader)
-        self._from_pictures = topic == self._task.image_topic
+        self._from_images = topic == self._task.image_topic
         return self._reader.messages([topic])
 
     def notes(self) -> list[str]:
@@ -221,13 +221,13 @@ class CameraSource:
 
     @property
     def next_tick(self) -> int:
-        """Number of the tick of the next picture, over all sessions."""
+        """Number of the tick of the next image, over all sessions."""
         assert self.next_stamp_ns is not None
         return self.session * SESSION + self.next_stamp_ns // self._task.period_ns
 
     @property
     def wanted_tick(self) -> int:
-        """Number of the tick whose feedback the next picture uses."""
+        """Number of the tick whose feedback the next image uses."""
         assert self.next_stamp_ns is not None
         wanted_ns = self.next_stamp_ns - self._task.delay_ns
         return self.session * SESSION + wanted_ns // self._task.period_ns
@@ -238,14 +238,14 @@ class CameraSource:
             self._buffer.push(feedback)
 
     def step(self) -> CameraResult:
-        """Process the next picture."""
+        """Process the next image."""
         stamp_ns, session = self.next_stamp_ns, self.session
         assert stamp_ns is not None
         quality, name = self.quality, self._task.camera
-        if self._from_pictures:
+        if self._from_images:
             feedback, missed = self._buffer.select(stamp_ns)
             state = self._watch.look(self._image, stamp_ns)
-            quality.unusable += state is not PictureState.USABLE
+            quality.unusable += state is not ImageState.USABLE
             output = self._pipeline.step(self._image, stamp_ns, feedback)
             moved = output.shift.state is ShiftState.MOVED
             quality.moved_px = output.shift.size_px if moved else 0.0
@@ -260,7 +260,7 @@ class CameraSource:
         return result
 
     def _draw(self, output: CameraOutput) -> None:
-        """Write the picture with what is seen in it, if it is time for one."""
+        """Write the image with what is seen in it, if it is time for one."""
         debug, stamp_ns = self._task.debug, output.detections.stamp_ns
         if debug is None or 0 <= self._next_debug_ns - stamp_ns < debug.every_s * SECOND_NS:
             return
@@ -289,7 +289,7 @@ class CameraSource:
             self._reader.close()
         if is_first and quality.refused:
             place = '' if self._reading else f' on {self._task.image_topic}'
-            raise BagError(f'{self._task.bag}: no picture{place} can be used: {quality.reason}')
+            raise BagError(f'{self._task.bag}: no image{place} can be used: {quality.reason}')
 
     def _judged(self, message: object) -> int:
         """Return the stamp of the message read last as it is used, ns, and note its session."""
@@ -303,10 +303,10 @@ class CameraSource:
         return stamps.stamp_ns[index]
 
     def _is_usable(self, message: object) -> bool:
-        """Decode a message; tell whether it can be, and a picture has the camera's size."""
+        """Decode a message; tell whether it can be, and an image has the camera's size."""
         settings = self._task.settings
         try:
-            if self._from_pictures:
+            if self._from_images:
                 size = (settings.image_width, settings.image_height)
                 self._image = image_from_message(message, size)
             else:

@@ -12,7 +12,7 @@ import numpy as np
 from mctrack_ros.codec import image_from_message
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import CalibrationError
-from mctrack_ros.perception import PictureState, PictureWatch
+from mctrack_ros.perception import ImageState, ImageWatch
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.camera_source import CameraTask, topic_of
 from mctrack_ros.replay.lockstep import ReplayError, tick_ns
@@ -22,7 +22,7 @@ from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.site import SiteConfig
 
 SAMPLED = 8
-"""So many pictures of a camera are looked at."""
+"""So many images of a camera are looked at."""
 
 RATE_SLACK = 1.25
 """Rates that differ by less from the site's are as good as equal."""
@@ -84,7 +84,7 @@ def _examine_camera(name: str, camera: CameraSettings) -> Iterator[Finding]:
         yield Finding(
             Severity.NOTE,
             name,
-            'there is no picture of the empty scene: the first seconds only teach the background, '
+            'there is no image of the empty scene: the first seconds only teach the background, '
             'and whoever stands there is taken for it at first',
             'name one as background',
         )
@@ -111,7 +111,7 @@ def examine_bag(path: str | Path, site: SiteConfig, namespace: str = '') -> Iter
         yield from _examine_stamps(entries, site)
         for task in tasks:
             if task.image_topic in topics:
-                yield from _examine_pictures(reader, task, entries)
+                yield from _examine_images(reader, task, entries)
 
 
 def _examine_stamps(entries: list[Entry], site: SiteConfig) -> Iterator[Finding]:
@@ -145,15 +145,15 @@ def _examine_rates(intervals: dict[str, float], site: SiteConfig) -> Iterator[Fi
     yield Finding(
         Severity.WARNING,
         name,
-        f'the fastest camera sends a picture every {fastest:.4f} s, the period is {period} s',
+        f'the fastest camera sends an image every {fastest:.4f} s, the period is {period} s',
         f'set fusion.batching.period to {fastest:.4f} and feedback_delay to {2 * fastest:.4f}',
     )
 
 
-def _examine_pictures(
+def _examine_images(
     reader: BagReader, task: CameraTask, entries: list[Entry]
 ) -> Iterator[Finding]:
-    """Look at some pictures: their size, and whether they show anything."""
+    """Look at some images: their size, and whether they show anything."""
     count = sum(entry.camera == task.camera for entry in entries)
     wanted = set(np.linspace(0, count - 1, min(count, SAMPLED)).astype(int).tolist())
     settings, states = task.settings, []
@@ -164,10 +164,10 @@ def _examine_pictures(
             image = image_from_message(message, (settings.image_width, settings.image_height))
         except ValueError as error:
             remedy = 'set image_width and image_height, and calibrate for that size'
-            yield Finding(Severity.ERROR, task.camera, f'picture {index}: {error}', remedy)
+            yield Finding(Severity.ERROR, task.camera, f'image {index}: {error}', remedy)
             return
-        states.append(PictureWatch().look(image, 0))
-    bad = [state for state in states if state is not PictureState.USABLE]
+        states.append(ImageWatch().look(image, 0))
+    bad = [state for state in states if state is not ImageState.USABLE]
     if bad:
-        what = f'{len(bad)} of {len(states)} pictures that were looked at: {bad[0]}'
+        what = f'{len(bad)} of {len(states)} images that were looked at: {bad[0]}'
         yield Finding(Severity.WARNING, task.camera, what, 'look at them: mctrack echo, a player')

@@ -30,7 +30,7 @@ class Imported:
 
     Attributes
     ----------
-    pictures, empty : int
+    images, empty : int
         Messages written, and those of them without detections.
     rows, written : int
         Detections read, and written.
@@ -39,7 +39,7 @@ class Imported:
     no_ground : int
         Left out: their feet are not on the ground that the camera sees.
     outside : int
-        Left out: boxes wholly outside the picture.
+        Left out: boxes wholly outside the image.
     extrapolated : int
         Written, with more uncertainty: beyond the points of the calibration.
     classes : Counter of str
@@ -47,7 +47,7 @@ class Imported:
 
     """
 
-    pictures: int = 0
+    images: int = 0
     empty: int = 0
     rows: int = 0
     written: int = 0
@@ -86,7 +86,7 @@ def import_detections(
     overwrite : bool
         Whether a bag already there is replaced.
     progress : callable
-        Called with pictures done and in all.
+        Called with images done and in all.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def _messages(
     done: Imported,
     least_score: float,
 ) -> Iterator[tuple[str, Detections]]:
-    """Yield what is to be written for each picture; count what becomes of the rows."""
+    """Yield what is to be written for each image; count what becomes of the rows."""
     stranger = code == _LEFT_OUT
     done.classes.update(sightings.label[stranger].tolist())
     box, size = sightings.box, np.array(mapping.image_size)
@@ -161,7 +161,7 @@ def _messages(
     done.outside, done.doubtful = int(outside.sum()), int(doubtful.sum())
     done.rows = len(sightings)
     usable = ~(stranger | outside | doubtful)
-    bounds = np.searchsorted(sightings.picture, np.arange(len(sightings.stamp_ns) + 1))
+    bounds = np.searchsorted(sightings.image, np.arange(len(sightings.stamp_ns) + 1))
     for stamp_ns, start, stop in zip(sightings.stamp_ns.tolist(), bounds, bounds[1:]):
         row = np.arange(start, stop)[usable[start:stop]]
         detections = _located(sightings, row, code[row], mapping, stamp_ns)
@@ -170,7 +170,7 @@ def _messages(
         done.extrapolated += int(mapping.is_extrapolated(feet[boxed]).sum()) if boxed.any() else 0
         done.no_ground += len(row) - len(detections)
         done.written += len(detections)
-        done.pictures += 1
+        done.images += 1
         done.empty += int(not len(detections))
         yield name, detections
 

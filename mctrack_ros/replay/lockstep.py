@@ -1,7 +1,7 @@
 """
 The whole system over a bag, in lock step: the same cores that the nodes drive, without DDS.
 
-A tick is fused once every camera has passed it, and a picture is processed once the feedback it
+A tick is fused once every camera has passed it, and an image is processed once the feedback it
 uses is known, so the outcome depends on the bag and the configuration alone, however many
 processes share the work.
 """
@@ -14,7 +14,13 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
-from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionOutput, FusionPipeline
+from mctrack_ros.fusion import (
+    Batcher,
+    DecisionRecorder,
+    FusionConfig,
+    FusionOutput,
+    FusionPipeline,
+)
 from mctrack_ros.interfaces import Explanation, Feedback, Tick
 from mctrack_ros.replay.camera_source import CameraResult, CameraTask
 from mctrack_ros.replay.workers import NEVER, CameraWorkers, Progress
@@ -135,10 +141,10 @@ def run_lockstep(
         for index in sorted(index for index in pending if index <= passed):
             results = in_order(pending.pop(index))
             for tick in batches.ticks(results):
-                account = Account() if explain else None
-                output = fusion.step(tick, account)
+                recorder = DecisionRecorder() if explain else None
+                output = fusion.step(tick, recorder)
                 feedback.append((batches.session, fusion.feedback()))
-                explanation = account.explanation if account else None
+                explanation = recorder.explanation if recorder else None
                 yield TickOutput(tick, results, output, feedback[-1][1], explanation)
         if passed > complete_to:
             complete_to = passed

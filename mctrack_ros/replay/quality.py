@@ -67,7 +67,7 @@ class Stamps:
 @dataclass
 class CameraQuality:
     """
-    What a camera's pictures were good for.
+    What a camera's images were good for.
 
     Attributes
     ----------
@@ -76,11 +76,11 @@ class CameraQuality:
     messages : int
         That were used.
     refused : int
-        Messages that could not be decoded, or pictures of another size.
+        Messages that could not be decoded, or images of another size.
     reason : str
         Why the last of these was.
     unusable : int
-        Pictures that show nothing: black, white, frozen or noise.
+        Images that show nothing: black, white, frozen or noise.
     detections : int
         In all messages.
     moved_px : float
@@ -118,7 +118,7 @@ def complaints(quality: CameraQuality, stamps: Stamps, offset_m: float) -> list[
     Parameters
     ----------
     quality : CameraQuality
-        Of its pictures.
+        Of its images.
     stamps : Stamps
         Of its messages.
     offset_m : float
@@ -146,9 +146,9 @@ def complaints(quality: CameraQuality, stamps: Stamps, offset_m: float) -> list[
             f'{name}: {quality.refused} messages are refused, the last since {quality.reason}'
         )
     if quality.unusable:
-        lines.append(f'{name}: {quality.unusable} pictures are black, white, frozen or noise')
+        lines.append(f'{name}: {quality.unusable} images are black, white, frozen or noise')
     if quality.messages and not quality.detections:
-        lines.append(f'{name}: nobody is seen in any of {quality.messages} pictures')
+        lines.append(f'{name}: nobody is seen in any of {quality.messages} images')
     if quality.moved_px:
         lines.append(f'{name}: the camera has moved by {quality.moved_px:.1f} px: calibrate it')
     if offset_m:

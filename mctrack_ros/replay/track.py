@@ -46,7 +46,7 @@ class TrackSummary:
         How long the bag is, or the time that the videos span, s.
     ticks : int
         Ticks fused.
-    pictures : int
+    images : int
         Camera messages processed.
     confirmed_ids : set of int
         Ids of tracks that were confirmed.
@@ -61,7 +61,7 @@ class TrackSummary:
 
     bag_seconds: float
     ticks: int = 0
-    pictures: int = 0
+    images: int = 0
     confirmed_ids: set[int] = field(default_factory=set)
     peak_memory_mb: float = 0.0
     notes: list[str] = field(default_factory=list)
@@ -92,7 +92,7 @@ def track_bag(
     Parameters
     ----------
     bag : str, Path or mapping of str to Video
-        With pictures, or recorded detections, of the site's cameras; or their videos, by name.
+        With images, or recorded detections, of the site's cameras; or their videos, by name.
     out : str or Path
         Folder for the results.
     site : SiteConfig
@@ -108,7 +108,7 @@ def track_bag(
     log_times : bool
         Whether the times of recording stand for the stamps of a bag.
     debug : Debug, optional
-        Where pictures with what is seen in them are written.
+        Where images with what is seen in them are written.
     progress : callable
         Called with camera messages done and in all; videos only say about how many they hold.
 
@@ -145,11 +145,11 @@ def track_bag(
             text.write(ticked.output.tracks)
             table.write(ticked.output.tracks)
             summary.ticks += 1
-            summary.pictures += len(ticked.results)
+            summary.images += len(ticked.results)
             tracks = ticked.output.tracks
             confirmed = tracks.track_id[np.isin(tracks.status, REPORTED)]
             summary.confirmed_ids.update(confirmed.tolist())
-            progress(summary.pictures, total)
+            progress(summary.images, total)
     summary.peak_memory_mb = max(peak_memory_mb(), workers.peak_memory_mb)
     summary.notes, summary.faults = sorted(workers.notes), sorted(workers.faults)
     summary.notes += [f'{jump}: {JUMP_REMEDY}' for jump in jumps]
@@ -190,7 +190,7 @@ def _bag(
 
 
 def _videos(videos: Mapping[str, Video], site: SiteConfig) -> tuple[list[CameraTask], float, int]:
-    """Return the tasks over videos, the time they span, s, and about how many pictures."""
+    """Return the tasks over videos, the time they span, s, and about how many images."""
     from mctrack_ros.replay.video_tasks import video_tasks
 
     tasks = video_tasks(videos, site)

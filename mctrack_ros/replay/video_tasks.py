@@ -33,7 +33,7 @@ def video_tasks(videos: Mapping[str, Video], site: SiteConfig) -> list[CameraTas
         size, wanted = videos[name].size, (settings.image_width, settings.image_height)
         if size != wanted:
             raise ReplayError(
-                f'{videos[name].path} holds pictures of {size[0]} x {size[1]} px, but {name} of '
+                f'{videos[name].path} holds images of {size[0]} x {size[1]} px, but {name} of '
                 f'the site {site.name} takes {wanted[0]} x {wanted[1]}'
             )
     sources = together(videos)

@@ -1,4 +1,4 @@
-"""Processes that step cameras, each waiting only for the feedback its next picture uses."""
+"""Processes that step cameras, each waiting only for the feedback its next image uses."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ EXPECTED_ERRORS = (BagError, CalibrationError, ConfigError, ValueError)
 
 
 NEVER = 1 << 62
-"""Tick of a picture that does not come."""
+"""Tick of an image that does not come."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Progress:
     Attributes
     ----------
     next_tick : int
-        Index of the tick of its next picture; `NEVER`: there is none.
+        Index of the tick of its next image; `NEVER`: there is none.
     results : list of CameraResult
         What was made since the last report.
     peak_memory_mb : float
@@ -44,7 +44,7 @@ class Progress:
     notes, faults : tuple of str
         At the end, what the videos left open and why they are not whole, a line each.
     quality : tuple of CameraQuality
-        At the end, what the pictures of each camera were good for.
+        At the end, what the images of each camera were good for.
 
     """
 
@@ -76,7 +76,7 @@ class CameraWorkers:
     notes, faults : list of str
         What the videos of those left open and why they are not whole, a line each.
     quality : list of CameraQuality
-        What the pictures of those were good for.
+        What the images of those were good for.
 
     """
 

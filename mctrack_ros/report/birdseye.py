@@ -22,7 +22,7 @@ Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 Colour = tuple[int, int, int]
 
-PICTURES_PER_SECOND = 12.5
+IMAGES_PER_SECOND = 12.5
 """Of the video at most; a recording's instants are thinned to this."""
 
 _SCALE = 6
@@ -56,7 +56,7 @@ def write_birdseye(
     mappings : sequence of GroundMapping
         The cameras', for what they see of the ground.
     progress : callable
-        Called with pictures written and in all.
+        Called with images written and in all.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def write_birdseye(
     """
     background = _background(mappings)
     truth, tracks = session.trajectories()
-    step = max(1, round(1e9 / session.period_ns / PICTURES_PER_SECOND))
+    step = max(1, round(1e9 / session.period_ns / IMAGES_PER_SECOND))
     rate = 1e9 / session.period_ns / step
     height, width = background.shape[:2]
     fourcc = cv2.VideoWriter.fourcc(*'VP80')

@@ -116,7 +116,7 @@ def drop_chart(seconds: Floats, late: Floats, missing: Floats, missed: Floats) -
         axes.step(bins[:-1], counts, where='post', color=colour, linewidth=1.3, label=name)
     axes.set_ylim(0, max(1.0, axes.get_ylim()[1]))
     axes.set_xlabel('time [s]')
-    axes.set_ylabel('pictures a second')
+    axes.set_ylabel('images a second')
     _put_legend(axes)
     return _svg(figure, 'What was dropped over time')
 

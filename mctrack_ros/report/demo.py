@@ -183,6 +183,6 @@ def _losses(session: Session) -> dict[str, float]:
         'dropped_detections': drops.total('dropped_detections', START_S),
         'dropped_detections_at_start': drops.total('dropped_detections')
         - drops.total('dropped_detections', START_S),
-        'missing_pictures': drops.total('missing'),
+        'missing_images': drops.total('missing'),
         'feedback_missed': drops.total('feedback_missed'),
     }

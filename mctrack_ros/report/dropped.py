@@ -24,7 +24,7 @@ class Drops:
         Time of the ticks since the start, s.
     counts : dict of str to (t, c) int64 array
         By name in ``COUNTS``: messages and detections admitted; messages late and their
-        detections; cameras that did not report; pictures without feedback.
+        detections; cameras that did not report; images without feedback.
 
     """
 

@@ -16,7 +16,7 @@ from mctrack_ros.evaluation.comparison import Comparison
 from mctrack_ros.evaluation.figures import Figures, text_of
 from mctrack_ros.report import charts
 from mctrack_ros.report.dropped import COUNTS, Drops, drops_of
-from mctrack_ros.report.pictures import camera_pictures
+from mctrack_ros.report.images import camera_images
 from mctrack_ros.report.replay_data import replay_data
 from mctrack_ros.report.session import Session
 from mctrack_ros.report.strips import encounter_strips
@@ -72,8 +72,8 @@ def write_report(
         others=others,
         charts=_charts(session, truth, tracks, line, drops),
         replay=_json(replay_data(truth, tracks, line, period_s)),
-        pictures=camera_pictures(session, middle + session.period_ns // 2),
-        picture_time=f'{session.seconds(middle):.1f}',
+        images=camera_images(session, middle + session.period_ns // 2),
+        image_time=f'{session.seconds(middle):.1f}',
         strips=encounter_strips(session),
         dropped=_dropped_table(session, drops),
         switches=len(line.switch_frame),

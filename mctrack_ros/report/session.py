@@ -29,7 +29,7 @@ class Session:
     Attributes
     ----------
     source, recorded : Path
-        The bag with pictures and truth, and the bag with what was made of it.
+        The bag with images and truth, and the bag with what was made of it.
     offset_ns : int
         What the player added to the source's stamps.
     period_ns : int
@@ -92,7 +92,7 @@ def load_session(source: str | Path, recorded: str | Path) -> Session:
     Parameters
     ----------
     source : str or Path
-        Bag with pictures and ``/truth/tracks``.
+        Bag with images and ``/truth/tracks``.
     recorded : str or Path
         Bag with ``/tracks``, ``/ticks``, ``/site`` and ``<camera>/detections``; its stamps may
         differ from the source's by a constant, which its ``/truth/tracks`` shows.
@@ -146,8 +146,8 @@ def detections_near(session: Session, camera: str, stamp_ns: int) -> Detections 
     return min(near, key=lambda rows: abs(rows.stamp_ns - stamp_ns), default=None)
 
 
-def picture_at(session: Session, camera: str, stamp_ns: int) -> NDArray[np.uint8] | None:
-    """Return the camera's (height, width, 3) picture of exactly a stamp of the recording."""
+def image_at(session: Session, camera: str, stamp_ns: int) -> NDArray[np.uint8] | None:
+    """Return the camera's (height, width, 3) image of exactly a stamp of the recording."""
     topic, wanted = f'/{camera}/image_raw/compressed', stamp_ns - session.offset_ns
     second = 1_000_000_000
     with BagReader(session.source) as reader:

@@ -1,4 +1,4 @@
-"""One merge and one split, picture by picture."""
+"""One merge and one split, image by image."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from mctrack_ros.interfaces import Detections, EventCode, Events
 from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.recording import BagReader
-from mctrack_ros.report.pictures import data_address
-from mctrack_ros.report.session import Session, picture_at, read_rows
+from mctrack_ros.report.images import data_address
+from mctrack_ros.report.session import Session, image_at, read_rows
 
 Image = NDArray[np.uint8]
 
 OFFSETS_S = (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6)
-"""Of a strip's pictures from the event, s."""
+"""Of a strip's images from the event, s."""
 
 LONGEST_S = 10.0
 """The two meet for no longer, s."""
@@ -51,7 +51,7 @@ class Encounter:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One picture of a strip: what stands below it, and itself as a ``data:`` address."""
+    """One image of a strip: what stands below it, and itself as a ``data:`` address."""
 
     caption: str
     jpeg: str
@@ -59,7 +59,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Strip:
-    """Pictures of one event in the order of time, with the camera's name and a title."""
+    """Images of one event in the order of time, with the camera's name and a title."""
 
     camera: str
     title: str
@@ -67,7 +67,7 @@ class Strip:
 
 
 def encounter_strips(session: Session) -> list[Strip]:
-    """Return the strips of the merge and the split of the pair that is largest in a picture."""
+    """Return the strips of the merge and the split of the pair that is largest in an image."""
     found: list[tuple[float, Encounter, dict[int, Detections]]] = []
     with BagReader(session.recorded) as reader:
         topics = reader.topics
@@ -126,7 +126,7 @@ def _strip(
     window = _window([by_stamp[stamp_ns] for stamp_ns in shown], encounter.pair)
     frames = []
     for stamp_ns in shown:
-        image = picture_at(session, encounter.camera, stamp_ns)
+        image = image_at(session, encounter.camera, stamp_ns)
         if image is None:
             continue
         grouped = encounter.merged_ns <= stamp_ns < encounter.split_ns
@@ -147,7 +147,7 @@ def _window(rows: list[Detections], pair: tuple[int, int]) -> tuple[float, float
 
 
 def _cut(image: Image, window: tuple[float, float, float, float]) -> Image:
-    """Return the part of a picture in a window, in one height."""
+    """Return the part of an image in a window, in one height."""
     left, top = (max(round(value), 0) for value in window[:2])
     right, bottom = round(window[2]), round(window[3])
     part = image[top:bottom, left:right]

@@ -19,7 +19,7 @@ def write_calibration(scenario: Scenario, folder: str | Path) -> None:
     Parameters
     ----------
     scenario : Scenario
-        Says which scene, the size of the pictures and the lenses.
+        Says which scene, the size of the images and the lenses.
     folder : str or Path
         Made where it is missing; files in it are replaced.
 
@@ -33,7 +33,7 @@ def write_calibration(scenario: Scenario, folder: str | Path) -> None:
 
 
 def camera_grid(camera: Camera, scene: Scene = PITCH5) -> TransformationGrid:
-    """Return the cells of a scene's grid whose four corners are in the camera's picture."""
+    """Return the cells of a scene's grid whose four corners are in the camera's image."""
     extent, side = np.array(scene.extent_m), scene.cell_m
     columns, rows = (extent // side).astype(int).tolist()
     cells = np.stack(np.meshgrid(np.arange(columns), np.arange(rows), indexing='ij'), -1)

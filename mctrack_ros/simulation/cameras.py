@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 @dataclass(frozen=True, eq=False, slots=True)
 class Camera:
     """
-    A camera; pixel (0, 0) is the picture's corner, pixel centres lie at halves.
+    A camera; pixel (0, 0) is the image's corner, pixel centres lie at halves.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Camera:
     focal_px : float
         Focal length, px.
     size : (int, int)
-        Width and height of the picture, px; the principal point is its centre.
+        Width and height of the image, px; the principal point is its centre.
     distortion : float
         First radial coefficient on normalised coordinates: ``r (1 + distortion r²)``.
 
@@ -44,7 +44,7 @@ class Camera:
 
     @property
     def principal_point(self) -> Floats:
-        """Return the picture's centre, (2,) px."""
+        """Return the image's centre, (2,) px."""
         return np.array(self.size) / 2
 
     def depth(self, world: ArrayLike) -> Floats:
@@ -70,7 +70,7 @@ class Camera:
         return np.where(falling, self.position[:2] + scale * ray[..., :2], np.nan)
 
     def sees(self, world: ArrayLike) -> NDArray[np.bool_]:
-        """Return which of (..., 3) world points fall into the picture."""
+        """Return which of (..., 3) world points fall into the image."""
         pixel = self.project(world)
         inside = ((pixel >= 0) & (pixel < np.array(self.size))).all(axis=-1)
         return np.asarray(inside & (self.depth(world) > 1))

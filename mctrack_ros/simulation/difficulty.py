@@ -13,7 +13,7 @@ from mctrack_ros.simulation.rendering.sight import View
 from mctrack_ros.simulation.world import World
 
 OCCLUDED_BELOW = 0.95
-"""Somebody is partly occluded in a picture when less than this share of him is visible."""
+"""Somebody is partly occluded in an image when less than this share of him is visible."""
 
 CLOSE_M = 1.5
 """People of one kit are close to each other within this distance, m."""
@@ -27,14 +27,14 @@ class Difficulty:
     Attributes
     ----------
     occluded_share : float
-        Share of player-frames (one person in one picture of one camera) with less than
+        Share of player-frames (one person in one image of one camera) with less than
         95 % of the person's pixels visible.
     merges_per_camera_minute : float
         True merges of blobs, per camera and minute.
     same_kit_close_share : float
         Share of player-time in which somebody of the same kit is within 1.5 m.
-    players_per_picture : float
-        Mean number of people in a picture.
+    players_per_image : float
+        Mean number of people in an image.
     seen_share : float
         Share of player-time in which at least one camera sees the person.
 
@@ -43,7 +43,7 @@ class Difficulty:
     occluded_share: float
     merges_per_camera_minute: float
     same_kit_close_share: float
-    players_per_picture: float
+    players_per_image: float
     seen_share: float
 
     def figures(self) -> dict[str, float]:
@@ -56,23 +56,23 @@ class DifficultyMeter:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._pictures = self._rows = self._occluded = self._merges = 0
+        self._images = self._rows = self._occluded = self._merges = 0
 
     def add(self, view: View, events: Events) -> None:
-        """Count one picture and what happened in it."""
-        self._pictures += 1
+        """Count one image and what happened in it."""
+        self._images += 1
         self._rows += len(view.person)
         self._occluded += int(np.count_nonzero(view.visible < OCCLUDED_BELOW))
         self._merges += int(np.count_nonzero(events.event == EventCode.MERGE))
 
     def result(self) -> Difficulty:
         """Return the figures of what was counted."""
-        minutes = self._pictures * self._world.scenario.period_s / 60
+        minutes = self._images * self._world.scenario.period_s / 60
         return Difficulty(
             occluded_share=self._occluded / max(self._rows, 1),
             merges_per_camera_minute=self._merges / max(minutes, 1e-9),
             same_kit_close_share=same_kit_close_share(self._world.motion.position),
-            players_per_picture=self._rows / max(self._pictures, 1),
+            players_per_image=self._rows / max(self._images, 1),
             seen_share=float(self._world.feet_in_view.any(axis=1).mean()),
         )
 

@@ -24,7 +24,7 @@ class EventWatcher:
     """
     Watch one camera's views in order and tell what happened.
 
-    A person is in view while the foot point is in the picture. People whose silhouettes overlap
+    A person is in view while the foot point is in the image. People whose silhouettes overlap
     or touch form one blob; a blob that joins others is a merge, one that falls apart a split.
     Somebody whom no camera has seen before is new, otherwise enters.
 

@@ -1,4 +1,4 @@
-"""Render a simulated scene into a bag: pictures of all cameras, and the truth."""
+"""Render a simulated scene into a bag: images of all cameras, and the truth."""
 
 from __future__ import annotations
 
@@ -105,14 +105,14 @@ def _write(world: World, path: Path, processes: int, progress: Progress) -> Figu
     has_parked = bool(world.parked.any())
     with BagWriter(path) as bag:
         bag.write_text('/site', _site(world), scenario.start_ns)
-        for step, pictures in enumerate(_rendered(world, processes)):
+        for step, images in enumerate(_rendered(world, processes)):
             bag.write_rows('/truth/tracks', true_tracks(world, step), GROUND_FRAME)
             if has_parked:
                 bag.write_rows('/truth/parked', parked_tracks(world, step), GROUND_FRAME)
-            for camera, watcher, (jpeg, view) in zip(world.cameras, watchers, pictures):
+            for camera, watcher, (jpeg, view) in zip(world.cameras, watchers, images):
                 events = watcher.step(step, view)
                 meter.add(view, events)
-                _write_picture(bag, camera.name, jpeg, scenario.stamp_ns(step))
+                _write_image(bag, camera.name, jpeg, scenario.stamp_ns(step))
                 truth = f'/truth/{camera.name}'
                 rows = true_detections(world, step, view)
                 bag.write_rows(f'{truth}/detections', rows, GROUND_FRAME)
@@ -125,7 +125,7 @@ def _write(world: World, path: Path, processes: int, progress: Progress) -> Figu
     return meter.result()
 
 
-def _write_picture(bag: BagWriter, camera: str, jpeg: NDArray[np.uint8], stamp_ns: int) -> None:
+def _write_image(bag: BagWriter, camera: str, jpeg: NDArray[np.uint8], stamp_ns: int) -> None:
     message = compressed_message(jpeg, ROSBAGS_CLASSES, stamp_ns, f'{camera}_optical_frame')
     bag.write(f'/{camera}/image_raw/compressed', message, stamp_ns)
 
@@ -146,7 +146,7 @@ def _site(world: World) -> str:
 
 
 def _rendered(world: World, processes: int) -> Iterator[Frames]:
-    """Yield, step by step, the pictures of all cameras; some chunks are rendered ahead."""
+    """Yield, step by step, the images of all cameras; some chunks are rendered ahead."""
     cameras, steps = range(len(world.cameras)), world.scenario.steps
     spawned = multiprocessing.get_context('spawn')
     pending: deque[list[Future[Frames]]] = deque()
@@ -164,8 +164,8 @@ def _rendered(world: World, processes: int) -> Iterator[Frames]:
 
 
 def _together(chunk: list[Future[Frames]]) -> Iterator[Frames]:
-    for pictures in zip(*[future.result() for future in chunk]):
-        yield list(pictures)
+    for images in zip(*[future.result() for future in chunk]):
+        yield list(images)
 
 
 class _Worker:

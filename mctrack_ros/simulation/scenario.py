@@ -17,11 +17,11 @@ class Scenario:
     duration_s : float
         Length, s.
     rate_hz : float
-        Pictures a second.
+        Images a second.
     cameras : int
         How many of the five cameras.
     width, height : int
-        Size of the pictures, px.
+        Size of the images, px.
     noise : float
         Standard deviation of the sensor noise, grey levels; never without.
     shadows : bool
@@ -79,5 +79,5 @@ class Scenario:
         return 1 / self.rate_hz
 
     def stamp_ns(self, step: int) -> int:
-        """Return the stamp of a picture: the middle of its period."""
+        """Return the stamp of an image: the middle of its period."""
         return self.start_ns + round((step + 0.5) * 1e9 / self.rate_hz)

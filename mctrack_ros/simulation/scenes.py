@@ -29,10 +29,10 @@ Image = NDArray[np.uint8]
 
 
 class Renderer(Protocol):
-    """Draws one camera's pictures."""
+    """Draws one camera's images."""
 
     def frame(self, step: int) -> tuple[Image, View]:
-        """Return the picture of a step and its truth."""
+        """Return the image of a step and its truth."""
 
 
 class Figured(Protocol):
@@ -46,7 +46,7 @@ class Meter(Protocol):
     """Counts how hard a recording is, view by view."""
 
     def add(self, view: Any, events: Events) -> None:
-        """Count one picture and what happened in it."""
+        """Count one image and what happened in it."""
 
     def result(self) -> Figured:
         """Return the figures of what was counted."""
@@ -66,7 +66,7 @@ class Scene:
     world : callable
         Scenario -> what goes on.
     renderer : callable
-        World and index of a camera -> that camera's pictures.
+        World and index of a camera -> that camera's images.
     meter : callable
         World -> what counts its difficulty.
     cameras : callable

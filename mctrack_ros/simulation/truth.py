@@ -39,7 +39,7 @@ def _tracks(world: World, step: int, who: NDArray[np.bool_]) -> Tracks:
 
 def true_detections(world: World, step: int, view: View) -> Detections:
     """
-    Return those in a camera's picture who are there to be tracked, by id.
+    Return those in a camera's image who are there to be tracked, by id.
 
     ``box`` is that of the person drawn alone, ``area`` its pixels, ``score`` the share of them
     that nobody in front hides, ``position`` the true place on the ground.
@@ -48,7 +48,7 @@ def true_detections(world: World, step: int, view: View) -> Detections:
 
 
 def parked_detections(world: World, step: int, view: View) -> Detections:
-    """Return the parked cars in a camera's picture, by id."""
+    """Return the parked cars in a camera's image, by id."""
     return _detections(world, step, view, world.parked[step])
 
 

@@ -31,7 +31,7 @@ class World:
     cameras : tuple of Camera
         In the site's order.
     feet_in_view : (steps, cameras, n) bool array
-        Whether an active one's place on the ground is in a camera's picture.
+        Whether an active one's place on the ground is in a camera's image.
     active : (steps, n) bool array
         Who is there to be tracked.
     parked : (steps, n) bool array

@@ -1,4 +1,4 @@
-"""What a site says of one camera: its pictures, its calibration, its pipeline."""
+"""What a site says of one camera: its images, its calibration, its pipeline."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from mctrack_ros.site.stated_origin import origin_from
 
 @dataclass(frozen=True, slots=True)
 class CameraSettings:
-    """One camera: its pictures, its calibration, its pipeline."""
+    """One camera: its images, its calibration, its pipeline."""
 
     image_topic: str = parameter(
         'image_raw/compressed',
-        'pictures, below the name of the camera, or with a leading slash a whole name; one that '
+        'images, below the name of the camera, or with a leading slash a whole name; one that '
         'ends in /compressed holds JPEG or PNG',
     )
-    image_width: int = parameter(768, 'width of the pictures [px]', minimum=16, maximum=16384)
-    image_height: int = parameter(576, 'height of the pictures [px]', minimum=16, maximum=16384)
+    image_width: int = parameter(768, 'width of the images [px]', minimum=16, maximum=16384)
+    image_height: int = parameter(576, 'height of the images [px]', minimum=16, maximum=16384)
     grid: str = parameter('', 'transformation-grid XML file')
     method: str = parameter('fitted', 'how the grid maps pixels to metres', choices=METHODS)
     click_noise_px: float = parameter(
@@ -59,9 +59,9 @@ class CameraSettings:
         "x,y of the site's local origin, in the coordinates of the calibration: detections are "
         'told from there [m]',
     )
-    mask: str = parameter('', 'picture whose black pixels are ignored; empty: none')
+    mask: str = parameter('', 'image whose black pixels are ignored; empty: none')
     background: str = parameter(
-        '', 'picture without moving objects; empty: the background is learned first'
+        '', 'image without moving objects; empty: the background is learned first'
     )
     pipeline: CameraConfig = CameraConfig()
 
@@ -77,7 +77,7 @@ class CameraSettings:
         """
         mask, background = self.ignore_mask(), None
         if self.background:
-            background = self._picture('background', cv2.IMREAD_COLOR)
+            background = self._image('background', cv2.IMREAD_COLOR)
         return open_camera(self.pipeline, self.mapping(), mask, background)
 
     def mapping(self) -> GroundMapping:
@@ -153,28 +153,28 @@ class CameraSettings:
 
     def ignore_mask(self) -> NDArray[np.uint8] | None:
         """
-        Read the mask, (height, width) uint8 with 0 where the picture is ignored.
+        Read the mask, (height, width) uint8 with 0 where the image is ignored.
 
         Raises
         ------
         ConfigError
-            If the file is no picture or has another size than the camera's.
+            If the file is no image or has another size than the camera's.
 
         """
-        return self._picture('mask', cv2.IMREAD_GRAYSCALE) if self.mask else None
+        return self._image('mask', cv2.IMREAD_GRAYSCALE) if self.mask else None
 
-    def _picture(self, key: str, mode: int) -> NDArray[np.uint8]:
-        """Read the picture that a key names, of the camera's size."""
+    def _image(self, key: str, mode: int) -> NDArray[np.uint8]:
+        """Read the image that a key names, of the camera's size."""
         path = getattr(self, key)
         if not Path(path).is_file():
             raise ConfigError(f'{key} {path} does not exist')
-        picture = cv2.imread(path, mode)
-        if picture is None:
-            raise ConfigError(f'{key} {path} is no picture that OpenCV reads')
-        height, width = picture.shape[:2]
+        image = cv2.imread(path, mode)
+        if image is None:
+            raise ConfigError(f'{key} {path} is no image that OpenCV reads')
+        height, width = image.shape[:2]
         if (width, height) != (self.image_width, self.image_height):
             raise ConfigError(
                 f'{key} {path} is {width} x {height}, expected '
                 f'{self.image_width} x {self.image_height}'
             )
-        return np.asarray(picture, np.uint8)
+        return np.asarray(image, np.uint8)

@@ -51,6 +51,6 @@ def resolved(topic: str, namespace: str = '') -> str:
     return topic if topic.startswith('/') else f'{namespace}/{topic}'
 
 
-def picture_topic(camera: str, image_topic: str) -> str:
-    """Return the topic of a camera's pictures: below its name, unless it is a whole name."""
+def named_image_topic(camera: str, image_topic: str) -> str:
+    """Return the topic of a camera's images: below its name, unless it is a whole name."""
     return image_topic if image_topic.startswith('/') else f'{camera}/{image_topic}'

@@ -60,7 +60,7 @@ def colour_templates(
     Parameters
     ----------
     image : (h, w, 3) uint8 array
-        BGR picture.
+        BGR image.
     mask : (h, w) uint8 array
         Not zero where a pixel counts.
     box : (n, 4) int array
@@ -177,7 +177,7 @@ def _count(
                 count += 1
                 pixel = image[row, column]
                 blue, green, red = pixel[0], pixel[1], pixel[2]
-                if blue == green == red:  # as every pixel of a grey picture is
+                if blue == green == red:  # as every pixel of a grey image is
                     template[shift + shades[blue]] += 1.0
                     continue
                 hue, grey, weight = colour_bins(

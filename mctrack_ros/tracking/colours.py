@@ -1,4 +1,4 @@
-"""A colour for every track, the same in every picture, page and scene."""
+"""A colour for every track, the same in every image, page and scene."""
 
 from __future__ import annotations
 

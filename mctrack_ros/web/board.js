@@ -10,7 +10,7 @@ export default {
            :class="{ placing, dragging: held && held.moved }"
            @wheel.prevent="zoom" @pointerdown="press" @pointermove="glide"
            @pointerup="release" @pointercancel="held = null" @pointerleave="at = null">
-        <image v-if="picture" :href="picture" :x="frame[0]" :y="frame[1]" :width="frame[2]"
+        <image v-if="image" :href="image" :x="frame[0]" :y="frame[1]" :width="frame[2]"
                :height="frame[3]" preserveAspectRatio="none"
                :style="{ imageRendering: unit === 'm' || scale < 0.5 ? 'pixelated' : 'auto' }" />
         <polyline v-for="line in drawing.lines" :points="line.points.join(' ')" :class="line.kind"
@@ -33,7 +33,7 @@ export default {
     extent: Array,
     frame: Array,
     origin: Array, // what is added to the drawing's coordinates where they are told
-    picture: String,
+    image: String,
     unit: String,
     placing: Boolean,
     drawing: { type: Object, default: () => ({ lines: [], arrows: [], marks: [] }) },
@@ -62,7 +62,7 @@ export default {
     extent(now, before) {
       if (now.join() !== before.join()) this.show_all();
     },
-    picture() {
+    image() {
       if (this.unit === 'px') this.show_all();
     },
     drawing() {

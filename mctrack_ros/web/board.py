@@ -13,7 +13,7 @@ from mctrack_ros.web.lines import Extent
 
 class Board(Element, component='board.js'):
     """
-    Show a drawing over a picture or a blank ground; tell of clicks and drags.
+    Show a drawing over an image or a blank ground; tell of clicks and drags.
 
     Parameters
     ----------
@@ -25,8 +25,8 @@ class Board(Element, component='board.js'):
         Given the name of a mark that is clicked.
     on_move : callable
         Given the name of a mark and the x and y to which it was dragged.
-    picture : str
-        Address of a picture that fills the extent.
+    image : str
+        Address of an image that fills the extent.
     unit : str
         Of the drawing's coordinates.
 
@@ -38,14 +38,14 @@ class Board(Element, component='board.js'):
         on_click: Callable[[float, float], None],
         on_pick: Callable[[str], None],
         on_move: Callable[[str, float, float], None],
-        picture: str = '',
+        image: str = '',
         unit: str = 'px',
     ) -> None:
         super().__init__()
         # browsers draw in float32: they are told of far places from one near by
         self._origin = x, y = local_origin(extent[:2]).tolist()
         self._props.update(extent=self._near(extent), unit=unit, placing=False)
-        self._props.update(picture=picture, frame=self._near(extent), origin=[x, y])
+        self._props.update(image=image, frame=self._near(extent), origin=[x, y])
         self.on('placed', lambda event: on_click(event.args['x'] + x, event.args['y'] + y))
         self.on('picked', lambda event: on_pick(event.args['name']))
         self.on('moved', lambda e: on_move(e.args['name'], e.args['x'] + x, e.args['y'] + y))
@@ -56,15 +56,15 @@ class Board(Element, component='board.js'):
         self._props.update(drawing=drawing.moved(-x, -y).as_json(), placing=placing)
         self.update()
 
-    def show_picture(self, picture: str, frame: Extent) -> None:
-        """Show another picture, in a frame of its own."""
-        self._props.update(picture=picture, frame=self._near(frame))
+    def show_image(self, image: str, frame: Extent) -> None:
+        """Show another image, in a frame of its own."""
+        self._props.update(image=image, frame=self._near(frame))
         self.update()
 
-    def turn_to(self, picture: str, extent: Extent) -> None:
-        """Show another picture that fills an extent of its own, and all of it."""
+    def turn_to(self, image: str, extent: Extent) -> None:
+        """Show another image that fills an extent of its own, and all of it."""
         self._props.update(extent=self._near(extent))
-        self.show_picture(picture, extent)
+        self.show_image(image, extent)
 
     def _near(self, extent: Extent) -> list[float]:
         """Return an extent as the browser is told of it."""

@@ -1,4 +1,4 @@
-"""What the calibration page draws over the picture and on the plan: plain numbers."""
+"""What the calibration page draws over the image and on the plan: plain numbers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from mctrack_ros.web.calibrate.pairing import Pairing
-from mctrack_ros.web.lines import MARGIN, Extent, cut, flipped, metre_grid, picture_edge
+from mctrack_ros.web.lines import MARGIN, Extent, cut, flipped, image_edge, metre_grid
 
 ARROW_SCALE = 10.0
 """How much longer than in truth residuals are drawn."""
@@ -53,9 +53,9 @@ class Drawing:
         return asdict(self)
 
 
-def picture_drawing(pairing: Pairing) -> Drawing:
+def image_drawing(pairing: Pairing) -> Drawing:
     """
-    Return what lies over the picture, px.
+    Return what lies over the image, px.
 
     The pairs, their residuals as arrows, and through the fitted camera the metre grid and the
     points that have no place yet.
@@ -91,7 +91,7 @@ def plan_drawing(pairing: Pairing) -> Drawing:
     lines = [Line(flipped(line).tolist(), 'metres') for line in metre_grid(pairing.ground)]
     if pairing.fit is not None:
         low_x, low_y, width, height = plan_extent(pairing)
-        edge = picture_edge(pairing.image_size)
+        edge = image_edge(pairing.image_size)
         mapping = pairing.fit.mapping
         seen = cut(
             edge,
@@ -117,7 +117,7 @@ def _kind(pairing: Pairing, name: str, suspicious: tuple[str, ...]) -> str:
 
 
 def _expected(pairing: Pairing) -> list[Mark]:
-    """Return the points without a place where the fitted camera sees them in the picture."""
+    """Return the points without a place where the fitted camera sees them in the image."""
     assert pairing.fit is not None
     pairs, (width, height) = pairing.pairs, pairing.image_size
     pixels = pairing.fit.mapping.image_from_ground(pairing.ground).tolist()

@@ -1,4 +1,4 @@
-"""Lines on the ground and over pictures: sampled, mapped, cut to what is shown."""
+"""Lines on the ground and over images: sampled, mapped, cut to what is shown."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def metre_grid(ground: Floats) -> list[Floats]:
     return lines
 
 
-def picture_edge(image_size: tuple[int, int]) -> list[Floats]:
-    """Return (n, 2) points along each side of a picture, px."""
+def image_edge(image_size: tuple[int, int]) -> list[Floats]:
+    """Return (n, 2) points along each side of an image, px."""
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * np.array(image_size)
     shares = np.linspace(0, 1, 4 * SAMPLES)[:, None]
     return [a + shares * (b - a) for a, b in pairwise(corners)]

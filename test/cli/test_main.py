@@ -55,7 +55,7 @@ def test_the_version_is_shown():
 def test_track_writes_figures_that_a_machine_reads(tracked):
     content = json.loads((tracked / 'figures.json').read_text())
     assert content['figures']['ticks'] == 75
-    assert content['figures']['pictures'] == 150
+    assert content['figures']['images'] == 150
     assert content['protocol']['site'] == 'hall'
 
 

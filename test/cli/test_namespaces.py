@@ -103,7 +103,7 @@ def test_a_cut_file_is_tracked_up_to_the_cut_with_one_warning(hall, tmp_path):
     lines, whole = (tracks_of(folder / 'out').splitlines() for folder in (tmp_path, hall))
     last = int(lines[-1].split(',')[0])
     assert 50 <= last <= 55
-    # in the last tick pictures of one camera may be missing
+    # in the last tick images of one camera may be missing
     before = [line for line in lines if int(line.split(',')[0]) < last - 1]
     assert before == [line for line in whole if int(line.split(',')[0]) < last - 1] != []
 

@@ -24,29 +24,29 @@ BOTH = pytest.mark.parametrize(
 
 
 @BOTH
-def test_raw_pictures_survive_the_round_trip(classes):
-    picture = np.random.default_rng(1).integers(0, 256, (6, 10, 3), np.uint8)
-    message = image_message(picture, classes, 3, 'cam1_optical_frame')
+def test_raw_images_survive_the_round_trip(classes):
+    image = np.random.default_rng(1).integers(0, 256, (6, 10, 3), np.uint8)
+    message = image_message(image, classes, 3, 'cam1_optical_frame')
     assert stamp_ns_of(message) == 3
-    np.testing.assert_array_equal(image_from_message(message), picture)
+    np.testing.assert_array_equal(image_from_message(message), image)
 
 
 @BOTH
-def test_grey_pictures_come_back_with_three_channels_alike(classes):
-    picture = np.random.default_rng(1).integers(0, 256, (6, 10), np.uint8)
-    message = image_message(picture, classes, 3, 'cam1_optical_frame')
+def test_grey_images_come_back_with_three_channels_alike(classes):
+    image = np.random.default_rng(1).integers(0, 256, (6, 10), np.uint8)
+    message = image_message(image, classes, 3, 'cam1_optical_frame')
     assert (message.encoding, message.step, len(message.data)) == ('mono8', 10, 60)
-    np.testing.assert_array_equal(image_from_message(message), np.dstack([picture] * 3))
+    np.testing.assert_array_equal(image_from_message(message), np.dstack([image] * 3))
 
 
 @BOTH
-def test_compressed_pictures_come_back_alike(classes):
+def test_compressed_images_come_back_alike(classes):
     column = np.linspace(0, 255, 64, dtype=np.uint8)
-    picture = np.repeat(np.tile(column, (48, 1))[:, :, None], 3, axis=2)
-    message = compressed_message(jpeg_from_image(picture), classes, 3, 'cam1_optical_frame')
+    image = np.repeat(np.tile(column, (48, 1))[:, :, None], 3, axis=2)
+    message = compressed_message(jpeg_from_image(image), classes, 3, 'cam1_optical_frame')
     back = image_from_message(message)
-    assert back.shape == picture.shape
-    assert np.abs(back.astype(int) - picture).mean() < 3
+    assert back.shape == image.shape
+    assert np.abs(back.astype(int) - image).mean() < 3
 
 
 @pytest.mark.parametrize(
@@ -59,12 +59,12 @@ def test_compressed_pictures_come_back_alike(classes):
     ],
 )
 def test_other_encodings_become_bgr_and_row_padding_is_skipped(encoding, channels, code):
-    picture = np.random.default_rng(1).integers(0, 256, (4, 5, channels), np.uint8)
+    image = np.random.default_rng(1).integers(0, 256, (4, 5, channels), np.uint8)
     step = 5 * channels + 3
     data = np.zeros((4, step), np.uint8)
-    data[:, : 5 * channels] = picture.reshape(4, -1)
+    data[:, : 5 * channels] = image.reshape(4, -1)
     message = SimpleNamespace(encoding=encoding, height=4, width=5, step=step, data=data.tobytes())
-    np.testing.assert_array_equal(image_from_message(message), cv2.cvtColor(picture, code))
+    np.testing.assert_array_equal(image_from_message(message), cv2.cvtColor(image, code))
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_other_encodings_become_bgr_and_row_padding_is_skipped(encoding, channel
         ({'width': 0, 'step': 0}, 'holds 60 bytes'),
     ],
 )
-def test_wrong_pictures_are_refused_with_the_reason(changes, reason):
+def test_wrong_images_are_refused_with_the_reason(changes, reason):
     good = {'encoding': 'bgr8', 'height': 4, 'width': 5, 'step': 15, 'data': bytes(60)}
     with pytest.raises(CodecError, match=reason):
         image_from_message(SimpleNamespace(**(good | changes)))
@@ -97,7 +97,7 @@ def mosaic(pattern, values=COLOUR, shape=(8, 12), dtype=np.uint8):
 
 
 def raw(encoding, values, big=False, padding=0):
-    """Return a message of (rows, values) of its data, and of the picture's own size."""
+    """Return a message of (rows, values) of its data, and of the image's own size."""
     rows = [row.tobytes() + b'\x5a' * padding for row in values]
     return SimpleNamespace(
         encoding=encoding, step=len(rows[0]), data=b''.join(rows), is_bigendian=int(big)
@@ -199,7 +199,7 @@ def test_halved_chroma_needs_even_sizes(encoding, width):
 
 
 @pytest.mark.parametrize('encoding', ['32FC1', '16SC1', '8UC2', '64FC3', 'unknown', 'nv12', ''])
-def test_what_holds_no_picture_is_refused_by_its_name(encoding):
+def test_what_holds_no_image_is_refused_by_its_name(encoding):
     message = SimpleNamespace(encoding=encoding, height=4, width=4, step=64, data=bytes(256))
     with pytest.raises(CodecError, match=f"image encoding '{encoding}' is not known"):
         image_from_message(message)
@@ -235,7 +235,7 @@ def test_a_mosaic_in_a_jpeg_gets_its_colours():
     np.testing.assert_array_equal(grey, cv2.imdecode(jpeg[1], cv2.IMREAD_COLOR))
 
 
-def test_a_png_of_16_bits_is_scaled_as_a_raw_picture_is():
+def test_a_png_of_16_bits_is_scaled_as_a_raw_image_is():
     levels = np.random.default_rng(5).integers(0, 65536, (6, 7), np.uint16)
     found = image_from_message(png(levels, 'mono16; png compressed '))
     expected = np.floor(levels / 257 + 0.5).astype(np.uint8)
@@ -281,11 +281,11 @@ def claimed_jpeg(width, height):
     [claimed_png(60000, 60000), claimed_jpeg(60000, 60000)],
     ids=['png', 'jpeg'],
 )
-def test_a_huge_picture_is_refused_before_anything_is_allocated(data, size):
+def test_a_huge_image_is_refused_before_anything_is_allocated(data, size):
     message = SimpleNamespace(format='', data=data)
     tracemalloc.start()
     before_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    with pytest.raises(CodecError, match='picture is 60000 x 60000'):
+    with pytest.raises(CodecError, match='image is 60000 x 60000'):
         image_from_message(message, size)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
@@ -301,14 +301,14 @@ def test_another_size_is_refused_and_the_right_one_is_read(suffix, colours, prog
     data = cv2.imencode(suffix, np.full((48, 64, colours), 90, np.uint8), options)[1].tobytes()
     message = SimpleNamespace(format='', data=data)
     assert image_from_message(message, (64, 48)).shape == (48, 64, 3)
-    with pytest.raises(CodecError, match='picture is 64 x 48, expected 48 x 64'):
+    with pytest.raises(CodecError, match='image is 64 x 48, expected 48 x 64'):
         image_from_message(message, (48, 64))
 
 
-def test_a_raw_picture_of_another_size_is_refused():
+def test_a_raw_image_of_another_size_is_refused():
     message = SimpleNamespace(encoding='mono8', height=4, width=5, step=5, data=bytes(20))
     assert image_from_message(message, (5, 4)).shape == (4, 5, 3)
-    with pytest.raises(CodecError, match='picture is 5 x 4, expected 4 x 5'):
+    with pytest.raises(CodecError, match='image is 5 x 4, expected 4 x 5'):
         image_from_message(message, (4, 5))
 
 
@@ -326,8 +326,8 @@ def test_other_codecs_are_refused_by_their_name(form, data):
 
 
 def test_jpeg_gives_the_pixels_that_opencv_gives():
-    picture = np.random.default_rng(1).integers(0, 256, (48, 64, 3), np.uint8)
-    jpeg = jpeg_from_image(cv2.GaussianBlur(picture, (5, 5), 0))
+    image = np.random.default_rng(1).integers(0, 256, (48, 64, 3), np.uint8)
+    jpeg = jpeg_from_image(cv2.GaussianBlur(image, (5, 5), 0))
     decoded = image_from_message(SimpleNamespace(format='jpeg', data=jpeg.tobytes()))
     np.testing.assert_array_equal(decoded, cv2.imdecode(jpeg, cv2.IMREAD_COLOR))
 
@@ -340,10 +340,10 @@ def test_without_simplejpeg_opencv_decompresses(monkeypatch):
 
 
 def test_png_is_read_too():
-    picture = np.random.default_rng(1).integers(0, 256, (6, 7, 3), np.uint8)
-    data = cv2.imencode('.png', picture)[1].tobytes()
+    image = np.random.default_rng(1).integers(0, 256, (6, 7, 3), np.uint8)
+    data = cv2.imencode('.png', image)[1].tobytes()
     decoded = image_from_message(SimpleNamespace(format='png', data=data))
-    np.testing.assert_array_equal(decoded, picture)
+    np.testing.assert_array_equal(decoded, image)
 
 
 def test_a_cut_off_jpeg_is_refused():

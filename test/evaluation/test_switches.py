@@ -53,7 +53,7 @@ def test_there_are_as_many_as_are_scored(seed):
 def test_who_was_alone_is_told_from_who_was_not_for_a_moment():
     frame, who = np.repeat(np.arange(20), 3), np.tile([1, 2, 3], 20)
     position = np.column_stack([10.0 * who, np.zeros(60)])
-    position[(who == 2) & (frame == 7)] = [11.0, 0.0]  # beside the first for one picture
+    position[(who == 2) & (frame == 7)] = [11.0, 0.0]  # beside the first for one image
     truth = Trajectories(frame, who, position)
     ids = np.where(frame >= 10, who + 20, who + 10)
     switches = identity_switches(truth, Trajectories(frame, ids, position), 1.0)

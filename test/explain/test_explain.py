@@ -1,4 +1,4 @@
-"""Why a track is what it is: stored or found again, in words, numbers and a picture."""
+"""Why a track is what it is: stored or found again, in words, numbers and an image."""
 
 import dataclasses
 import json
@@ -109,7 +109,7 @@ def test_who_is_lost_coasts_and_ends_or_goes_on(bags):
     assert 'not published: cameras that should have seen it did not (log-odds of having' in said
 
 
-def test_the_picture_shows_the_moment(bags, tmp_path):
+def test_the_image_shows_the_moment(bags, tmp_path):
     for name, at in (('met', 1.2), ('lost', 2.2), ('first', 0.0)):
         draw_explanation(tell(bags / 'plain' / 'bag', 1, at), tmp_path / f'{name}.png')
         image = cv2.imread(str(tmp_path / f'{name}.png'))

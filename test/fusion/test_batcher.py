@@ -26,7 +26,10 @@ def feed(batcher, messages):
 
 def shape(ticks):
     return [
-        (tick.stamp_ns, tuple((frame.camera, frame.detections.stamp_ns) for frame in tick.frames))
+        (
+            tick.stamp_ns,
+            tuple((message.camera, message.detections.stamp_ns) for message in tick.messages),
+        )
         for tick in ticks
     ]
 
@@ -36,7 +39,7 @@ def test_tick_closes_at_once_when_every_camera_has_reported():
     assert feed(batcher, [(0, 'two', stamp(5)), (1, 'one', stamp(5, 10))]) == []
     (tick,) = feed(batcher, [(2, 'three', stamp(5, 30))])
     assert tick.stamp_ns == stamp(5, 30)
-    assert [frame.camera for frame in tick.frames] == ['one', 'three', 'two']
+    assert [message.camera for message in tick.messages] == ['one', 'three', 'two']
     np.testing.assert_array_equal(tick.record.admitted, [1, 1, 1])
     assert batcher.deadline_ns() is None
 
@@ -99,9 +102,9 @@ def test_camera_whose_rate_changes_loses_nothing_and_is_soon_waited_for_only_whe
             since.append(turn // step)
             ticks += batcher.poll(now + 39 * MS)
             index += 1
-    assert [len(ticks), sum(len(tick.frames) for tick in ticks)] == [index, index + 36]
+    assert [len(ticks), sum(len(tick.messages) for tick in ticks)] == [index, index + 36]
     assert sum(int(tick.record.late.sum()) for tick in ticks) == 0
-    assert not any(late for late, pictures in zip(waited, since) if pictures > 5)
+    assert not any(late for late, images in zip(waited, since) if images > 5)
 
 
 def test_fast_camera_may_report_twice_in_a_tick():
@@ -111,14 +114,14 @@ def test_fast_camera_may_report_twice_in_a_tick():
         now = index * PERIOD_NS
         ticks += feed(batcher, [(now + 5 * MS, 'slow', stamp(index, 5))])
         ticks += feed(batcher, [(now + off * MS, 'fast', stamp(index, off)) for off in (6, 26)])
-    assert [len(tick.frames) for tick in ticks[2:]] == [3] * (len(ticks) - 2)
+    assert [len(tick.messages) for tick in ticks[2:]] == [3] * (len(ticks) - 2)
     assert sum(int(tick.record.late.sum()) for tick in ticks[2:]) == 0
 
 
 def test_duplicates_are_dropped_and_counted():
     batcher = Batcher(FusionConfig(), ('one', 'two'))
     (tick,) = feed(batcher, [(0, 'one', stamp(1)), (1, 'one', stamp(1)), (2, 'two', stamp(1))])
-    assert len(tick.frames) == 2
+    assert len(tick.messages) == 2
     np.testing.assert_array_equal(tick.record.late, [1, 0])
 
 
@@ -164,7 +167,7 @@ def test_vacant_rows_are_told_and_not_dropped():
     batcher = Batcher(FusionConfig(), ('one',))
     (tick,) = batcher.add('one', Detections.vacant(stamp(1), [7], [[0, 0, 10, 20]]), 0)
     np.testing.assert_array_equal(tick.record.dropped_detections, [0])
-    assert tick.frames[0].detections.is_vacant.all()
+    assert tick.messages[0].detections.is_vacant.all()
 
 
 def test_missed_feedback_is_recorded_once():
@@ -218,7 +221,7 @@ def test_ticks_close_in_order_and_nothing_vanishes_uncounted(arrivals):
     assert indices == sorted(set(indices))
     admitted = sum(int(tick.record.admitted.sum()) for tick in ticks)
     late = sum(int(tick.record.late.sum()) for tick in ticks)
-    assert admitted == sum(len(tick.frames) for tick in ticks)
+    assert admitted == sum(len(tick.messages) for tick in ticks)
     assert admitted + late <= len(arrivals)
 
 
@@ -230,7 +233,7 @@ def test_one_camera_whose_clock_steps_back_is_late_and_takes_nobody_along():
             back = 1500 * MS if camera == 'two' and index >= 150 else 0
             ticks += feed(batcher, [(stamp(index), camera, stamp(index) - back)])
     assert [tick.stamp_ns for tick in ticks] == [stamp(index) for index in range(100, 200)]
-    assert [len(tick.frames) for tick in ticks] == [3] * 50 + [2] * 50
+    assert [len(tick.messages) for tick in ticks] == [3] * 50 + [2] * 50
     assert sum(int(tick.record.late[2]) for tick in ticks) >= 49
 
 
@@ -243,7 +246,7 @@ def test_all_begin_anew_when_the_last_camera_has_stepped_back():
         for camera in CAMERAS
         for tick in feed(batcher, [(stamp(100 + now), camera, stamp(index))])
     ]
-    whole = [tick.stamp_ns for tick in ticks if len(tick.frames) == 3]
+    whole = [tick.stamp_ns for tick in ticks if len(tick.messages) == 3]
     assert whole[-9:] == [stamp(index) for index in range(11, 20)]
 
 
@@ -272,7 +275,7 @@ def test_whatever_the_clocks_do_fusion_can_take_the_ticks(period, messages):
         fusion.step(tick)
 
 
-def test_cameras_that_send_a_picture_every_two_seconds_are_waited_for():
+def test_cameras_that_send_a_image_every_two_seconds_are_waited_for():
     config = FusionConfig(batching=BatchingConfig(period=2.0))
     batcher = Batcher(config, CAMERAS)
     messages = [
@@ -281,4 +284,4 @@ def test_cameras_that_send_a_picture_every_two_seconds_are_waited_for():
         for wait, camera in ((510, 'one'), (520, 'two'), (590, 'three'))
     ]
     ticks = [*feed(batcher, messages), *batcher.flush()]
-    assert [len(tick.frames) for tick in ticks] == 6 * [3]
+    assert [len(tick.messages) for tick in ticks] == 6 * [3]

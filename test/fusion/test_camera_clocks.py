@@ -146,7 +146,7 @@ def test_all_clocks_that_step_back_together_begin_anew():
     clocks = {f'cam{index}': lambda seconds: -100.0 * (seconds >= 3.0) for index in range(3)}
     sent = messages(clocks, 150, 0.04, 0.0, np.random.default_rng(1))
     ticks, _, _ = fused(sent, tuple(clocks), 0.04)
-    assert sum(len(tick.frames) for tick in ticks) >= 150 * 3 - 3 * 3
+    assert sum(len(tick.messages) for tick in ticks) >= 150 * 3 - 3 * 3
     assert sum(int(tick.record.late.sum()) for tick in ticks) == 0
 
 

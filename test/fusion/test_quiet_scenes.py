@@ -7,7 +7,7 @@ import pytest
 
 from fusion_scenes import PERIOD_NS
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import Batcher, DecisionRecorder, FusionConfig, FusionPipeline
 from mctrack_ros.interfaces import Detections, Feedback
 from mctrack_ros.perception import FeedbackBuffer
 from mctrack_ros.recording import ROSBAGS_CLASSES
@@ -51,8 +51,8 @@ def test_any_number_of_detections_of_any_camera_gives_the_tracks_of_arrays_built
             ticks = batchers[0].add(camera, received(rows), stamp_ns)
             others = batchers[1].add(camera, rows, stamp_ns)
         for tick, other in zip(ticks, others, strict=True):
-            account = Account() if index % 2 else None
-            tracks, expected = live.step(tick, account).tracks, direct.step(other).tracks
+            recorder = DecisionRecorder() if index % 2 else None
+            tracks, expected = live.step(tick, recorder).tracks, direct.step(other).tracks
             for name in tracks.COLUMNS:
                 one, two = getattr(tracks, name), getattr(expected, name)
                 assert one.tobytes() == two.tobytes(), (counts, name)

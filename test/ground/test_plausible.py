@@ -121,7 +121,7 @@ def test_a_camera_that_looks_straight_down_from_high_up_is_accepted(tmp_path, me
 
 @pytest.mark.parametrize('to', ['grid', 'opencv'])
 def test_a_camera_that_sees_far_is_accepted(tmp_path, to):
-    """Most points of its grid lie far away, and still in the middle of the picture."""
+    """Most points of its grid lie far away, and still in the middle of the image."""
     pitch = camera(eye=(52.5, -20.0, 35.0), target=(52.5, 34.0, 0.0), focal=600.0)
     path = tmp_path / 'pitch.xml'
     write_calibration(pitch, path, to, 'pitch')

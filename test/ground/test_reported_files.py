@@ -24,7 +24,7 @@ def files(data_root):
 
 
 def ground_points(pixel_of, size):
-    """Return points on the ground, m, and their pixels in a picture."""
+    """Return points on the ground, m, and their pixels in an image."""
     axes = np.arange(-4, 4.1, 0.5), np.arange(-2, 9, 0.5)
     ground = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
     pixel = pixel_of(np.column_stack([ground, np.zeros(len(ground))])[:, None])[:, 0]
@@ -71,6 +71,6 @@ def test_every_fisheye_is_read_as_one(files, name, pose):
     ('name', 'stated', 'size'),
     [('ocv_oldnames.yml', '820 x 616', WIDE), ('interactive.xml', '1280 x 720', WIDE)],
 )
-def test_a_size_under_another_name_is_held_against_the_pictures(files, name, stated, size):
+def test_a_size_under_another_name_is_held_against_the_images(files, name, stated, size):
     with pytest.raises(CalibrationError, match=f'{stated} px, not of 1640 x 1232 px'):
         read_calibration(files / name, size, files / 'tf.yaml')

@@ -22,7 +22,7 @@ def mapping():
 
 
 class Stage:
-    """Draws upright people on a noisy ground and drives a pipeline with the pictures."""
+    """Draws upright people on a noisy ground and drives a pipeline with the images."""
 
     def __init__(self, mapping, config=None, seed=0):
         self.mapping = mapping
@@ -31,7 +31,7 @@ class Stage:
         self.rng = np.random.default_rng(seed)
         self.index = 0
 
-    def picture(self, people):
+    def image(self, people):
         image = np.full((SIZE[1], SIZE[0], 3), (60, 120, 60), np.uint8)
         for (x, y), colour in sorted(people, key=lambda one: -one[0][1]):
             place = np.array([[x, y]], float)
@@ -51,7 +51,7 @@ class Stage:
         stamp_ns = self.index * PERIOD_NS
         if callable(feedback):
             feedback = feedback(stamp_ns)
-        return self.pipeline.step(self.picture(people), stamp_ns, feedback)
+        return self.pipeline.step(self.image(people), stamp_ns, feedback)
 
     def empty(self, seconds=1.2):
         for _ in range(int(seconds / (PERIOD_NS * 1e-9))):

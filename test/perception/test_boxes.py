@@ -143,7 +143,7 @@ def test_boxes_above_the_horizon_are_left_out_and_what_is_no_person_stands_on_it
     np.testing.assert_allclose(foot, box[:2] + np.array([20, 60]), atol=0.01)
 
 
-def test_a_box_at_any_edge_of_the_picture_is_truncated():
+def test_a_box_at_any_edge_of_the_image_is_truncated():
     width = SIZE[0]
     boxes = [[300, 200, 30, 80], [0, 300, 30, 80], [width - 30, 300, 30, 80], [300, 500, 30, 76]]
     found = boxes_to_detections(boxes, np.ones(4), BENT, 5)

@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.perception.image_clock import BackwardStampError, PictureClock
+from mctrack_ros.perception.image_clock import BackwardStampError, ImageClock
 
 SECOND_NS = 1_000_000_000
 
 
 def jumps(seconds):
     """Return which of some stamps, s, are jumps."""
-    clock, found = PictureClock(), []
+    clock, found = ImageClock(), []
     for stamp_s in seconds:
         clock.advance(round(stamp_s * SECOND_NS))
         found.append(clock.jumped)
@@ -22,7 +22,7 @@ def test_a_steady_camera_never_jumps_however_slow(rate_hz):
     assert not any(jumps(stamps)[2:])
 
 
-def test_a_lost_picture_of_a_slow_camera_is_no_jump():
+def test_a_lost_image_of_a_slow_camera_is_no_jump():
     assert not any(jumps([0.0, 0.8, 1.6, 3.2, 4.0]))
 
 
@@ -38,7 +38,7 @@ def test_a_camera_that_becomes_slow_jumps_once():
 
 
 def test_a_far_step_back_is_a_jump_and_a_small_one_is_refused():
-    clock = PictureClock()
+    clock = ImageClock()
     for stamp_ns in (10 * SECOND_NS, 10 * SECOND_NS + 40):
         clock.advance(stamp_ns)
     for stamp_ns in (10 * SECOND_NS + 40, 9 * SECOND_NS + 40):

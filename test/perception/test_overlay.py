@@ -38,9 +38,9 @@ def test_predictions_are_drawn_where_they_are_finite():
 
 
 @pytest.mark.parametrize('told', ['by the tracker', 'by the detection'])
-def test_a_group_has_a_frame(told):
-    members = {} if told == 'by the tracker' else {'member_count': [2]}
-    groups = [(5, 6)] if told == 'by the tracker' else []
+def test_a_group_has_a_frame(reported):
+    members = {} if reported == 'by the tracker' else {'member_count': [2]}
+    groups = [(5, 6)] if reported == 'by the tracker' else []
     drawn = Overlay().draw(BLANK, one_person(**members), nothing(), groups)
     assert tuple(drawn[60, 6]) == GROUP
 
@@ -59,6 +59,6 @@ def test_what_happened_stays_for_a_while():
     assert lines == [True, True, False]
 
 
-def test_nothing_seen_leaves_the_picture_as_it_is():
+def test_nothing_seen_leaves_the_image_as_it_is():
     image = np.random.default_rng(0).integers(0, 256, (20, 30, 3), np.uint8)
     assert np.array_equal(Overlay().draw(image, Detections.build(1), nothing(1)), image)

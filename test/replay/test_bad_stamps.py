@@ -199,10 +199,10 @@ def test_debug_images_show_what_each_camera_sees(tmp_path):
         bag, tmp_path / 'out', site, processes=1, debug=Debug(tmp_path / 'seen', 1.0)
     )
     for camera in site.camera_names:
-        pictures = sorted((tmp_path / 'seen' / camera).iterdir())
-        assert len(pictures) == 8
+        images = sorted((tmp_path / 'seen' / camera).iterdir())
+        assert len(images) == 8
         settings = site.cameras[camera]
-        shown = cv2.imread(str(pictures[-1])).astype(int)
+        shown = cv2.imread(str(images[-1])).astype(int)
         assert shown.shape == (settings.image_height, settings.image_width, 3)
         assert (np.abs(shown[..., 0] - shown[..., 1]) > 60).any()
     assert not [line for line in summary.notes if 'left out' in line]

@@ -46,7 +46,7 @@ def run(*arguments):
 def test_a_bag_is_converted_with_static_and_moving_transforms_chained(whole, tmp_path):
     result = run('convert-calibration', whole, tmp_path / 'north.yaml')
     assert result.exit_code == 0, result.exception
-    assert 'camera_info, for pictures of 720 x 576 px' in result.output
+    assert 'camera_info, for images of 720 x 576 px' in result.output
     _, stored = camera_info(kinds)
     read = read_calibration(tmp_path / 'north.yaml', stored.image_size).camera
     np.testing.assert_allclose(read.intrinsics, stored.intrinsics)

@@ -12,12 +12,12 @@ from mctrack_ros.site.site import load_site
 PERIOD_NS = 40_000_000
 GOOD = jpeg_from_image(np.full((576, 768, 3), 90, np.uint8))
 SMALL = jpeg_from_image(np.full((288, 384, 3), 90, np.uint8))
-BROKEN = np.frombuffer(b'no picture at all', np.uint8)
+BROKEN = np.frombuffer(b'no image at all', np.uint8)
 
 
-def source(folder, pictures):
+def source(folder, images):
     with BagWriter(folder / 'bag') as bag:
-        for index, jpeg in enumerate(pictures):
+        for index, jpeg in enumerate(images):
             stamp_ns = (index + 1) * PERIOD_NS
             message = compressed_message(jpeg, ROSBAGS_CLASSES, stamp_ns, 'cam1_optical_frame')
             bag.write('/cam1/image_raw/compressed', message, stamp_ns)
@@ -27,7 +27,7 @@ def source(folder, pictures):
     return CameraSource(task)
 
 
-def test_broken_pictures_and_those_of_another_size_are_passed_over(tmp_path):
+def test_broken_images_and_those_of_another_size_are_passed_over(tmp_path):
     camera = source(tmp_path, [GOOD, SMALL, BROKEN, GOOD, GOOD])
     stamps = []
     while camera.next_stamp_ns is not None:
@@ -36,7 +36,7 @@ def test_broken_pictures_and_those_of_another_size_are_passed_over(tmp_path):
     assert camera.quality.refused == 2
 
 
-def test_a_huge_picture_is_passed_over_undecoded(tmp_path):
+def test_a_huge_image_is_passed_over_undecoded(tmp_path):
     huge = GOOD.copy()
     at = huge.tobytes().index(b'\xff\xc0')
     huge[at + 5 : at + 9] = 0xFF
@@ -46,13 +46,13 @@ def test_a_huge_picture_is_passed_over_undecoded(tmp_path):
     assert camera.quality.refused == 1
 
 
-def test_a_bag_without_any_usable_picture_is_refused(tmp_path):
-    with pytest.raises(BagError, match='no picture on /cam1/image_raw/compressed can be used'):
+def test_a_bag_without_any_usable_image_is_refused(tmp_path):
+    with pytest.raises(BagError, match='no image on /cam1/image_raw/compressed can be used'):
         source(tmp_path, [SMALL, BROKEN])
 
 
-def pictures_on(folder, topics):
-    """Write a bag with one picture on each topic."""
+def images_on(folder, topics):
+    """Write a bag with one image on each topic."""
     with BagWriter(folder / 'bag') as bag:
         for topic in topics:
             message = compressed_message(GOOD, ROSBAGS_CLASSES, PERIOD_NS, 'optical')
@@ -76,14 +76,14 @@ def opened(bag, image_topic='image_raw/compressed', namespace=''):
         ('/D455_1/color/compressed', '/D455_1/color/compressed', '/hall'),
     ],
 )
-def test_pictures_are_found_wherever_they_lie(tmp_path, topic, image_topic, namespace):
-    camera = opened(pictures_on(tmp_path, [topic]), image_topic, namespace)
+def test_images_are_found_wherever_they_lie(tmp_path, topic, image_topic, namespace):
+    camera = opened(images_on(tmp_path, [topic]), image_topic, namespace)
     assert camera.next_stamp_ns == PERIOD_NS
 
 
 def test_in_a_namespace_cameras_elsewhere_of_the_same_name_are_not_mixed_in(tmp_path):
     topics = ['/cam1/image_raw/compressed', '/hall/cam1/image_raw/compressed']
-    bag = pictures_on(tmp_path, topics)
+    bag = images_on(tmp_path, topics)
     for namespace in ('', '/hall'):
         camera = opened(bag, namespace=namespace)
         camera.step()
@@ -99,12 +99,12 @@ def test_in_a_namespace_cameras_elsewhere_of_the_same_name_are_not_mixed_in(tmp_
         (['/North/image_raw/compressed'], 'its cameras are North; give the site of these'),
         (
             ['/D455_1/color/image_raw', '/D455_2/color/image_raw'],
-            'its pictures are on /D455_1/color/image_raw, /D455_2/color/image_raw; name them in',
+            'its images are on /D455_1/color/image_raw, /D455_2/color/image_raw; name them in',
         ),
-        (['/hall/cam7/image_raw/compressed'], 'its pictures are on /hall/cam7/image_raw/comp'),
-        (['/1st/image_raw/compressed'], 'its pictures are on /1st/image_raw/compressed'),
+        (['/hall/cam7/image_raw/compressed'], 'its images are on /hall/cam7/image_raw/comp'),
+        (['/1st/image_raw/compressed'], 'its images are on /1st/image_raw/compressed'),
     ],
 )
 def test_what_a_bag_has_instead_is_said_with_what_to_do(tmp_path, topics, hint):
     with pytest.raises(BagError, match=hint):
-        opened(pictures_on(tmp_path, topics))
+        opened(images_on(tmp_path, topics))

@@ -30,7 +30,7 @@ def given(path):
         return [
             (
                 tick.stamp_ns,
-                [(each.camera, int(each.detections.position[0, 0])) for each in tick.frames],
+                [(each.camera, int(each.detections.position[0, 0])) for each in tick.messages],
             )
             for tick in recorded_ticks(reader, CAMERAS, FusionConfig())
         ]

@@ -27,7 +27,7 @@ def tracked(hall, tmp_path_factory):
     out = tmp_path_factory.mktemp('out')
     summary = track_bag(*hall_arguments(hall, out), processes=2)
     assert summary.ticks == 188
-    assert summary.pictures == 376
+    assert summary.images == 376
     assert summary.peak_memory_mb > 50.0
     written = {int(line.split(',')[1]) for line in (out / 'tracks.txt').read_text().splitlines()}
     assert summary.confirmed_ids == written
@@ -123,7 +123,7 @@ def test_a_camera_that_ends_early_does_not_stop_the_rest(hall, tmp_path):
     assert records[-1].alive.tolist() == [1, 0]
 
 
-def test_a_camera_without_pictures_is_named(hall, tmp_path):
+def test_a_camera_without_images_is_named(hall, tmp_path):
     bag, site = hall
     with BagReader(bag) as reader, BagWriter(tmp_path / 'bag') as writer:
         for topic, kind, data, time_ns in reader.serialized(['/north/image_raw/compressed']):
@@ -132,11 +132,11 @@ def test_a_camera_without_pictures_is_named(hall, tmp_path):
         track_bag(tmp_path / 'bag', tmp_path / 'out', site)
 
 
-def test_pictures_of_another_size_stop_the_run_with_the_reason(hall, tmp_path):
+def test_images_of_another_size_stop_the_run_with_the_reason(hall, tmp_path):
     bag, site = hall
     camera = dataclasses.replace(site.cameras['north'], image_width=640)
     wrong = dataclasses.replace(site, cameras={**site.cameras, 'north': camera})
-    with pytest.raises(BagError, match='picture is 320 x 240, expected 640 x 240'):
+    with pytest.raises(BagError, match='image is 320 x 240, expected 640 x 240'):
         track_bag(bag, tmp_path / 'out', wrong)
 
 

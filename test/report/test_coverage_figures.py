@@ -1,4 +1,4 @@
-"""Coverage as figures and as a picture."""
+"""Coverage as figures and as an image."""
 
 import math
 
@@ -8,7 +8,7 @@ import shapely
 from mctrack_ros.ground.coverage.coverage import CoverageConfig, coverage_of
 from mctrack_ros.ground.coverage.view import View
 from mctrack_ros.report.coverage_figures import coverage_figures
-from mctrack_ros.report.coverage_picture import draw_coverage
+from mctrack_ros.report.coverage_image import draw_coverage
 
 AREA = shapely.box(0, 0, 20, 10)
 
@@ -39,7 +39,7 @@ def test_figures_name_shares_blind_areas_and_hand_overs(coverage):
     assert math.isnan(figures['error.fused.median_m'])
 
 
-def test_picture_is_drawn_without_calibrations_and_with_a_blind_camera(coverage, tmp_path):
+def test_image_is_drawn_without_calibrations_and_with_a_blind_camera(coverage, tmp_path):
     draw_coverage(coverage, 'hall', tmp_path / 'new' / 'coverage.svg')
     text = (tmp_path / 'new' / 'coverage.svg').read_text()
     assert '<svg' in text

@@ -12,7 +12,7 @@ from mctrack_ros.interfaces import EventCode, Events, Tracks
 from mctrack_ros.recording import BagError, BagWriter, read_mot_text
 from mctrack_ros.report import drops_of, load_session, write_birdseye
 from mctrack_ros.report.demo import DemoOptions, evaluate_demo
-from mctrack_ros.report.pictures import camera_pictures
+from mctrack_ros.report.images import camera_images
 from mctrack_ros.report.strips import encounter_strips, encounters
 
 VOID = {'meta', 'input', 'img', 'br', 'link', 'hr'}
@@ -110,17 +110,17 @@ def test_report_lists_the_switches_and_how_to_ask_why(match, results):
     assert f'mctrack explain {match.recorded} --track 12 --at 2.40' in text
 
 
-def test_video_has_a_picture_for_every_other_instant(match, results):
+def test_video_has_a_image_for_every_other_instant(match, results):
     video = cv2.VideoCapture(str(match.folder / 'birdseye.webm'))
-    pictures = []
+    images = []
     while True:
         there, image = video.read()
         if not there:
             break
-        pictures.append(image)
-    assert len(pictures) == match.instants // 2
+        images.append(image)
+    assert len(images) == match.instants // 2
     assert video.get(cv2.CAP_PROP_FPS) == pytest.approx(12.5)
-    assert np.abs(pictures[0].astype(int) - pictures[-1]).max() > 50
+    assert np.abs(images[0].astype(int) - images[-1]).max() > 50
 
 
 def test_video_lightens_what_cameras_see(match, tmp_path):
@@ -163,11 +163,11 @@ def test_drops_are_counted_by_camera(match):
     assert drops.total('late', start_s=2.0) == 1
 
 
-def test_pictures_show_the_boxes(match):
+def test_images_show_the_boxes(match):
     session = load_session(match.source, match.recorded)
-    pictures = camera_pictures(session, session.truth[50].stamp_ns)
-    assert [picture.camera for picture in pictures] == ['cam1', 'cam2']
-    assert pictures[0].caption == '2 detections, 1 with a global id'
+    images = camera_images(session, session.truth[50].stamp_ns)
+    assert [image.camera for image in images] == ['cam1', 'cam2']
+    assert images[0].caption == '2 detections, 1 with a global id'
 
 
 def test_an_encounter_is_a_merge_of_two_and_their_next_split():

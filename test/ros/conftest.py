@@ -20,7 +20,7 @@ from sensor_msgs.msg import PointCloud2
 from mctrack_ros.codec import compressed_message, jpeg_from_image, rows_from_cloud
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
 from mctrack_ros.ros.topics.quality import reliable
-from walker import IMAGE_FROM_WORLD, PERIOD_NS, walker_picture
+from walker import IMAGE_FROM_WORLD, PERIOD_NS, walker_image
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE_S = 20.0
@@ -185,7 +185,7 @@ def walker_bag(tmp_path):
         for index in range(50):
             stamp_ns = start_ns + index * PERIOD_NS
             for camera in ('cam1', 'cam2'):
-                jpeg = jpeg_from_image(walker_picture(index))
+                jpeg = jpeg_from_image(walker_image(index))
                 message = compressed_message(
                     jpeg, ROSBAGS_CLASSES, stamp_ns, f'{camera}_optical_frame'
                 )

@@ -10,22 +10,22 @@ from conftest import ROOT
 from mctrack_ros.codec import stamp_ns_of
 from mctrack_ros.interfaces import Detections, Tracks
 from mctrack_ros.ros.nodes.fusion_node import FusionNode
-from walker import EMPTY_PICTURES, PERIOD_NS, SIZE, picture_message
+from walker import EMPTY_IMAGES, PERIOD_NS, SIZE, walker_message
 
 PATIENCE_S = 120.0
 FIRST_NS = 1_700_000_000 * 10**9 + PERIOD_NS // 2
 
 
-def sent(bench, publisher, picture, found):
-    """Publish a picture, again if it is lost, as with best effort it may be."""
-    stamp_ns = stamp_ns_of(picture)
+def sent(bench, publisher, image, found):
+    """Publish an image, again if it is lost, as with best effort it may be."""
+    stamp_ns = stamp_ns_of(image)
     for _ in range(100):
-        publisher.publish(picture)
+        publisher.publish(image)
         for _ in range(50):
             bench.executor.spin_once(timeout_sec=0.02)
             if found and found[-1].stamp_ns == stamp_ns:
                 return
-    raise AssertionError(f'no detections of the picture at {stamp_ns} ns')
+    raise AssertionError(f'no detections of the image at {stamp_ns} ns')
 
 
 def test_boxes_of_an_own_detector_are_published_and_tracked(bench, projection, tmp_path):
@@ -40,9 +40,9 @@ def test_boxes_of_an_own_detector_are_published_and_tracked(bench, projection, t
     found, tracks = bench.rows(Detections, '/cam1/detections'), bench.rows(Tracks, '/tracks')
     bench.until(lambda: bench.observer.count_subscribers('/cam1/image_raw/compressed'), PATIENCE_S)
     publisher = bench.publisher(CompressedImage, '/cam1/image_raw/compressed')
-    for index in range(EMPTY_PICTURES - 2, EMPTY_PICTURES + 40):
-        picture = picture_message(index, FIRST_NS + index * PERIOD_NS)
-        sent(bench, publisher, picture, found)
+    for index in range(EMPTY_IMAGES - 2, EMPTY_IMAGES + 40):
+        image = walker_message(index, FIRST_NS + index * PERIOD_NS)
+        sent(bench, publisher, image, found)
     by_time = {rows.stamp_ns: rows for rows in found}
     assert [len(rows) for rows in by_time.values()] == [0, 0] + [1] * 40
     for index, rows in enumerate(list(by_time.values())[2:]):

@@ -37,7 +37,7 @@ def test_penalty_areas_are_seen_from_nearly_orthogonal_sides():
         assert min(abs(angle - 90) for angle in angles) < 25
 
 
-def test_people_are_tall_enough_in_the_best_picture():
+def test_people_are_tall_enough_in_the_best_image():
     tall = []
     for camera in pitch5_cameras(Scenario()):
         rows = camera.project(PITCH)[:, 1] - camera.project(HEADS)[:, 1]

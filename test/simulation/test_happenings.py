@@ -55,7 +55,7 @@ def test_a_third_who_joins_two_is_one_merge(staged):
     assert [row[2:] for row in merges] == [(6, [4, 5])]
 
 
-def test_leaving_the_picture_is_an_exit_and_coming_back_an_entry(staged):
+def test_leaving_the_image_is_an_exit_and_coming_back_an_entry(staged):
     camera = staged({}).cameras[0]
     out = np.linspace(20, -40, 25)
     columns = np.concatenate([out, out[::-1]])

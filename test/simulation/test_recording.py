@@ -27,7 +27,7 @@ def test_bytes_do_not_depend_on_the_number_of_processes(bag, tmp_path):
     assert contents(again) == contents(bag)
 
 
-def test_bag_holds_pictures_and_truth_in_the_middle_of_their_periods(bag):
+def test_bag_holds_images_and_truth_in_the_middle_of_their_periods(bag):
     with BagReader(bag) as reader:
         messages = list(reader.messages())
     stamps = [time for topic, _, time in messages if topic == '/cam3/image_raw/compressed']
@@ -58,9 +58,9 @@ def test_the_car_park_says_what_it_is_and_who_is_parked(tmp_path):
     with BagReader(tmp_path / 'park') as reader:
         messages = list(reader.messages())
     by_topic = {topic: message for topic, message, _ in messages}
-    picture = image_from_message(by_topic['/cam1/image_raw/compressed'])
-    assert picture.shape == (480, 640, 3)
-    assert (picture == picture[..., :1]).all()
+    image = image_from_message(by_topic['/cam1/image_raw/compressed'])
+    assert image.shape == (480, 640, 3)
+    assert (image == image[..., :1]).all()
     assert json.loads(by_topic['/site'].data)['scene'] == 'carpark'
     assert by_topic['/truth/parked'].width > by_topic['/truth/cam1/parked'].width > 5
     assert by_topic['/truth/tracks'].width == 0

@@ -3,7 +3,7 @@
 import pytest
 
 from mctrack_ros.config import ConfigError
-from mctrack_ros.site.names import check_camera_name, namespace_of, picture_topic, resolved
+from mctrack_ros.site.names import check_camera_name, named_image_topic, namespace_of, resolved
 
 
 @pytest.mark.parametrize('name', ['cam1', 'D455_1', 'NORTH', '_hidden', 'c'])
@@ -31,6 +31,6 @@ def test_what_is_no_namespace_is_refused(text):
         namespace_of(text)
 
 
-def test_pictures_lie_below_the_camera_unless_their_name_is_whole():
-    assert resolved(picture_topic('cam1', 'image_raw'), '/hall') == '/hall/cam1/image_raw'
-    assert resolved(picture_topic('cam1', '/D455_1/color'), '/hall') == '/D455_1/color'
+def test_images_lie_below_the_camera_unless_their_name_is_whole():
+    assert resolved(named_image_topic('cam1', 'image_raw'), '/hall') == '/hall/cam1/image_raw'
+    assert resolved(named_image_topic('cam1', '/D455_1/color'), '/hall') == '/D455_1/color'

@@ -98,23 +98,23 @@ def test_a_camera_needs_exactly_one_calibration(site, files):
         site(cameras={'north': files}).cameras['north'].mapping()
 
 
-def test_a_background_must_have_the_pictures_size(site, tmp_path):
+def test_a_background_must_have_the_images_size(site, tmp_path):
     cv2.imwrite(str(tmp_path / 'empty.png'), np.zeros((10, 12, 3), np.uint8))
     reason = 'background .*empty.png is 12 x 10, expected 768 x 576'
     with pytest.raises(ConfigError, match=reason):
         site(cameras={'north': {'background': 'empty.png'}}).cameras['north'].open()
 
 
-def test_a_background_that_is_missing_is_told_from_one_that_is_no_picture(site, tmp_path):
+def test_a_background_that_is_missing_is_told_from_one_that_is_no_image(site, tmp_path):
     settings = site(cameras={'north': {'background': 'empty.png'}}).cameras['north']
     with pytest.raises(ConfigError, match=r'background .*empty.png does not exist'):
         settings.open()
-    (tmp_path / 'empty.png').write_text('no picture')
-    with pytest.raises(ConfigError, match=r'empty.png is no picture that OpenCV reads'):
+    (tmp_path / 'empty.png').write_text('no image')
+    with pytest.raises(ConfigError, match=r'empty.png is no image that OpenCV reads'):
         settings.open()
 
 
-def test_a_mask_must_have_the_pictures_size(site, tmp_path):
+def test_a_mask_must_have_the_images_size(site, tmp_path):
     cv2.imwrite(str(tmp_path / 'mask.png'), np.full((10, 10), 255, np.uint8))
     with pytest.raises(ConfigError, match=r'mask.png is 10 x 10, expected 768 x 576'):
         site(cameras={'north': {'mask': 'mask.png'}}).cameras['north'].ignore_mask()
@@ -148,5 +148,5 @@ def test_a_grid_that_does_not_fit_is_doubted_and_others_are_not(site, tmp_path):
         }
     )
     assert loaded.cameras['right'].doubt() == ''
-    assert 'they fit pictures of 768 x 576 px' in loaded.cameras['wrong'].doubt()
+    assert 'they fit images of 768 x 576 px' in loaded.cameras['wrong'].doubt()
     assert site().cameras['north'].doubt() == ''

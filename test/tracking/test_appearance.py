@@ -26,7 +26,7 @@ def patch(*colours):
 
 
 def shirt_and_shorts(above, below):
-    """Return a picture of one who is dressed in two colours, half each, and his box."""
+    """Return an image of one who is dressed in two colours, half each, and his box."""
     image, mask, _ = patch(above)
     image[5:] = below
     return image, mask, np.array([[0, 0, 10, 10]])
@@ -78,7 +78,7 @@ def test_box_without_foreground_has_no_template():
     assert not colour_templates(image, np.zeros_like(mask), boxes).any()
 
 
-def test_box_may_reach_beyond_the_picture():
+def test_box_may_reach_beyond_the_image():
     image, mask, _ = patch(RED)
     inside, beyond = colour_templates(image, mask, np.array([[0, 0, 10, 10], [-5, -5, 30, 30]]))
     assert np.array_equal(inside, beyond)

@@ -1,6 +1,6 @@
 """A person with a mouse before the calibration page."""
 
-PICTURE, PLAN = 0, 1
+IMAGE, PLAN = 0, 1
 PATIENCE_MS = 90_000  # on a busy machine
 ON_SCREEN = """([board, x, y]) => {
   const svg = document.querySelectorAll('.board svg')[board];
@@ -33,12 +33,12 @@ class Desk:
 
     def pair(self, name):
         self.choose(name)
-        self.page.wait_for_selector('.picture svg.placing')
-        self.click(PICTURE, *self.image[name])
+        self.page.wait_for_selector('.image svg.placing')
+        self.click(IMAGE, *self.image[name])
         self.is_paired(name)
 
     def is_paired(self, name):
-        self.page.wait_for_selector(f'.picture .mark.paired[data-name="{name}"]')
+        self.page.wait_for_selector(f'.image .mark.paired[data-name="{name}"]')
 
     def save(self, path):
         self.page.get_by_role('button', name='Save').click()

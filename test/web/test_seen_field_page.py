@@ -1,4 +1,4 @@
-"""A field of view drawn on the camera's picture, in headless Chromium, by a real mouse."""
+"""A field of view drawn on the camera's image, in headless Chromium, by a real mouse."""
 
 import re
 
@@ -8,7 +8,7 @@ import pytest
 
 from mctrack_ros.ground import read_grid
 from mctrack_ros.simulation import Scenario, pitch5_cameras
-from mctrack_ros.simulation.pitch.stadium import empty_picture
+from mctrack_ros.simulation.pitch.stadium import empty_image
 from web.desk import ON_SCREEN, PATIENCE_MS
 from web.fields import write_site
 
@@ -26,12 +26,12 @@ def cameras():
 
 @pytest.fixture(scope='module')
 def folder(tmp_path_factory, cameras):
-    """Return a folder with a site and a picture of each of its cameras."""
+    """Return a folder with a site and an image of each of its cameras."""
     path = tmp_path_factory.mktemp('seen')
     write_site(path)
     for camera in cameras:
-        picture = empty_picture(camera, np.random.default_rng(1))
-        cv2.imwrite(str(path / f'{camera.name}.png'), picture)
+        image = empty_image(camera, np.random.default_rng(1))
+        cv2.imwrite(str(path / f'{camera.name}.png'), image)
     return path
 
 
@@ -43,13 +43,13 @@ def page(browser, serve, folder):
         page.set_default_timeout(PATIENCE_MS)
         page.on('pageerror', lambda error: pytest.fail(f'the page fails: {error}'))
         page.goto(address)
-        page.wait_for_selector('.picture .field.current')
+        page.wait_for_selector('.image .field.current')
         yield page
         page.close()
 
 
 def on_screen(page, camera, place):
-    """Return where on the screen a camera's picture shows a place on the ground."""
+    """Return where on the screen a camera's image shows a place on the ground."""
     (x, y), *_ = camera.project([(*place, 0.0)]).tolist()
     return page.evaluate(ON_SCREEN, [SEEN, x, y])
 
@@ -69,7 +69,7 @@ def corners_are(page, board, count):
     )
 
 
-def test_a_field_is_drawn_on_the_picture_mended_and_saved(page, cameras, folder):
+def test_a_field_is_drawn_on_the_image_mended_and_saved(page, cameras, folder):
     first, _ = cameras
     page.get_by_role('button', name='cam2', exact=True).click()
     page.get_by_text('seen by cam2').wait_for()
@@ -78,19 +78,19 @@ def test_a_field_is_drawn_on_the_picture_mended_and_saved(page, cameras, folder)
     before = page.locator('.verdict .headline').inner_text()
     for count, corner in enumerate(CORNERS, 1):
         page.mouse.click(*on_screen(page, first, corner))
-        for board in ('picture', 'ground'):
+        for board in ('image', 'ground'):
             corners_are(page, board, count)
     page.get_by_text(re.compile('^9[4-7][0-9]$')).first.wait_for()
     assert page.locator('.verdict .headline').inner_text() != before
 
     page.mouse.click(*page.evaluate(ON_SCREEN, [SEEN, 400, 3]))
     page.get_by_text('above the horizon; nothing was changed').wait_for()
-    corners_are(page, 'picture', 4)
+    corners_are(page, 'image', 4)
     place = on_screen(page, first, CORNERS[2])
     drag(page, place, page.evaluate(ON_SCREEN, [SEEN, 300, 3]))
     page.get_by_text(re.compile(r'^\((299|300|301), .*above the horizon')).wait_for()
     page.wait_for_function(
-        """([x, y]) => [...document.querySelectorAll('.picture .mark.corner .dot')].some((dot) => {
+        """([x, y]) => [...document.querySelectorAll('.image .mark.corner .dot')].some((dot) => {
           const box = dot.getBoundingClientRect();
           return Math.hypot(box.x + box.width / 2 - x, box.y + box.height / 2 - y) < 2;
         })""",

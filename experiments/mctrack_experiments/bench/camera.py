@@ -1,4 +1,4 @@
-"""How many pictures a second a camera's trackers take on one core."""
+"""How many images a second a camera's trackers take on one core."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ NOISE = 2.0  # grey levels
 ROUNDS = 3
 
 
-def bench_camera(pictures_count: int = 250, seed: int = 1) -> Figures:
+def bench_camera(images_count: int = 250, seed: int = 1) -> Figures:
     """
     Time the default tracker on the pitch and the silhouettes tracker on a drawn car park.
 
     Parameters
     ----------
-    pictures_count : int
-        Pictures in a row; they are played several times, and the fastest time counts.
+    images_count : int
+        Images in a row; they are played several times, and the fastest time counts.
     seed : int
         Of the scenes.
 
@@ -47,38 +47,38 @@ def bench_camera(pictures_count: int = 250, seed: int = 1) -> Figures:
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
-        figures = _pitch(pictures_count, seed)
-        pictures = _pictures(pictures_count, seed)
-        figures |= _silhouettes(pictures)
-        figures['peer.mog2_components.fps'] = 1.0 / _seconds(_peer, pictures)
+        figures = _pitch(images_count, seed)
+        images = _images(images_count, seed)
+        figures |= _silhouettes(images)
+        figures['peer.mog2_components.fps'] = 1.0 / _seconds(_peer, images)
     finally:
         cv2.setNumThreads(threads)
     return Figures(
         'bench_camera',
         'mctrack bench camera',
         {
-            'decoded, jpeg': f'{pictures_count} pictures of {CAMERA} of pitch5 on which 25 people '
-            f'play, {PITCH_SIZE}, everything on, with feedback, after {WARM_UP} pictures more; '
-            'persons: seen in a picture; decoded is without decompression; processor time, '
+            'decoded, jpeg': f'{images_count} images of {CAMERA} of pitch5 on which 25 people '
+            f'play, {PITCH_SIZE}, everything on, with feedback, after {WARM_UP} images more; '
+            'persons: seen in an image; decoded is without decompression; processor time, '
             f'best of {ROUNDS}; stages: each timed alone, tracking is the rest',
             'crowded, crowded50': '100 and 50 people: four matches and two on one pitch at once',
             'peer.mog2_contours': 'OpenCV MOG2 without shadows, opening, outer contours, on the '
-            'same pictures, decoded',
-            'peer.bare_contours': 'difference from a fixed picture, threshold, outer contours: '
+            'same images, decoded',
+            'peer.bare_contours': 'difference from a fixed image, threshold, outer contours: '
             'the least that can be done',
-            'silhouettes': f'{pictures_count} pictures of {SIZE[0]} x {SIZE[1]} px at '
+            'silhouettes': f'{images_count} images of {SIZE[0]} x {SIZE[1]} px at '
             f'{RATE_HZ:g} Hz, {WALKERS} pedestrians and {CARS} vehicles moving, everything on; '
             f'decoding is not counted; processor time, best of {ROUNDS}',
             'peer.mog2_components': 'OpenCV MOG2 without shadows, opening, components with '
-            'statistics, on the same grey pictures',
+            'statistics, on the same grey images',
         },
         figures,
     )
 
 
-def _pitch(pictures_count: int, seed: int) -> dict[str, float]:
-    """Return pictures of the pitch a second, what the stages cost, and how both grow."""
-    bench = PitchBench(1, pictures_count, seed)
+def _pitch(images_count: int, seed: int) -> dict[str, float]:
+    """Return images of the pitch a second, what the stages cost, and how both grow."""
+    bench = PitchBench(1, images_count, seed)
     whole = _best_of(bench)
     stages = bench.stages()
     figures = {
@@ -92,7 +92,7 @@ def _pitch(pictures_count: int, seed: int) -> dict[str, float]:
     for name, work in {'mog2': mog2_contours(), 'bare': bare_contours()}.items():
         figures[f'peer.{name}_contours.fps'] = bench.peer(work)
     for name, matches in {'crowded50': 2, 'crowded': 4}.items():
-        crowd = _best_of(PitchBench(matches, pictures_count // 2, seed))
+        crowd = _best_of(PitchBench(matches, images_count // 2, seed))
         figures |= {f'{name}.fps': 1e3 / crowd['camera_ms'], f'{name}.persons': crowd['persons']}
     return figures
 
@@ -102,20 +102,20 @@ def _best_of(bench: PitchBench) -> dict[str, float]:
     return min((bench.whole() for _ in range(ROUNDS)), key=lambda each: each['camera_ms'])
 
 
-def _silhouettes(pictures: Sequence[Image]) -> dict[str, float]:
-    """Return pictures a second, and what the stages cost, ms a picture."""
+def _silhouettes(images: Sequence[Image]) -> dict[str, float]:
+    """Return images a second, and what the stages cost, ms an image."""
     config = SilhouetteConfig()
 
     pipeline, clock = SilhouettePipeline(config, _mapping()), count()
 
-    def everything(pictures: Sequence[Image]) -> None:
-        for picture in pictures:
-            pipeline.step(picture, _stamp_ns(next(clock)), None)
+    def everything(images: Sequence[Image]) -> None:
+        for image in images:
+            pipeline.step(image, _stamp_ns(next(clock)), None)
 
-    def masks(pictures: Sequence[Image]) -> list[tuple[Image, Image]]:
+    def masks(images: Sequence[Image]) -> list[tuple[Image, Image]]:
         background, found = LowPassBackground(config.background), []
-        for index, picture in enumerate(pictures):
-            grey = background.smoothed(np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)))
+        for index, image in enumerate(images):
+            grey = background.smoothed(np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)))
             mask = background.apply(grey, _stamp_ns(index))
             if mask is not None:
                 found.append((mask, grey))
@@ -125,9 +125,9 @@ def _silhouettes(pictures: Sequence[Image]) -> dict[str, float]:
         for mask, grey in found:
             find_silhouettes(mask, grey, config.components)
 
-    whole = _seconds(everything, pictures)
-    background = _seconds(masks, pictures)
-    labelling = _seconds(components, masks(pictures))
+    whole = _seconds(everything, images)
+    background = _seconds(masks, images)
+    labelling = _seconds(components, masks(images))
     return {
         'silhouettes.fps': 1.0 / whole,
         'silhouettes.background_ms': background * 1e3,
@@ -136,21 +136,21 @@ def _silhouettes(pictures: Sequence[Image]) -> dict[str, float]:
     }
 
 
-def _seconds(work: Callable[..., object], pictures: Sequence[object]) -> float:
-    """Return the processor time, s, for one of the pictures, the best of some rounds."""
+def _seconds(work: Callable[..., object], images: Sequence[object]) -> float:
+    """Return the processor time, s, for one of the images, the best of some rounds."""
     spent = []
     for _ in range(ROUNDS):
         began = time.thread_time()
-        work(pictures)
+        work(images)
         spent.append(time.thread_time() - began)
-    return min(spent) / len(pictures)
+    return min(spent) / len(images)
 
 
-def _peer(pictures: Sequence[Image]) -> None:
+def _peer(images: Sequence[Image]) -> None:
     model = cv2.createBackgroundSubtractorMOG2(detectShadows=False)
     kernel = np.ones((3, 3), np.uint8)
-    for picture in pictures:
-        mask = model.apply(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
+    for image in images:
+        mask = model.apply(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
         mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, kernel)
         cv2.connectedComponentsWithStats(mask, connectivity=4, ltype=cv2.CV_16U)
 
@@ -169,7 +169,7 @@ def _mapping() -> GroundMapping:
     return ProjectiveMapping(intrinsics @ np.column_stack([rotation, -rotation @ eye]), SIZE)
 
 
-def _pictures(length: int, seed: int) -> list[Image]:
+def _images(length: int, seed: int) -> list[Image]:
     """Draw a grey ground on which boxes of the size of people and cars go to and fro."""
     rng, (width, height) = np.random.default_rng(seed), SIZE
     ground = np.asarray(cv2.GaussianBlur(rng.normal(110, 60, (height, width)), (0, 0), 3))
@@ -177,7 +177,7 @@ def _pictures(length: int, seed: int) -> list[Image]:
     start = rng.uniform(0, width, len(kinds))
     row = rng.uniform(120, height - 10, len(kinds))
     shade = rng.choice([-45, -25, 30, 50], len(kinds))
-    pictures = []
+    images = []
     for index in range(length):
         drawn = ground.copy()
         for (wide, tall, speed), x, bottom, change in (
@@ -186,5 +186,5 @@ def _pictures(length: int, seed: int) -> list[Image]:
             left = int(abs((x + speed * index) % (2 * width) - width) - wide / 2)
             drawn[int(bottom) - tall : int(bottom), max(left, 0) : max(left + wide, 0)] += change
         noisy = np.clip(drawn + rng.normal(0, NOISE, drawn.shape), 0, 255).astype(np.uint8)
-        pictures.append(np.asarray(cv2.cvtColor(noisy, cv2.COLOR_GRAY2BGR), np.uint8))
-    return pictures
+        images.append(np.asarray(cv2.cvtColor(noisy, cv2.COLOR_GRAY2BGR), np.uint8))
+    return images

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mctrack_experiments.real.watched_scene import KINDS, RATE_HZ, SIZE, WatchedScene
 from mctrack_ros.evaluation.figures import Figures
-from mctrack_ros.perception.camera_shift.monitor import Watchdog, WatchdogConfig
+from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig, CameraShiftMonitor
 
 Image = NDArray[np.uint8]
 PEER_EVERY = 50
@@ -19,14 +19,14 @@ SEEN_S = 16.0  # before the camera is covered
 COVER_GRAIN_PX = 3
 
 
-def bench_watchdog(pictures_count: int = 2000, seed: int = 1) -> Figures:
+def bench_watchdog(images_count: int = 2000, seed: int = 1) -> Figures:
     """
-    Measure what watching costs a picture, on one core, beside phase correlation.
+    Measure what watching costs an image, on one core, beside phase correlation.
 
     Parameters
     ----------
-    pictures_count : int
-        Pictures of each kind of scene.
+    images_count : int
+        Images of each kind of scene.
     seed : int
         Of the scenes.
 
@@ -37,55 +37,56 @@ def bench_watchdog(pictures_count: int = 2000, seed: int = 1) -> Figures:
         figures = {
             name: value
             for kind in KINDS
-            for name, value in _costs(kind, pictures_count, seed).items()
+            for name, value in _costs(kind, images_count, seed).items()
         }
-        figures['covered.ms_per_picture'] = _covered_ms(pictures_count, seed)
+        figures['covered.ms_per_image'] = _covered_ms(images_count, seed)
     finally:
         cv2.setNumThreads(threads)
-    figures['ms_per_picture'] = max(
-        figures[f'{kind}.ms_per_picture'] for kind in (*KINDS, 'covered')
-    )
+    figures['ms_per_image'] = max(figures[f'{kind}.ms_per_image'] for kind in (*KINDS, 'covered'))
     return Figures(
         'bench_watchdog',
         'mctrack bench watchdog',
         {
-            'pictures': f'{pictures_count} of {SIZE[0]} x {SIZE[1]} px at {RATE_HZ:g} Hz in each '
+            'images': f'{images_count} of {SIZE[0]} x {SIZE[1]} px at {RATE_HZ:g} Hz in each '
             'kind of scene, from the start; drawing is not counted',
             'covered': f'as many, of something with texture before the lens after {SEEN_S:g} s of '
             'the square',
-            'ms_per_picture': 'mean, exchanges and failures included; processor time',
-            'peer.phase_correlation': 'cv2.phaseCorrelate of two full pictures, made grey',
+            'ms_per_image': 'mean, exchanges and failures included; processor time',
+            'peer.phase_correlation': 'cv2.phaseCorrelate of two full images, made grey',
         },
         figures,
     )
 
 
 def _costs(kind: str, count: int, seed: int) -> dict[str, float]:
-    scene, watchdog = WatchedScene(kind, seed, count / RATE_HZ), Watchdog(WatchdogConfig())
-    between = round(WatchdogConfig().period_s * RATE_HZ)
-    first = image = scene.picture(0.0)
+    scene, watchdog = (
+        WatchedScene(kind, seed, count / RATE_HZ),
+        CameraShiftMonitor(CameraShiftConfig()),
+    )
+    between = round(CameraShiftConfig().period_s * RATE_HZ)
+    first = image = scene.image(0.0)
     spent, peer = np.zeros(count), []
     for index in range(count):
         looked_at = index % between == 0
         if looked_at:  # the others are not looked at
-            image = scene.picture(index / RATE_HZ)
+            image = scene.image(index / RATE_HZ)
         spent[index] = _seconds(watchdog.watch, image, round(index / RATE_HZ * 1e9))
         if index % PEER_EVERY == 0:
             peer.append(_seconds(_phase_correlation, first, image))
     looks = spent[::between]
     return {
-        f'{kind}.ms_per_picture': float(spent.mean()) * 1e3,
+        f'{kind}.ms_per_image': float(spent.mean()) * 1e3,
         f'{kind}.ms_per_look': float(looks.mean()) * 1e3,
         f'{kind}.ms_per_look_p99': float(np.percentile(looks, 99)) * 1e3,
-        f'{kind}.peer.phase_correlation.ms_per_picture': float(np.mean(peer)) * 1e3,
+        f'{kind}.peer.phase_correlation.ms_per_image': float(np.mean(peer)) * 1e3,
     }
 
 
 def _covered_ms(count: int, seed: int) -> float:
-    """Return what a picture costs while the reference is looked for and never found, ms."""
-    scene, watchdog = WatchedScene('square', seed, SEEN_S), Watchdog(WatchdogConfig())
-    for time_s in np.arange(0, SEEN_S, WatchdogConfig().period_s).tolist():
-        watchdog.watch(scene.picture(time_s), round(time_s * 1e9))
+    """Return what an image costs while the reference is looked for and never found, ms."""
+    scene, watchdog = WatchedScene('square', seed, SEEN_S), CameraShiftMonitor(CameraShiftConfig())
+    for time_s in np.arange(0, SEEN_S, CameraShiftConfig().period_s).tolist():
+        watchdog.watch(scene.image(time_s), round(time_s * 1e9))
     noise = np.random.default_rng(seed).integers(0, 256, (SIZE[1], SIZE[0], 3), np.uint8)
     cover = np.asarray(cv2.GaussianBlur(noise, (0, 0), COVER_GRAIN_PX), np.uint8)
     stamps = [round((SEEN_S + index / RATE_HZ) * 1e9) for index in range(count)]

@@ -1,4 +1,4 @@
-"""How many pictures of the pitch a second one camera takes on one core, and where time goes."""
+"""How many images of the pitch a second one camera takes on one core, and where time goes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mctrack_ros.fusion import Batcher, FusionPipeline
 from mctrack_ros.perception import FeedbackBuffer
 from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.blobs.extraction import clean_mask, find_blobs
-from mctrack_ros.perception.camera_shift.monitor import Watchdog
+from mctrack_ros.perception.camera_shift.monitor import CameraShiftMonitor
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.recording import ROSBAGS_CLASSES
 from mctrack_ros.resources import config_file
@@ -30,60 +30,60 @@ from mctrack_ros.site.site import SiteConfig, load_site
 Image = NDArray[np.uint8]
 CAMERA = 'cam5'
 WARM_UP = 50
-"""Pictures before time counts: the background is learned and tracks begin."""
+"""Images before time counts: the background is learned and tracks begin."""
 
 
 class PitchBench:
     """
-    Pictures of one camera of the pitch, compressed, and what is timed on them.
+    Images of one camera of the pitch, compressed, and what is timed on them.
 
     Parameters
     ----------
     matches : int
         So many matches, of 25 people each, are played on one pitch at once.
-    pictures : int
+    images : int
         How many are timed, after `WARM_UP`.
     seed : int
         Of the first match.
 
     """
 
-    def __init__(self, matches: int, pictures: int, seed: int) -> None:
+    def __init__(self, matches: int, images: int, seed: int) -> None:
         self._site = load_site(config_file('pitch5.yaml'))
-        self._world = crowd(matches, WARM_UP + pictures, seed)
+        self._world = crowd(matches, WARM_UP + images, seed)
         scenario = self._world.scenario
         renderer = CameraRenderer(self._world, self._site.camera_names.index(CAMERA))
-        self._messages, self._count = [], pictures
+        self._messages, self._count = [], images
         for step in range(scenario.steps):
             jpeg = jpeg_from_image(renderer.frame(step)[0])
             stamp_ns = scenario.stamp_ns(step)
             self._messages.append(compressed_message(jpeg, ROSBAGS_CLASSES, stamp_ns, CAMERA))
 
     def whole(self) -> dict[str, float]:
-        """Return processor time of decoding and of all the rest, ms, and persons a picture."""
+        """Return processor time of decoding and of all the rest, ms, and persons an image."""
         clock, loop, persons = Stopwatch(), _Loop(self._site), 0
         for step, message in enumerate(self._messages):
             if step == WARM_UP:
                 clock, persons = Stopwatch(), 0
             with clock.on('decoding'):
-                picture = image_from_message(message)
-            persons += loop.step(picture, self._world.scenario.stamp_ns(step), clock)
+                image = image_from_message(message)
+            persons += loop.step(image, self._world.scenario.stamp_ns(step), clock)
         return clock.ms(self._count) | {'persons': persons / self._count}
 
     def stages(self) -> dict[str, float]:
-        """Return what background, blobs and watchdog cost, each alone, ms a picture."""
+        """Return what background, blobs and watchdog cost, each alone, ms an image."""
         settings = self._site.cameras[CAMERA]
         config, mapping = settings.pipeline, settings.mapping()
         background, sizes = Background(config.background), SizeTable(mapping)
-        watchdog, clock = Watchdog(config.watchdog), Stopwatch()
+        watchdog, clock = CameraShiftMonitor(config.watchdog), Stopwatch()
         for step, message in enumerate(self._messages):
             if step == WARM_UP:
                 clock = Stopwatch()
-            picture, stamp_ns = image_from_message(message), self._world.scenario.stamp_ns(step)
+            image, stamp_ns = image_from_message(message), self._world.scenario.stamp_ns(step)
             with clock.on('watchdog'):
-                watchdog.watch(picture, stamp_ns)
+                watchdog.watch(image, stamp_ns)
             with clock.on('background'):
-                raw = background.apply(picture, stamp_ns)
+                raw = background.apply(image, stamp_ns)
             if raw is None:
                 continue
             with clock.on('cleaning'):
@@ -93,14 +93,14 @@ class PitchBench:
         return clock.ms(self._count)
 
     def peer(self, work: Callable[[Image], object]) -> float:
-        """Return how many of the same pictures something else takes a second."""
+        """Return how many of the same images something else takes a second."""
         clock = Stopwatch()
         for step, message in enumerate(self._messages):
             if step == WARM_UP:
                 clock = Stopwatch()
-            picture = image_from_message(message)
+            image = image_from_message(message)
             with clock.on('peer'):
-                work(picture)
+                work(image)
         return 1e3 / clock.ms(self._count)['peer_ms']
 
 
@@ -132,11 +132,11 @@ class _Loop:
         period_ns = round(site.fusion.batching.period * 1e9)
         self._buffer = FeedbackBuffer(period_ns, round(site.feedback_delay * 1e9))
 
-    def step(self, picture: Image, stamp_ns: int, clock: Stopwatch) -> int:
-        """Take one picture and return how many persons were seen."""
+    def step(self, image: Image, stamp_ns: int, clock: Stopwatch) -> int:
+        """Take one image and return how many persons were seen."""
         feedback, _ = self._buffer.select(stamp_ns)
         with clock.on('camera'):
-            output = self._pipeline.step(picture, stamp_ns, feedback)
+            output = self._pipeline.step(image, stamp_ns, feedback)
         ticks = [*self._batcher.add(CAMERA, output.detections, stamp_ns), *self._batcher.flush()]
         for tick in ticks:
             self._fusion.step(tick)
@@ -175,10 +175,10 @@ def bare_contours() -> Callable[[Image], object]:
     """Return the least that can be done: a fixed background, a threshold, contours."""
     first: list[Image] = []
 
-    def work(picture: Image) -> Sequence[object]:
+    def work(image: Image) -> Sequence[object]:
         if not first:
-            first.append(picture)
-        difference = cv2.cvtColor(cv2.absdiff(picture, first[0]), cv2.COLOR_BGR2GRAY)
+            first.append(image)
+        difference = cv2.cvtColor(cv2.absdiff(image, first[0]), cv2.COLOR_BGR2GRAY)
         _, mask = cv2.threshold(difference, 12, 255, cv2.THRESH_BINARY)
         return cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
 
@@ -190,8 +190,8 @@ def mog2_contours() -> Callable[[Image], object]:
     model = cv2.createBackgroundSubtractorMOG2(detectShadows=False)
     kernel = np.ones((3, 3), np.uint8)
 
-    def work(picture: Image) -> Sequence[object]:
-        mask = cv2.morphologyEx(model.apply(picture), cv2.MORPH_OPEN, kernel)
+    def work(image: Image) -> Sequence[object]:
+        mask = cv2.morphologyEx(model.apply(image), cv2.MORPH_OPEN, kernel)
         return cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
 
     return work

@@ -36,7 +36,7 @@ def watchdog(json_file: Path | None = _JSON) -> None:
 
 @app.command()
 def camera(json_file: Path | None = _JSON) -> None:
-    """Time a camera's trackers: pictures a second."""
+    """Time a camera's trackers: images a second."""
     from mctrack_experiments.bench.camera import bench_camera
 
     _tell(bench_camera(), json_file)

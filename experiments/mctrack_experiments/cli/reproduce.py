@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from mctrack_ros.cli.options import picture_file
+from mctrack_ros.cli.options import image_file
 
 if TYPE_CHECKING:
     from mctrack_ros.evaluation.figures import Figures
@@ -55,9 +55,9 @@ def reproduce(
         None, help='Folder of the real data; unless given, MCTRACK_DATA or ../shared/data.'
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
-    picture: Path | None = typer.Option(
+    image: Path | None = typer.Option(
         None,
-        callback=picture_file,
+        callback=image_file,
         help='table3, fig18, fig20: also draw them, as .png, .svg or .pdf.',
     ),
     live: bool = typer.Option(
@@ -71,24 +71,24 @@ def reproduce(
     watchdog and covering, the fusion benchmark by biased; the others are simulated.
     docs/results.md has what each one gave.
     """
-    if picture is not None and experiment not in DRAWN:
-        raise ValueError(f'{experiment} has no picture: leave --picture away')
+    if image is not None and experiment not in DRAWN:
+        raise ValueError(f'{experiment} has no image: leave --image away')
     if live and experiment is not Experiment.TERRACE:
         raise ValueError(f'{experiment} has no live run: leave --live away')
-    figures = _live(data) if live else _experiment(experiment, data, picture)
+    figures = _live(data) if live else _experiment(experiment, data, image)
     typer.echo(figures.table())
     if json_file is not None:
         figures.write(json_file)
 
 
-def _accuracy(experiment: Experiment, picture: Path | None) -> Figures:
+def _accuracy(experiment: Experiment, image: Path | None) -> Figures:
     from mctrack_experiments.papers.ground.accuracy import reproduce_fig18, reproduce_table3
     from mctrack_experiments.papers.ground.accuracy_charts import draw_fig18, draw_table3
 
     is_table = experiment is Experiment.TABLE3
     figures = reproduce_table3() if is_table else reproduce_fig18()
-    if picture is not None:
-        (draw_table3 if is_table else draw_fig18)(figures, picture)
+    if image is not None:
+        (draw_table3 if is_table else draw_fig18)(figures, image)
     return figures
 
 
@@ -108,7 +108,7 @@ def data_folder(given: Path | None) -> Path:
     return folder
 
 
-def _experiment(experiment: Experiment, data: Path | None, picture: Path | None) -> Figures:
+def _experiment(experiment: Experiment, data: Path | None, image: Path | None) -> Figures:
     if experiment is Experiment.HONESTY:
         from mctrack_experiments.papers.ground.honesty import reproduce_honesty
 
@@ -167,9 +167,9 @@ def _experiment(experiment: Experiment, data: Path | None, picture: Path | None)
     if experiment is Experiment.FIG20:
         from mctrack_experiments.papers.event_tracking.fig20 import reproduce_fig20
 
-        return reproduce_fig20(picture)
+        return reproduce_fig20(image)
     if experiment in (Experiment.TABLE3, Experiment.FIG18):
-        return _accuracy(experiment, picture)
+        return _accuracy(experiment, image)
     if experiment is Experiment.COVERING:
         from mctrack_experiments.papers.covering import reproduce_covering
 

@@ -41,7 +41,7 @@ def load_cmc(folder: Path, sequence: int, body: BodyModel) -> StoredScene:
         mapping = ProjectiveMapping(_matrix(folder / f'cam{number}_cam_mat.mat'), IMAGE_SIZE)
         table = np.loadtxt(folder / f'DET_CMC{sequence}_Cam{number}.txt')
         detections[f'cam{number}'] = [
-            _picture(table[table[:, 0] == index + 1, 2:6], mapping, index, body)
+            _image(table[table[:, 0] == index + 1, 2:6], mapping, index, body)
             for index in range(FRAMES)
         ]
     table = np.loadtxt(folder / TRUTH_FILES[sequence])
@@ -50,7 +50,7 @@ def load_cmc(folder: Path, sequence: int, body: BodyModel) -> StoredScene:
     return StoredScene(np.arange(1, FRAMES + 1), RATE, detections, truth)
 
 
-def _picture(
+def _image(
     boxes: np.ndarray, mapping: ProjectiveMapping, index: int, body: BodyModel
 ) -> Detections:
     stamp_ns = stamp_of(index, RATE)

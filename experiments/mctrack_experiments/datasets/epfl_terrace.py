@@ -17,19 +17,19 @@ VIDEO_FOLDER = 'epfl_terrace_video'
 CAMERAS = ('c0', 'c1', 'c2', 'c3')
 SIZE = (360, 288)
 PERIOD_NS = 40_000_000
-"""Of the original, ns: a picture's number is that of its frame there."""
+"""Of the original, ns: an image's number is that of its frame there."""
 AREA = ((-0.5, 7.0), (-1.5, 9.5))
 """What is annotated: x and y, m."""
 _METRES_FROM_TOP_VIEW = np.array([[21.556, 0.159, -400.7], [0.574, -21.397, 8726.6]]) / 1000
 CUT_OFF_PX = 284
-"""A box that ends so low is cut off by the lower border: its feet are not in the picture."""
+"""A box that ends so low is cut off by the lower border: its feet are not in the image."""
 _CALIBRATED_SCALE = 2
-"""The cameras were calibrated on pictures so many times as large."""
+"""The cameras were calibrated on images so many times as large."""
 _CALIBRATED_PIXEL_MM = 0.023
 
 
 def top_view_from_image(data: Path, camera: str) -> Floats:
-    """Return a camera's homography, (3, 3), from its pictures to pixels of a common top view."""
+    """Return a camera's homography, (3, 3), from its images to pixels of a common top view."""
     views = json.loads((data / VIDEO_FOLDER / 'gnn_cca_metainfo.json').read_text())['terrace']
     return np.array(views['homography'][CAMERAS.index(camera)], np.float64)
 
@@ -41,7 +41,7 @@ def metres_from_top_view(pixel: Floats) -> Floats:
 
 
 def write_calibration(data: Path, camera: str, path: Path) -> None:
-    """Write a camera's calibration, for pictures of `SIZE`, as a Tsai file (mm)."""
+    """Write a camera's calibration, for images of `SIZE`, as a Tsai file (mm)."""
     stored = json.loads((data / VIDEO_FOLDER / 'terrace_tsai_transcribed.json').read_text())
     tx, ty, tz, rx, ry, rz = stored[camera]['extrinsic']
     focal, kappa1, cx, cy = stored[camera]['intrinsic']
@@ -58,8 +58,8 @@ def write_calibration(data: Path, camera: str, path: Path) -> None:
     write_lines(path, lines)
 
 
-def picture_files(data: Path, camera: str) -> dict[int, Path]:
-    """Return the pictures of a camera by the number of their frame, ascending."""
+def image_files(data: Path, camera: str) -> dict[int, Path]:
+    """Return the images of a camera by the number of their frame, ascending."""
     files = sorted((data / FOLDER / camera).glob('*.jpg'))
     return {int(file.stem): file for file in files}
 
@@ -103,5 +103,5 @@ def _feet(data: Path, camera: str) -> Floats:
     feet = np.stack([(left + right) / 2, bottom, np.ones(len(boxes))])
     x, y, scale = top_view_from_image(data, camera) @ feet
     position = metres_from_top_view(np.column_stack([x, y]) / scale[:, None])
-    # the frames of boxes are counted from 0, those of pictures from 1
+    # the frames of boxes are counted from 0, those of images from 1
     return np.column_stack([frame + 1, person, position])

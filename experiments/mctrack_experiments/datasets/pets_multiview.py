@@ -83,7 +83,7 @@ def load_pets_multiview(folder: Path, body: BodyModel) -> StoredScene:
             stored = json.load(file)
         camera = PetsView(folder, view)
         detections[f'view{view}'] = [
-            _picture(camera, boxes, scores, index, body)
+            _image(camera, boxes, scores, index, body)
             for index, (boxes, scores) in enumerate(zip(stored['bboxes'], stored['scores']))
         ]
     count = len(detections['view1'])
@@ -111,7 +111,7 @@ def annotated(folder: Path, position: Floats, truth: Trajectories) -> NDArray[np
     return inside
 
 
-def _picture(camera: PetsView, boxes: Any, scores: Any, index: int, body: BodyModel) -> Detections:
+def _image(camera: PetsView, boxes: Any, scores: Any, index: int, body: BodyModel) -> Detections:
     corners = np.asarray(boxes, np.float64).reshape(-1, 4)
     score = np.asarray(scores, np.float64).reshape(-1)
     corners, score = corners[score > LEAST_SCORE], score[score > LEAST_SCORE]

@@ -40,7 +40,7 @@ def load_feet(
         Which detections: ``basic_all``, ``basic_confirmed``, ``proposed_all`` or
         ``proposed_confirmed``.
     image_size : (int, int)
-        Width and height of its pictures, px.
+        Width and height of its images, px.
     rate : float
         Instants a second.
     foot_sigma_px : float

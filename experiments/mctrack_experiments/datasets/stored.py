@@ -19,7 +19,7 @@ Area = tuple[tuple[float, float], tuple[float, float]]
 @dataclass(frozen=True, eq=False, slots=True)
 class StoredScene:
     """
-    Detections of several cameras, picture by picture.
+    Detections of several cameras, image by image.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ def feet_to_detections(
     mapping : GroundMapping
         Of the camera.
     stamp_ns : int
-        When the picture was taken.
+        When the image was taken.
     foot_sigma_px : float
         Standard deviation of a foot point in the image, px.
     score : (n,) array, optional

@@ -77,7 +77,7 @@ def load_wildtrack_boxes(folder: Path, foot_sigma_px: float) -> StoredScene:
         detections[camera] = [
             cut_to(
                 feet_to_detections(
-                    # by place in the picture: their order must not tell who is who
+                    # by place in the image: their order must not tell who is who
                     np.array(sorted(each), np.float64).reshape(-1, 2),
                     mapping,
                     stamp_of(frame, RATE),
@@ -91,7 +91,7 @@ def load_wildtrack_boxes(folder: Path, foot_sigma_px: float) -> StoredScene:
 
 
 def read_mapping(folder: Path, camera: int) -> GroundMapping:
-    """Read the calibration of a camera, by its index, of pictures without distortion."""
+    """Read the calibration of a camera, by its index, of images without distortion."""
     name, calibrations = CALIBRATIONS[camera], folder / 'calibrations'
     return read_calibration(
         calibrations / 'intrinsic_zero' / f'intr_{name}.xml',
@@ -110,7 +110,7 @@ def read_truth(folder: Path) -> Trajectories:
 
 def annotated_feet(folder: Path) -> Iterator[tuple[int, int, float, float, int]]:
     """
-    Yield the middles of the lower edges of the boxes that end in the picture.
+    Yield the middles of the lower edges of the boxes that end in the image.
 
     Whole pixels are taken at their middle.
 
@@ -129,7 +129,7 @@ def annotated_feet(folder: Path) -> Iterator[tuple[int, int, float, float, int]]
 
 
 def _annotated(folder: Path) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Yield frame and annotation of each person; the fifth video picture is the second frame."""
+    """Yield frame and annotation of each person; the fifth video image is the second frame."""
     with tarfile.open(folder / 'annotations_positions_train.tar.gz') as archive:
         for member in archive.getmembers():
             file = archive.extractfile(member) if member.name.endswith('.json') else None

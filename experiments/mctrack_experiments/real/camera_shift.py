@@ -12,18 +12,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_experiments.real.pets_pixels import PICTURE_SIZE, TsaiCamera, pictures, stamp_of
+from mctrack_experiments.real.pets_pixels import IMAGE_SIZE, TsaiCamera, images, stamp_of
 from mctrack_experiments.real.terrace_videos import CAMERAS, video, watermark_mask
 from mctrack_experiments.real.watched_scene import KINDS, SIZE, WIND_PX, WatchedScene
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.perception import ShiftState
-from mctrack_ros.perception.camera_shift.monitor import Watchdog, WatchdogConfig
+from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig, CameraShiftMonitor
 from mctrack_ros.recording.video.videos import open_video
 from mctrack_ros.simulation import CameraRenderer, Scenario, World
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
-Pictures = Iterable[tuple[int, Image]]
+Images = Iterable[tuple[int, Image]]
 
 HOURS = 3.0
 TRIALS = 10
@@ -43,7 +43,7 @@ def reproduce_watchdog(
     data : Path
         Folder of the real data.
     hours : float
-        Of drawn pictures without a shift, shared by the kinds of scene, h.
+        Of drawn images without a shift, shared by the kinds of scene, h.
     trials : int
         Of each movement, in each kind of scene.
     seed : int
@@ -55,8 +55,8 @@ def reproduce_watchdog(
         figures |= _detection(name, trials, seed)
     each_s = hours * 3600 / len(KINDS)
     for kind in KINDS:
-        figures |= _quiet(kind, scene_pictures(kind, seed, each_s), None)
-    clips = {'pitch_drift': (pitch_pictures(seed), None)} | real_clips(data)
+        figures |= _quiet(kind, scene_images(kind, seed, each_s), None)
+    clips = {'pitch_drift': (pitch_images(seed), None)} | real_clips(data)
     for name, (source, allowed) in clips.items():
         figures |= _quiet(name, source, allowed)
     figures['false_alarms'] = sum(
@@ -66,8 +66,8 @@ def reproduce_watchdog(
         'watchdog',
         'mctrack reproduce watchdog',
         {
-            'drawn': f'{hours:g} h of {SIZE[0]} x {SIZE[1]} px, only the pictures that the '
-            f'watchdog looks at, one in {WatchdogConfig().period_s:g} s: light, clouds, up to '
+            'drawn': f'{hours:g} h of {SIZE[0]} x {SIZE[1]} px, only the images that the '
+            f'watchdog looks at, one in {CameraShiftConfig().period_s:g} s: light, clouds, up to '
             '120 people who stand on the ground, a pole in the wind with '
             f'{WIND_PX:g} px along each axis (rms, 0.6 Hz)',
             'trials': f'{trials} of each movement in each of {", ".join(KINDS)}',
@@ -81,37 +81,37 @@ def reproduce_watchdog(
     )
 
 
-def scene_pictures(kind: str, seed: int, duration_s: float) -> Iterator[tuple[int, Image]]:
-    """Yield stamps and pictures of a scene in which the camera stands still."""
+def scene_images(kind: str, seed: int, duration_s: float) -> Iterator[tuple[int, Image]]:
+    """Yield stamps and images of a scene in which the camera stands still."""
     scene = WatchedScene(kind, seed, duration_s)
-    for time_s in np.arange(0, duration_s, WatchdogConfig().period_s).tolist():
-        yield round(time_s * 1e9), scene.picture(time_s)
+    for time_s in np.arange(0, duration_s, CameraShiftConfig().period_s).tolist():
+        yield round(time_s * 1e9), scene.image(time_s)
 
 
-def pitch_pictures(seed: int) -> Iterator[tuple[int, Image]]:
-    """Yield stamps and looked-at pictures of two minutes of the pitch in changing light."""
+def pitch_images(seed: int) -> Iterator[tuple[int, Image]]:
+    """Yield stamps and looked-at images of two minutes of the pitch in changing light."""
     scenario = Scenario(seed=seed, lighting_drift=PITCH_DRIFT)
     renderer = CameraRenderer(World.simulated(scenario), 0)
-    between = round(WatchdogConfig().period_s * scenario.rate_hz)
+    between = round(CameraShiftConfig().period_s * scenario.rate_hz)
     for step in range(0, scenario.steps, between):
         yield scenario.stamp_ns(step), renderer.frame(step)[0]
 
 
-def real_clips(data: Path) -> dict[str, tuple[Pictures, Image | None]]:
-    """Return the stamps and pictures of real static cameras, and where they are to be ignored."""
+def real_clips(data: Path) -> dict[str, tuple[Images, Image | None]]:
+    """Return the stamps and images of real static cameras, and where they are to be ignored."""
     pets = data / 'pets2009_s2l1'
-    camera = TsaiCamera(pets / 'calibration' / 'View_001.xml', PICTURE_SIZE)
-    clips: dict[str, tuple[Pictures, Image | None]] = {
-        'pets': (((stamp_of(frame), image) for frame, image in pictures(pets, camera)), None)
+    camera = TsaiCamera(pets / 'calibration' / 'View_001.xml', IMAGE_SIZE)
+    clips: dict[str, tuple[Images, Image | None]] = {
+        'pets': (((stamp_of(frame), image) for frame, image in images(pets, camera)), None)
     }
     for name in CAMERAS:
-        clips[f'terrace_{name}'] = (_video_pictures(video(data, name)), watermark_mask())
+        clips[f'terrace_{name}'] = (_video_images(video(data, name)), watermark_mask())
     return clips
 
 
-def watch(source: Pictures, allowed: Image | None = None) -> tuple[int, float, float]:
+def watch(source: Images, allowed: Image | None = None) -> tuple[int, float, float]:
     """Return how often the alarm began, the largest lasting shift, px, and the share judged."""
-    watchdog = Watchdog(WatchdogConfig(), allowed)
+    watchdog = CameraShiftMonitor(CameraShiftConfig(), allowed)
     alarms, largest, judged, count, before = 0, 0.0, 0, 0, ShiftState.SETTLING
     for stamp_ns, image in source:
         shift = watchdog.watch(image, stamp_ns)
@@ -128,12 +128,12 @@ def detection_delay(kind: str, name: str, seed: int) -> tuple[float, float]:
     rng = np.random.default_rng([seed, 7])
     begin_s = float(rng.uniform(0, 200))
     scene = WatchedScene(kind, seed, begin_s + BEFORE_S + AFTER_S + 1)
-    watchdog = Watchdog(WatchdogConfig())
-    period_s = WatchdogConfig().period_s
+    watchdog = CameraShiftMonitor(CameraShiftConfig())
+    period_s = CameraShiftConfig().period_s
     moved, moved_s = _movement(name, rng), BEFORE_S + float(rng.uniform(0, period_s))
     delay_s = float('inf')
     for time_s in np.arange(0, BEFORE_S + AFTER_S, period_s).tolist():
-        image = scene.picture(begin_s + time_s, moved if time_s >= moved_s else None)
+        image = scene.image(begin_s + time_s, moved if time_s >= moved_s else None)
         shift = watchdog.watch(image, round(time_s * 1e9))
         if shift.state is ShiftState.MOVED:
             delay_s = min(delay_s, time_s - moved_s)
@@ -155,7 +155,7 @@ def _detection(name: str, trials: int, seed: int) -> dict[str, float]:
     }
 
 
-def _quiet(name: str, source: Pictures, allowed: Image | None) -> dict[str, float]:
+def _quiet(name: str, source: Images, allowed: Image | None) -> dict[str, float]:
     alarms, largest, judged = watch(source, allowed)
     return {
         f'{name}.false_alarms': alarms,
@@ -175,8 +175,8 @@ def _movement(name: str, rng: np.random.Generator) -> Floats:
     return np.array([[1.0, 0, right], [0, 1.0, down]])
 
 
-def _video_pictures(path: Path) -> Iterator[tuple[int, Image]]:
-    """Yield stamps and pictures of a clip."""
+def _video_images(path: Path) -> Iterator[tuple[int, Image]]:
+    """Yield stamps and images of a clip."""
     clip = open_video(path)
-    for index, image in enumerate(clip.pictures()):
+    for index, image in enumerate(clip.images()):
         yield round(index / clip.rate_hz * 1e9), image

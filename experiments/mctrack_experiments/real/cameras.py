@@ -47,7 +47,7 @@ def reproduce_cameras(data: Path) -> Figures:
         'through View_001.xml (Tsai)',
         'clicked': f'{CLICKS[0] * CLICKS[1]} points of a lattice over the walked area, '
         f'{CLICK_NOISE_PX:g} px noise, {SEEDS} seeds, camera fitted, feet of the same truth',
-        'wildtrack': '7 cameras, 360 frames, lower edge of the boxes that end in the picture; '
+        'wildtrack': '7 cameras, 360 frames, lower edge of the boxes that end in the image; '
         'whole pixels are taken at their middle (+ 0.5 px; without, the worst is 0.124 m)',
         'lab6p': 'annotated feet of 4 cameras, largest difference from the stored positions',
     }

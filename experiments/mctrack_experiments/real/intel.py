@@ -23,7 +23,7 @@ from mctrack_ros.recording.video.videos import open_video
 FOLDER = 'intel_sample_videos'
 SIZE = (768, 432)
 SETTLING_S = 1.0
-"""Until then the cameras have not come to rest; nobody is in the pictures yet."""
+"""Until then the cameras have not come to rest; nobody is in the images yet."""
 
 SETTINGS: dict[str, Any] = {
     'background': {'shadow_share': 0.35, 'threshold': 12.0},  # shadows under cars; compressed
@@ -42,7 +42,7 @@ class Clip:
     file : str
         In the data set's folder.
     rate_hz : float
-        Pictures a second.
+        Images a second.
     height_m, tilt_deg, focal_px : float
         Of the camera, guessed: above the ground, down from the horizontal, focal length.
     true : int
@@ -94,10 +94,10 @@ def counted(folder: Path, clip: Clip) -> Counts:
 
     """
     pipeline = SilhouettePipeline(config_from(SilhouetteConfig, SETTINGS), clip.mapping())
-    pictures: dict[int, int] = {}
+    images: dict[int, int] = {}
     as_vehicle: dict[int, int] = {}
     passed: set[int] = set()
-    for index, image in enumerate(open_video(folder / clip.file).pictures(), start=1):
+    for index, image in enumerate(open_video(folder / clip.file).images(), start=1):
         if index < SETTLING_S * clip.rate_hz:
             continue
         pipeline.step(image, round(index / clip.rate_hz * 1e9), None)
@@ -105,12 +105,12 @@ def counted(folder: Path, clip: Clip) -> Counts:
         passed.update(objects.local_id[objects.passed_on].tolist())
         for row in np.flatnonzero(objects.established & objects.matched).tolist():
             key = int(objects.local_id[row])
-            pictures[key] = pictures.get(key, 0) + 1
+            images[key] = images.get(key, 0) + 1
             vehicle = objects.class_id[row] == ClassCode.VEHICLE
             as_vehicle[key] = as_vehicle.get(key, 0) + int(vehicle)
-    vehicles = {key for key, count in pictures.items() if 2 * as_vehicle[key] > count}
+    vehicles = {key for key, count in images.items() if 2 * as_vehicle[key] > count}
     people = passed - vehicles
-    return Counts(len(vehicles), len(people), len(pictures.keys() - vehicles - people))
+    return Counts(len(vehicles), len(people), len(images.keys() - vehicles - people))
 
 
 def reproduce_intel(data: Path) -> Figures:
@@ -118,7 +118,7 @@ def reproduce_intel(data: Path) -> Figures:
     cars, people = (counted(data / FOLDER, clip) for clip in (CARS, PEOPLE))
     protocol = {
         'data': 'Intel IoT DevKit sample videos (CC BY 4.0): car-detection, '
-        'one-by-one-person-detection; 768 x 432 px, 12.5 and 10 pictures a second, all of them '
+        'one-by-one-person-detection; 768 x 432 px, 12.5 and 10 images a second, all of them '
         f'but the first {SETTLING_S:g} s, in which the cameras still move',
         'true, by eye': f'{CARS.true} cars and nobody else; {PEOPLE.true} people, no vehicle',
         'cameras': 'guessed: 7.4 m up, tilted 38.8 degrees, 900 px; 2.4 m, 32 degrees, 700 px',

@@ -26,7 +26,7 @@ from mctrack_ros.recording.video.videos import open_video
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
-PICTURE_SIZE = (480, 360)
+IMAGE_SIZE = (480, 360)
 PERIOD_S = 1 / 7
 PERIOD_NS = round(PERIOD_S * 1e9)
 FEEDBACK_DELAY_NS = 2 * PERIOD_NS
@@ -55,7 +55,7 @@ class TsaiCamera:
     path : Path
         XML file of the PETS calibration; lengths in mm, angles in rad.
     size : (int, int)
-        Width and height of the pictures to be mapped, px; the calibrated size is scaled to it.
+        Width and height of the images to be mapped, px; the calibrated size is scaled to it.
 
     """
 
@@ -72,7 +72,7 @@ class TsaiCamera:
         self.mapping = ProjectiveMapping(intrinsics @ pose, size)
 
     def undistortion(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the maps with which `cv2.remap` makes the picture that of a pinhole."""
+        """Return the maps with which `cv2.remap` makes the image that of a pinhole."""
         width, height = self._size
         column, row = np.meshgrid(np.arange(width), np.arange(height))
         ideal = (np.dstack([column, row]) - self._centre) / self._per_mm
@@ -84,11 +84,11 @@ class TsaiCamera:
         return pixel[..., 0].astype(np.float32), pixel[..., 1].astype(np.float32)
 
 
-def pictures(folder: Path, camera: TsaiCamera) -> Iterator[tuple[int, Image]]:
-    """Yield the frame number, as the truth counts (from 1), and the undistorted picture."""
+def images(folder: Path, camera: TsaiCamera) -> Iterator[tuple[int, Image]]:
+    """Yield the frame number, as the truth counts (from 1), and the undistorted image."""
     maps = camera.undistortion()
     video = open_video(folder / 'video' / 'vtest_480x360.avi')
-    for frame, image in enumerate(video.pictures(), start=1):
+    for frame, image in enumerate(video.images(), start=1):
         yield frame, np.asarray(cv2.remap(image, *maps, cv2.INTER_LINEAR), np.uint8)
 
 
@@ -104,12 +104,12 @@ def track(
     fusion_config: FusionConfig,
 ) -> Iterator[Tracks]:
     """
-    Take one camera's pictures through perception and fusion, feedback included.
+    Take one camera's images through perception and fusion, feedback included.
 
     Parameters
     ----------
     source : iterable of (int, (h, w, 3) uint8 array)
-        Frame numbers and pictures.
+        Frame numbers and images.
     mapping : ProjectiveMapping
         Of the camera.
     camera_config : CameraConfig
@@ -175,9 +175,9 @@ def pets_pixels(folder: Path) -> Figures:
         The data set's.
 
     """
-    camera = TsaiCamera(folder / 'calibration' / 'View_001.xml', PICTURE_SIZE)
+    camera = TsaiCamera(folder / 'calibration' / 'View_001.xml', IMAGE_SIZE)
     tracks = track(
-        pictures(folder, camera),
+        images(folder, camera),
         camera.mapping,
         config_from(CameraConfig, CAMERA_SETTINGS),
         config_from(FusionConfig, FUSION_SETTINGS),

@@ -176,7 +176,7 @@ def reproduce_wildtrack(data: Path) -> Figures:
         'frames': 'training split, 360, 2 a second',
         'area': f'x {WILDTRACK_AREA[0]}, y {WILDTRACK_AREA[1]} m; tracks outside are dropped',
         'settings': dict(WILDTRACK_SETTINGS),
-        'perfect': 'lower edges of the annotated boxes that end in the picture, '
+        'perfect': 'lower edges of the annotated boxes that end in the image, '
         f'{box_sigma_px:g} px; settings {dict(PERFECT_SETTINGS)}, chosen on frames 0 to '
         f'{WILDTRACK_SPLIT - 1} (second_half: the others)',
     }

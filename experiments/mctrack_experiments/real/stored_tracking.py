@@ -42,7 +42,7 @@ def track_stored(
 
 
 def ticks(scene: StoredScene, config: FusionConfig, cameras: tuple[str, ...]) -> Iterator[Tick]:
-    """Yield the scene's ticks; every message arrives when its picture is taken."""
+    """Yield the scene's ticks; every message arrives when its image is taken."""
     batcher = Batcher(config, cameras)
     for index in range(len(scene.frame)):
         for camera in cameras:

@@ -1,4 +1,4 @@
-"""EPFL terrace, real pictures with truth: four cameras at 3 Hz, and two videos at 25 Hz."""
+"""EPFL terrace, real images with truth: four cameras at 3 Hz, and two videos at 25 Hz."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from mctrack_experiments.datasets.epfl_terrace import (
     CUT_OFF_PX,
     PERIOD_NS,
     SIZE,
+    image_files,
     metres_from_top_view,
-    picture_files,
     read_identities,
     read_positions,
     write_calibration,
@@ -41,25 +41,25 @@ IDENTITY_GATE_M = 1.0
 IDENTITY_FIGURES = ('mota', 'idf1', 'switches', 'false_positives', 'misses')
 TUNED_TO, LAST = 1250, 2500
 """Last frame that parameters may be chosen on, and last of all."""
-PICTURES_S = 0.2
-"""How far apart pictures of the four cameras are at least, s."""
-FIRST_PICTURE, FIRST_OF_VIDEO = 75, 100
+IMAGES_S = 0.2
+"""How far apart images of the four cameras are at least, s."""
+FIRST_IMAGE, FIRST_OF_VIDEO = 75, 100
 """First frames that are scored: before, backgrounds are learned."""
 
 
 def reproduce_terrace4(data: Path) -> Figures:
-    """Track the pictures of four cameras and compare with both truths."""
+    """Track the images of four cameras and compare with both truths."""
     with tempfile.TemporaryDirectory(prefix='mctrack_terrace_') as name:
         folder = Path(name)
-        write_pictures(data, folder / 'bag')
+        write_images(data, folder / 'bag')
         track_bag(folder / 'bag', folder / 'out', write_site(data, folder))
         tracks = read_tracks(folder / 'out', 0)
-    frames = [frame for frame in picture_files(data, CAMERAS[0]) if frame >= FIRST_PICTURE]
+    frames = [frame for frame in image_files(data, CAMERAS[0]) if frame >= FIRST_IMAGE]
     protocol = {
-        'data': '300 pictures of each of four cameras, 360 x 288 px, 0.2 to 0.4 s apart',
-        'frames': f'the pictures among {FIRST_PICTURE}-{LAST}',
-        'settings': 'calibration after Tsai, size of the pictures, ticks of their shortest '
-        f'distance, {PICTURES_S:g} s, and feedback of two ticks before; all else by default',
+        'data': '300 images of each of four cameras, 360 x 288 px, 0.2 to 0.4 s apart',
+        'frames': f'the images among {FIRST_IMAGE}-{LAST}',
+        'settings': 'calibration after Tsai, size of the images, ticks of their shortest '
+        f'distance, {IMAGES_S:g} s, and feedback of two ticks before; all else by default',
     }
     return _figures('terrace4', protocol, data, tracks, CAMERAS, frames)
 
@@ -75,9 +75,9 @@ def reproduce_terrace(data: Path) -> Figures:
     tracks = replace(tracks, position=metres_from_top_view(top_view_px))
     frames = range(FIRST_OF_VIDEO, LAST + 1)
     protocol = {
-        'data': 'two videos, 360 x 288 px, 25 pictures a second',
+        'data': 'two videos, 360 x 288 px, 25 images a second',
         'frames': f'{FIRST_OF_VIDEO}-{LAST}',
-        'settings': 'homographies, size of the pictures, a mask over the watermark, '
+        'settings': 'homographies, size of the images, a mask over the watermark, '
         f'blobs.farthest_height_px {terrace.FARTHEST_HEIGHT_PX:g} (people behind windows; chosen '
         'on these clips, without truth), as in the live run; all else by default',
     }
@@ -109,22 +109,22 @@ def write_site(data: Path, folder: Path) -> SiteConfig:
     site = {
         'name': 'terrace',
         'cameras': cameras,
-        'feedback_delay': 2 * PICTURES_S,
-        'fusion': {'batching': {'period': PICTURES_S}},
+        'feedback_delay': 2 * IMAGES_S,
+        'fusion': {'batching': {'period': IMAGES_S}},
     }
     (folder / 'site.yaml').write_text(yaml.safe_dump(site))
     return load_site(folder / 'site.yaml')
 
 
-def write_pictures(data: Path, bag: Path) -> None:
-    """Write the pictures of all cameras into a bag, stamped with the middles of their frames."""
-    pictures = [
+def write_images(data: Path, bag: Path) -> None:
+    """Write the images of all cameras into a bag, stamped with the middles of their frames."""
+    images = [
         (START_NS + frame * PERIOD_NS + PERIOD_NS // 2, camera, file)
         for camera in CAMERAS
-        for frame, file in picture_files(data, camera).items()
+        for frame, file in image_files(data, camera).items()
     ]
     with BagWriter(bag) as writer:
-        for stamp_ns, camera, file in sorted(pictures):
+        for stamp_ns, camera, file in sorted(images):
             jpeg = np.frombuffer(file.read_bytes(), np.uint8)
             frame_id = f'{camera}_optical_frame'
             message = compressed_message(jpeg, ROSBAGS_CLASSES, stamp_ns, frame_id)

@@ -13,7 +13,7 @@ from mctrack_ros.ros.graph.graph import NodeSpec, recorder_node
 from mctrack_ros.ros.graph.site_graph import site_nodes
 
 _PREPARATION_S = 8.0
-"""From the start of the processes to the first picture."""
+"""From the start of the processes to the first image."""
 
 _SECONDS = 120.0
 _RATE_HZ = 25.0

@@ -48,7 +48,7 @@ def video(data: Path, camera: str) -> Path:
 
 
 def watermark_mask() -> NDArray[np.uint8]:
-    """Return the picture that is 0 where the clips have their logo."""
+    """Return the image that is 0 where the clips have their logo."""
     mask = np.full((SIZE[1], SIZE[0]), 255, np.uint8)
     mask[WATERMARK] = 0
     return mask
@@ -158,18 +158,18 @@ def _disagreement(
     apart = [np.zeros(0)]
     for tracks in shown:
         seen = tracks.select(tracks.cameras == 0b11).position[:, :2].astype(np.float64)
-        pictures = [by_stamp.get(tracks.stamp_ns) for by_stamp in detections]
-        if not len(seen) or any(picture is None for picture in pictures):
+        images = [by_stamp.get(tracks.stamp_ns) for by_stamp in detections]
+        if not len(seen) or any(image is None for image in images):
             continue
-        spots = [_nearest(seen, picture) for picture in pictures if picture is not None]
+        spots = [_nearest(seen, image) for image in images if image is not None]
         distance = np.linalg.norm(spots[0] - spots[1], axis=1)
         apart.append(distance[np.isfinite(distance)])
     return np.concatenate(apart)
 
 
-def _nearest(places: NDArray[np.float64], picture: Detections) -> NDArray[np.float64]:
+def _nearest(places: NDArray[np.float64], image: Detections) -> NDArray[np.float64]:
     """Return the whole, single detection nearest to each place, (n, 2) m; NaN: none is near."""
-    whole = picture.select((picture.member_count == 1) & (picture.truncated == 0))
+    whole = image.select((image.member_count == 1) & (image.truncated == 0))
     if not len(whole):
         return np.full(places.shape, np.nan)
     spots = whole.position[:, :2].astype(np.float64)

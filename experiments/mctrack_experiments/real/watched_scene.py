@@ -1,4 +1,4 @@
-"""Quickly drawn pictures of a camera in the wind: light that drifts, crowds that pass."""
+"""Quickly drawn images of a camera in the wind: light that drifts, crowds that pass."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.simulation import Scenario, pitch5_cameras
-from mctrack_ros.simulation.pitch.stadium import empty_picture
+from mctrack_ros.simulation.pitch.stadium import empty_image
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -50,7 +50,7 @@ class WatchedScene:
         width, height = (side + 2 * MARGIN_PX for side in SIZE)
         if kind == 'pitch':
             camera = pitch5_cameras(Scenario())[seed % 5]
-            self._still = empty_picture(replace(camera, size=(width, height)), self._rng)
+            self._still = empty_image(replace(camera, size=(width, height)), self._rng)
         else:
             self._still = _square(width, height, self._rng)
         self.wind = _wind(round(duration_s * RATE_HZ) + 1, self._rng)
@@ -59,21 +59,21 @@ class WatchedScene:
         self._darker = np.clip(np.rint(-noise), 0, 255).astype(np.uint8)
         count = (2 * PEOPLE,)
         self._start = self._rng.uniform(0, 1, count)
-        self._speed = self._rng.normal(0, 0.06, count)  # picture widths a second
+        self._speed = self._rng.normal(0, 0.06, count)  # image widths a second
         self._depth = np.sort(self._rng.uniform(0.15, 1.0, count))
         self._clothes = self._rng.integers(0, 255, (2 * PEOPLE, 2, 3))
         self._phase = self._rng.uniform(0, 2 * np.pi, 3)
 
-    def picture(self, time_s: float, moved: Floats | None = None) -> Image:
+    def image(self, time_s: float, moved: Floats | None = None) -> Image:
         """
-        Draw the picture of an instant.
+        Draw the image of an instant.
 
         Parameters
         ----------
         time_s : float
             Since the start, s.
         moved : (2, 3) array, optional
-            Where the points of the unmoved picture lie, px from its middle; else where they were.
+            Where the points of the unmoved image lie, px from its middle; else where they were.
 
         """
         matrix = np.eye(2, 3) if moved is None else np.array(moved, float)
@@ -134,18 +134,18 @@ def _wind(count: int, rng: np.random.Generator) -> Floats:
 
 def _square(width: int, height: int, rng: np.random.Generator) -> Image:
     """Draw paving below facades with windows."""
-    picture = np.full((height, width, 3), 120.0)
+    image = np.full((height, width, 3), 120.0)
     skyline = round(0.35 * height)
     for left in range(0, width, 140):
         colour = rng.uniform(60, 200, 3)
-        picture[:skyline, left : left + 140] = colour
+        image[:skyline, left : left + 140] = colour
         for top in range(20, skyline - 40, 55):
             for x in range(left + 15, left + 120, 40):
-                picture[top : top + 32, x : x + 22] = colour * rng.uniform(0.3, 0.7)
+                image[top : top + 32, x : x + 22] = colour * rng.uniform(0.3, 0.7)
     for row in range(skyline, height, 24):
         for column in range(0, width, 36):
             shade = rng.uniform(0.85, 1.1)
-            picture[row : row + 22, column : column + 34] *= shade
-    picture += rng.normal(0, 3, picture.shape)
-    smooth = cv2.GaussianBlur(picture, (0, 0), 0.8)
+            image[row : row + 22, column : column + 34] *= shade
+    image += rng.normal(0, 3, image.shape)
+    smooth = cv2.GaussianBlur(image, (0, 0), 0.8)
     return np.clip(smooth, 0, 255).astype(np.uint8)

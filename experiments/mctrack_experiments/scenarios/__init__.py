@@ -1,1 +1,1 @@
-"""Scenarios of which each asks one thing of fusion, over many seeds; the last part is pictures."""
+"""Scenarios of which each asks one thing of fusion, over many seeds; the last part is images."""

@@ -31,7 +31,7 @@ GHOSTS = {'told': 0, 'one_camera': 1, 'two_cameras': 2}
 """How many cameras see it: none, feedback alone tells of it; one; two, at the same place."""
 
 CREDULITY = {'': 0.0, '_credulous': 0.02}
-"""Probability that a camera detects in a picture, in noise, one whom feedback tells of."""
+"""Probability that a camera detects in an image, in noise, one whom feedback tells of."""
 
 
 @dataclass(slots=True)

@@ -83,7 +83,7 @@ def _protocol(seeds: Sequence[int]) -> dict[str, str]:
         'seeds': f'{min(seeds)} to {max(seeds)}; developed on 1 to 20',
         'rate, low, high': 'share of the seeds, and its 95 % interval (Wilson)',
         'ghost': 'told: feedback alone tells of it; one_camera, two_cameras: so many detect it, '
-        'for 2 s; credulous: a camera detects whom it is told of near it in 2 % of its pictures, '
+        'for 2 s; credulous: a camera detects whom it is told of near it in 2 % of its images, '
         'be he there or not; dies: not reported later than 1 s after its cause; never: not at all',
         'coalescence': 'side by side for 4 s, or crossing at 10 to 25 degrees; places: cameras '
         'tell places alone; kept: the ids after are those before; two: neither is without a '
@@ -91,7 +91,7 @@ def _protocol(seeds: Sequence[int]) -> dict[str, str]:
         'hand_over': 'along two cameras that share 2 to 6 m, or leave 3 to 6 m unseen (2 to 5 s); '
         'two side by side, or opposite: passing in the middle; stranger: who comes out is another',
         'blind_area': 'hidden from all cameras for 2 to 4 s; turns: comes back out',
-        'swapped_kits': 'as one in every picture for 1.5 to 3 s, then by any side; scrum: two of '
+        'swapped_kits': 'as one in every image for 1.5 to 3 s, then by any side; scrum: two of '
         'each kit; pair_alike: who cannot be told apart; swapped: some ids as they part are '
         "another's; right: all at last have the id of one of their kit; corrected: published",
     }

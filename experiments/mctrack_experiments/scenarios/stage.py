@@ -18,15 +18,15 @@ Rectangle = tuple[float, float, float, float]
 
 TICK_S = 0.04
 DETECTED = 0.92
-"""Probability that a camera detects whom it sees, in one picture."""
+"""Probability that a camera detects whom it sees, in one image."""
 FOOT_PX = 3.0
-"""Standard deviation of a foot point in the picture, px."""
+"""Standard deviation of a foot point in the image, px."""
 BIAS_M = 0.1
 """Standard deviation, along each axis, of what a camera's calibration is off by, m."""
 MERGE_LATERAL_M, MERGE_RADIAL_M = 0.45, 4.0
 """Two are one detection who are so near across and along the line of sight, m."""
 CLUTTER_DENSITY = 1e-4
-"""False detections per picture, 1/m²."""
+"""False detections per image, 1/m²."""
 NOBODY = -1
 """What is detected there is nobody."""
 
@@ -137,7 +137,7 @@ def scene_of(stage: Stage, rng: np.random.Generator) -> Scene:
 def _detected(
     places: Floats, shown: Mask, view: View, rng: np.random.Generator
 ) -> tuple[Floats, Floats, Indices, Indices]:
-    """Return positions, covariances, who caused them, and who else, of a picture."""
+    """Return positions, covariances, who caused them, and who else, of an image."""
     found = np.flatnonzero(shown & (rng.random(len(places)) < DETECTED))
     target, other, shift = merged(places, found, np.array(view.position))
     low, high = np.array(view.field[:2]), np.array(view.field[2:])

@@ -28,7 +28,7 @@ GROUPS = ('pair_different', 'scrum', 'pair_alike')
 
 def swapped_kits(seed: int, group: str) -> dict[str, bool]:
     """
-    Play one scene: people come together, stand as one in every picture, and go, pass or turn back.
+    Play one scene: people come together, stand as one in every image, and go, pass or turn back.
 
     Parameters
     ----------

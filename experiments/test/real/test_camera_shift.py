@@ -4,9 +4,9 @@ import pytest
 from mctrack_experiments.bench.camera_shift import bench_watchdog
 from mctrack_experiments.real.camera_shift import (
     detection_delay,
-    pitch_pictures,
+    pitch_images,
     real_clips,
-    scene_pictures,
+    scene_images,
     watch,
 )
 from mctrack_experiments.real.watched_scene import KINDS, WIND_PX, WatchedScene
@@ -20,21 +20,21 @@ def test_a_movement_is_found_within_five_seconds(name):
 
 @pytest.mark.parametrize('kind', KINDS)
 def test_wind_light_and_crowds_are_no_alarm(kind):
-    alarms, largest, judged = watch(scene_pictures(kind, 402, 50.0))
+    alarms, largest, judged = watch(scene_images(kind, 402, 50.0))
     assert alarms == 0
     assert largest < 1.4
     assert judged > 0.6
 
 
 def test_the_pitch_in_changing_light_is_no_alarm():
-    alarms, largest, _ = watch(pitch_pictures(402))
+    alarms, largest, _ = watch(pitch_images(402))
     assert alarms == 0
     assert largest < 0.2
 
 
 def test_a_scene_is_drawn_again_the_same():
     first, second = (WatchedScene('square', 3, 10.0) for _ in range(2))
-    assert np.array_equal(first.picture(4.0), second.picture(4.0))
+    assert np.array_equal(first.image(4.0), second.image(4.0))
 
 
 def test_the_wind_is_as_strong_as_stated():
@@ -44,8 +44,8 @@ def test_the_wind_is_as_strong_as_stated():
 
 def test_the_bench_compares_with_its_peer():
     figures = bench_watchdog(20).figures
-    assert figures['ms_per_picture'] > 0
-    assert figures['square.peer.phase_correlation.ms_per_picture'] > 0
+    assert figures['ms_per_image'] > 0
+    assert figures['square.peer.phase_correlation.ms_per_image'] > 0
 
 
 @pytest.mark.real_data

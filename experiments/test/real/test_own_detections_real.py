@@ -77,7 +77,7 @@ def test_commands_make_of_real_boxes_what_the_experiment_does(data_root, tmp_pat
         *(f'view{view}={tmp_path / f"view{view}.txt"}' for view in VIEWS),
         *('--site', tmp_path / 'pets.yaml', '--rate', RATE, '--least-score', LEAST_SCORE),
     )
-    assert 'view1: 4769 detections of 8857 in 795 pictures' in said
+    assert 'view1: 4769 detections of 8857 in 795 images' in said
     scene = load_pets_multiview(data, BodyModel())
     with BagReader(tmp_path / 'bag') as reader:
         for camera in (f'view{view}' for view in VIEWS):

@@ -13,13 +13,13 @@ from mctrack_experiments.datasets.epfl_terrace import (
     FOLDER,
     PERIOD_NS,
     SIZE,
+    image_files,
     metres_from_top_view,
-    picture_files,
     read_identities,
     read_positions,
     top_view_from_image,
 )
-from mctrack_experiments.real.terrace import read_tracks, scored, write_pictures, write_site
+from mctrack_experiments.real.terrace import read_tracks, scored, write_images, write_site
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.interfaces import Tracks, TrackStatus
 from mctrack_ros.recording import BagReader, TrackTableWriter
@@ -78,7 +78,7 @@ def test_scores_are_those_of_the_data_s_protocol(
         [sys.executable, script, table, *options], capture_output=True, text=True, check=True
     )
     printed = json.loads(done.stdout)
-    frames = range(first, last + 1) if every else picture_files(data_root, 'c0')
+    frames = range(first, last + 1) if every else image_files(data_root, 'c0')
     found = scored(
         wandering,
         read_positions(data_root),
@@ -107,9 +107,9 @@ def test_calibrations_agree_with_the_homographies_of_the_truth(data_root, tmp_pa
         assert np.median(np.linalg.norm(found - again, axis=1)) < 0.1
 
 
-def test_a_track_has_the_number_of_the_picture_it_comes_of(data_root, tmp_path):
-    write_pictures(data_root, tmp_path / 'bag')
-    files = picture_files(data_root, 'c2')
+def test_a_track_has_the_number_of_the_image_it_comes_of(data_root, tmp_path):
+    write_images(data_root, tmp_path / 'bag')
+    files = image_files(data_root, 'c2')
     with (
         BagReader(tmp_path / 'bag') as bag,
         TrackTableWriter(tmp_path / 'tracks.csv', PERIOD_NS) as tracks,

@@ -1,4 +1,4 @@
-"""`mctrack calibrate`: pair the scene's points with a camera's picture, in the browser."""
+"""`mctrack calibrate`: pair the scene's points with a camera's image, in the browser."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import typer
 
 def calibrate(
     source: Path = typer.Argument(
-        ..., help='A picture, a video or a bag of the camera, or live: the running graph.'
+        ..., help='An image, a video or a bag of the camera, or live: the running graph.'
     ),
     scene: Path = typer.Argument(..., help="Scene XML: the points' names and metres."),
     camera: str = typer.Option(..., help="The camera's name."),
@@ -17,22 +17,22 @@ def calibrate(
         ..., help='Grid XML to write; one that is there is continued and then replaced.'
     ),
     topic: str = typer.Option(
-        '', help='Topic of pictures in the bag or the graph; found by its name unless given.'
+        '', help='Topic of images in the bag or the graph; found by its name unless given.'
     ),
     host: str = typer.Option('127.0.0.1', help='Address to serve at; any other needs --token.'),
     port: int = typer.Option(8080, min=1, max=65535, help='Port to serve at.'),
     token: str = typer.Option('', help='What every request must bring.'),
     browser: bool = typer.Option(True, '--browser/--no-browser', help='Open the page.'),
 ) -> None:
-    """Calibrate a camera in the browser: click points on a plan and in its picture."""
+    """Calibrate a camera in the browser: click points on a plan and in its image."""
     from mctrack_ros.ground import read_grid, read_scene
     from mctrack_ros.site.names import check_camera_name
-    from mctrack_ros.web import Pairing, check_address, read_picture
+    from mctrack_ros.web import Pairing, check_address, read_image
 
     check_camera_name(camera)
     check_address(host, token)
-    picture = read_picture(source, camera, topic)
-    height, width = picture.shape[:2]
+    image = read_image(source, camera, topic)
+    height, width = image.shape[:2]
     pairing = Pairing(camera, read_scene(scene), (width, height))
     if out.exists():
         pairing.resume(read_grid(out))
@@ -40,5 +40,5 @@ def calibrate(
     from mctrack_ros.web.calibrate.page import add_pages, desk
     from mctrack_ros.web.serve.serve import serve
 
-    page = add_pages(desk(pairing, picture, out))
+    page = add_pages(desk(pairing, image, out))
     serve(page, f'Calibrate {camera}', host, port, token, browser, typer.echo)

@@ -31,7 +31,7 @@ def convert_calibration(
         'for .xml, camera_info for .yaml.',
     ),
     size: str = typer.Option(
-        '', help='Width and height of the pictures, px, as 1920x1080, if the file lacks them.'
+        '', help='Width and height of the images, px, as 1920x1080, if the file lacks them.'
     ),
     extrinsics: Path | None = typer.Option(
         None, help="File with the camera's pose, if it is another; in place of TF."
@@ -64,7 +64,7 @@ def convert_calibration(
     missed = write_calibration(mapping, target, kind, name or title)
     note = f'; up to {missed:.2g} px off' if missed >= _LEAST_MISS_PX else ''
     width, height = mapping.image_size
-    typer.echo(f'{target}: {kind}, for pictures of {width} x {height} px{note}')
+    typer.echo(f'{target}: {kind}, for images of {width} x {height} px{note}')
     if knows_its_error(mapping):
         typer.echo(
             'The file does not say how good the points of the grid were: the covariance of the '
@@ -75,7 +75,7 @@ def convert_calibration(
 def check_calibration(
     source: str = typer.Argument(..., help='Site YAML, name of a shipped site, or a grid XML.'),
     size: str = typer.Option(
-        '', help='Width and height of the pictures, px, as 1920x1080, if a grid lacks them.'
+        '', help='Width and height of the images, px, as 1920x1080, if a grid lacks them.'
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the checks here.'),
 ) -> None:
@@ -102,18 +102,18 @@ def _checks(source: str, size: str) -> Iterator[tuple[str, CalibrationCheck]]:
 
     if source.endswith('.xml'):
         grid = read_grid(source)
-        picture = _size(size) if size else grid.image_size
-        if picture is None:
-            raise ValueError(f'{source} does not say how large the pictures are: name --size')
-        yield grid.workstation, check_grid(grid, picture)
+        image = _size(size) if size else grid.image_size
+        if image is None:
+            raise ValueError(f'{source} does not say how large the images are: name --size')
+        yield grid.workstation, check_grid(grid, image)
         return
     site = named_site(source)
     for line in calibration_doubts(site):
         typer.echo(line)
     for name, camera in site.cameras.items():
         if camera.grid:
-            picture = camera.image_width, camera.image_height
-            yield name, check_grid(read_grid(camera.grid), picture, camera.click_noise_px)
+            image = camera.image_width, camera.image_height
+            yield name, check_grid(read_grid(camera.grid), image, camera.click_noise_px)
         else:
             camera.mapping()
             typer.echo(f'{name}: {camera.calibration} can be used; it has no points to check')

@@ -42,7 +42,7 @@ def read_source(
     source : str
         A file, a bag, or what is neither and can be a topic.
     size : (int, int) or None
-        Of the pictures, px, if it was stated.
+        Of the images, px, if it was stated.
     extrinsics : str or Path
         File with the camera's pose; may be empty.
     unit : str
@@ -62,7 +62,7 @@ def read_source(
     Raises
     ------
     ValueError
-        If the size of the pictures is not known.
+        If the size of the images is not known.
     CalibrationError, BagError
         If there is no calibration; says why.
 
@@ -80,7 +80,7 @@ def read_source(
     choice = Choice(heard.topic)
     size = size or stated_size(source, choice)
     if size is None:
-        raise ValueError(f'{source} does not say how large the pictures are: name it with --size')
+        raise ValueError(f'{source} does not say how large the images are: name it with --size')
     mapping = read_calibration(source, size, extrinsics, unit, choice)
     notes = read_camera(source, size, choice=choice).notes if holds_camera(source) else ()
     return mapping, path.stem, notes

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import typer
 
-from mctrack_ros.cli.options import picture_file
+from mctrack_ros.cli.options import image_file
 
 
 def coverage(
@@ -23,10 +23,10 @@ def coverage(
         200.0, min=1.0, max=10000.0, help='How far from its foot a camera is of use, m.'
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
-    picture: Path | None = typer.Option(
+    image: Path | None = typer.Option(
         None,
-        '--picture',
-        callback=picture_file,
+        '--image',
+        callback=image_file,
         help='Also draw it here, as .png, .svg or .pdf.',
     ),
     web: bool = typer.Option(
@@ -50,7 +50,7 @@ def coverage(
     from mctrack_ros.site.coverage import site_coverage
 
     if sources and not web:
-        raise ValueError('--source names pictures to draw on, which needs --web')
+        raise ValueError('--source names images to draw on, which needs --web')
     loaded, config = named_site(site), CoverageConfig(cell=cell, reach=reach)
     seen = site_coverage(loaded, config, area)
     options = f' --area={area}' if area else ''
@@ -59,18 +59,18 @@ def coverage(
     typer.echo(figures.table())
     if json_file is not None:
         figures.write(json_file)
-    if picture is not None:
-        from mctrack_ros.report.coverage_picture import draw_coverage
+    if image is not None:
+        from mctrack_ros.report.coverage_image import draw_coverage
 
-        draw_coverage(seen, f'Coverage of {loaded.name}', picture)
+        draw_coverage(seen, f'Coverage of {loaded.name}', image)
     if web:
         from mctrack_ros.web.coverage.page import coverage_page
         from mctrack_ros.web.coverage.site_fields import save_fields, site_fields
-        from mctrack_ros.web.coverage.site_pictures import site_pictures
+        from mctrack_ros.web.coverage.site_images import site_images
         from mctrack_ros.web.serve.serve import serve
 
-        pictures = site_pictures(loaded, sources)
+        images = site_images(loaded, sources)
         fields = site_fields(loaded, config, area)
         title = f'Coverage of {loaded.name}'
-        page = coverage_page(fields, title, lambda: save_fields(loaded, fields), pictures)
+        page = coverage_page(fields, title, lambda: save_fields(loaded, fields), images)
         serve(page, title, host, port, token, browser, typer.echo)

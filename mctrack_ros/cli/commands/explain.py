@@ -6,7 +6,7 @@ from pathlib import Path
 
 import typer
 
-from mctrack_ros.cli.options import finite, picture_file
+from mctrack_ros.cli.options import finite, image_file
 from mctrack_ros.site.names import namespace_of
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
@@ -28,7 +28,7 @@ def explain(
         '', callback=namespace_of, help='Where the topics lie in the bag, for example /hall.'
     ),
     out: Path | None = typer.Option(
-        None, callback=picture_file, help='Picture to write, for example why.png.'
+        None, callback=image_file, help='Image to write, for example why.png.'
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write all numbers here.'),
 ) -> None:

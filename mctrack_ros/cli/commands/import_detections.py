@@ -31,14 +31,14 @@ def import_detections(
     ),
     site: str = typer.Option(..., help='Site YAML, or the name of a shipped site.'),
     rate: float = typer.Option(
-        0.0, min=0.0, max=1000.0, help='Pictures a second: of files that count frames.'
+        0.0, min=0.0, max=1000.0, help='Images a second: of files that count frames.'
     ),
     first_frame: list[str] = typer.Option(
         [_FIRST_FRAME],
-        help='Number of the first picture, of files that count frames; camera=number for one.',
+        help='Number of the first image, of files that count frames; camera=number for one.',
     ),
     later: list[str] = typer.Option(
-        [], help='camera=seconds, for a text whose first picture came so long after the first.'
+        [], help='camera=seconds, for a text whose first image came so long after the first.'
     ),
     score_range: list[str] = typer.Option(
         [_SCORE_RANGE],
@@ -61,7 +61,7 @@ def import_detections(
     from mctrack_ros.cli.sites import named_site
     from mctrack_ros.recording.tables.box_files import TextClock
     from mctrack_ros.recording.tables.class_names import CLASS_NAMES
-    from mctrack_ros.recording.tables.sightings import with_all_pictures
+    from mctrack_ros.recording.tables.sightings import with_all_images
     from mctrack_ros.replay import import_detections as importing
 
     config = named_site(site)
@@ -80,7 +80,7 @@ def import_detections(
     known = {**CLASS_NAMES, **_classes(classes)}
     with progress_bar('importing') as progress:
         done = importing.import_detections(
-            with_all_pictures(sightings),
+            with_all_images(sightings),
             config,
             out,
             classes=known,
@@ -176,8 +176,8 @@ def _classes(texts: list[str]) -> Mapping[str, ClassCode]:
 def _report(name: str, imported: Imported, site_size: tuple[int, int]) -> Iterator[str]:
     """Yield what is to be said of a camera: what was left out is never silent."""
     yield (
-        f'{name}: {imported.written} detections of {imported.rows} in {imported.pictures} '
-        f'pictures, {imported.empty} of them empty'
+        f'{name}: {imported.written} detections of {imported.rows} in {imported.images} '
+        f'images, {imported.empty} of them empty'
     )
     width, height = site_size
     for count, what in (
@@ -185,7 +185,7 @@ def _report(name: str, imported: Imported, site_size: tuple[int, int]) -> Iterat
         (imported.no_ground, 'left out, their feet are not on ground that the camera sees'),
         (
             imported.outside,
-            f'left out, outside the picture (are they of pictures of {width} x {height} px?)',
+            f'left out, outside the image (are they of images of {width} x {height} px?)',
         ),
         (imported.extrapolated, 'beyond the points of the calibration: kept, less certain'),
     ):

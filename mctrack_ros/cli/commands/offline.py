@@ -121,7 +121,7 @@ def track(
     sources: list[str] = typer.Argument(
         ...,
         metavar='BAG | CAMERA=VIDEO...',
-        help='Bag with the pictures, or detections, of every camera; or the video file of each, '
+        help='Bag with the images, or detections, of every camera; or the video file of each, '
         'for example north=north.mp4 south=south.mp4.',
     ),
     out: Path | None = typer.Option(
@@ -144,7 +144,7 @@ def track(
         False, '--log-times', help='Take the times of recording instead of the stamps of a bag.'
     ),
     debug_images: Path | None = typer.Option(
-        None, help='Folder for pictures with boxes, ids, groups and predictions, by camera.'
+        None, help='Folder for images with boxes, ids, groups and predictions, by camera.'
     ),
     debug_every: float = typer.Option(1.0, min=0.0, help='Time between these, s; 0: all.'),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
@@ -190,7 +190,7 @@ def track(
         protocol={'site': config.name, 'cameras': len(config.cameras), 'processes': processes},
         figures={
             'ticks': summary.ticks,
-            'pictures': summary.pictures,
+            'images': summary.images,
             'confirmed_ids': len(summary.confirmed_ids),
             'bag_seconds': summary.bag_seconds,
             'wall_seconds': wall_seconds,

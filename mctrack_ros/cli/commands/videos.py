@@ -17,7 +17,7 @@ RATE = typer.Option(
     0.0,
     min=0.0,
     max=1000.0,
-    help='Pictures a second of the videos; 0: at the times that each file states.',
+    help='Images a second of the videos; 0: at the times that each file states.',
 )
 
 
@@ -43,7 +43,7 @@ def import_videos(
         for note in notes:
             warn(note)
     for name, count in counts.items():
-        typer.echo(f'{name}: {count} pictures')
+        typer.echo(f'{name}: {count} images')
     typer.echo(f'wrote {out}')
 
 
@@ -56,7 +56,7 @@ def open_videos(files: list[str], later: list[str], rate: float) -> dict[str, Vi
     files, later : list of str
         ``camera=file`` and ``camera=seconds``.
     rate : float
-        Pictures a second; 0: at the times that each file states.
+        Images a second; 0: at the times that each file states.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def open_videos(files: list[str], later: list[str], rate: float) -> dict[str, Vi
     for name, video in videos.items():
         width, height = video.size
         typer.echo(
-            f'{name}: {width} x {height} px, {video.rate_hz:g} pictures a second, '
+            f'{name}: {width} x {height} px, {video.rate_hz:g} images a second, '
             f'{video.length_s:.2f} s from {video.begin_s:.3f} s on',
             err=True,
         )

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion.config import AssociationConfig
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
 
 Floats = NDArray[np.float64]
@@ -20,7 +20,7 @@ OVERLAPPED_SHARE = 0.5
 
 def likeness_costs(
     table: TrackTable,
-    looks: Looks,
+    batch: Batch,
     track: Indices,
     row: Indices,
     is_known: NDArray[np.bool_],
@@ -37,15 +37,15 @@ def likeness_costs(
     cost = np.zeros(len(track))
     if config.likeness_weight == 0.0 or not is_known.any():
         return cost
-    theirs, ours = looks.detections.template, table.template
+    theirs, ours = batch.detections.template, table.template
     track, row = track[is_known], row[is_known]
-    seen = looks.portraits.whitened(np.sqrt(np.maximum(theirs, 0.0)).astype(np.float64))
-    change = seen[row] - looks.portraits.drawn(table.track_id, ours)[track]
+    seen = batch.gallery.whitened(np.sqrt(np.maximum(theirs, 0.0)).astype(np.float64))
+    change = seen[row] - batch.gallery.drawn(table.track_id, ours)[track]
     difference = np.log1p((change**2).sum(axis=1))
     best = np.full(len(theirs), np.inf)
     sure = table.confirmed[track]
     np.minimum.at(best, row[sure], difference[sure])
-    weight = np.where(looks.is_overlapped[row], OVERLAPPED_SHARE, 1.0) * config.likeness_weight
+    weight = np.where(batch.is_overlapped[row], OVERLAPPED_SHARE, 1.0) * config.likeness_weight
     lead = np.maximum(difference - np.minimum(best[row], difference), 0.0)
     cost[is_known] = np.minimum(weight * lead, MOST)
     return cost

@@ -37,7 +37,7 @@ def gated_pairs(
     covariance: Floats,
     seconds: Floats,
     seen: Floats,
-    picture: Indices,
+    image: Indices,
     gate: float,
 ) -> tuple[Indices, Indices, Indices, Indices]:
     """
@@ -52,24 +52,24 @@ def gated_pairs(
         Predicted x, y, vx, vy of the tracks; m and m/s.
     covariance : (n, 4, 4) array
         Their covariances.
-    seconds : (pictures,) array
-        From the tracks' stamp to each picture's, s.
+    seconds : (images,) array
+        From the tracks' stamp to each image's, s.
     seen : (m, 8) array
         What the detections say, see `measured`.
-    picture : (m,) int64 array
-        Which picture each is of; ascending.
+    image : (m,) int64 array
+        Which image each is of; ascending.
     gate : float
         Largest squared distance.
 
     Returns
     -------
-    track, detection, picture, slot : (k,) int64 arrays
-        Sorted by picture, then track, then detection; see `Pairs`.
+    track, detection, image, slot : (k,) int64 arrays
+        Sorted by image, then track, then detection; see `Pairs`.
 
     """
     if not len(seen) or not len(mean):
         return NO_PAIRS
-    track, detection, where, slot = _gated(mean, covariance, seconds, seen, picture, gate)
+    track, detection, where, slot = _gated(mean, covariance, seconds, seen, image, gate)
     return track, detection, where, slot
 
 
@@ -207,11 +207,11 @@ def _sort(values: Indices) -> None:
 
 
 @compiled(types.i8[::1](INTS_1D, INTS_1D))
-def slots(picture: Indices, track: Indices) -> Indices:
-    """Give each track in each picture a number; pairs (k,) are sorted by picture, then track."""
+def slots(image: Indices, track: Indices) -> Indices:
+    """Give each track in each image a number; pairs (k,) are sorted by image, then track."""
     slot, count = np.empty(len(track), np.int64), -1
     for pair in range(len(track)):
-        same = pair > 0 and picture[pair] == picture[pair - 1] and track[pair] == track[pair - 1]
+        same = pair > 0 and image[pair] == image[pair - 1] and track[pair] == track[pair - 1]
         count += 0 if same else 1
         slot[pair] = count
     return slot
@@ -223,7 +223,7 @@ def _gated(
     covariance: Floats,
     seconds: Floats,
     seen: Floats,
-    picture: Indices,
+    image: Indices,
     gate: float,
 ) -> Indices:
     """Compare each track with the detections of the cells that its gate reaches."""
@@ -244,8 +244,8 @@ def _gated(
         begin, later = found, np.nan
         for index in range(count):
             row = near[index]
-            if seconds[picture[row]] != later:
-                later = seconds[picture[row]]
+            if seconds[image[row]] != later:
+                later = seconds[image[row]]
                 x, y, xx, xy, yy = seen_at(mean, covariance, track, later)
             squared, _ = distance(
                 seen[row, X] - x,
@@ -257,10 +257,10 @@ def _gated(
             if squared < gate:
                 tracks[found], detections[found], found = track, row, found + 1
         _sort(detections[begin:found])
-    order = counted(picture[detections[:found]], picture[-1] + 1)
+    order = counted(image[detections[:found]], image[-1] + 1)
     pairs = np.empty((4, found), np.int64)
     for pair, index in enumerate(order):
         row = detections[index]
-        pairs[0, pair], pairs[1, pair], pairs[2, pair] = tracks[index], row, picture[row]
+        pairs[0, pair], pairs[1, pair], pairs[2, pair] = tracks[index], row, image[row]
     pairs[3] = slots(pairs[2], pairs[0])
     return pairs

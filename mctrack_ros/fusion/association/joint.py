@@ -1,4 +1,4 @@
-"""The joint association of all pictures of a tick with the tracks."""
+"""The joint association of all images of a tick with the tracks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mctrack_ros.fusion.association.likelihood import prior_costs
 from mctrack_ros.fusion.association.scored_pairs import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.config import AssociationConfig
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.measurements.packed import XX, XY, YY, X, Y, measured
 from mctrack_ros.fusion.motion.information import gathered, joined, updated, without
 from mctrack_ros.fusion.table import TrackTable
@@ -40,11 +40,11 @@ nearer."""
 
 class JointAssociation:
     """
-    Associates every picture of a tick in the light of all others.
+    Associates every image of a tick in the light of all others.
 
-    Pictures are associated first with the predicted tracks, then again with what prediction and
-    all *other* pictures say of them, until nothing changes: iterated conditional modes of the
-    joint assignment (Besag 1986), where the associator is a hard one. One picture's mistake is so
+    Images are associated first with the predicted tracks, then again with what prediction and
+    all *other* images say of them, until nothing changes: iterated conditional modes of the
+    joint assignment (Besag 1986), where the associator is a hard one. One image's mistake is so
     corrected by the others instead of dragging them along, and the order of the cameras does not
     matter. A pair counts for as much as it is probable: what a slot's pairs measure is joined,
     each with its information times its probability.
@@ -53,8 +53,8 @@ class JointAssociation:
     ----------
     table : TrackTable
         The tracks, predicted to the tick's stamp.
-    looks : Looks
-        The pictures.
+    batch : Batch
+        The images.
     config : AssociationConfig
         Parameters.
 
@@ -67,69 +67,69 @@ class JointAssociation:
 
     consumed: Indices = np.empty(0, np.int64)
 
-    def __init__(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> None:
-        single = looks.single
-        self._single, self._gate, self._seconds = single, config.gate, looks.seconds
+    def __init__(self, table: TrackTable, batch: Batch, config: AssociationConfig) -> None:
+        single = batch.single
+        self._single, self._gate, self._seconds = single, config.gate, batch.seconds
         self._associator = ASSOCIATORS[config.method]()
-        self._seen = measured(looks.position, looks.noise, single)
+        self._seen = measured(batch.position, batch.noise, single)
         self._mean, self._covariance = table.mean, table.covariance
-        self._track, self._detection, self._picture, self._slot = gated_pairs(
+        self._track, self._detection, self._image, self._slot = gated_pairs(
             self._mean,
             self._covariance,
             self._seconds,
             self._seen,
-            looks.picture[single],
+            batch.image[single],
             NEAR * config.gate,
         )
-        self._prior = prior_costs(table, looks, self._track, self._detection, config)
+        self._prior = prior_costs(table, batch, self._track, self._detection, config)
         self._probability = np.zeros(len(self._track))
 
     def solve(self) -> Floats:
-        """Return what the pictures tell of the tracks, (n, 13), see `gathered`."""
+        """Return what the images tell of the tracks, (n, 13), see `gathered`."""
         for _ in range(SWEEPS):
             self._judged_by = self._probability
-            told, near, pairs = self._near()
+            reported, near, pairs = self._near()
             chosen = self._associator.probabilities(pairs)
             self._probability, is_settled = _settled(self._judged_by, near, chosen)
             if is_settled:
-                return told
+                return reported
         return self._told(self._probability)
 
     def pairs(self) -> tuple[Indices, Indices]:
         """
-        Return the tracks (k,) and the detections (k,) that are each other's best in a picture.
+        Return the tracks (k,) and the detections (k,) that are each other's best in an image.
 
-        Sorted by picture, then track.
+        Sorted by image, then track.
         """
         track, row = _best(
             self._slot, self._track, self._detection, self._single, self._probability, LEAST
         )
         return track, row
 
-    def judged(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> JudgedPairs:
+    def judged(self, table: TrackTable, batch: Batch, config: AssociationConfig) -> JudgedPairs:
         """Return all pairs as they were judged last, after `solve`: for whoever asks why."""
-        told = self._told(self._judged_by)
+        reported = self._told(self._judged_by)
         pairs = judged_pairs(
-            *updated(self._mean, self._covariance, told),
+            *updated(self._mean, self._covariance, reported),
             self._judged_by,
-            self._seconds[self._picture],
+            self._seconds[self._image],
             self._track,
             self._single[self._detection],
             self._slot,
-            looks.position[self._single[self._detection]],
-            looks.noise[self._single[self._detection]],
+            batch.position[self._single[self._detection]],
+            batch.noise[self._single[self._detection]],
             self._probability,
             _mutual(self._slot, self._detection, self._probability, LEAST),
         )
-        return pairs.weighed(table, looks, config)
+        return pairs.weighed(table, batch, config)
 
     def _near(self) -> tuple[Floats, Indices, Pairs]:
         """Return what the pairs tell by now, (n, 13), and which (k,) are near in its light."""
-        told, (near, track, detection, slot, picture), likelihood = _likelihoods(
+        reported, (near, track, detection, slot, image), likelihood = _likelihoods(
             self._mean,
             self._covariance,
             self._seconds,
-            self._picture,
+            self._image,
             self._track,
             self._detection,
             self._probability,
@@ -137,13 +137,13 @@ class JointAssociation:
             self._prior,
             self._gate,
         )
-        return told, near, Pairs(track, detection, slot, likelihood, picture)
+        return reported, near, Pairs(track, detection, slot, likelihood, image)
 
     def _told(self, probability: Floats) -> Floats:
         return gathered(
             self._mean,
             self._seconds,
-            self._picture,
+            self._image,
             self._track,
             self._detection,
             probability,
@@ -169,33 +169,33 @@ def _settled(before: Floats, near: Indices, chosen: Floats) -> tuple[Floats, boo
     )
 )  # fmt: skip
 def _likelihoods(
-    mean: Floats, covariance: Floats, seconds: Floats, picture: Indices, track: Indices,
+    mean: Floats, covariance: Floats, seconds: Floats, image: Indices, track: Indices,
     detection: Indices, probability: Floats, seen: Floats, prior: Floats, gate: float,
 ) -> tuple[Floats, Indices, Floats]:  # fmt: skip
     """
-    Judge the pairs by what prediction and the other pictures say of the tracks.
+    Judge the pairs by what prediction and the other images say of the tracks.
 
     Returns
     -------
     told : (n, 13) array
         What the pairs tell of the tracks, see `gathered`.
     near : (5, m) int64 array
-        Those of the pairs that pass the gate; their track, detection, slot and picture, see
+        Those of the pairs that pass the gate; their track, detection, slot and image, see
         `Pairs`.
     likelihood : (m,) array
         Of these.
 
     """
-    told = gathered(mean, seconds, picture, track, detection, probability, seen)
-    state, spread = updated(mean, covariance, told)
+    reported = gathered(mean, seconds, image, track, detection, probability, seen)
+    state, spread = updated(mean, covariance, reported)
     count = len(track)
     near, cost = np.empty((5, count), np.int64), np.empty(count)
     found, slots, first = 0, 0, 0
     while first < count:
         last = first + 1
-        while last < count and track[last] == track[first] and picture[last] == picture[first]:
+        while last < count and track[last] == track[first] and image[last] == image[first]:
             last += 1
-        x, y, xx, xy, yy = seen_at(state, spread, track[first], seconds[picture[first]])
+        x, y, xx, xy, yy = seen_at(state, spread, track[first], seconds[image[first]])
         is_told, w_xx, w_xy, w_yy, pull_x, pull_y = joined(
             first, last, detection, probability, seen
         )
@@ -213,11 +213,11 @@ def _likelihoods(
             )
             if squared < gate:
                 near[0, found], near[1, found], near[2, found] = pair, track[pair], row
-                near[3, found], near[4, found] = slots, picture[pair]
+                near[3, found], near[4, found] = slots, image[pair]
                 cost[found], found = squared + np.log(determinant) + prior[pair], found + 1
         slots += found > before
         first = last
-    return told, near[:, :found], np.exp(-cost[:found] / 2)
+    return reported, near[:, :found], np.exp(-cost[:found] / 2)
 
 
 @compiled(types.b1[::1](INTS_1D, INTS_1D, FLOATS_1D, types.f8))

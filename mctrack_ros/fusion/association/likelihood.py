@@ -20,7 +20,7 @@ from mctrack_ros.compiled import (
 from mctrack_ros.fusion.association.appearance_order import likeness_costs
 from mctrack_ros.fusion.config import AssociationConfig
 from mctrack_ros.fusion.measurements.admission import ROWS
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 Floats = NDArray[np.float64]
@@ -33,7 +33,7 @@ _MEMORY = types.Array(types.u4, 2, 'A', readonly=True)
 
 
 def prior_costs(
-    table: TrackTable, looks: Looks, track: Indices, detection: Indices, config: AssociationConfig
+    table: TrackTable, batch: Batch, track: Indices, detection: Indices, config: AssociationConfig
 ) -> Floats:
     """
     Return the (k,) costs of pairs of tracks and single detections of a tick.
@@ -41,19 +41,19 @@ def prior_costs(
     Minus twice the logarithm of a likelihood ratio, "this target's" against "nobody's", but for
     the density of the position: what the camera believes, appearance, and how sure the track is.
     """
-    row = looks.single[detection]
-    appearance, likeness = _looks_costs(table, looks, track, row, config)
+    row = batch.single[detection]
+    appearance, likeness = _looks_costs(table, batch, track, row, config)
     return _summed(
-        appearance, likeness, clutter_cost(config), *_claims(table, looks, track, row, config)
+        appearance, likeness, clutter_cost(config), *_claims(table, batch, track, row, config)
     )
 
 
 def cost_parts(
-    table: TrackTable, looks: Looks, track: Indices, row: Indices, config: AssociationConfig
+    table: TrackTable, batch: Batch, track: Indices, row: Indices, config: AssociationConfig
 ) -> dict[str, Floats]:
     """Return the (k,) costs of tracks and detections, (k,) rows each, by what speaks."""
-    appearance, likeness = _looks_costs(table, looks, track, row, config)
-    belief, doubt = _beliefs(*_claims(table, looks, track, row, config))
+    appearance, likeness = _looks_costs(table, batch, track, row, config)
+    belief, doubt = _beliefs(*_claims(table, batch, track, row, config))
     return {
         'appearance': appearance,
         'likeness': likeness,
@@ -63,31 +63,31 @@ def cost_parts(
 
 
 def _claims(
-    table: TrackTable, looks: Looks, track: Indices, row: Indices, config: AssociationConfig
+    table: TrackTable, batch: Batch, track: Indices, row: Indices, config: AssociationConfig
 ) -> tuple[Any, ...]:
     """Return what `_beliefs` goes by."""
     bonus, overlapped = config.identity_bonus, config.identity_bonus * config.overlap_trust
     return (
-        looks.rows, looks.is_overlapped, table.fixed, table.local_id, track, row, bonus,
+        batch.rows, batch.is_overlapped, table.fixed, table.local_id, track, row, bonus,
         overlapped, config.tentative_cost,
     )  # fmt: skip
 
 
 def _looks_costs(
-    table: TrackTable, looks: Looks, track: Indices, row: Indices, config: AssociationConfig
+    table: TrackTable, batch: Batch, track: Indices, row: Indices, config: AssociationConfig
 ) -> tuple[Floats, Floats]:
     """Return what pairs (k,) cost by how unlike they are, and by who is more alike."""
-    if not looks.has_templates:
+    if not batch.has_templates:
         return np.zeros(len(track)), np.zeros(len(track))
     is_known, difference = differences(
         table.template,
-        looks.detections.template,
-        looks.is_described,
+        batch.detections.template,
+        batch.is_described,
         track,
         row,
         config.usual_difference,
     )
-    likeness = likeness_costs(table, looks, track, row, is_known, config)
+    likeness = likeness_costs(table, batch, track, row, is_known, config)
     return config.appearance_weight * difference, likeness
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion.association.likelihood import clutter_cost, cost_parts
 from mctrack_ros.fusion.config import AssociationConfig
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import inverse, position_matrix, symmetric
 
@@ -20,14 +20,14 @@ Indices = NDArray[np.int64]
 @dataclass(frozen=True, eq=False, slots=True)
 class JudgedPairs:
     """
-    Pairs of tracks and detections that were tried, sorted by picture, then track.
+    Pairs of tracks and detections that were tried, sorted by image, then track.
 
     Attributes
     ----------
     track, row : (k,) int64 arrays
-        Rows of the table of tracks, and of the detections of all pictures.
+        Rows of the table of tracks, and of the detections of all images.
     place : (k, 2) array
-        Where the picture was to show the track, m.
+        Where the image was to show the track, m.
     spread : (k, 2, 2) array
         Covariance of that, m².
     squared : (k,) array
@@ -50,11 +50,11 @@ class JudgedPairs:
     taken: NDArray[np.bool_]
     costs: dict[str, Floats] = field(default_factory=dict)
 
-    def weighed(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> JudgedPairs:
+    def weighed(self, table: TrackTable, batch: Batch, config: AssociationConfig) -> JudgedPairs:
         """Return the same pairs with what they cost as likelihood ratios, see `prior_costs`."""
-        determinant = np.linalg.det(self.spread + looks.noise[self.row])
+        determinant = np.linalg.det(self.spread + batch.noise[self.row])
         density = np.log(np.maximum(determinant, np.finfo(np.float64).tiny))
-        costs = cost_parts(table, looks, self.track, self.row, config)
+        costs = cost_parts(table, batch, self.track, self.row, config)
         return replace(self, costs=costs | {'clutter': density + clutter_cost(config)})
 
 
@@ -74,7 +74,7 @@ def judged_pairs(
     """
     Work out again what the last sweep of an association judged its pairs by.
 
-    Each picture expects a track where prediction and all *other* pictures say that it is: what
+    Each image expects a track where prediction and all *other* images say that it is: what
     its own pairs told is taken out of the state, in the information filter's form.
 
     Parameters
@@ -84,9 +84,9 @@ def judged_pairs(
     before : (k,) array
         Probabilities of the pairs that those states are made of.
     seconds : (k,) array
-        From the tick to each pair's picture, s.
+        From the tick to each pair's image, s.
     track, row, slot : (k,) int64 arrays
-        Of the pairs, as in `JudgedPairs`; a slot is a track in a picture.
+        Of the pairs, as in `JudgedPairs`; a slot is a track in an image.
     position, noise : (k, 2) and (k, 2, 2) arrays
         Of their detections.
     probability : (k,) array
@@ -98,11 +98,11 @@ def judged_pairs(
     matrix = position_matrix(seconds)
     place = np.einsum('kij,kj->ki', matrix, mean[track])
     spread = matrix @ covariance[track] @ matrix.swapaxes(-1, -2)
-    told = before[:, None, None] * inverse(noise)
+    reported = before[:, None, None] * inverse(noise)
     slots = int(slot.max(initial=-1)) + 1
     weight, pull = np.zeros((slots, 2, 2)), np.zeros((slots, 2))
-    np.add.at(weight, slot, told)
-    np.add.at(pull, slot, np.einsum('kij,kj->ki', told, position))
+    np.add.at(weight, slot, reported)
+    np.add.at(pull, slot, np.einsum('kij,kj->ki', reported, position))
     weight, pull = weight[slot], pull[slot]
     own = weight.any(axis=(1, 2))
     spread[own] = symmetric(inverse(inverse(spread[own]) - weight[own]))

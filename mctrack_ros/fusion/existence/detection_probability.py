@@ -28,7 +28,7 @@ PRIOR_SECONDS = 1.0
 """How long a place must be watched to count as much as what is assumed of it, s."""
 
 
-class CoverageMap:
+class DetectionProbability:
     """
     Detection probabilities by camera and place: of fine cells, with coarse ones as their prior.
 
@@ -88,7 +88,7 @@ def expect(position: Floats, known: Floats, cell: float, probability: Floats) ->
     position : (2 or more,) array
         m.
     known : (2, slots, 2, cameras) array
-        The seconds of the `CoverageMap`.
+        The seconds of the `DetectionProbability`.
     cell : float
         Edge of its fine cells, m.
     probability : (cameras,) array
@@ -145,11 +145,11 @@ def learn(
     is_seen : (n, cameras) bool array
         Which cameras detected them.
     is_watched : (n, cameras) bool array
-        Which cameras could have: their pictures are there.
+        Which cameras could have: their images are there.
     seconds : float
         For how long that speaks, s.
     known : (2, slots, 2, cameras) array
-        The seconds of the `CoverageMap`; changed in place.
+        The seconds of the `DetectionProbability`; changed in place.
     cell : float
         Edge of a fine cell, m.
 

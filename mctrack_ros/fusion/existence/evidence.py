@@ -10,10 +10,10 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, INTS_1D, compiled, inner
-from mctrack_ros.fusion.config import MISSED_PICTURES, FusionConfig
-from mctrack_ros.fusion.existence.detection_probability import CoverageMap, expect, learn
-from mctrack_ros.fusion.existence.view_overlap import CommonViews
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.config import MISSED_IMAGES, FusionConfig
+from mctrack_ros.fusion.existence.detection_probability import DetectionProbability, expect, learn
+from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 Floats = NDArray[np.float64]
@@ -56,18 +56,18 @@ class Evidence:
         self._life = life = config.life
         self._alive_s = TIMEOUTS * config.batching.patience
         self._cameras = cameras
-        self._coverage = CoverageMap(cameras, life.coverage_cell, life.coverage_prior)
-        self._common = CommonViews(cameras)
+        self._coverage = DetectionProbability(cameras, life.coverage_cell, life.coverage_prior)
+        self._common = ViewOverlap(cameras)
         self._silent_s = np.full(cameras, np.inf)
         self._interval_s = np.zeros(cameras)
 
-    def count(self, table: TrackTable, looks: Looks, tick_ns: int, seconds: float) -> Mask:
+    def count(self, table: TrackTable, batch: Batch, tick_ns: int, seconds: float) -> Mask:
         """
         Add one tick's evidence to the log-odds, and confirm.
 
         Misses speak only against what one camera alone sees: what two see is real, and what none
         sees may be hidden, so that it coasts; what speaks for its having gone is counted apart,
-        once no live camera's latest picture shows it any more, up to `most_evidence`. It is
+        once no live camera's latest image shows it any more, up to `most_evidence`. It is
         forgotten when two see it in one tick, or one where hardly any other can; what one of many
         sees, or a group, takes away `hit_evidence` a look.
         What a camera sees in a group it does not miss. Where nothing is known yet, a camera that
@@ -81,8 +81,8 @@ class Evidence:
         ----------
         table : TrackTable
             Changed in place.
-        looks : Looks
-            The tick's pictures.
+        batch : Batch
+            The tick's images.
         tick_ns : int
             The tick's stamp, ns.
         seconds : float
@@ -97,16 +97,16 @@ class Evidence:
         life, coverage = self._life, self._coverage
         self._silent_s += seconds
         since_s = np.where(np.isfinite(self._silent_s), self._silent_s, seconds)
-        self._note_intervals(looks.cameras)
+        self._note_intervals(batch.cameras)
         vacant = np.zeros((len(table), self._cameras), np.bool_)
-        if len(looks.detections.vacant_id):
-            self._note_vacant(vacant, table, looks)
+        if len(batch.detections.vacant_id):
+            self._note_vacant(vacant, table, batch)
         newly, seen, could = _counted(
             table.fixed,
             table.hidden_ns,
-            looks.cameras,
+            batch.cameras,
             tick_ns - round(seconds * 1e9),
-            self._silent_s <= np.maximum(self._alive_s, MISSED_PICTURES * self._interval_s),
+            self._silent_s <= np.maximum(self._alive_s, MISSED_IMAGES * self._interval_s),
             vacant,
             coverage.seconds,
             coverage.cell,
@@ -139,20 +139,20 @@ class Evidence:
         return np.asarray(((now < IN_VIEW) & (soon >= IN_VIEW)).any(axis=1))
 
     def _note_intervals(self, cameras: NDArray[np.intp]) -> None:
-        """Note that cameras, (k,), have sent a picture; one long gap is not their pace."""
+        """Note that cameras, (k,), have sent an image; one long gap is not their pace."""
         silent_s, interval_s = self._silent_s[cameras], self._interval_s[cameras]
         longest_s = np.where(interval_s > 0.0, 2 * interval_s, LONGEST_INTERVAL_S)
         known = (silent_s > 0.0) & np.isfinite(silent_s)
         self._interval_s[cameras] = np.where(known, np.minimum(silent_s, longest_s), interval_s)
         self._silent_s[cameras] = 0.0
 
-    def _note_vacant(self, vacant: Mask, table: TrackTable, looks: Looks) -> None:
+    def _note_vacant(self, vacant: Mask, table: TrackTable, batch: Batch) -> None:
         """Note which cameras, (n, cameras), see bare ground where a track is surely expected."""
         spread = table.covariance[:, 0, 0] + table.covariance[:, 1, 1]
         known = spread < self._life.vacancy_distance**2
-        told = looks.detections
-        track, row = np.nonzero(known[:, None] & (table.track_id[:, None] == told.vacant_id))
-        vacant[track, looks.cameras[told.vacant_picture[row]]] = True
+        reported = batch.detections
+        track, row = np.nonzero(known[:, None] & (table.track_id[:, None] == reported.vacant_id))
+        vacant[track, batch.cameras[reported.vacant_image[row]]] = True
 
 
 @inner
@@ -186,7 +186,7 @@ def _weighed(
 
     Misses speak of those who `is_judged`, (n,), by them, as the `probability`, (n, cameras), of
     being seen tells. `share` is how much of a whole look it is, `shares`, (cameras,), how much
-    each camera's picture in it is, and `interval_s`, (cameras,), how long each takes from one to
+    each camera's image in it is, and `interval_s`, (cameras,), how long each takes from one to
     the next.
 
     Returns
@@ -198,7 +198,7 @@ def _weighed(
 
     """
     newly = np.zeros(len(cameras), np.bool_)
-    seen, told = np.zeros(hidden_ns.shape, np.bool_), np.zeros(hidden_ns.shape, np.bool_)
+    seen, reported = np.zeros(hidden_ns.shape, np.bool_), np.zeros(hidden_ns.shape, np.bool_)
     for track in range(len(cameras)):
         count, gain, loss, others, slowest_s, back = 0, 0.0, 0.0, 0.0, 0.0, share
         shown = shown_by[track]
@@ -210,7 +210,7 @@ def _weighed(
         for camera in range(len(present)):
             own, hidden = seen[track, camera], hidden_ns[track, camera] > begin_ns
             watched = present[camera] and (own or not hidden)
-            told[track, camera] = watched and count > own
+            reported[track, camera] = watched and count > own
             if present[camera] or not alive[camera]:
                 shown &= ~np.uint32(1 << camera)
                 shown |= np.uint32((own or hidden) << camera)
@@ -243,7 +243,7 @@ def _weighed(
         evidence[track] = min(max(evidence[track] + gain, lowest), most)
         newly[track] = not confirmed[track] and evidence[track] >= enough
         confirmed[track] |= newly[track]
-    return newly, seen, told
+    return newly, seen, reported
 
 
 @compiled(

@@ -21,7 +21,7 @@ MEMORY_S = 1000.0
 """What was watched longer ago counts less and less, s."""
 
 
-class CommonViews:
+class ViewOverlap:
     """
     For each pair of cameras, how much of what one sees the other does.
 

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from mctrack_ros.fusion.config import FusionConfig
 from mctrack_ros.fusion.joint_tracker.output import ground_points, status_of
 from mctrack_ros.fusion.management.lifecycle import is_published, silence
-from mctrack_ros.fusion.reid.reassignment import Recognition
-from mctrack_ros.fusion.reid.samples import first_look, look_of
+from mctrack_ros.fusion.reid.reassignment import Reassignment
+from mctrack_ros.fusion.reid.samples import first_sample, sample_of
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import Decisions, Reason, TrackStatus
 
@@ -22,7 +22,7 @@ def decisions_of(
     ended: TrackTable,
     predicted: TrackTable,
     reset_ids: NDArray[np.uint32],
-    recognition: Recognition,
+    recognition: Reassignment,
     stamp_ns: int,
     config: FusionConfig,
 ) -> tuple[Decisions, dict[int, int]]:
@@ -37,7 +37,7 @@ def decisions_of(
         Before its detections.
     reset_ids : (k,) uint32 array
         Ended because time stepped back.
-    recognition : Recognition
+    recognition : Reassignment
         What those who are tracked look like, and who was found again.
     stamp_ns : int
         Of the tick, ns.
@@ -61,11 +61,11 @@ def decisions_of(
     over = _Verdicts(ended, stamp_ns)
     _judge_ended(over, joined, reset_ids, config)
     called = dict(zip(table.previous_id[renamed].tolist(), table.track_id[renamed].tolist()))
-    told, ends_told = is_published(table, stamp_ns, config), np.ones(len(ended), np.bool_)
+    reported, ends_told = is_published(table, stamp_ns, config), np.ones(len(ended), np.bool_)
     both = Decisions.joined(
         stamp_ns,
         [
-            living.rows(predicted, stamp_ns, told),
+            living.rows(predicted, stamp_ns, reported),
             over.rows(predicted, stamp_ns, ends_told, TrackStatus.DELETED),
         ],
     )
@@ -96,7 +96,7 @@ class _Verdicts:
         self,
         predicted: TrackTable,
         stamp_ns: int,
-        told: Mask,
+        reported: Mask,
         status: TrackStatus | None = None,
     ) -> Decisions:
         """Return the decisions, in the order of the tracks, of whom (n,) are told to others."""
@@ -125,7 +125,7 @@ class _Verdicts:
             status=status_of(table) if status is None else np.full(count, status),
             reason=self.reason,
             missed=table.missed,
-            is_published=told,
+            is_published=reported,
         )
 
 
@@ -140,8 +140,8 @@ def _known(
 def _joined(table: TrackTable, ended: TrackTable, reset_ids: NDArray[np.uint32]) -> dict[int, int]:
     """Return which of the ended tracks, by id, was a duplicate of which other one."""
     over = set(ended.track_id.tolist()) - set(reset_ids.tolist())
-    told = zip(table.previous_id.tolist(), table.track_id.tolist())
-    return {old: new for old, new in told if old in over}
+    reported = zip(table.previous_id.tolist(), table.track_id.tolist())
+    return {old: new for old, new in reported if old in over}
 
 
 def _judge_living(verdicts: _Verdicts, predicted: TrackTable, config: FusionConfig) -> None:
@@ -162,10 +162,10 @@ def _judge_living(verdicts: _Verdicts, predicted: TrackTable, config: FusionConf
 
 
 def _judge_renamed(
-    verdicts: _Verdicts, joined: dict[int, int], recognition: Recognition, config: FusionConfig
+    verdicts: _Verdicts, joined: dict[int, int], recognition: Reassignment, config: FusionConfig
 ) -> None:
     """Say of each track whose id was corrected why."""
-    table, portraits = verdicts.table, recognition.portraits
+    table, gallery = verdicts.table, recognition.gallery
     for row in np.flatnonzero(table.previous_id).tolist():
         old, new = int(table.previous_id[row]), int(table.track_id[row])
         verdicts.other_id[row] = old
@@ -174,13 +174,13 @@ def _judge_renamed(
             continue
         if verdicts.reason[row] == Reason.CONFIRMED and new in recognition.found:
             verdicts.say([row], Reason.REAPPEARED, recognition.found[new], 0.0)
-        elif verdicts.reason[row] == Reason.CONFIRMED and new in portraits:
-            distance = portraits.distance(first_look(table, row), new)
+        elif verdicts.reason[row] == Reason.CONFIRMED and new in gallery:
+            distance = gallery.distance(first_sample(table, row), new)
             verdicts.say([row], Reason.FOUND_AGAIN, distance, config.recognition.new)
         else:
-            look = look_of(table, row)
-            own = portraits.difference(look, old) if old in portraits else config.recognition.new
-            verdicts.say([row], Reason.RECOGNISED, portraits.difference(look, new), own)
+            look = sample_of(table, row)
+            own = gallery.difference(look, old) if old in gallery else config.recognition.new
+            verdicts.say([row], Reason.RECOGNISED, gallery.difference(look, new), own)
 
 
 def _judge_ended(

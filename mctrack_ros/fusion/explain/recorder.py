@@ -10,8 +10,8 @@ from mctrack_ros.fusion.association.scored_pairs import JudgedPairs
 from mctrack_ros.fusion.config import FusionConfig
 from mctrack_ros.fusion.explain.decisions import decisions_of
 from mctrack_ros.fusion.measurements.admission import usable_rows
-from mctrack_ros.fusion.measurements.batch import Looks
-from mctrack_ros.fusion.reid.reassignment import Recognition
+from mctrack_ros.fusion.measurements.batch import Batch
+from mctrack_ros.fusion.reid.reassignment import Reassignment
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import Candidates, Choice, Explanation, Tick
 from mctrack_ros.tracking.kalman import position_matrix
@@ -19,7 +19,7 @@ from mctrack_ros.tracking.kalman import position_matrix
 Indices = NDArray[np.intp]
 
 
-class Account:
+class DecisionRecorder:
     """
     What is taken down of one tick while the pipeline steps through it.
 
@@ -47,16 +47,16 @@ class Account:
         self._stamp_ns, self._config = tick.stamp_ns, config
         self._predicted = table.select(np.arange(len(table)))
         self._reset_ids = ended.track_id.copy()
-        usable = [np.flatnonzero(usable_rows(frame.detections)) for frame in tick.frames]
+        usable = [np.flatnonzero(usable_rows(message.detections)) for message in tick.messages]
         self._detection = np.concatenate([np.empty(0, np.intp), *usable])
         self._weighed: list[Candidates] = []
 
-    def pairs(self, pairs: JudgedPairs, table: TrackTable, looks: Looks) -> None:
+    def pairs(self, pairs: JudgedPairs, table: TrackTable, batch: Batch) -> None:
         """Note the pairs of tracks and detections, before the table learns of them."""
         near = pairs.squared < self._config.association.gate
         chosen = np.where(near, Choice.PASSED_OVER, Choice.BEYOND)
         self._note(
-            looks,
+            batch,
             pairs.row,
             track_id=table.track_id[pairs.track],
             choice=np.where(pairs.taken, Choice.TAKEN, chosen),
@@ -73,12 +73,12 @@ class Account:
         group: int,
         squared: NDArray[np.float64],
         table: TrackTable,
-        looks: Looks,
+        batch: Batch,
     ) -> None:
         """Note the tracks (k,) that a detection of several is taken to hide."""
-        matrix = position_matrix(looks.seconds[looks.picture[group]])
+        matrix = position_matrix(batch.seconds[batch.image[group]])
         self._note(
-            looks,
+            batch,
             np.full(len(members), group),
             track_id=table.track_id[members],
             choice=np.full(len(members), Choice.HIDES),
@@ -87,7 +87,7 @@ class Account:
             squared_distance=squared,
         )
 
-    def left(self, rows: Indices, table: TrackTable, looks: Looks) -> None:
+    def left(self, rows: Indices, table: TrackTable, batch: Batch) -> None:
         """Note the detections (k,) that no track took, and which of the new tracks they begin."""
         fresh = table.select(~np.isin(table.track_id, self._predicted.track_id))
         name = np.zeros(len(rows), np.uint32)
@@ -95,26 +95,26 @@ class Account:
             squared = distances(
                 fresh.mean,
                 fresh.covariance,
-                looks.seconds[looks.picture[rows]],
-                looks.position[rows],
-                looks.noise[rows],
+                batch.seconds[batch.image[rows]],
+                batch.position[rows],
+                batch.noise[rows],
             )
-            squared[(fresh.cameras >> looks.camera[rows, None]) & 1 == 0] = np.inf
+            squared[(fresh.cameras >> batch.camera[rows, None]) & 1 == 0] = np.inf
             nearest = squared.argmin(axis=1)
             begins = np.isfinite(squared[np.arange(len(rows)), nearest])
             name = np.where(begins, fresh.track_id[nearest], 0)
         begins = name > 0
         self._note(
-            looks,
+            batch,
             rows[begins],
             track_id=name[begins],
             choice=np.full(int(begins.sum()), Choice.BEGINS),
         )
         noted = [each.detection for each in self._weighed]
-        unused = np.setdiff1d(np.arange(len(looks.picture)), np.concatenate(noted))
-        self._note(looks, unused, choice=np.full(len(unused), Choice.UNUSED))
+        unused = np.setdiff1d(np.arange(len(batch.image)), np.concatenate(noted))
+        self._note(batch, unused, choice=np.full(len(unused), Choice.UNUSED))
 
-    def end(self, table: TrackTable, ended: TrackTable, recognition: Recognition) -> None:
+    def end(self, table: TrackTable, ended: TrackTable, recognition: Reassignment) -> None:
         """Note what came of it, and who is called what now."""
         decisions, called = decisions_of(
             table,
@@ -136,19 +136,19 @@ class Account:
         )
         self.explanation = Explanation(candidates.select(order), decisions)
 
-    def _note(self, looks: Looks, rows: NDArray[np.integer], **columns: ArrayLike) -> None:
+    def _note(self, batch: Batch, rows: NDArray[np.integer], **columns: ArrayLike) -> None:
         """Add candidates, one for each of the (k,) detections."""
-        detections = looks.detections
+        detections = batch.detections
         self._weighed.append(
             Candidates.build(
                 self._stamp_ns,
                 position=detections.position[rows],
-                covariance=looks.noise[rows],
-                seconds=looks.seconds[looks.picture[rows]],
+                covariance=batch.noise[rows],
+                seconds=batch.seconds[batch.image[rows]],
                 local_id=detections.local_id[rows],
                 told_id=detections.track_id[rows],
                 detection=rows,
-                camera=looks.camera[rows],
+                camera=batch.camera[rows],
                 member_count=detections.member_count[rows],
                 **{name: _finite(values) for name, values in columns.items()},
             )

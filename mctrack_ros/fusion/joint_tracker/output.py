@@ -209,8 +209,8 @@ class EventLog:
         x, y = table.mean[row, :2].tolist()
         rest = [] if others is None else others[others != track_id][:MEMBERS].tolist()
         new_id = track_id if old_id else 0
-        told = float(expit(table.evidence[row])) if probability is None else probability
-        self._rows.append(_Row(code, track_id, (x, y, 0.0), old_id, new_id, rest, told))
+        reported = float(expit(table.evidence[row])) if probability is None else probability
+        self._rows.append(_Row(code, track_id, (x, y, 0.0), old_id, new_id, rest, reported))
 
     def add_all(self, code: EventCode, table: TrackTable, mask: NDArray[np.bool_]) -> None:
         """Note one event for each track of a mask."""
@@ -218,8 +218,8 @@ class EventLog:
         if not len(rows):
             return
         names, places = table.track_id[rows].tolist(), table.mean[rows, :2].tolist()
-        for track_id, (x, y), told in zip(names, places, expit(table.evidence[rows]).tolist()):
-            self._rows.append(_Row(code, track_id, (x, y, 0.0), 0, 0, [], told))
+        for track_id, (x, y), reported in zip(names, places, expit(table.evidence[rows]).tolist()):
+            self._rows.append(_Row(code, track_id, (x, y, 0.0), 0, 0, [], reported))
 
     def events(self, stamp_ns: int) -> Events:
         """Return the events sorted by code, then track."""

@@ -20,18 +20,18 @@ from mctrack_ros.fusion.management.initiation import (
 )
 from mctrack_ros.fusion.management.lineage import Lineage
 from mctrack_ros.fusion.management.parting import DOUBT, go_on_as, parted
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import motion_of
 from mctrack_ros.fusion.neighbours import NearPairs, near_pairs
-from mctrack_ros.fusion.reid.clothing_clusters import Kits
-from mctrack_ros.fusion.reid.reassignment import Recognition
+from mctrack_ros.fusion.reid.clothing_clusters import ClothingClusters
+from mctrack_ros.fusion.reid.reassignment import Reassignment
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.update import match
 from mctrack_ros.interfaces import MAX_CAMERAS, EventCode, Feedback, Tick
 
 if TYPE_CHECKING:
-    from mctrack_ros.fusion.explain.recorder import Account
+    from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 
 LARGEST_ID = 2**32 - 1
 """Ids travel as 32 bits."""
@@ -44,7 +44,7 @@ class FusionPipeline:
     """
     Tracks targets on the ground from the detections of all cameras.
 
-    A Kalman filter a target, or two that interact (`motion`); the pictures of a tick are assigned
+    A Kalman filter a target, or two that interact (`motion`); the images of a tick are assigned
     together, each to what prediction and the others say; what no track explains starts tracks
     where cameras agree or one persists.
 
@@ -82,15 +82,15 @@ class FusionPipeline:
         self._table, self._none = TrackTable.blank(*blank), TrackTable.blank(*blank)
         self._evidence = Evidence(len(cameras), config)
         self._lineage = Lineage(config)
-        self._recognition = Recognition(config)
+        self._reassignment = Reassignment(config)
         self._duplicates = DuplicateWatch(config.life.merge_time)
         self._twins = DuplicateWatch(config.life.twin_time)
-        self._kits = Kits(config)
+        self._kits = ClothingClusters(config)
         self.bias = CameraBias(len(cameras))
         self._stamp_ns: int | None = None
         self.next_id = first_id
 
-    def step(self, tick: Tick, account: Account | None = None) -> FusionOutput:
+    def step(self, tick: Tick, recorder: DecisionRecorder | None = None) -> FusionOutput:
         """
         Process one tick: observe, orient, decide, act.
 
@@ -101,7 +101,7 @@ class FusionPipeline:
         ----------
         tick : Tick
             Later than the last one, or more than a second earlier: then all tracks end.
-        account : Account, optional
+        recorder : DecisionRecorder, optional
             A new one, which takes down why; what comes out is the same.
 
         Raises
@@ -115,14 +115,14 @@ class FusionPipeline:
         if self.next_id + MOST_STARTS > LARGEST_ID:
             raise OverflowError(f'ids have run out: the next is {self.next_id}; start anew')
         events = EventLog()
-        looks, ended = self._observe(tick, events)
-        if account is not None:
-            account.begin(tick, self._table, ended, self._config, tuple(self._index))
+        batch, ended = self._observe(tick, events)
+        if recorder is not None:
+            recorder.begin(tick, self._table, ended, self._config, tuple(self._index))
         groups = self._table.group.copy()
-        leftover = self._orient(tick, looks, account)
-        ended = ended.extended(self._decide(tick, looks, leftover, groups, events, account))
-        if account is not None:
-            account.end(self._table, ended, self._recognition)
+        leftover = self._orient(tick, batch, recorder)
+        ended = ended.extended(self._decide(tick, batch, leftover, groups, events, recorder))
+        if recorder is not None:
+            recorder.end(self._table, ended, self._reassignment)
         return self._act(ended, tick.stamp_ns, events)
 
     def feedback(self) -> Feedback:
@@ -130,48 +130,50 @@ class FusionPipeline:
         if self._stamp_ns is None:
             return Feedback.build(0)
         is_expected = lifecycle.is_expected(self._table, self._stamp_ns, self._config)
-        told = self._table.select(self._table.confirmed & is_expected)
-        return feedback_of(told, self._evidence.entering(told), self._stamp_ns)
+        reported = self._table.select(self._table.confirmed & is_expected)
+        return feedback_of(reported, self._evidence.entering(reported), self._stamp_ns)
 
-    def _observe(self, tick: Tick, events: EventLog) -> tuple[Looks, TrackTable]:
-        """Take up the pictures of a tick and predict the tracks to it; return who ends by that."""
+    def _observe(self, tick: Tick, events: EventLog) -> tuple[Batch, TrackTable]:
+        """Take up the images of a tick and predict the tracks to it; return who ends by that."""
         ended = self._begin(tick.stamp_ns, events)
-        pictures = [frame.detections for frame in tick.frames]
-        portraits = self._recognition.portraits
-        looks = Looks(pictures, self._cameras(tick), tick.stamp_ns, self._config, portraits)
-        self.bias.correct(looks)
-        return looks, ended
+        images = [message.detections for message in tick.messages]
+        gallery = self._reassignment.gallery
+        batch = Batch(images, self._cameras(tick), tick.stamp_ns, self._config, gallery)
+        self.bias.correct(batch)
+        return batch, ended
 
-    def _orient(self, tick: Tick, looks: Looks, account: Account | None) -> NDArray[np.intp]:
-        """Give every picture its tracks; return what the last one of each camera has left."""
-        left, rows, columns = match(self._table, looks, self._config, self._motion, account)
+    def _orient(
+        self, tick: Tick, batch: Batch, recorder: DecisionRecorder | None
+    ) -> NDArray[np.intp]:
+        """Give every image its tracks; return what the last one of each camera has left."""
+        left, rows, columns = match(self._table, batch, self._config, self._motion, recorder)
         if self._config.motion.compare_cameras:
-            self.bias.learn(self._table, looks, rows, columns, tick.stamp_ns)
-        count = len(looks.cameras)
-        if len(set(looks.cameras.tolist())) == count:
+            self.bias.learn(self._table, batch, rows, columns, tick.stamp_ns)
+        count = len(batch.cameras)
+        if len(set(batch.cameras.tolist())) == count:
             return left
         last = np.zeros(len(self._index), np.intp)
-        last[looks.cameras] = np.arange(count)
-        return np.asarray(left[looks.picture[left] == last[looks.camera[left]]])
+        last[batch.cameras] = np.arange(count)
+        return np.asarray(left[batch.image[left] == last[batch.camera[left]]])
 
     def _decide(
         self,
         tick: Tick,
-        looks: Looks,
+        batch: Batch,
         leftover: NDArray[np.intp],
         groups: NDArray[np.uint32],
         events: EventLog,
-        account: Account | None,
+        recorder: DecisionRecorder | None,
     ) -> TrackTable:
         """Settle who is in a group, who begins, who is who and who ends; return the last."""
         stamp_ns = tick.stamp_ns
         self._note_groups(groups, stamp_ns, events)
-        self._initiate(looks, leftover, stamp_ns)
-        if account is not None:
-            account.left(leftover, self._table, looks)
-        confirmed = self._evidence.count(self._table, looks, stamp_ns, self._seconds)
+        self._initiate(batch, leftover, stamp_ns)
+        if recorder is not None:
+            recorder.left(leftover, self._table, batch)
+        confirmed = self._evidence.count(self._table, batch, stamp_ns, self._seconds)
         near = near_pairs(self._table.mean, self._nearby)
-        changes = self._recognition.step(self._table, near, stamp_ns, confirmed)
+        changes = self._reassignment.step(self._table, near, stamp_ns, confirmed)
         if changes:
             confirmed = self._rename(changes, confirmed, events)
             near = near_pairs(self._table.mean, self._nearby)
@@ -195,7 +197,7 @@ class FusionPipeline:
         self._stamp_ns = stamp_ns
         if self._seconds < -RESET_S:
             self._seconds = period
-            self._recognition = Recognition(self._config)
+            self._reassignment = Reassignment(self._config)
             return self._remove(np.ones(len(self._table), bool), events)
         if self._seconds < 0:
             raise ValueError(f'the tick is stamped {stamp_ns}, expected at least {last_ns}')
@@ -205,12 +207,12 @@ class FusionPipeline:
         return self._none
 
     def _cameras(self, tick: Tick) -> list[int]:
-        """Return which camera each picture is of."""
-        for frame in tick.frames:
-            if frame.camera not in self._index:
+        """Return which camera each image is of."""
+        for message in tick.messages:
+            if message.camera not in self._index:
                 known = list(self._index)
-                raise ValueError(f'camera is {frame.camera!r}, expected one of {known}')
-        return [self._index[frame.camera] for frame in tick.frames]
+                raise ValueError(f'camera is {message.camera!r}, expected one of {known}')
+        return [self._index[message.camera] for message in tick.messages]
 
     def _note_groups(self, before: NDArray[np.uint32], stamp_ns: int, events: EventLog) -> None:
         table = self._table
@@ -223,11 +225,11 @@ class FusionPipeline:
             events.add(EventCode.MERGE, table, row, others=members)
         events.add_all(EventCode.SPLIT, table, (before > 0) & (table.group == 0))
 
-    def _initiate(self, looks: Looks, leftover: NDArray[np.intp], stamp_ns: int) -> None:
+    def _initiate(self, batch: Batch, leftover: NDArray[np.intp], stamp_ns: int) -> None:
         if len(leftover) == 0:
             return
         site = len(self._index), self._config, self._motion
-        fresh = new_tracks(looks, leftover, stamp_ns, self.next_id, *site)
+        fresh = new_tracks(batch, leftover, stamp_ns, self.next_id, *site)
         self.next_id += len(fresh)
         fresh, beside = with_room(fresh, self._table, self._config)
         if len(beside):
@@ -245,7 +247,7 @@ class FusionPipeline:
         changed = np.isin(table.previous_id, list(changes))
         for row in np.flatnonzero(changed).tolist():
             old_id = int(table.previous_id[row])
-            certainty = self._recognition.certainty[old_id]
+            certainty = self._reassignment.certainty[old_id]
             events.add(EventCode.CORRECTION, table, row, old_id=old_id, probability=certainty)
         return np.asarray(confirmed[order] & ~changed)
 
@@ -260,7 +262,7 @@ class FusionPipeline:
 
     def _merge_duplicates(self, near: NearPairs, stamp_ns: int, events: EventLog) -> TrackTable:
         """Join two tracks of one target, let who has parted go on as another; return who end."""
-        table, recognition = self._table, self._recognition
+        table, recognition = self._table, self._reassignment
         joined = self._duplicate_pairs(near, stamp_ns)
         for keep, drop in joined:
             absorb(table, keep, drop)
@@ -292,11 +294,11 @@ class FusionPipeline:
             self._duplicates.clear()
             self._twins.clear()
             return []
-        known = self._recognition.knows(table.track_id[close.one], table.track_id[close.other])
+        known = self._reassignment.knows(table.track_id[close.one], table.track_id[close.other])
         fresh = close.select(~(known | close.grouped))
         over = lifecycle.is_over(table, stamp_ns, self._config)
         pairs = self._duplicates.find(table, fresh, over, stamp_ns)
-        twins = alone(table, close.select(known & ~close.told), stamp_ns)
+        twins = alone(table, close.select(known & ~close.reported), stamp_ns)
         twins = twins._replace(gain=np.full(len(twins.one), seconds))
         return pairs + self._twins.find(table, twins, np.zeros(len(table), bool), stamp_ns)
 
@@ -304,7 +306,7 @@ class FusionPipeline:
         lost = self._remove(lifecycle.is_over(self._table, stamp_ns, self._config), events)
         if np.count_nonzero(lost.confirmed):
             self._lineage.note_lost(lost, stamp_ns)
-            self._recognition.note_lost(lost, self._table, stamp_ns)
+            self._reassignment.note_lost(lost, self._table, stamp_ns)
         return lost
 
     def _remove(self, mask: NDArray[np.bool_], events: EventLog) -> TrackTable:

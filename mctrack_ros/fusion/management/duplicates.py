@@ -15,7 +15,7 @@ from mctrack_ros.fusion.table import TRACKS, TrackTable
 TENTATIVE_GAIN = 4.0
 """Two that are not confirmed become one so many times as fast: nobody was told of them."""
 TOLD_LOSS = 5.0
-"""A picture that shows both takes away what so many others in one place add."""
+"""An image that shows both takes away what so many others in one place add."""
 ENDING = 0.5
 """Where either would end, so much of the time is enough: the other has taken all its support."""
 TWINS_ALONE_M = 2.0
@@ -39,7 +39,7 @@ class ClosePairs(NamedTuple):
     gain : (k,) array
         By how much the tick brings them nearer to being one target, s.
     told : (k,) bool array
-        Whether a picture of the tick shows both.
+        Whether an image of the tick shows both.
     grouped : (k,) bool array
         Whether either is in a group.
 
@@ -48,7 +48,7 @@ class ClosePairs(NamedTuple):
     one: Indices
     other: Indices
     gain: Floats
-    told: Mask
+    reported: Mask
     grouped: Mask
 
     def select(self, wanted: Mask) -> ClosePairs:
@@ -67,13 +67,13 @@ class Doubt(NamedTuple):
     began_ns : int
         Stamp of the tick since which they are in doubt, ns.
     told : bool
-        Whether a picture of the last tick shows both.
+        Whether an image of the last tick shows both.
 
     """
 
     seconds: float
     began_ns: int
-    told: bool
+    reported: bool
 
 
 class DuplicateWatch:
@@ -106,7 +106,7 @@ class DuplicateWatch:
         return {
             pair: doubt
             for pair, doubt in self._doubts.items()
-            if doubt.seconds >= least and not doubt.told
+            if doubt.seconds >= least and not doubt.reported
         }
 
     def find(
@@ -122,16 +122,16 @@ class DuplicateWatch:
         used: set[int] = set()
         one, other = pairs.one, pairs.other
         names = zip(table.track_id[one].tolist(), table.track_id[other].tolist())
-        columns = one.tolist(), other.tolist(), pairs.gain.tolist(), pairs.told.tolist()
-        for pair, first, second, gain, told in zip(names, *columns):
+        columns = one.tolist(), other.tolist(), pairs.gain.tolist(), pairs.reported.tolist()
+        for pair, first, second, gain, reported in zip(names, *columns):
             seconds, began_ns = 0.0, stamp_ns
             if pair in before:
                 seconds, began_ns = before[pair].seconds + gain, before[pair].began_ns
-            if told and seconds <= 0.0:
+            if reported and seconds <= 0.0:
                 continue  # nothing is left: they begin anew
-            self._doubts[pair] = Doubt(seconds, began_ns, told)
+            self._doubts[pair] = Doubt(seconds, began_ns, reported)
             limit = self._seconds * (ENDING if over[first] or over[second] else 1.0)
-            if seconds >= limit and not told and not used & {first, second}:
+            if seconds >= limit and not reported and not used & {first, second}:
                 used |= {first, second}
                 newer_is_better = table.confirmed[second] and not table.confirmed[first]
                 chosen.append((second, first) if newer_is_better else (first, second))
@@ -165,7 +165,7 @@ def _close(
     """Return the columns of `ClosePairs`."""
     mean, cameras, group = tracks['mean'], tracks['cameras'], tracks['group']
     confirmed, gain = tracks['confirmed'], np.empty(len(one))
-    told, close = np.zeros(len(one), np.bool_), np.empty(len(one), np.bool_)
+    reported, close = np.zeros(len(one), np.bool_), np.empty(len(one), np.bool_)
     for pair in range(len(one)):
         first, second = one[pair], other[pair]
         close[pair] = is_near(mean, first, second, distance)
@@ -174,16 +174,16 @@ def _close(
         for camera in range(seen_by_ns.shape[1]):
             both = (cameras[first] & cameras[second]) >> camera & 1
             if both and seen_by_ns[first, camera] == seen_by_ns[second, camera]:
-                told[pair] = True
+                reported[pair] = True
         apart = np.hypot(mean[second, 0] - mean[first, 0], mean[second, 1] - mean[first, 1])
         gain[pair] = seconds * (1.0 - apart / distance)
-        if told[pair]:
+        if reported[pair]:
             gain[pair] = -TOLD_LOSS * seconds
         elif not (confirmed[first] or confirmed[second]):
             gain[pair] *= TENTATIVE_GAIN
     left = np.flatnonzero(close)
     first, second = one[left], other[left]
-    return first, second, gain[left], told[left], (group[first] | group[second]) != 0
+    return first, second, gain[left], reported[left], (group[first] | group[second]) != 0
 
 
 @inner

@@ -12,7 +12,7 @@ from mctrack_ros.compiled import COLUMN_2D, INTS_1D, compiled
 from mctrack_ros.fusion.association.gating import distance
 from mctrack_ros.fusion.config import FusionConfig
 from mctrack_ros.fusion.measurements.admission import ROWS
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
 from mctrack_ros.fusion.neighbours import nearest
 from mctrack_ros.fusion.table import TRACKS, TrackTable
@@ -31,7 +31,7 @@ MOST_TOGETHER = 16
 
 
 def new_tracks(
-    looks: Looks,
+    batch: Batch,
     rows: Indices,
     tick_ns: int,
     next_id: int,
@@ -44,10 +44,10 @@ def new_tracks(
 
     Parameters
     ----------
-    looks : Looks
-        The pictures of the tick.
+    batch : Batch
+        The images of the tick.
     rows : (k,) int array
-        Detections that no track explains, of one picture a camera at most.
+        Detections that no track explains, of one image a camera at most.
     tick_ns : int
         The tick's stamp, ns.
     next_id : int
@@ -60,17 +60,17 @@ def new_tracks(
         How tracks move.
 
     """
-    rows = _shared_out(rows, looks.camera[rows])
+    rows = _shared_out(rows, batch.camera[rows])
     life = config.life
-    label, count = _clusters(looks.rows, rows, config.association.gate, life.cluster_distance)
+    label, count = _clusters(batch.rows, rows, config.association.gate, life.cluster_distance)
     table = TrackTable.blank(count, cameras, motion.modes)
-    note(table, looks, label, rows)
+    note(table, batch, label, rows)
     speed_variance = config.motion.initial_speed_sigma**2
-    _fuse(table.fixed, looks.rows, rows, label, speed_variance, tick_ns, next_id)
+    _fuse(table.fixed, batch.rows, rows, label, speed_variance, tick_ns, next_id)
     motion.begin(table)
-    if looks.has_templates:
-        told = np.flatnonzero(looks.is_described[rows])[::-1]  # the first one's stays
-        table.template[label[told]] = looks.detections.template[rows[told]]
+    if batch.has_templates:
+        reported = np.flatnonzero(batch.is_described[rows])[::-1]  # the first one's stays
+        table.template[label[reported]] = batch.detections.template[rows[reported]]
     return table
 
 
@@ -133,7 +133,7 @@ def _together(fresh: Floats, others: Floats, reach: float) -> tuple[Indices, int
 
 
 @compiled(types.Tuple([types.i8[::1], types.i8])(ROWS, INTS_1D, types.f8, types.f8))
-def _clusters(told: Any, rows: Indices, gate: float, reach: float) -> tuple[Indices, int]:
+def _clusters(reported: Any, rows: Indices, gate: float, reach: float) -> tuple[Indices, int]:
     """
     Join detections of different cameras that may be one target, the nearest pairs first.
 
@@ -145,7 +145,11 @@ def _clusters(told: Any, rows: Indices, gate: float, reach: float) -> tuple[Indi
         How many there are.
 
     """
-    position, noise, camera = told['place'][rows], told['noise'][rows], told['camera'][rows]
+    position, noise, camera = (
+        reported['place'][rows],
+        reported['noise'][rows],
+        reported['camera'][rows],
+    )
     count = len(position)
     near = np.empty((count * (count - 1) // 2, 2), np.int64)
     squared, found = np.empty(len(near)), 0
@@ -182,12 +186,12 @@ def _clusters(told: Any, rows: Indices, gate: float, reach: float) -> tuple[Indi
 
 @compiled(types.void(TRACKS, ROWS, INTS_1D, INTS_1D, types.f8, types.i8, types.i8))
 def _fuse(
-    tracks: Any, told: Any, rows: Indices, label: Indices, speed_variance: float, tick_ns: int,
+    tracks: Any, reported: Any, rows: Indices, label: Indices, speed_variance: float, tick_ns: int,
     next_id: int,
 ) -> None:  # fmt: skip
     """Begin blank tracks: at rest, at the weighted means of the clusters (k,) of rows (k,)."""
     mean, covariance = tracks['mean'], tracks['covariance']
-    position, noise = told['place'], told['noise']
+    position, noise = reported['place'], reported['noise']
     information, weighted = np.zeros((len(tracks), 2, 2)), np.zeros((len(tracks), 2))
     weight = np.empty((2, 2))
     for row, own in zip(rows, label):

@@ -9,7 +9,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import compiled
-from mctrack_ros.fusion.config import MISSED_PICTURES, FusionConfig
+from mctrack_ros.fusion.config import MISSED_IMAGES, FusionConfig
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 GROUP_MEMORY_S = 0.2
@@ -27,7 +27,7 @@ def is_over(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
     """
     Return the mask of the tracks that end now.
 
-    One whom a slow camera saw last waits for its next pictures: a confirmed one for two, a
+    One whom a slow camera saw last waits for its next images: a confirmed one for two, a
     tentative one while the latest shows it.
     """
     life, least = config.life, 1.5 * config.batching.period
@@ -40,7 +40,7 @@ def _is_over(tracks: Any, stamp_ns: int, tentative_s: float, confirmed_s: float)
     over = np.empty(len(tracks), np.bool_)
     for row in range(len(tracks)):
         silent_s = (stamp_ns - tracks[row]['kept_ns']) / 1e9
-        patience_s = max(confirmed_s, MISSED_PICTURES * tracks[row]['pace_s'])
+        patience_s = max(confirmed_s, MISSED_IMAGES * tracks[row]['pace_s'])
         if tracks[row]['confirmed']:
             over[row] = silent_s > patience_s or tracks[row]['evidence'] < 0
         else:

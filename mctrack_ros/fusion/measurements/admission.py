@@ -24,21 +24,21 @@ from mctrack_ros.interfaces import LARGEST_DISTANCE, LARGEST_VARIANCE, Detection
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-NO_PICTURE = [Detections.build(0)]
+NO_IMAGE = [Detections.build(0)]
 NOBODY, NOWHERE = np.empty(0, np.uint32), np.empty(0, np.int64)
 MOST_DETECTIONS = 1000
-"""More than this in one picture are not detections: those of the highest score are used."""
+"""More than this in one image are not detections: those of the highest score are used."""
 TOLD = attrgetter(
     'position', 'covariance', 'template', 'box', 'extent', 'local_id', 'track_id', 'member_count',
     'class_id',
 )  # fmt: skip
-"""What is read of every picture."""
+"""What is read of every image."""
 ROW = np.dtype(
     [
         ('place', 'f8', 2),
         ('noise', 'f8', (2, 2)),
         ('stamp_ns', 'i8'),
-        ('picture', 'i8'),
+        ('image', 'i8'),
         ('camera', 'i8'),
         ('box', 'f4', 4),
         ('extent', 'f4', 2),
@@ -64,7 +64,7 @@ _TOLD = types.Tuple(
 
 def usable_rows(detections: Detections) -> Mask:
     """
-    Tell which detections of one picture, (n,), have a sound position and covariance.
+    Tell which detections of one image, (n,), have a sound position and covariance.
 
     A covariance is sound if it is finite, symmetric enough to be positive definite, and not
     larger than a square kilometre. Of a flood only `MOST_DETECTIONS` are used.
@@ -80,42 +80,42 @@ def usable_rows(detections: Detections) -> Mask:
 
 class Admitted:
     """
-    The usable detections of several pictures, one after the other, m rows.
+    The usable detections of several images, one after the other, m rows.
 
     What is always used of them is put together as records at once; columns of `Detections` that
     are not among these when they are first asked for.
 
     Parameters
     ----------
-    pictures : sequence of Detections
+    images : sequence of Detections
         One each.
     cameras : sequence of int
-        Whose each picture is.
+        Whose each image is.
     variance : sequence of float
-        What is added to the variances of each picture, m².
+        What is added to the variances of each image, m².
 
     Attributes
     ----------
     rows : (m,) structured array
         What each says: a `ROW`.
     vacant_id : (v,) uint32 array
-        Targets of which pictures say that they are not where they are expected.
-    vacant_picture : (v,) int array
-        Which picture says so of each.
+        Targets of which images say that they are not where they are expected.
+    vacant_image : (v,) int array
+        Which image says so of each.
 
     """
 
     def __init__(
-        self, pictures: Sequence[Detections], cameras: Sequence[int], variance: Sequence[float]
+        self, images: Sequence[Detections], cameras: Sequence[int], variance: Sequence[float]
     ) -> None:
-        self._pictures = pictures
-        counts = list(map(len, pictures))
+        self._images = images
+        counts = list(map(len, images))
         if max(counts, default=0) > MOST_DETECTIONS:
-            self._pictures = pictures = list(map(_without_flood, pictures))
-            counts = list(map(len, pictures))
-        self.rows, usable = _taken(pictures, counts, cameras, variance)
+            self._images = images = list(map(_without_flood, images))
+            counts = list(map(len, images))
+        self.rows, usable = _taken(images, counts, cameras, variance)
         self._usable: Mask | None = None
-        self.vacant_id, self.vacant_picture = NOBODY, NOWHERE
+        self.vacant_id, self.vacant_image = NOBODY, NOWHERE
         if usable < len(self):
             self._keep(self.rows['is_usable'])
 
@@ -129,36 +129,34 @@ class Admitted:
             return self.rows[name]
         if name not in Detections.COLUMNS:
             raise AttributeError(name)
-        column = np.concatenate([getattr(each, name) for each in self._pictures or NO_PICTURE])
+        column = np.concatenate([getattr(each, name) for each in self._images or NO_IMAGE])
         column = column if self._usable is None else column[self._usable]
         self.__dict__[name] = column
         return column
 
     def _keep(self, usable: Mask) -> None:
         """Keep some rows alone; note who is said to be absent."""
-        vacant = np.concatenate([each.is_vacant for each in self._pictures])
-        self.vacant_id, self.vacant_picture = self.track_id[vacant], self.picture[vacant]
+        vacant = np.concatenate([each.is_vacant for each in self._images])
+        self.vacant_id, self.vacant_image = self.track_id[vacant], self.image[vacant]
         self.rows, self._usable = self.rows[usable], usable
 
 
-def _without_flood(picture: Detections) -> Detections:
-    if len(picture) <= MOST_DETECTIONS:
-        return picture
-    return picture.select(usable_rows(picture) | picture.is_vacant)
+def _without_flood(image: Detections) -> Detections:
+    if len(image) <= MOST_DETECTIONS:
+        return image
+    return image.select(usable_rows(image) | image.is_vacant)
 
 
 def _taken(
-    pictures: Sequence[Detections],
+    images: Sequence[Detections],
     counts: Sequence[int],
     cameras: Sequence[int],
     variance: Sequence[float],
 ) -> tuple[NDArray[Any], int]:
-    """Return the records of some pictures, and how many of them can be used."""
+    """Return the records of some images, and how many of them can be used."""
     rows, usable, first = np.empty(sum(counts), ROW), 0, 0
-    for picture, (each, count, camera, more) in enumerate(
-        zip(pictures, counts, cameras, variance)
-    ):
-        usable += _take(TOLD(each), each.stamp_ns, picture, camera, more, rows, first)
+    for image, (each, count, camera, more) in enumerate(zip(images, counts, cameras, variance)):
+        usable += _take(TOLD(each), each.stamp_ns, image, camera, more, rows, first)
         first += count
     return rows, usable
 
@@ -182,11 +180,11 @@ def _is_filled(template: NDArray[np.float32], row: int) -> bool:
 
 @compiled(types.i8(_TOLD, types.i8, types.i8, types.i8, types.f8, ROWS, types.i8))
 def _take(
-    told: tuple[Any, ...], stamp_ns: int, picture: int, camera: int, variance: float,
+    reported: tuple[Any, ...], stamp_ns: int, image: int, camera: int, variance: float,
     all_rows: Any, first: int,
 ) -> int:  # fmt: skip
-    """Write what one picture tells into records, from one on; return how many can be used."""
-    position, covariance, template, box, extent, local_id, track_id, member_count, kind = told
+    """Write what one image tells into records, from one on; return how many can be used."""
+    position, covariance, template, box, extent, local_id, track_id, member_count, kind = reported
     rows = all_rows[first : first + len(position)]
     to_place, to_noise = rows['place'], rows['noise']
     to_box, to_extent, usable = rows['box'], rows['extent'], 0
@@ -203,7 +201,7 @@ def _take(
             to_noise[row, i, i] += variance
         for i in range(4):
             to_box[row, i] = box[row, i]
-        own['stamp_ns'], own['picture'], own['camera'] = stamp_ns, picture, camera
+        own['stamp_ns'], own['image'], own['camera'] = stamp_ns, image, camera
         own['is_described'], own['is_single'] = _is_filled(template, row), member_count[row] == 1
         own['local_id'], own['track_id'] = local_id[row], track_id[row]
         own['member_count'], own['class_id'] = member_count[row], kind[row]

@@ -1,4 +1,4 @@
-"""The pictures of one tick, ready for association."""
+"""The images of one tick, ready for association."""
 
 from __future__ import annotations
 
@@ -15,43 +15,43 @@ from mctrack_ros.fusion.measurements.admission import ROWS, Admitted
 from mctrack_ros.interfaces import Detections
 
 if TYPE_CHECKING:
-    from mctrack_ros.fusion.reid.gallery import Portraits
+    from mctrack_ros.fusion.reid.gallery import Gallery
 
 Indices = NDArray[np.intp]
 
 
-class Looks:
+class Batch:
     """
-    The usable detections of a tick's pictures, one after the other, as measurements.
+    The usable detections of a tick's images, one after the other, as measurements.
 
     Tracks are at the tick's stamp; a detection measures where its track was a little before (its
     own stamp is earlier), so no track is moved back.
 
     Parameters
     ----------
-    pictures : sequence of Detections
+    images : sequence of Detections
         One each, in canonical order.
     cameras : sequence of int
-        Index of each picture's camera in the site's order.
+        Index of each image's camera in the site's order.
     tick_ns : int
         The tick's stamp, ns.
     config : FusionConfig
         Parameters.
-    portraits : Portraits
+    gallery : Gallery
         What those who are tracked look like.
 
     Attributes
     ----------
     detections : Admitted
-        Of all pictures, m rows.
+        Of all images, m rows.
     rows : (m,) structured array
-        Of all pictures, m records.
-    picture, camera : (m,) int arrays
-        Which picture, and which camera, each is of.
+        Of all images, m records.
+    image, camera : (m,) int arrays
+        Which image, and which camera, each is of.
     stamp_ns : (m,) int64 array
         When it was taken, ns.
-    seconds : (pictures,) array
-        From the tick to each picture, s; not above 0.
+    seconds : (images,) array
+        From the tick to each image, s; not above 0.
     position : (m, 2) array
         Where the detections are, m.
     noise : (m, 2, 2) array
@@ -61,33 +61,33 @@ class Looks:
     has_templates : bool
         Whether anybody has.
     is_overlapped : (m,) bool array
-        Whose box meets that of another single one of its picture.
+        Whose box meets that of another single one of its image.
     single : (k,) int array
         Rows of ordinary detections; the others stand for several targets.
-    cameras : (pictures,) int array
+    cameras : (images,) int array
         As given.
-    portraits : Portraits
+    gallery : Gallery
         As given.
 
     """
 
     def __init__(
         self,
-        pictures: Sequence[Detections],
+        images: Sequence[Detections],
         cameras: Sequence[int],
         tick_ns: int,
         config: FusionConfig,
-        portraits: Portraits,
+        gallery: Gallery,
     ) -> None:
-        self.portraits = portraits
+        self.gallery = gallery
         self.cameras = np.array(cameras, np.intp)
-        seconds = [(each.stamp_ns - tick_ns) / 1e9 for each in pictures]
+        seconds = [(each.stamp_ns - tick_ns) / 1e9 for each in images]
         known, density = config.motion.sensor_sigma**2, config.motion.acceleration_density
         variance = [known + density * abs(each) ** 3 / 3 for each in seconds]
         self.seconds = np.array(seconds)
-        self.detections = Admitted(pictures, cameras, variance)
+        self.detections = Admitted(images, cameras, variance)
         self.rows = rows = self.detections.rows
-        self.picture, self.camera = rows['picture'], rows['camera']
+        self.image, self.camera = rows['image'], rows['camera']
         self.stamp_ns, self.is_described = rows['stamp_ns'], rows['is_described']
         self.position, self.noise = rows['place'], rows['noise']
         self.single: Indices
@@ -106,16 +106,16 @@ class Looks:
 
 @inner
 def _overlapped(
-    box: NDArray[np.float32], picture: Indices, is_single: NDArray[np.bool_]
+    box: NDArray[np.float32], image: Indices, is_single: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """
-    Return which boxes meet that of another single one of the same picture, or are not single.
+    Return which boxes meet that of another single one of the same image, or are not single.
 
     Parameters
     ----------
     box : (m, 4) float32 array
         Left, top, width, height, px.
-    picture : (m,) int64 array
+    image : (m,) int64 array
         Ascending.
     is_single : (m,) bool array
 
@@ -124,7 +124,7 @@ def _overlapped(
     first = 0
     while first < len(box):
         last, is_boxed = first + 1, box[first, 2] > 0.0
-        while last < len(box) and picture[last] == picture[first]:
+        while last < len(box) and image[last] == image[first]:
             is_boxed |= box[last, 2] > 0.0
             last += 1
         order = first + np.argsort(box[first:last, 0]) if is_boxed else np.empty(0, np.int64)
@@ -148,5 +148,5 @@ def _overlapped(
 def _surveyed(rows: Any) -> tuple[Indices, NDArray[np.bool_], bool]:
     """Return the rows (k,) of single ones, who is overlapped (m,), and if any is described."""
     is_single, is_described = rows['is_single'], rows['is_described']
-    overlaps = _overlapped(rows['box'], rows['picture'], is_single)
+    overlaps = _overlapped(rows['box'], rows['image'], is_single)
     return np.flatnonzero(is_single), overlaps, is_described.any()

@@ -96,7 +96,7 @@ def interact(
 
 @inner
 def _corrected(
-    reference: Floats, mean: Floats, covariance: Floats, told: Floats,
+    reference: Floats, mean: Floats, covariance: Floats, reported: Floats,
     weight: Floats, pull: Floats,
 ) -> float:  # fmt: skip
     """
@@ -108,15 +108,15 @@ def _corrected(
     """
     value = 0.0
     for i in range(4):
-        pull[i] = told[9 + i]
+        pull[i] = reported[9 + i]
     for i in range(4):
         for j in range(4):
             block = 3 * (i // 2 + j // 2) + i % 2 + j % 2
-            pull[i] -= told[block] * (mean[j] - reference[j])
+            pull[i] -= reported[block] * (mean[j] - reference[j])
     for i in range(4):
-        value += (mean[i] - reference[i]) * (told[9 + i] + pull[i])
+        value += (mean[i] - reference[i]) * (reported[9 + i] + pull[i])
     determinant = invert(covariance, weight)
-    add(told, weight)
+    add(reported, weight)
     determinant *= invert(weight, covariance)
     for i in range(4):
         step = 0.0
@@ -130,7 +130,7 @@ def _corrected(
 @compiled(types.void(*_COLUMNS, FLOATS_2D))
 def judge(
     mean: Floats, covariance: Floats, mode_mean: Floats, mode_covariance: Floats,
-    mode_probability: Floats, told: Floats,
+    mode_probability: Floats, reported: Floats,
 ) -> None:  # fmt: skip
     """
     Update the modes by what was measured, and judge them by how well they foresaw it.
@@ -150,13 +150,13 @@ def judge(
     """
     weight, pull, fit = np.empty((4, 4)), np.empty(4), np.empty(2)
     for own in range(len(mean)):
-        if told[own, 0] > 0.0:
+        if reported[own, 0] > 0.0:
             for mode in range(2):
                 fit[mode] = _corrected(
                     mean[own],
                     mode_mean[own, mode],
                     mode_covariance[own, mode],
-                    told[own],
+                    reported[own],
                     weight,
                     pull,
                 )

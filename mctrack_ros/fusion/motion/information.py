@@ -42,17 +42,17 @@ def joined(
         That times the place, 1/m.
 
     """
-    told, xx, xy, yy, x, y = False, 0.0, 0.0, 0.0, 0.0, 0.0
+    reported, xx, xy, yy, x, y = False, 0.0, 0.0, 0.0, 0.0, 0.0
     for pair in range(first, last):
         share, row = probability[pair], detection[pair]
         if share > 0.0:
-            told = True
+            reported = True
             own_xx, own_yy = share * seen[row, OF_XX], share * seen[row, OF_YY]
             own_xy = share * seen[row, OF_XY]
             xx, xy, yy = xx + own_xx, xy + own_xy, yy + own_yy
             x = x + own_xx * seen[row, X] + own_xy * seen[row, Y]
             y = y + own_xy * seen[row, X] + own_yy * seen[row, Y]
-    return told, xx, xy, yy, x, y
+    return reported, xx, xy, yy, x, y
 
 
 @inner
@@ -103,32 +103,32 @@ def invert(matrix: Floats, result: Floats) -> float:
 
 @inner
 def _note(
-    told: Floats, own: int, later: float,
+    reported: Floats, own: int, later: float,
     xx: float, xy: float, yy: float, x: float, y: float,
 ) -> None:  # fmt: skip
-    """Add what one picture says of a track to what is told of all, (n, 13)."""
+    """Add what one image says of a track to what is told of all, (n, 13)."""
     square = later**2
-    told[own, 0] += xx
-    told[own, 1] += xy
-    told[own, 2] += yy
-    told[own, 3] += later * xx
-    told[own, 4] += later * xy
-    told[own, 5] += later * yy
-    told[own, 6] += square * xx
-    told[own, 7] += square * xy
-    told[own, 8] += square * yy
-    told[own, 9] += x
-    told[own, 10] += y
-    told[own, 11] += later * x
-    told[own, 12] += later * y
+    reported[own, 0] += xx
+    reported[own, 1] += xy
+    reported[own, 2] += yy
+    reported[own, 3] += later * xx
+    reported[own, 4] += later * xy
+    reported[own, 5] += later * yy
+    reported[own, 6] += square * xx
+    reported[own, 7] += square * xy
+    reported[own, 8] += square * yy
+    reported[own, 9] += x
+    reported[own, 10] += y
+    reported[own, 11] += later * x
+    reported[own, 12] += later * y
 
 
 @inner
-def add(told: Floats, matrix: Floats) -> None:
+def add(reported: Floats, matrix: Floats) -> None:
     """Add the information that is told of a track to its own, (4, 4)."""
     for block in range(3):
         row, column = block // 2, (block + 1) // 2
-        xx, xy, yy = told[3 * block], told[3 * block + 1], told[3 * block + 2]
+        xx, xy, yy = reported[3 * block], reported[3 * block + 1], reported[3 * block + 2]
         row, column = 2 * row, 2 * column
         matrix[row, column] += xx
         matrix[row, column + 1] += xy
@@ -138,7 +138,7 @@ def add(told: Floats, matrix: Floats) -> None:
 
 @compiled(types.f8[:, ::1](COLUMN_2D, FLOATS_1D, INTS_1D, INTS_1D, INTS_1D, FLOATS_1D, FLOATS_2D))
 def gathered(
-    mean: Floats, seconds: Floats, picture: Indices, track: Indices, detection: Indices,
+    mean: Floats, seconds: Floats, image: Indices, track: Indices, detection: Indices,
     probability: Floats, seen: Floats,
 ) -> Floats:  # fmt: skip
     """
@@ -148,10 +148,10 @@ def gathered(
     ----------
     mean : (n, 4) array
         Predicted x, y, vx, vy of the tracks; m and m/s.
-    seconds : (pictures,) array
-        From the tracks' stamp to each picture's, s.
-    picture, track, detection : (k,) int64 arrays
-        Of which each pair is; sorted by picture, then track.
+    seconds : (images,) array
+        From the tracks' stamp to each image's, s.
+    image, track, detection : (k,) int64 arrays
+        Of which each pair is; sorted by image, then track.
     probability : (k,) array
         How much each counts.
     seen : (m, 8) array
@@ -164,36 +164,36 @@ def gathered(
         what it pulls the four components of the state by, from the mean.
 
     """
-    told, count, first = np.zeros((len(mean), TOLD)), len(track), 0
+    reported, count, first = np.zeros((len(mean), TOLD)), len(track), 0
     while first < count:
         last = first + 1
-        while last < count and track[last] == track[first] and picture[last] == picture[first]:
+        while last < count and track[last] == track[first] and image[last] == image[first]:
             last += 1
-        own, later = track[first], seconds[picture[first]]
+        own, later = track[first], seconds[image[first]]
         is_told, xx, xy, yy, x, y = joined(first, last, detection, probability, seen)
         if is_told:
             there_x = mean[own, 0] + later * mean[own, 2]
             there_y = mean[own, 1] + later * mean[own, 3]
             x, y = x - xx * there_x - xy * there_y, y - xy * there_x - yy * there_y
-            _note(told, own, later, xx, xy, yy, x, y)
+            _note(reported, own, later, xx, xy, yy, x, y)
         first = last
-    return told
+    return reported
 
 
 @compiled(types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(COLUMN_2D, COLUMN_3D, FLOATS_2D))
-def updated(mean: Floats, covariance: Floats, told: Floats) -> tuple[Floats, Floats]:
+def updated(mean: Floats, covariance: Floats, reported: Floats) -> tuple[Floats, Floats]:
     """Add what is told (see `gathered`) to predicted states, in the information filter's form."""
     moved, spread = np.empty(mean.shape), np.empty(covariance.shape)
     before = np.empty((4, 4))
     for own in range(len(mean)):
-        if told[own, 0] > 0.0:
+        if reported[own, 0] > 0.0:
             invert(covariance[own], before)
-            add(told[own], before)
+            add(reported[own], before)
             invert(before, spread[own])
             for i in range(4):
                 value = mean[own, i]
                 for j in range(4):
-                    value += spread[own, i, j] * told[own, 9 + j]
+                    value += spread[own, i, j] * reported[own, 9 + j]
                 moved[own, i] = value
         else:
             for i in range(4):

@@ -35,7 +35,7 @@ class Motion(Protocol):
         """Move the states of all tracks on."""
         ...
 
-    def update(self, table: TrackTable, told: Floats) -> None:
+    def update(self, table: TrackTable, reported: Floats) -> None:
         """Give the tracks what was measured of them, (n, 13), see `gathered`."""
         ...
 
@@ -72,9 +72,9 @@ class ConstantVelocity:
         state = table.mean, table.covariance
         table.mean, table.covariance = predict(*state, seconds, self.density)
 
-    def update(self, table: TrackTable, told: Floats) -> None:
+    def update(self, table: TrackTable, reported: Floats) -> None:
         """Update the state by what was measured."""
-        table.mean, table.covariance = updated(table.mean, table.covariance, told)
+        table.mean, table.covariance = updated(table.mean, table.covariance, reported)
 
     def follow(self, table: TrackTable, rows: Indices) -> None:
         """Need nothing."""
@@ -153,7 +153,7 @@ class InteractingModels:
             *self.densities,
         )
 
-    def update(self, table: TrackTable, told: Floats) -> None:
+    def update(self, table: TrackTable, reported: Floats) -> None:
         """Update each mode by what was measured, and judge it by how well it foresaw that."""
         judge(
             table.mean,
@@ -161,7 +161,7 @@ class InteractingModels:
             table.mode_mean,
             table.mode_covariance,
             table.mode_probability,
-            told,
+            reported,
         )
 
     def follow(self, table: TrackTable, rows: Indices) -> None:

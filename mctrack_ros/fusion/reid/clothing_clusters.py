@@ -26,7 +26,7 @@ JOINED = 0.6
 """Kits join when they are so much nearer than what would be another's."""
 
 
-class Kits:
+class ClothingClusters:
     """
     Clusters of the tracks' templates: teams, and whoever is dressed otherwise.
 

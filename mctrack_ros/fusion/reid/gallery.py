@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import RecognitionConfig
+from mctrack_ros.fusion.config import ReidConfig
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 Floats = NDArray[np.float64]
@@ -29,7 +29,7 @@ SURE_S = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class AppearanceSample:
     """
     Somebody's colours, of all cameras together.
 
@@ -46,7 +46,7 @@ class Look:
     seconds: float
 
 
-class Portraits:
+class Gallery:
     """
     The colours of everybody by id, learned while he is surely himself.
 
@@ -56,14 +56,14 @@ class Portraits:
 
     Parameters
     ----------
-    config : RecognitionConfig
+    config : ReidConfig
         Parameters.
 
     """
 
-    def __init__(self, config: RecognitionConfig) -> None:
+    def __init__(self, config: ReidConfig) -> None:
         self._config = config
-        self._known: dict[int, Look] = {}
+        self._known: dict[int, AppearanceSample] = {}
         self._scatter = np.zeros((TEMPLATE_SIZE, TEMPLATE_SIZE))
         self._scatter_s = 0.0
         self._whitening: Floats | None = None
@@ -72,7 +72,7 @@ class Portraits:
         """Tell whether it is known what somebody looks like."""
         return track_id in self._known
 
-    def learn(self, track_id: int, look: Look) -> None:
+    def learn(self, track_id: int, look: AppearanceSample) -> None:
         """Mix a look at somebody into his portrait."""
         old = self._known.get(track_id)
         if old is None:
@@ -85,20 +85,20 @@ class Portraits:
             self._whitening = None
         seconds = min(old.seconds, self._config.memory_time) + look.seconds
         mean = old.mean + (look.mean - old.mean) * look.seconds / seconds
-        self._known[track_id] = Look(mean, seconds)
+        self._known[track_id] = AppearanceSample(mean, seconds)
 
     def forget(self, track_id: int) -> None:
         """Forget what somebody looks like."""
         self._known.pop(track_id, None)
 
-    def weight(self, look: Look) -> float:
+    def weight(self, look: AppearanceSample) -> float:
         """Return how much a look tells, 0 to 1: less the shorter it is and the less is learned."""
         if look.seconds == 0.0 or self._scatter_s == 0.0:
             return 0.0
         doubt = self._config.trust_time * (1 / look.seconds + SCATTER_PRIOR_S / self._scatter_s)
         return 1.0 / (1.0 + doubt)
 
-    def difference(self, look: Look, track_id: int) -> float:
+    def difference(self, look: AppearanceSample, track_id: int) -> float:
         """
         Return how much a look differs from somebody's portrait, 0.5 to 1 for his own.
 
@@ -119,7 +119,7 @@ class Portraits:
         """
         Return roots of templates, (..., 48), scaled so that squared distances are of variance 1.
 
-        That is, of two pictures of one person: the mean over the bins.
+        That is, of two images of one person: the mean over the bins.
         """
         if self._whitening is None:
             self._whitening = np.asarray(np.linalg.cholesky(self._metric()), np.float64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 
-class Suspects:
+class IdHypotheses:
     """For every track, by its present id, the ids of all whom it may be."""
 
     def __init__(self) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import COLUMN_1D, COLUMN_2D, COLUMN_3D, FLOATS_1D, compiled
 from mctrack_ros.fusion.config import FusionConfig
 from mctrack_ros.fusion.motion.information import invert
-from mctrack_ros.fusion.reid.gallery import Portraits
+from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.appearance import squared_hellinger
 from mctrack_ros.tracking.kalman import moved_on
@@ -20,7 +20,7 @@ MOST_ABSENT = 100
 """So many are remembered, those who were lost last."""
 
 
-class Absence:
+class ReEntry:
     """
     Finds those again whom no camera saw for a while.
 
@@ -32,7 +32,7 @@ class Absence:
     ----------
     config : FusionConfig
         Parameters.
-    portraits : Portraits
+    gallery : Gallery
         What those who were seen alone look like; of others the latest templates tell it.
 
     Attributes
@@ -42,9 +42,9 @@ class Absence:
 
     """
 
-    def __init__(self, config: FusionConfig, portraits: Portraits) -> None:
+    def __init__(self, config: FusionConfig, gallery: Gallery) -> None:
         self._config = config
-        self._portraits = portraits
+        self._gallery = gallery
         self._absent = TrackTable.blank(0, 0)
         self._ended_ns = np.zeros(0, np.int64)
         self.found: dict[int, float] = {}
@@ -106,8 +106,8 @@ class Absence:
         """Return -2 log of how much likelier his colours are so than somebody else's."""
         association, strange = self._config.association, self._config.recognition.new
         name, last = int(self._absent.track_id[index]), self._absent.template[[index]]
-        if name in self._portraits and look.any():
-            more = np.log1p(self._portraits.distance(look, name)) - np.log1p(strange)
+        if name in self._gallery and look.any():
+            more = np.log1p(self._gallery.distance(look, name)) - np.log1p(strange)
         elif template.any() and last.any():
             more = squared_hellinger(template, last)[0, 0] - association.usual_difference
         else:

@@ -15,10 +15,10 @@ from scipy.special import expit
 from mctrack_ros.compiled import INTS_1D, compiled
 from mctrack_ros.fusion.config import FusionConfig
 from mctrack_ros.fusion.neighbours import NearPairs, is_near
-from mctrack_ros.fusion.reid.gallery import Look, Portraits
-from mctrack_ros.fusion.reid.id_hypotheses import Suspects
-from mctrack_ros.fusion.reid.re_entry import Absence
-from mctrack_ros.fusion.reid.samples import first_look, look_of
+from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
+from mctrack_ros.fusion.reid.id_hypotheses import IdHypotheses
+from mctrack_ros.fusion.reid.re_entry import ReEntry
+from mctrack_ros.fusion.reid.samples import first_sample, sample_of
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 Floats = NDArray[np.float64]
@@ -34,7 +34,7 @@ PAST_S = 1.0
 """Who was tracked for longer before he came near another was somebody of his own, s."""
 
 
-class Recognition:
+class Reassignment:
     """
     Gives ids to those who look like those who had them.
 
@@ -50,7 +50,7 @@ class Recognition:
 
     Attributes
     ----------
-    portraits : Portraits
+    gallery : Gallery
         What those who are tracked look like.
     certainty : dict of int to float
         Of the changes of the last step, by old id: how probable each is, against the next best.
@@ -59,9 +59,9 @@ class Recognition:
 
     def __init__(self, config: FusionConfig) -> None:
         self._config, self._merge_time = config.recognition, config.life.merge_time
-        self.portraits = Portraits(config.recognition)
-        self._suspects = Suspects()
-        self._absence = Absence(config, self.portraits)
+        self.gallery = Gallery(config.recognition)
+        self._hypotheses = IdHypotheses()
+        self._re_entry = ReEntry(config, self.gallery)
         self._lost: dict[int, tuple[int, Floats]] = {}
         self._met: dict[int, tuple[int, Floats]] = {}
         self.certainty: dict[int, float] = {}
@@ -76,9 +76,9 @@ class Recognition:
         apart = cdist(places, table.mean[:, :2])
         near = table.confirmed & (apart < self._reach(stamp_ns - seen_ns)[:, None])
         for row, column in np.argwhere(near)[:MOST_MEETINGS].tolist():
-            self._suspects.meet(int(table.track_id[column]), names[row])
+            self._hypotheses.meet(int(table.track_id[column]), names[row])
         self._lose(dict(zip(names, zip(seen_ns.tolist(), places))))
-        self._absence.note(removed.select(rows), stamp_ns)
+        self._re_entry.note(removed.select(rows), stamp_ns)
 
     def note_joined(self, removed: TrackTable, stamp_ns: int) -> None:
         """
@@ -90,28 +90,28 @@ class Recognition:
         age_s = (stamp_ns - removed.first_ns) / 1e9
         own = removed.confirmed & (age_s > self._merge_time + PAST_S)
         if own.any():
-            self._absence.note(removed.select(own), stamp_ns)
+            self._re_entry.note(removed.select(own), stamp_ns)
 
     def forget(self, name: int) -> None:
         """Forget one who turned out to be another."""
-        self.portraits.forget(name)
-        self._suspects.erase([name])
+        self.gallery.forget(name)
+        self._hypotheses.erase([name])
         self._met.pop(name, None)
 
     def pass_on(self, name: int, to: int) -> None:
         """Forget one who is another from now on, who may be whoever that one may be."""
-        self._suspects.meet(name, to)
+        self._hypotheses.meet(name, to)
         self.forget(name)
 
     def knows(self, one: NDArray[np.uint32], other: NDArray[np.uint32]) -> Mask:
         """Tell which pairs, (k,), have each been seen alone: hardly one and the same."""
-        known, pairs = self.portraits, zip(one.tolist(), other.tolist())
+        known, pairs = self.gallery, zip(one.tolist(), other.tolist())
         return np.array([first in known and second in known for first, second in pairs], np.bool_)
 
     @property
     def found(self) -> dict[int, float]:
         """Who was found in the last tick by prediction, time and colours, and at what cost."""
-        return self._absence.found
+        return self._re_entry.found
 
     def step(
         self, table: TrackTable, near: NearPairs, stamp_ns: int, confirmed: Mask
@@ -139,12 +139,12 @@ class Recognition:
         self.certainty.clear()
         self._forget_the_lost(stamp_ns)
         fresh = confirmed.nonzero()[0].tolist()
-        looks = [first_look(table, row) for row in fresh]  # before contacts let them begin anew
+        batch = [first_sample(table, row) for row in fresh]  # before contacts let them begin anew
         touch, due = _contacts(
             table.fixed, *near, self._config.contact_distance, self._config.look_time
         )
         self._note_contacts(table, near, touch, stamp_ns)
-        changes = self._found_again(table, fresh, looks, stamp_ns)
+        changes = self._found_again(table, fresh, batch, stamp_ns)
         if changes or not len(due):
             return changes
         table.judge_s[due] *= 2.0
@@ -169,32 +169,32 @@ class Recognition:
         for name, place in zip(table.track_id[touching].tolist(), table.mean[touching, :2]):
             self._met[name] = stamp_ns, place
         for pair in zip(table.track_id[one].tolist(), table.track_id[other].tolist()):
-            self._suspects.meet(*pair)
+            self._hypotheses.meet(*pair)
 
     def _found_again(
-        self, table: TrackTable, fresh: list[int], looks: list[Floats], stamp_ns: int
+        self, table: TrackTable, fresh: list[int], batch: list[Floats], stamp_ns: int
     ) -> dict[int, int]:
         """Note who of the lost new tracks that look so may be; return who they surely are."""
         found: dict[int, int] = {}
-        self._absence.found.clear()
-        for row, look in zip(fresh, looks):
+        self._re_entry.found.clear()
+        for row, look in zip(fresh, batch):
             name, place = int(table.track_id[row]), table.mean[row, :2].tolist()
             since = {
                 other: stamp_ns - when_ns
                 for other, (when_ns, there) in self._lost.items()
                 if math.dist(place, there) < self._reach(stamp_ns - when_ns)
             }
-            self._suspects.settle(name, self._suspects.of(name).union(since))
+            self._hypotheses.settle(name, self._hypotheses.of(name).union(since))
             soon = [one for one, ago in since.items() if ago < self._config.soon_time * 1e9]
-            best = self._absence.find(table, row, look, stamp_ns)
-            lead = -0.5 * self._absence.found[best] if best else 0.0
+            best = self._re_entry.find(table, row, look, stamp_ns)
+            lead = -0.5 * self._re_entry.found[best] if best else 0.0
             if not best:
                 best, lead = self._alike(look, soon)
             if best:
                 found[name] = best
                 self.certainty[name] = float(expit(lead))
                 self._replace({name: best})
-                self._suspects.become(name, best)
+                self._hypotheses.become(name, best)
                 self._met.pop(name, None)
         return found
 
@@ -204,7 +204,7 @@ class Recognition:
 
         And by how much that is likelier than somebody new, log.
         """
-        alike = {one: self.portraits.distance(look, one) for one in lost if look.any()}
+        alike = {one: self.gallery.distance(look, one) for one in lost if look.any()}
         best = min(alike, key=alike.__getitem__, default=0)
         if best and alike[best] < self._config.new:
             return best, float(np.log1p(self._config.new) - np.log1p(alike[best]))
@@ -218,20 +218,20 @@ class Recognition:
         judged: set[int] = set()
         for name in table.track_id[due].tolist():
             row = row_of[name]
-            if len(self._suspects.of(name)) == 1:
-                self.portraits.learn(name, look_of(table, row))
+            if len(self._hypotheses.of(name)) == 1:
+                self.gallery.learn(name, sample_of(table, row))
                 table.look[row], table.look_s[row] = 0.0, 0.0
             elif name not in judged:
-                circle = self._suspects.circle(name, present)
+                circle = self._hypotheses.circle(name, present)
                 judged.update(circle)
-                looks = [look_of(table, row_of[one]) for one in circle]
-                changes |= self._assigned(circle, looks)
+                batch = [sample_of(table, row_of[one]) for one in circle]
+                changes |= self._assigned(circle, batch)
         gone = sorted(changes.keys() - changes.values())
         here = {name: (stamp_ns, table.mean[row_of[name], :2].copy()) for name in gone}
         self._lose({name: self._met.get(name, here[name]) for name in gone})  # when he met others
         return changes
 
-    def _assigned(self, circle: list[int], looks: list[Look]) -> dict[int, int]:
+    def _assigned(self, circle: list[int], batch: list[AppearanceSample]) -> dict[int, int]:
         """
         Assign the ids of those who may be one another; return those that change.
 
@@ -239,17 +239,17 @@ class Recognition:
         light and other people's pixels are outliers, so what differs much tells little more.
         Who looks like nobody known decides nothing by his looks, and is not settled by them.
         """
-        config, portraits = self._config, self.portraits
-        may_be = [self._suspects.of(one) for one in circle]
+        config, gallery = self._config, self.gallery
+        may_be = [self._hypotheses.of(one) for one in circle]
         names = sorted(frozenset().union(*may_be))
         cost = np.full((len(circle), len(names)), IMPOSSIBLE)
         is_strange = np.zeros(len(circle), np.bool_)
-        for row, (own, look) in enumerate(zip(circle, looks)):
-            weight = portraits.weight(look) if look.seconds >= config.look_time else 0.0
-            differences = {name: portraits.difference(look, name) for name in may_be[row]}
+        for row, (own, look) in enumerate(zip(circle, batch)):
+            weight = gallery.weight(look) if look.seconds >= config.look_time else 0.0
+            differences = {name: gallery.difference(look, name) for name in may_be[row]}
             if min(differences.values()) >= config.strange:  # so strange is who is not known
                 is_strange[row], weight = True, 0.0  # others' pixels are among his
-            if own not in portraits:
+            if own not in gallery:
                 differences[own] = config.new
             for name, difference in differences.items():
                 cost[row, names.index(name)] = weight * np.log1p(difference)
@@ -261,36 +261,36 @@ class Recognition:
         margin = np.where(is_strange, 0.0, cost.min(axis=1) - best)
         settled = {
             name
-            for name, look, lead in zip(chosen, looks, margin.tolist())
+            for name, look, lead in zip(chosen, batch, margin.tolist())
             if look.seconds >= config.look_time
             and (lead > config.margin or look.seconds >= config.longest_look_time)
         }
         self._replace(dict(zip(circle, chosen)))
         for name, may in zip(chosen, may_be):
-            self._suspects.settle(name, () if name in settled else may - settled)
+            self._hypotheses.settle(name, () if name in settled else may - settled)
         changed = [index for index, old in enumerate(circle) if old != chosen[index]]
         self.certainty |= {circle[index]: float(expit(margin[index])) for index in changed}
         return {circle[index]: chosen[index] for index in changed}
 
     def _replace(self, names: dict[int, int]) -> None:
         """Let those who were called one thing be called another, all at once."""
-        may_be = [self._suspects.of(old) for old in names]
+        may_be = [self._hypotheses.of(old) for old in names]
         for old in names.keys() - names.values():
-            self._suspects.end(old)
+            self._hypotheses.end(old)
         for new, may in zip(names.values(), may_be):
             self._lost.pop(new, None)
-            self._absence.end(new)
-            self._suspects.settle(new, may)
+            self._re_entry.end(new)
+            self._hypotheses.settle(new, may)
 
     def _lose(self, gone: dict[int, tuple[int, Floats]]) -> None:
         """Remember, when and where last, those not tracked any more whose looks are known."""
-        known = {name: last for name, last in gone.items() if name in self.portraits}
+        known = {name: last for name, last in gone.items() if name in self.gallery}
         self._lost |= known
         for name in gone:
             self._met.pop(name, None)
         for name in known:
-            self._suspects.end(name)
-        self._suspects.erase(gone.keys() - known.keys())
+            self._hypotheses.end(name)
+        self._hypotheses.erase(gone.keys() - known.keys())
 
     def _reach(self, since_ns: NDArray[np.int64] | int) -> Floats:
         """Return how far away those may be by now who were last seen so long ago, m."""

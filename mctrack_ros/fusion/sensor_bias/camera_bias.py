@@ -7,7 +7,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, compiled, inner
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.sensor_bias.comparisons import MOST_TRACKS, REACH_M, compare
 from mctrack_ros.fusion.table import TrackTable
 
@@ -17,7 +17,7 @@ Indices = NDArray[np.intp]
 LEAST_CAMERAS = 3
 """Of two that disagree nobody can say which is wrong."""
 PAUSE_NS = 500_000_000
-"""Cameras are compared no more often: the errors of pictures in succession are alike."""
+"""Cameras are compared no more often: the errors of images in succession are alike."""
 KEPT = 128
 """Latest comparisons of a camera that count."""
 INDEPENDENT = 0.5
@@ -73,14 +73,14 @@ class CameraBias:
         """Return by how many comparisons a camera is judged."""
         return len(self._residual[camera])
 
-    def correct(self, looks: Looks) -> None:
+    def correct(self, batch: Batch) -> None:
         """Move the detections of a tick by what is known, and make them less certain."""
         if np.count_nonzero(self.offset) or np.count_nonzero(self.variance):
-            looks.position -= self.offset[looks.camera]
-            looks.noise[:, [0, 1], [0, 1]] += self.variance[looks.camera, None]
+            batch.position -= self.offset[batch.camera]
+            batch.noise[:, [0, 1], [0, 1]] += self.variance[batch.camera, None]
 
     def learn(
-        self, table: TrackTable, looks: Looks, rows: Indices, columns: Indices, stamp_ns: int
+        self, table: TrackTable, batch: Batch, rows: Indices, columns: Indices, stamp_ns: int
     ) -> None:
         """
         Compare the cameras, if it is time to.
@@ -89,8 +89,8 @@ class CameraBias:
         ----------
         table : TrackTable
             The tracks at the tick.
-        looks : Looks
-            The tick's pictures, corrected.
+        batch : Batch
+            The tick's images, corrected.
         rows, columns : (k,) int arrays
             Tracks and the detections that are theirs.
         stamp_ns : int
@@ -101,13 +101,13 @@ class CameraBias:
         if recent or len(self.variance) < LEAST_CAMERAS:
             return
         self._last_ns = stamp_ns
-        apart = ~looks.is_overlapped[columns]
+        apart = ~batch.is_overlapped[columns]
         seen = np.full((len(table), len(self.variance)), -1)
-        seen[rows[apart], looks.camera[columns[apart]]] = columns[apart]
-        position = looks.position + self.offset[looks.camera]
-        noise = looks.noise - self.variance[looks.camera, None, None] * np.eye(2)
+        seen[rows[apart], batch.camera[columns[apart]]] = columns[apart]
+        position = batch.position + self.offset[batch.camera]
+        noise = batch.noise - self.variance[batch.camera, None, None] * np.eye(2)
         doubt = self.variance + (self.offset**2).sum(axis=1)
-        compared = compare(table.mean, seen, self._turn, looks, position, noise, doubt)
+        compared = compare(table.mean, seen, self._turn, batch, position, noise, doubt)
         self._turn += MOST_TRACKS
         self._keep(*compared)
 

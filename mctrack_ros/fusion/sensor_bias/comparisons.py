@@ -16,7 +16,7 @@ from mctrack_ros.compiled import (
     compiled,
     inner,
 )
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -30,13 +30,13 @@ ROOM = 6.0
 
 
 def compare(
-    state: Floats, seen: Indices, turn: int, looks: Looks, position: Floats, noise: Floats,
+    state: Floats, seen: Indices, turn: int, batch: Batch, position: Floats, noise: Floats,
     doubt: Floats,
 ) -> tuple[Indices, Floats, Floats]:  # fmt: skip
     """
     Compare cameras on some targets that two or more others measured in the same tick.
 
-    What the camera itself says is looked for in its picture near where the others see the target,
+    What the camera itself says is looked for in its image near where the others see the target,
     whatever its detections were associated with: one that lies far off would not be among them.
     There must be one alone, and no other target that is as near.
 
@@ -48,8 +48,8 @@ def compare(
         Which detection each camera has of each track, -1: none.
     turn : int
         Who comes first; the next ones follow.
-    looks : Looks
-        The pictures.
+    batch : Batch
+        The images.
     position, noise : (m, 2), (m, 2, 2) arrays
         Where the cameras themselves say that the detections are, m, and the covariances, m².
     doubt : (cameras,) array
@@ -66,7 +66,7 @@ def compare(
 
     """
     return _compared(
-        state, seen, turn, looks.seconds, looks.picture, looks.camera, looks.is_overlapped,
+        state, seen, turn, batch.seconds, batch.image, batch.camera, batch.is_overlapped,
         position, noise, doubt,
     )  # fmt: skip
 
@@ -77,7 +77,7 @@ def _witnessed(
     doubt: Floats,
 ) -> tuple[int, Floats, Floats]:  # fmt: skip
     """Return how many cameras beside one see a track, where at the tick, and how surely."""
-    told, xx, xy, yy, x, y = 0, 0.0, 0.0, 0.0, 0.0, 0.0
+    reported, xx, xy, yy, x, y = 0, 0.0, 0.0, 0.0, 0.0, 0.0
     for other in range(len(rows)):
         row = rows[other]
         if row >= 0 and other != own:
@@ -87,15 +87,15 @@ def _witnessed(
             a, b, c = c * scale, -b * scale, a * scale
             u = position[row, 0] - later[row] * state[2]
             v = position[row, 1] - later[row] * state[3]
-            told, xx, xy, yy = told + 1, xx + a, xy + b, yy + c
+            reported, xx, xy, yy = reported + 1, xx + a, xy + b, yy + c
             x, y = x + a * u + b * v, y + b * u + c * v
     covariance = np.zeros((2, 2))
-    if told:
+    if reported:
         scale = 1.0 / (xx * yy - xy * xy)
         covariance[0, 0], covariance[1, 1] = yy * scale, xx * scale
         covariance[0, 1] = covariance[1, 0] = -xy * scale
     x, y = covariance[0, 0] * x + covariance[0, 1] * y, covariance[1, 0] * x + covariance[1, 1] * y
-    return told, np.array([x, y]), covariance
+    return reported, np.array([x, y]), covariance
 
 
 @inner
@@ -118,7 +118,7 @@ def _only(
     first: int, last: int, place: Floats, room: float, state: Floats, later: Floats,
     position: Floats, is_overlapped: NDArray[np.bool_],
 ) -> int:  # fmt: skip
-    """Return the only row of a picture so near to a place, -1: none, or not alone."""
+    """Return the only row of an image so near to a place, -1: none, or not alone."""
     near = -1
     for row in range(first, last):
         x = position[row, 0] - later[row] * state[2] - place[0]
@@ -131,11 +131,11 @@ def _only(
 
 
 @inner
-def _pictures(picture: Indices, camera: Indices, cameras: int) -> Indices:
-    """Return the (cameras, 2) first row and the one after the last of each one's last picture."""
+def _images(image: Indices, camera: Indices, cameras: int) -> Indices:
+    """Return the (cameras, 2) first row and the one after the last of each one's last image."""
     bounds = np.zeros((cameras, 2), np.int64)
-    for row in range(len(picture)):
-        if row == 0 or picture[row] != picture[row - 1]:
+    for row in range(len(image)):
+        if row == 0 or image[row] != image[row - 1]:
             bounds[camera[row], 0] = row
         bounds[camera[row], 1] = row + 1
     return bounds
@@ -148,21 +148,21 @@ def _pictures(picture: Indices, camera: Indices, cameras: int) -> Indices:
     )
 )  # fmt: skip
 def _compared(
-    state: Floats, seen: Indices, turn: int, seconds: Floats, picture: Indices, camera: Indices,
+    state: Floats, seen: Indices, turn: int, seconds: Floats, image: Indices, camera: Indices,
     is_overlapped: NDArray[np.bool_], position: Floats, noise: Floats, doubt: Floats,
 ) -> tuple[Indices, Floats, Floats]:  # fmt: skip
     tracks, cameras = seen.shape
     most, count = min(tracks, MOST_TRACKS), 0
     who = np.empty(most * cameras, np.int64)
     residual, covariance = np.empty((len(who), 2)), np.empty((len(who), 2, 2))
-    bounds, later = _pictures(picture, camera, cameras), seconds[picture]
+    bounds, later = _images(image, camera, cameras), seconds[image]
     for step in range(most):
         track = (turn + step) % tracks
         for own in range(cameras):
-            told, place, spread = _witnessed(
+            reported, place, spread = _witnessed(
                 own, seen[track], state[track], later, position, noise, doubt
             )
-            if told < 2:
+            if reported < 2:
                 continue
             room = _room(own, track, state, seen)
             row = _only(

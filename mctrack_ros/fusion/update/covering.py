@@ -22,7 +22,7 @@ from mctrack_ros.fusion.association.scored_pairs import JudgedPairs, judged_pair
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.association.solvers.covering_graph import flags, shared_out
 from mctrack_ros.fusion.config import AssociationConfig
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.measurements.packed import XX, XY, YY, X, Y, measured
 from mctrack_ros.fusion.motion.information import gathered
 from mctrack_ros.fusion.table import TrackTable
@@ -37,41 +37,41 @@ APPEARANCE_SCALE = 100.0
 LARGEST_CODE_COST = 100.0
 """A pair that costs more there is none."""
 PIXELS_PER_METRE = 50.0
-"""What stands for the pixels of its distances: in pictures of 640 x 480 such as PETS2006's a
+"""What stands for the pixels of its distances: in images of 640 x 480 such as PETS2006's a
 person of 1.7 m is about 85 px tall, px/m."""
 
 
 class CoveringAssociation:
     """
-    Associates every track in one picture of a tick, without a second thought.
+    Associates every track in one image of a tick, without a second thought.
 
     Section IV.B with what it leaves open: a track's edge needs a valid detection, which is one
-    that passes the gate. Where a track is covered by other pictures than its primary one it is
+    that passes the gate. Where a track is covered by other images than its primary one it is
     *tagged*: among the tracks covered there the exchange shares out what is left, and they count
-    as seen, but are not updated. All else of those pictures that is in the gate of such a track is
+    as seen, but are not updated. All else of those images that is in the gate of such a track is
     consumed, or it would start duplicates.
 
     Parameters
     ----------
     table : TrackTable
         The tracks, predicted to the tick's stamp.
-    looks : Looks
-        The pictures, in the order of their sensors' priority.
+    batch : Batch
+        The images, in the order of their sensors' priority.
     config : AssociationConfig
         Parameters.
 
     """
 
-    def __init__(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> None:
-        self._single, self._seconds = looks.single, looks.seconds
+    def __init__(self, table: TrackTable, batch: Batch, config: AssociationConfig) -> None:
+        self._single, self._seconds = batch.single, batch.seconds
         self._mean, self._covariance = table.mean, table.covariance
-        picture = looks.picture[looks.single]
-        seen = measured(looks.position, looks.noise, looks.single)
-        state = table.mean, table.covariance, looks.seconds, seen, picture
+        image = batch.image[batch.single]
+        seen = measured(batch.position, batch.noise, batch.single)
+        state = table.mean, table.covariance, batch.seconds, seen, image
         track, detection, where, _ = gated_pairs(*state, config.gate)
         squared, metres = _distances(*state, track, detection)
-        row = looks.single[detection]
-        templates = table.template, looks.detections.template, looks.is_described
+        row = batch.single[detection]
+        templates = table.template, batch.detections.template, batch.is_described
         _, difference = differences(*templates, track, row, config.usual_difference)
         cost = COSTS[config.method](squared, metres, difference + config.usual_difference)
         near = np.flatnonzero(cost < np.inf)
@@ -82,7 +82,7 @@ class CoveringAssociation:
         self._told = gathered(
             self._mean,
             self._seconds,
-            pairs.picture,
+            pairs.image,
             pairs.track,
             pairs.detection,
             self._chosen,
@@ -90,14 +90,14 @@ class CoveringAssociation:
         )
 
     def solve(self) -> Floats:
-        """Return what the pictures tell of the tracks, (n, 13), of each one picture at most."""
+        """Return what the images tell of the tracks, (n, 13), of each one image at most."""
         return self._told
 
     def pairs(self) -> tuple[Indices, Indices]:
         """
         Return the tracks (k,) and the detections (k,) that belong together: chosen and tagged.
 
-        Sorted by picture, then track.
+        Sorted by image, then track.
         """
         pairs, chosen = self._pairs, self._chosen > 0
         taken = np.zeros(len(self._single), np.bool_)
@@ -107,7 +107,7 @@ class CoveringAssociation:
         together[others] = shared_out(pairs, others)
         return pairs.track[together], self._single[pairs.detection[together]]
 
-    def judged(self, table: TrackTable, looks: Looks, config: AssociationConfig) -> JudgedPairs:
+    def judged(self, table: TrackTable, batch: Batch, config: AssociationConfig) -> JudgedPairs:
         """Return all pairs with their distance from the prediction: for whoever asks why."""
         pairs, row = self._pairs, self._single[self._pairs.detection]
         track, column = self.pairs()
@@ -117,12 +117,12 @@ class CoveringAssociation:
             self._mean,
             self._covariance,
             np.zeros(len(row)),
-            self._seconds[pairs.picture],
+            self._seconds[pairs.image],
             pairs.track,
             row,
             pairs.slot,
-            looks.position[row],
-            looks.noise[row],
+            batch.position[row],
+            batch.noise[row],
             self._chosen,
             np.array(taken, np.bool_),
         )
@@ -160,14 +160,14 @@ where there is no pair."""
     )
 )
 def _distances(
-    mean: Floats, covariance: Floats, seconds: Floats, seen: Floats, picture: Indices,
+    mean: Floats, covariance: Floats, seconds: Floats, seen: Floats, image: Indices,
     track: Indices, detection: Indices,
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Return the squared Mahalanobis distances (k,) of pairs, and the Euclidean ones, m."""
     squared, metres = np.empty(len(track)), np.empty(len(track))
     for pair in range(len(track)):
         row = detection[pair]
-        x, y, xx, xy, yy = seen_at(mean, covariance, track[pair], seconds[picture[row]])
+        x, y, xx, xy, yy = seen_at(mean, covariance, track[pair], seconds[image[row]])
         x, y = seen[row, X] - x, seen[row, Y] - y
         xx, xy, yy = xx + seen[row, XX], xy + seen[row, XY], yy + seen[row, YY]
         squared[pair], metres[pair] = distance(x, y, xx, xy, yy)[0], np.hypot(x, y)

@@ -19,13 +19,13 @@ from mctrack_ros.compiled import (
 )
 from mctrack_ros.fusion.association.gating import distances
 from mctrack_ros.fusion.config import FusionConfig
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import updated
 
 if TYPE_CHECKING:
-    from mctrack_ros.fusion.explain.recorder import Account
+    from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -38,7 +38,7 @@ _IDS = types.Array(types.u4, 1, 'A')
 VELOCITY = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
 GROUP_INFLATION = 100.0
-"""How much less a merged detection says about one of its members, picture after picture: factor
+"""How much less a merged detection says about one of its members, image after image: factor
 of its covariance. He keeps his place in the group, and is not drawn to its middle."""
 
 COMPANY_DENSITY = 0.5
@@ -48,54 +48,54 @@ velocity differs from theirs by, m²/s."""
 
 def keep_members(
     table: TrackTable,
-    looks: Looks,
+    batch: Batch,
     free: Mask,
     config: FusionConfig,
     motion: Motion,
-    account: Account | None = None,
+    recorder: DecisionRecorder | None = None,
 ) -> None:
     """
-    Keep alive what merged detections hide of the tracks that are free, (pictures, n).
+    Keep alive what merged detections hide of the tracks that are free, (images, n).
 
     Only who is expected where the group is, by its covariance as told. Where others of it are
     seen, only for a while: it may be that nobody is behind them.
     """
-    groups, detections = looks.groups, looks.detections
-    picture, noise = looks.picture[groups], looks.noise[groups]
+    groups, detections = batch.groups, batch.detections
+    image, noise = batch.image[groups], batch.noise[groups]
     named = (table.track_id[:, None] == detections.members[groups, None]).any(axis=2)
-    taken = (named & ~free[picture]).sum(axis=1)
-    hidden_s = (looks.stamp_ns[groups, None] - table.seen_ns) / 1e9
+    taken = (named & ~free[image]).sum(axis=1)
+    hidden_s = (batch.stamp_ns[groups, None] - table.seen_ns) / 1e9
     hoped = (hidden_s <= config.life.hidden_time) | (taken == 0)[:, None]
     squared = distances(
-        table.mean, table.covariance, looks.seconds[picture], looks.position[groups], noise
+        table.mean, table.covariance, batch.seconds[image], batch.position[groups], noise
     )
-    hidden = free[picture] & table.confirmed & hoped & (squared < config.association.gate)
+    hidden = free[image] & table.confirmed & hoped & (squared < config.association.gate)
     for row in np.flatnonzero(hidden.any(axis=1)).tolist():
-        candidates = np.flatnonzero(hidden[row] & free[picture[row]])
+        candidates = np.flatnonzero(hidden[row] & free[image[row]])
         order = np.lexsort((squared[row, candidates], ~named[row, candidates]))
-        whole = named[row] & ~free[picture[row]]
+        whole = named[row] & ~free[image[row]]
         count = int(detections.member_count[groups[row]]) or len(candidates)
         members = np.sort(candidates[order[: max(count - int(whole.sum()), 0)]])
         if len(members):
-            free[picture[row], members] = False
+            free[image[row], members] = False
             whole[members] = True
-            if account is not None:
-                account.hidden(members, int(groups[row]), squared[row, members], table, looks)
+            if recorder is not None:
+                recorder.hidden(members, int(groups[row]), squared[row, members], table, batch)
             _keep(
                 table.mean,
                 table.covariance,
                 table.kept_ns,
-                table.hidden_ns[:, looks.camera[groups[row]]],
+                table.hidden_ns[:, batch.camera[groups[row]]],
                 table.cameras,
                 table.group,
                 table.group_ns,
                 table.track_id,
                 members,
                 whole,
-                looks.position[groups[row]],
+                batch.position[groups[row]],
                 noise[row] * GROUP_INFLATION,
-                looks.seconds[picture[row]],
-                looks.stamp_ns[groups[row]],
+                batch.seconds[image[row]],
+                batch.stamp_ns[groups[row]],
                 config.life.look_time,
             )
             motion.follow(table, members)

@@ -1,4 +1,4 @@
-"""All pictures of a tick against the tracks: assignment, update, what else is learned."""
+"""All images of a tick against the tracks: assignment, update, what else is learned."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled, inner
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.config import FusionConfig
 from mctrack_ros.fusion.measurements.admission import ROWS
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
 from mctrack_ros.fusion.reid.samples import look_at
 from mctrack_ros.fusion.table import TRACKS, TrackTable
@@ -21,7 +21,7 @@ from mctrack_ros.fusion.update.hidden_members import keep_members
 from mctrack_ros.interfaces import LARGEST_EXTENT, ClassCode
 
 if TYPE_CHECKING:
-    from mctrack_ros.fusion.explain.recorder import Account
+    from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -38,30 +38,30 @@ CLASS_S, MOST_CLASS_S = 1.0, 3.0
 """For so long one detection tells a class at most, and for so long a class leads at most, s."""
 PERSON, OTHERS_WEIGH = int(ClassCode.PERSON), 2.0
 ASSOCIATIONS = dict.fromkeys(COSTS, CoveringAssociation)
-"""By method, what associates the pictures of a tick; that of all others is `JointAssociation`."""
+"""By method, what associates the images of a tick; that of all others is `JointAssociation`."""
 
 
 def match(
     table: TrackTable,
-    looks: Looks,
+    batch: Batch,
     config: FusionConfig,
     motion: Motion,
-    account: Account | None = None,
+    recorder: DecisionRecorder | None = None,
 ) -> tuple[Indices, Indices, Indices]:
     """
-    Associate the pictures of a tick with the tracks and update these.
+    Associate the images of a tick with the tracks and update these.
 
     Parameters
     ----------
     table : TrackTable
         The tracks, predicted to the tick's stamp; changed in place.
-    looks : Looks
-        The pictures.
+    batch : Batch
+        The images.
     config : FusionConfig
         Parameters.
     motion : Motion
         How tracks move.
-    account : Account, optional
+    recorder : DecisionRecorder, optional
         Takes down why.
 
     Returns
@@ -73,21 +73,21 @@ def match(
 
     """
     kind = ASSOCIATIONS.get(config.association.method, JointAssociation)
-    association = kind(table, looks, config.association)
-    told = association.solve()
-    if account is not None:
-        account.pairs(association.judged(table, looks, config.association), table, looks)
-    motion.update(table, told)
+    association = kind(table, batch, config.association)
+    reported = association.solve()
+    if recorder is not None:
+        recorder.pairs(association.judged(table, batch, config.association), table, batch)
+    motion.update(table, reported)
     rows, columns = association.pairs()
-    if looks.has_templates:
-        learn_appearance(table, looks, rows, columns, config.life.template_time)
-        look_at(table, looks, rows, columns, config.life.look_time)
-    note(table, looks, rows, columns)
-    if looks.has_groups:
-        free = np.ones((len(looks.seconds), len(table)), bool)
-        free[looks.picture[columns], rows] = False
-        keep_members(table, looks, free, config, motion, account)
-    return _left(looks.single, len(looks.rows), columns, association.consumed), rows, columns
+    if batch.has_templates:
+        learn_appearance(table, batch, rows, columns, config.life.template_time)
+        look_at(table, batch, rows, columns, config.life.look_time)
+    note(table, batch, rows, columns)
+    if batch.has_groups:
+        free = np.ones((len(batch.seconds), len(table)), bool)
+        free[batch.image[columns], rows] = False
+        keep_members(table, batch, free, config, motion, recorder)
+    return _left(batch.single, len(batch.rows), columns, association.consumed), rows, columns
 
 
 @compiled(types.i8[::1](INTS_1D, types.i8, INTS_1D, INTS_1D))
@@ -99,9 +99,9 @@ def _left(single: Indices, count: int, columns: Indices, consumed: Indices) -> I
     return single[~taken[single]]
 
 
-def note(table: TrackTable, looks: Looks, rows: Indices, columns: Indices) -> None:
+def note(table: TrackTable, batch: Batch, rows: Indices, columns: Indices) -> None:
     """Note in tracks (k,) what the detections (k,) tell beside place and colours."""
-    _note(table.fixed, table.seen_by_ns, table.local_id, rows, columns, looks.rows)
+    _note(table.fixed, table.seen_by_ns, table.local_id, rows, columns, batch.rows)
 
 
 @inner
@@ -126,12 +126,12 @@ def _vote(track: Any, kind: int, seconds: float) -> None:
     )
 )  # fmt: skip
 def _note(
-    tracks: Any, seen_by_ns: Stamps, local_id: Ids, rows: Indices, columns: Indices, told: Any
+    tracks: Any, seen_by_ns: Stamps, local_id: Ids, rows: Indices, columns: Indices, reported: Any
 ) -> None:
-    extent, told_extent = tracks['extent'], told['extent']
+    extent, told_extent = tracks['extent'], reported['extent']
     for index in range(len(rows)):
         row, column = rows[index], columns[index]
-        track, one = tracks[row], told[column]
+        track, one = tracks[row], reported[column]
         own, stamp_ns = one['camera'], one['stamp_ns']
         since_ns = stamp_ns - seen_by_ns[row, own]
         kind = one['class_id']
@@ -152,22 +152,22 @@ def _note(
 
 
 def learn_appearance(
-    table: TrackTable, looks: Looks, rows: Indices, columns: Indices, template_time: float
+    table: TrackTable, batch: Batch, rows: Indices, columns: Indices, template_time: float
 ) -> None:
     """Mix into the templates of tracks (k,) those of detections (k,) that stand apart."""
-    apart = ~looks.is_overlapped[columns]
+    apart = ~batch.is_overlapped[columns]
     rows, columns = rows[apart], columns[apart]
-    since = (looks.stamp_ns[columns] - table.seen_by_ns[rows, looks.camera[columns]]) / 1e9
+    since = (batch.stamp_ns[columns] - table.seen_by_ns[rows, batch.camera[columns]]) / 1e9
     weight = np.minimum(since / template_time, MOST_AT_ONCE)
-    _mix_in(table.template, rows, looks.detections.template[columns], weight)
+    _mix_in(table.template, rows, batch.detections.template[columns], weight)
 
 
 @compiled(types.void(types.Array(types.f4, 2, 'A'), INTS_1D, TEMPLATES, FLOATS_1D))
-def _mix_in(template: Templates, rows: Indices, told: Templates, weight: Floats) -> None:
+def _mix_in(template: Templates, rows: Indices, reported: Templates, weight: Floats) -> None:
     """Mix what is told, one after the other, into rows of the templates; the first as it is."""
     for index in range(len(rows)):
         known = template[rows[index]]
-        if told[index].any():
+        if reported[index].any():
             share = weight[index] if known.any() else 1.0
             for bin in range(len(known)):
-                known[bin] += share * (told[index, bin] - known[bin])
+                known[bin] += share * (reported[index, bin] - known[bin])

@@ -25,11 +25,11 @@ WILD = 3.5
 BELIEVED = 0.99
 """Probability up to which larger misses than the stated noise makes are taken for chance."""
 NEAREST = 20.0
-"""Standard deviation of the points in the picture below which they say too little, in noises."""
+"""Standard deviation of the points in the image below which they say too little, in noises."""
 LARGEST_ERROR = 0.05
 """Predicted error from which points say too little, as a share of the area that they span."""
 MOST_FOLDED = 0.05
-"""Share of the points, at the picture's rim, from which a lens may lead no way back."""
+"""Share of the points, at the image's rim, from which a lens may lead no way back."""
 FOCAL_STARTS = (0.5, 0.8, 1.3, 2.0, 4.0)
 TRIED = 2
 SWAPPED = 'no camera sees the points so: are two of them swapped?'
@@ -60,8 +60,8 @@ class CameraFit:
         Standard deviation of a click along one axis, px: as stated or, if clearly larger, as
         found.
     oddity : str
-        What no usual lens is like, for example a principal point far from the picture's middle,
-        which is what points of a cropped or scaled picture give; empty: nothing.
+        What no usual lens is like, for example a principal point far from the image's middle,
+        which is what points of a cropped or scaled image give; empty: nothing.
 
     """
 
@@ -101,7 +101,7 @@ def fit_camera(
     image : (n, 2) array_like
         Their pixels.
     image_size : (int, int)
-        Width and height of the picture, px.
+        Width and height of the image, px.
     click_noise_px : float
         Standard deviation of a click along one axis, px.
     start : Camera, optional
@@ -161,7 +161,7 @@ def _solved(problems: list[CameraProblem]) -> Camera:
 def _residual(
     camera: Camera, ground: Floats, image: Floats, image_size: tuple[int, int]
 ) -> Floats:
-    """Return clicked minus seen, (n, 2) px; `FitError` where a camera misses by a picture."""
+    """Return clicked minus seen, (n, 2) px; `FitError` where a camera misses by an image."""
     residual = image - CameraMapping(camera, image_size).unfolded(ground)
     farthest = float(np.abs(image - np.divide(image_size, 2)).max())
     if not np.abs(residual).max() <= farthest:
@@ -180,7 +180,7 @@ def _check(ground: Floats, image: Floats, noise_px: float) -> None:
         raise FitError(
             f'{len(ground)} points are under-determined, expected at least {FEWEST} for a camera'
         )
-    for name, points in (('on the ground', ground), ('in the picture', image)):
+    for name, points in (('on the ground', ground), ('in the image', image)):
         spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
         if spread[1] < 1e-3 * spread[0]:
             raise FitError(f'the points lie on a line {name}: they fix no camera')
@@ -188,16 +188,16 @@ def _check(ground: Floats, image: Floats, noise_px: float) -> None:
     if deviation < NEAREST * noise_px:
         raise FitError(
             f'the points are under-determined: they deviate by {deviation:.1f} px alone in the '
-            'picture; add points that are spread over it'
+            'image; add points that are spread over it'
         )
 
 
 def _check_fold(mapping: CameraMapping, ground: Floats) -> None:
-    """Refuse a lens that folds its picture over where its own points are."""
+    """Refuse a lens that folds its image over where its own points are."""
     folded = int(np.isnan(mapping.image_from_ground(ground)[:, 0]).sum())
     if folded > MOST_FOLDED * len(ground):
         raise FitError(
-            f'no lens of five terms sees the points so: it would fold the picture over before '
+            f'no lens of five terms sees the points so: it would fold the image over before '
             f'{folded} of them; is it a fisheye?'
         )
 
@@ -210,7 +210,7 @@ def _check_informative(mapping: CameraMapping, ground: Floats) -> None:
     if not deviation <= LARGEST_ERROR * extent:
         raise FitError(
             f'the points are under-determined: the camera fitted to them is uncertain by '
-            f'{deviation:.2g} m at its own points; add points that are spread over the picture'
+            f'{deviation:.2g} m at its own points; add points that are spread over the image'
         )
 
 

@@ -33,8 +33,8 @@ class LensPrior:
     """
     What lenses usually are, where the points cannot tell: normal distributions.
 
-    The focal length's logarithm deviates by 1 from that of the picture's longer side, the
-    principal point by 2 % of that side from the picture's middle, the aspect ratio by 0.007 from
+    The focal length's logarithm deviates by 1 from that of the image's longer side, the
+    principal point by 2 % of that side from the image's middle, the aspect ratio by 0.007 from
     1, and the terms of the lens from 0 by 1 (k1), 0.05 (k2), 0.02 (k3) and 0.001 (p1, p2). A
     camera that looks straight down sees the ground the same from twice as high with twice the
     focal length; this decides.
@@ -42,7 +42,7 @@ class LensPrior:
     Parameters
     ----------
     image_size : (int, int)
-        Width and height of the picture, px.
+        Width and height of the image, px.
 
     """
 
@@ -93,7 +93,7 @@ class CameraProblem:
     ground, image : (n, 2) arrays
         The points, m, and their clicks, px.
     prior : LensPrior
-        Of the pictures.
+        Of the images.
     noise_px : (n,) array
         Standard deviations of the clicks along one axis, px.
 

@@ -19,14 +19,14 @@ FINE_PX = 0.05
 """So closely k1, k2 and k3 are enough."""
 REWEIGHTED = 6
 STRAIGHT_PX = 0.1
-"""A lens that moves no pixel of the picture further is none."""
+"""A lens that moves no pixel of the image further is none."""
 SAMPLES = (41, 31)
 WIDEST = np.radians(85.0)
 """How far from the axis a lens is followed."""
 
 
-def picture_samples(image_size: tuple[int, int]) -> Floats:
-    """Return (n, 2) pixels spread evenly over a picture, its edges included."""
+def image_samples(image_size: tuple[int, int]) -> Floats:
+    """Return (n, 2) pixels spread evenly over an image, its edges included."""
     axes = [np.linspace(0, side, count) for side, count in zip(image_size, SAMPLES)]
     pixels: Floats = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
     return pixels
@@ -42,7 +42,7 @@ def distorted(intrinsics: Floats, distortion: Floats, direction: Floats) -> Floa
 
 
 def farthest_radius(intrinsics: Floats, image_size: tuple[int, int]) -> float:
-    """Return how far off the principal point a picture's farthest corner lies, at depth 1."""
+    """Return how far off the principal point an image's farthest corner lies, at depth 1."""
     corners = np.array([[0, 0], [1, 0], [0, 1], [1, 1]]) * image_size
     return float(np.linalg.norm((corners - intrinsics[2:]) / intrinsics[:2], axis=1).max())
 
@@ -51,7 +51,7 @@ def seen_directions(
     intrinsics: Floats, distortion: Floats, image_size: tuple[int, int]
 ) -> tuple[Floats, Floats]:
     """
-    Return directions spread over what a lens shows in its picture, and their pixels.
+    Return directions spread over what a lens shows in its image, and their pixels.
 
     Parameters
     ----------
@@ -60,12 +60,12 @@ def seen_directions(
     distortion : (5,), (8,) or (14,) array
         Of OpenCV.
     image_size : (int, int)
-        Width and height of the picture, px.
+        Width and height of the image, px.
 
     Returns
     -------
     direction, pixel : (n, 2) arrays
-        Along each azimuth as far as the lens leads outwards, inside the picture.
+        Along each azimuth as far as the lens leads outwards, inside the image.
 
     """
     radius = np.tan(np.linspace(0, WIDEST, 400))[1:]

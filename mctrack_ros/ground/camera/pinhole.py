@@ -31,7 +31,7 @@ none for the rest. The focal length is that across; the aspect ratio is that dow
 UNKNOWNS = len(PARAMETERS)
 DERIVATIVES = 2 + UNKNOWNS
 EDGE_SHARE = 0.97
-"""How near to where a lens model folds over its picture is used, in tangents off the axis."""
+"""How near to where a lens model folds over its image is used, in tangents off the axis."""
 FARTHEST_EDGE = 100.0
 LARGEST_UNSURE_M = 0.01
 """How far off the digits of its rotation may leave a camera: its place is turned with them."""
@@ -135,7 +135,7 @@ class CameraMapping(GroundMapping):
     camera : Camera
         The camera.
     image_size : (int, int)
-        Width and height of its pictures, px.
+        Width and height of its images, px.
     support : (n, 2) array, optional
         Pixels that it was calibrated by: beyond their convex hull it is extrapolated.
 

@@ -55,7 +55,7 @@ class StoredCamera:
     pose : Pose or None
         Where it is; None: the file does not say.
     image_size : (int, int) or None
-        Width and height of the pictures it was calibrated for, px.
+        Width and height of the images it was calibrated for, px.
     lens_residual_px : float
         How far at most the coefficients miss the lens of the file, px.
     notes : tuple of str
@@ -72,7 +72,7 @@ class StoredCamera:
 
     def mapping(self, image_size: tuple[int, int], metres_per_unit: float = 1.0) -> CameraMapping:
         """
-        Return the mapping for pictures of a size, px.
+        Return the mapping for images of a size, px.
 
         Raises
         ------
@@ -82,7 +82,7 @@ class StoredCamera:
         """
         if self.image_size is not None and tuple(self.image_size) != tuple(image_size):
             raise CalibrationError(
-                f'the camera is calibrated for pictures of {self.image_size[0]} x '
+                f'the camera is calibrated for images of {self.image_size[0]} x '
                 f'{self.image_size[1]} px, not of {image_size[0]} x {image_size[1]} px'
             )
         if self.pose is None:
@@ -97,7 +97,7 @@ class StoredCamera:
             raise CalibrationError(str(error)) from error
 
     def scaled(self, share: float) -> StoredCamera:
-        """Return the camera of the same pictures made larger or smaller."""
+        """Return the camera of the same images made larger or smaller."""
         size = self.image_size
         return replace(
             self,
@@ -130,6 +130,6 @@ def stored_camera(mapping: GroundMapping) -> StoredCamera:
         raise CalibrationError("the ground's axes are mirrored: no camera sees them so")
     upper /= upper[2, 2]
     if abs(upper[0, 1]) > 1e-6 * upper[0, 0]:
-        raise CalibrationError('the columns and rows of the picture are not at right angles')
+        raise CalibrationError('the columns and rows of the image are not at right angles')
     intrinsics = np.array([upper[0, 0], upper[1, 1], upper[0, 2], upper[1, 2]])
     return StoredCamera(intrinsics, np.zeros(5), Pose(rotation, translation), mapping.image_size)

@@ -84,9 +84,9 @@ def seen_ground(
     least_height_px: float = 0.0,
 ) -> Region:
     """
-    Return the ground that a camera's picture shows.
+    Return the ground that a camera's image shows.
 
-    The picture's outline is mapped to the ground point by point, so a lens may bend it, and cut
+    The image's outline is mapped to the ground point by point, so a lens may bend it, and cut
     where it comes near the horizon.
 
     Parameters
@@ -103,7 +103,7 @@ def seen_ground(
     Returns
     -------
     Polygon or MultiPolygon
-        Empty for a camera that sees no ground. What of the picture the lens model has no
+        Empty for a camera that sees no ground. What of the image the lens model has no
         direction for, is left out.
 
     """
@@ -124,9 +124,9 @@ def seen_ground(
 
 
 def _shown(mapping: GroundMapping) -> Polygon:
-    """Return the picture, or what of it the lens has directions for, px."""
-    picture, edge = shapely.box(0, 0, *mapping.image_size), mapping.lens_edge()
-    shown = picture.intersection(Polygon(edge)) if len(edge) else picture
+    """Return the image, or what of it the lens has directions for, px."""
+    image, edge = shapely.box(0, 0, *mapping.image_size), mapping.lens_edge()
+    shown = image.intersection(Polygon(edge)) if len(edge) else image
     return shown if isinstance(shown, Polygon) else Polygon()
 
 
@@ -164,7 +164,7 @@ def _radius(
 
 
 def _outline_on_ground(mapping: GroundMapping, shown: Polygon, farthest: float) -> list[Floats]:
-    """Return a picture's outline, px, as lines on the ground, each cut at a distance, m."""
+    """Return an image's outline, px, as lines on the ground, each cut at a distance, m."""
     dense = shapely.segmentize(shown.exterior, _OUTLINE_STEP_PX)
     pixel = np.ascontiguousarray(shapely.get_coordinates(dense)[:-1])
     foot = mapping.camera_position[:2]

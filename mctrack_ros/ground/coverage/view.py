@@ -26,7 +26,7 @@ class View:
         How well it measures; None if that is not known: it then has no predicted error.
     foot_noise_px, foot_noise_share : float
         Standard deviation of a foot point: what is the same for all, px, and what grows with
-        the person's height in the picture, as a share of it.
+        the person's height in the image, as a share of it.
     person_height : float
         Height of a person, m.
 

@@ -73,7 +73,7 @@ def read_calibration(
         Transformation grid (mapped by a fitted camera), Tsai XML, OpenCV XML or YAML, the YAML or
         the printed message of a ROS camera info, Kalibr's chain, or a YAML with one matrix.
     image_size : (int, int)
-        Width and height of the camera's pictures, px.
+        Width and height of the camera's images, px.
     extrinsics : str or Path
         File with the camera's pose, if it is another; replaces the one in `path`.
     unit : str
@@ -84,7 +84,7 @@ def read_calibration(
     Raises
     ------
     CalibrationError
-        If a file cannot be used, states what is not known, is for pictures of another size, or
+        If a file cannot be used, states what is not known, is for images of another size, or
         cannot be true; names it.
 
     """
@@ -108,7 +108,7 @@ def read_calibration(
 
 def stated_size(path: str | Path, choice: Choice = ANY) -> tuple[int, int] | None:
     """
-    Return the size of the pictures, px, that a calibration file states; None: it does not.
+    Return the size of the images, px, that a calibration file states; None: it does not.
 
     Raises
     ------
@@ -176,14 +176,14 @@ def camera_mapping(
     where : str or Path
         What it is from, to name.
     image_size : (int, int)
-        Width and height of its pictures, px.
+        Width and height of its images, px.
     unit : str
         Of its pose, one of `METRES`.
 
     Raises
     ------
     CalibrationError
-        If it is for pictures of another size, or cannot be true.
+        If it is for images of another size, or cannot be true.
 
     """
     metres = _metres(unit)
@@ -349,7 +349,7 @@ def _to_matrix(which: str) -> Callable[[GroundMapping, str | Path, str], float]:
         if bent > STRAIGHT_PX or camera.pose is None:
             raise CalibrationError(
                 f'a matrix holds no lens, and this one moves pixels by up to {bent:.2g} px '
-                f'(expected at most {STRAIGHT_PX:g} px): undistort the pictures, or '
+                f'(expected at most {STRAIGHT_PX:g} px): undistort the images, or '
                 'convert to grid, opencv or camera_info'
             )
         across, down, x, y = camera.intrinsics

@@ -29,9 +29,9 @@ _TF2_ECHO = re.compile(
 
 def camera_from_info(info: Any, transform: Any = None) -> StoredCamera:
     """
-    Return the camera of a message, for raw (not rectified) pictures.
+    Return the camera of a message, for raw (not rectified) images.
 
-    Where it states binning or a region of interest, the pictures are those, as `image_geometry`
+    Where it states binning or a region of interest, the images are those, as `image_geometry`
     reads it.
 
     Parameters

@@ -37,7 +37,7 @@ def read_projection(
         The file. Its one key names the matrix: ``image_from_ground`` or ``ground_from_image``,
         3 x 3, or ``image_from_world``, 3 x 4; pixels and metres or another unit.
     image_size : (int, int)
-        Width and height of the picture the matrix belongs to, px.
+        Width and height of the image the matrix belongs to, px.
     metres_per_unit : float
         What a unit of length of the file is.
 

@@ -19,7 +19,7 @@ class Choice:
     camera : str
         Its key in the file, or the topic that the file names for it; may be empty.
     topic : str
-        Of its pictures, to tell it by if no camera is named; may be empty.
+        Of its images, to tell it by if no camera is named; may be empty.
 
     """
 
@@ -33,7 +33,7 @@ class Choice:
         Parameters
         ----------
         topics : mapping of str to str
-            The cameras' keys, and the topics of their pictures; empty where the file names none.
+            The cameras' keys, and the topics of their images; empty where the file names none.
         where : str or Path
             The file, to name.
 
@@ -62,6 +62,6 @@ ANY = Choice()
 
 
 def _same(topic: str, other: str) -> bool:
-    """Tell whether two topics are of the same pictures, compressed or not."""
+    """Tell whether two topics are of the same images, compressed or not."""
     one, two = (each.strip('/').removesuffix('/compressed') for each in (topic, other))
     return bool(one) and one == two

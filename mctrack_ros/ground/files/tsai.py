@@ -14,7 +14,7 @@ from mctrack_ros.ground.camera.lens import (
     LARGEST_RESIDUAL_PX,
     farthest_radius,
     fit_lens,
-    picture_samples,
+    image_samples,
     seen_directions,
 )
 from mctrack_ros.ground.camera.stored import Pose, StoredCamera
@@ -33,7 +33,7 @@ STEEPEST = 1e-3
 UNFOLDED = 0.97
 """How near to its fold a lens is followed, as a share of the radius there."""
 MOST_FOLDED = 0.05
-"""Share of a picture that may lie beyond."""
+"""Share of an image that may lie beyond."""
 _NEEDED = {
     'Geometry': ('width', 'height', 'dpx', 'dpy'),
     'Intrinsic': ('focal', 'kappa1', 'cx', 'cy', 'sx'),
@@ -49,7 +49,7 @@ class TsaiCalibration:
     Attributes
     ----------
     image_size : (int, int)
-        Width and height of the pictures, px.
+        Width and height of the images, px.
     focal_mm, kappa1 : float
         Focal length, mm, and radial term, 1/mm²: undistorted = distorted (1 + kappa1 r²).
     per_mm : (2,) array
@@ -73,25 +73,25 @@ class TsaiCalibration:
 
     def camera(self) -> StoredCamera:
         """
-        Return the camera with OpenCV's lens, fitted to Tsai's over the picture.
+        Return the camera with OpenCV's lens, fitted to Tsai's over the image.
 
-        A negative `kappa1` folds the picture over at 1 / sqrt(-3 kappa1) from its centre: what is
+        A negative `kappa1` folds the image over at 1 / sqrt(-3 kappa1) from its centre: what is
         farther, or nearer to that than 3 %, has no direction to follow.
 
         Raises
         ------
         CalibrationError
-            If no such lens follows it, or more than 5 % of the picture is so.
+            If no such lens follows it, or more than 5 % of the image is so.
 
         """
         intrinsics = np.concatenate([self.focal_mm * self.per_mm, self.centre])
         bend = self.kappa1 * self.focal_mm**2
         widest = UNFOLDED / np.sqrt(-3 * bend) if bend < 0 else np.inf
-        away = (picture_samples(self.image_size) - self.centre) / intrinsics[:2]
+        away = (image_samples(self.image_size) - self.centre) / intrinsics[:2]
         folded = float((np.linalg.norm(away, axis=1) > widest).mean())
         if folded > MOST_FOLDED:
             raise CalibrationError(
-                f'its kappa1 of {self.kappa1:g} folds {folded:.0%} of the picture over, expected '
+                f'its kappa1 of {self.kappa1:g} folds {folded:.0%} of the image over, expected '
                 f'at most {MOST_FOLDED:.0%}'
             )
         farthest = min(widest, farthest_radius(intrinsics, self.image_size))
@@ -145,7 +145,7 @@ def write_tsai(
     Returns
     -------
     float
-        How far at most that term misses the lens over the picture, px.
+        How far at most that term misses the lens over the image, px.
 
     Raises
     ------

@@ -85,7 +85,7 @@ def check_grid(
     camera along. The worst one beyond 4 is named and left out, and the rest is checked again;
     where more than a quarter of the points are too far off, none is to blame alone. The
     calibration is accepted if a camera can be fitted and can be true, no point is suspicious, the
-    leave-one-out error is at most 2 px, or 1/400 of the picture's longer side if that is more, and
+    leave-one-out error is at most 2 px, or 1/400 of the image's longer side if that is more, and
     its lens is not unusual.
 
     Parameters
@@ -93,7 +93,7 @@ def check_grid(
     grid : TransformationGrid
         The points.
     image_size : (int, int)
-        Width and height of the pictures, px.
+        Width and height of the images, px.
     click_noise_px : float
         Standard deviation of a click along one axis, px.
 
@@ -154,7 +154,7 @@ def first_look(
     grid : TransformationGrid
         The points.
     image_size : (int, int)
-        Width and height of the pictures, px.
+        Width and height of the images, px.
     click_noise_px : float
         Standard deviation of a click along one axis, px.
 
@@ -250,14 +250,14 @@ def _refusal(suspects: list[str], left_out_px: float, most_px: float, oddity: st
             f'{most_px:.2g} px'
         )
     if oddity:
-        return f'the camera is unusual, {oddity}: is the picture cropped or of another size?'
+        return f'the camera is unusual, {oddity}: is the image cropped or of another size?'
     return ''
 
 
 def _with_hint(
     refusal: str, fit: CameraFit, grid: TransformationGrid, click_noise_px: float
 ) -> str:
-    """Return why a camera is refused, with the picture size that its points fit much better."""
+    """Return why a camera is refused, with the image size that its points fit much better."""
     if not refusal and fit.noise_px <= click_noise_px:
         return ''
     size = fit.mapping.image_size

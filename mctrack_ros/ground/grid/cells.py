@@ -65,7 +65,7 @@ class Cells:
         Raises
         ------
         GridError
-            If a cell is not a rectangle along the axes, or is folded in the picture.
+            If a cell is not a rectangle along the axes, or is folded in the image.
 
         """
         ground, image = np.empty_like(grid.ground), np.empty_like(grid.image)
@@ -85,7 +85,7 @@ class Cells:
             ground[index], image[index] = wanted, pixels[order]
             if not cv2.isContourConvex(image[index].astype(np.float32)):
                 raise GridError(
-                    f'cell {index} of {grid.workstation} is folded in the picture: '
+                    f'cell {index} of {grid.workstation} is folded in the image: '
                     f'are two of {", ".join(grid.names[index])} swapped?'
                 )
         return cls(ground, image)
@@ -102,7 +102,7 @@ class CellMapping(GroundMapping):
     cells : Cells
         Of the grid.
     image_size : (int, int)
-        Width and height of the pictures, px.
+        Width and height of the images, px.
     click_noise_px : float
         Standard deviation of a corner's pixel along one axis, carried into the covariances.
 

@@ -24,7 +24,7 @@ def grid_flaws(grid: TransformationGrid) -> Iterator[tuple[int, str]]:
     Yield the index of a cell (-1: the field of view) and what is wrong with it.
 
     A point has one place and one pixel wherever it is named, the corners of a cell do not lie on
-    a line, a cell is not folded in the picture and is turned as the others are and as a camera
+    a line, a cell is not folded in the image and is turned as the others are and as a camera
     above the ground sees it, and no side is longer than `LARGEST_CELL_M`.
 
     Parameters
@@ -39,7 +39,7 @@ def grid_flaws(grid: TransformationGrid) -> Iterator[tuple[int, str]]:
     span = np.linalg.norm(image - np.roll(image, 1, axis=1), axis=2).max(axis=1)
     flat_ground, flat_image = abs(_area(ground)) < FLAT * side**2, _flat_quads(image, span)
     for cell in np.flatnonzero(flat_ground | flat_image).tolist():
-        where = 'on the ground' if flat_ground[cell] else 'in the picture'
+        where = 'on the ground' if flat_ground[cell] else 'in the image'
         yield cell, f'the points {", ".join(grid.names[cell])} lie on a line {where}'
     for cell in np.flatnonzero(side > LARGEST_CELL_M).tolist():
         yield (
@@ -77,7 +77,7 @@ def _swaps(grid: TransformationGrid, ground: Floats, image: Floats) -> Iterator[
         yield (
             0,
             (
-                'the ground is mirrored in the picture: seen from above, y lies to the left of x; '
+                'the ground is mirrored in the image: seen from above, y lies to the left of x; '
                 'is the sign of one axis wrong, are x and y swapped, or two of the points?'
             ),
         )
@@ -90,7 +90,7 @@ def _swaps(grid: TransformationGrid, ground: Floats, image: Floats) -> Iterator[
         hint = f'{culprits[0]!r} and {culprits[1]!r}' if culprits else 'two of them'
         yield (
             cell,
-            f'the cell of {", ".join(grid.names[cell])} is folded or turned over in the picture: '
+            f'the cell of {", ".join(grid.names[cell])} is folded or turned over in the image: '
             f'are {hint} swapped?',
         )
 
@@ -116,7 +116,7 @@ def _swapped_pair(grid: TransformationGrid, wrong: NDArray[np.bool_]) -> tuple[s
 
 
 def _misturned(ground: Floats, image: Floats) -> NDArray[np.bool_]:
-    """Tell which cells are folded in the picture, or turned otherwise than most."""
+    """Tell which cells are folded in the image, or turned otherwise than most."""
     senses = _senses(ground, image)
     usual = np.sign(senses.sum()) or 1.0
     wrong: NDArray[np.bool_] = senses != usual
@@ -135,7 +135,7 @@ def _senses(ground: Floats, image: Floats) -> Floats:
 
 
 def _around(grid: TransformationGrid) -> tuple[Floats, Floats]:
-    """Return the cells' corners in a round: about their middle on the ground, in the picture."""
+    """Return the cells' corners in a round: about their middle on the ground, in the image."""
     away = grid.ground - grid.ground.mean(axis=1, keepdims=True)
     order = np.argsort(np.arctan2(away[..., 1], away[..., 0]), axis=1)[..., None]
     return np.take_along_axis(away, order, 1), np.take_along_axis(grid.image, order, 1)

@@ -1,4 +1,4 @@
-"""For pictures of which size points were clicked, where the grid does not say."""
+"""For images of which size points were clicked, where the grid does not say."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ def size_hint(
     grid: TransformationGrid, image_size: tuple[int, int], rms_px: float, most_px: float
 ) -> str:
     """
-    Return what to ask of a grid that does not fit its pictures: whether they were scaled.
+    Return what to ask of a grid that does not fit its images: whether they were scaled.
 
-    A camera's axis goes nearly through the middle of its picture, so points of a smaller or larger
+    A camera's axis goes nearly through the middle of its image, so points of a smaller or larger
     one do not fit, or make the camera unusual.
 
     Parameters
@@ -25,7 +25,7 @@ def size_hint(
     grid : TransformationGrid
         The points.
     image_size : (int, int)
-        Width and height of the pictures that they do not fit, px.
+        Width and height of the images that they do not fit, px.
     rms_px : float
         How far they miss, px; infinite: they give no camera, or an unusual one.
     most_px : float
@@ -45,13 +45,13 @@ def size_hint(
     if not missed[best] <= min(BETTER * rms_px, most_px):
         return ''
     return (
-        f'; they fit pictures of {best[0]} x {best[1]} px: is the picture size '
+        f'; they fit images of {best[0]} x {best[1]} px: is the image size '
         f'{image_size[0]} x {image_size[1]} px wrong for this grid?'
     )
 
 
 def _missed_px(grid: TransformationGrid, size: tuple[int, int]) -> float:
-    """Return how far the points miss for pictures of a size; infinite: they give no camera."""
+    """Return how far the points miss for images of a size; infinite: they give no camera."""
     try:
         grid.check_size(size)
         return closeness_px(fit_camera(*grid.points(), size))

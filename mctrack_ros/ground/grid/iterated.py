@@ -35,7 +35,7 @@ class IteratedMapping(GroundMapping):
     cells : Cells
         Of the grid.
     image_size : (int, int)
-        Width and height of the pictures, px.
+        Width and height of the images, px.
     threshold_px : float
         Distance from the line at which the search ends; the paper's is 1 px. At 0, and outside all
         cells, the ratios of equation (4) are solved for instead of searched.

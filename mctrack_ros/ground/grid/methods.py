@@ -29,7 +29,7 @@ def mapping_from_grid(
     grid : TransformationGrid
         Cells with their points.
     image_size : (int, int)
-        Width and height of the pictures, px.
+        Width and height of the images, px.
     method : str
         One of `METHODS`.
     click_noise_px : float
@@ -38,7 +38,7 @@ def mapping_from_grid(
     Raises
     ------
     CalibrationError, ValueError
-        If the grid does not give one, is for pictures of another size, or not in metres.
+        If the grid does not give one, is for images of another size, or not in metres.
 
     """
     grid.check_size(image_size)

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.ground.camera.lens import picture_samples
+from mctrack_ros.ground.camera.lens import image_samples
 from mctrack_ros.ground.errors import CalibrationError, GridError
 from mctrack_ros.ground.grid.methods import mapping_from_grid
 from mctrack_ros.ground.grid.transformation_grid import TransformationGrid, grid_from_points
@@ -21,12 +21,12 @@ PERSON_M = 1.7
 REACH_M = 200.0
 """How far from the camera a grid has to reproduce what it was sampled from."""
 SMALLEST_SHARE = 0.2
-"""Points lie where a person is at least so tall, as a share of the tallest in the picture."""
+"""Points lie where a person is at least so tall, as a share of the tallest in the image."""
 
 
 def sampled_grid(mapping: GroundMapping, name: str) -> TransformationGrid:
     """
-    Return a square grid with the widest round spacing that gives a dozen cells in the picture.
+    Return a square grid with the widest round spacing that gives a dozen cells in the image.
 
     Parameters
     ----------
@@ -38,10 +38,10 @@ def sampled_grid(mapping: GroundMapping, name: str) -> TransformationGrid:
     Raises
     ------
     CalibrationError
-        If the picture shows too little ground.
+        If the image shows too little ground.
 
     """
-    pixel = picture_samples(mapping.image_size)
+    pixel = image_samples(mapping.image_size)
     pixel = pixel[~mapping.is_extrapolated(pixel)]
     ground = mapping.ground_from_image(pixel)
     ground = ground[np.isfinite(ground).all(axis=1)]
@@ -67,7 +67,7 @@ def grid_miss_px(mapping: GroundMapping, grid: TransformationGrid) -> float:
     """
     Return how far at most the camera fitted to a grid is from a mapping, px.
 
-    Over the picture, as far as the mapping is supported and sees the ground, at a person's feet
+    Over the image, as far as the mapping is supported and sees the ground, at a person's feet
     and head.
 
     Parameters
@@ -84,7 +84,7 @@ def grid_miss_px(mapping: GroundMapping, grid: TransformationGrid) -> float:
 
     """
     fitted = mapping_from_grid(grid, mapping.image_size)
-    pixel = picture_samples(mapping.image_size)
+    pixel = image_samples(mapping.image_size)
     ground = mapping.ground_from_image(pixel[~mapping.is_extrapolated(pixel)])
     ground = ground[(np.linalg.norm(ground - mapping.camera_position[:2], axis=1) < REACH_M)]
     missed = [

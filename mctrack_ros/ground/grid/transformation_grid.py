@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mctrack_ros.ground.errors import GridError
 
 OUTSIDE_SHARE = 0.05
-"""How far outside the picture a point may lie, as a share of the picture's longer side."""
+"""How far outside the image a point may lie, as a share of the image's longer side."""
 
 EVEN = 1e-3
 """How far from a whole number of steps the lines of an even grid lie, in steps."""
@@ -35,7 +35,7 @@ class TransformationGrid:
     fov : (k, 2) array or None
         Corners of the camera's field of view on the ground, m; None: not drawn.
     image_size : (int, int) or None
-        Width and height of the pictures that the pixels belong to, px; None: not known.
+        Width and height of the images that the pixels belong to, px; None: not known.
     cell_ids : tuple of str
         What the cells are called; empty: they are counted.
 
@@ -64,18 +64,18 @@ class TransformationGrid:
 
     def check_size(self, image_size: tuple[int, int]) -> None:
         """
-        Refuse to be used for pictures of another size, px.
+        Refuse to be used for images of another size, px.
 
         Raises
         ------
         GridError
-            If the grid names another size, or a point lies far outside the picture.
+            If the grid names another size, or a point lies far outside the image.
 
         """
         width, height = image_size
         if self.image_size is not None and tuple(self.image_size) != (width, height):
             raise GridError(
-                f'the grid of {self.workstation} is for pictures of '
+                f'the grid of {self.workstation} is for images of '
                 f'{self.image_size[0]} x {self.image_size[1]} px, not of {width} x {height} px'
             )
         beyond = np.maximum(-self.image, self.image - image_size).max(axis=2)
@@ -84,8 +84,8 @@ class TransformationGrid:
             x, y = self.image[cell, corner]
             raise GridError(
                 f'point {self.names[cell][corner]!r} of {self.workstation} at pixel '
-                f'({x:g}, {y:g}) is outside a picture of {width} x {height} px: '
-                'is the grid for another picture size?'
+                f'({x:g}, {y:g}) is outside an image of {width} x {height} px: '
+                'is the grid for another image size?'
             )
 
 

@@ -43,7 +43,7 @@ class HomographyFit:
     misfit_px2 : float
         Variance along an axis of what one homography cannot show, px²: a bent lens.
     hull : (k, 2) array
-        Around the points in the picture, px.
+        Around the points in the image, px.
 
     """
 

@@ -75,7 +75,7 @@ class ProjectiveMapping(GroundMapping):
         """
         Recover the vertical direction of a ground homography.
 
-        Square pixels and a principal point at the picture's centre are assumed; the focal length
+        Square pixels and a principal point at the image's centre are assumed; the focal length
         follows from the two ground axes being orthogonal and of equal length.
 
         Parameters

@@ -1,4 +1,4 @@
-"""How a picture differs from the background, pixel by pixel; compiled."""
+"""How an image differs from the background, pixel by pixel; compiled."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import BYTES_3D, compiled
 
 Image = NDArray[np.uint8]
-PICTURE = types.Array(types.u1, 2, 'C')
+IMAGE = types.Array(types.u1, 2, 'C')
 SAMPLED_PX = 16
 """Every so many pixels, in both directions, count for the median."""
 
 
-@compiled(types.i8(BYTES_3D, BYTES_3D, PICTURE))
+@compiled(types.i8(BYTES_3D, BYTES_3D, IMAGE))
 def subtract(image: Image, model: Image, difference: Image) -> int:
     """
     Write the largest of the channels' differences (event-tracking paper, eq. (1)).
@@ -22,7 +22,7 @@ def subtract(image: Image, model: Image, difference: Image) -> int:
     Parameters
     ----------
     image, model : (h, w, 3) uint8 array
-        Picture and background.
+        Image and background.
     difference : (h, w) uint8 array
         Is overwritten.
 

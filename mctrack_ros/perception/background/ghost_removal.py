@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BYTES_2D, BYTES_3D, INTS_2D, compiled, inner
 from mctrack_ros.config import parameter
-from mctrack_ros.perception.blobs.extraction import likeness
+from mctrack_ros.perception.blobs.extraction import iou
 
 Image = NDArray[np.uint8]
 Ints = NDArray[np.int64]
@@ -23,7 +23,7 @@ KERNEL = np.ones((3, 3), np.uint8)
 
 @dataclass(frozen=True)
 class GhostConfig:
-    """Parameters of `GhostWatch`."""
+    """Parameters of `GhostRemoval`."""
 
     period_s: float = parameter(0.2, 'time between searches [s]', minimum=0.0)
     patience_s: float = parameter(
@@ -41,7 +41,7 @@ class GhostConfig:
     )
     edge_ratio: float = parameter(
         1.25,
-        "times that the background's edges along an outline exceed the picture's",
+        "times that the background's edges along an outline exceed the image's",
         minimum=1.0,
     )
     edge_difference: float = parameter(
@@ -49,11 +49,11 @@ class GhostConfig:
     )
 
 
-class GhostWatch:
+class GhostRemoval:
     """
-    Finds ghosts among persons and puts the picture into the background there.
+    Finds ghosts among persons and puts the image into the background there.
 
-    Along a real object's outline the picture has edges, along a ghost's the background model; and
+    Along a real object's outline the image has edges, along a ghost's the background model; and
     a ghost stays where it is, while texture may make whoever passes look like one for a moment.
 
     Parameters
@@ -85,13 +85,13 @@ class GhostWatch:
         model : (h, w, 3) uint8 array
             Background; changed in place where a ghost is.
         image : (h, w, 3) uint8 array
-            Picture.
+            Image.
         mask : (h, w) uint8 array
             Foreground.
         box : (n, 4) array
-            Persons to look at: left, top, width, height in pixels of these pictures.
+            Persons to look at: left, top, width, height in pixels of these images.
         stamp_ns : int
-            Time of the picture, ns.
+            Time of the image, ns.
 
         Returns
         -------
@@ -128,7 +128,7 @@ class GhostWatch:
         """Return since when something has been suspected at the places of boxes, ns."""
         if not len(self._box):
             return np.full(len(box), stamp_ns, np.int64)
-        same = likeness(box.astype(np.float64), self._box) >= self._config.same_share
+        same = iou(box.astype(np.float64), self._box) >= self._config.same_share
         since: NDArray[np.int64] = np.where(same, self._since_ns[None], stamp_ns).min(axis=1)
         return since
 
@@ -142,12 +142,12 @@ def _around(box: NDArray[np.integer]) -> tuple[slice, slice]:
 
 
 @inner
-def _ranges(picture: Image, y: int, part: Ints, low: Image, high: Image, out: Image) -> None:
+def _ranges(image: Image, y: int, part: Ints, low: Image, high: Image, out: Image) -> None:
     """Write the (w, 3) ranges of the channels over 3 x 3 along a row; the margins repeat."""
     above, below = max(y - 1, part[1]), min(y + 1, part[3] - 1)
-    one = picture[above, part[0] : part[2]].reshape(-1)
-    two = picture[y, part[0] : part[2]].reshape(-1)
-    three = picture[below, part[0] : part[2]].reshape(-1)
+    one = image[above, part[0] : part[2]].reshape(-1)
+    two = image[y, part[0] : part[2]].reshape(-1)
+    three = image[below, part[0] : part[2]].reshape(-1)
     size = len(one)
     for index in range(size):  # flat, as below: so the compiler makes vectors of it
         low[3 + index] = min(one[index], two[index], three[index])
@@ -176,9 +176,9 @@ def _outline(mask: Image, y: int, part: Ints, filled: Image, marked: Bools) -> N
 
 @inner
 def _edges(
-    pictures: tuple[Image, Image], mask: Image, part: Ints, work: Image
+    images: tuple[Image, Image], mask: Image, part: Ints, work: Image
 ) -> tuple[float, float]:
-    """Return the mean gradients of both pictures along the outline in a part."""
+    """Return the mean gradients of both images along the outline in a part."""
     width, totals, count = part[2] - part[0], np.zeros(2, np.int64), 0
     filled, marked = np.zeros(width + 2, np.uint8), np.zeros(width, np.bool_)
     for y in range(part[1], part[3]):
@@ -188,7 +188,7 @@ def _edges(
         if len(columns) == 0:
             continue
         for which in range(2):
-            _ranges(pictures[which], y, part, work[0], work[1], work[2])
+            _ranges(images[which], y, part, work[0], work[1], work[2])
             for x in columns:
                 for channel in range(3):
                     totals[which] += work[2, 3 * x + channel]
@@ -203,7 +203,7 @@ def outline_edges(image: Image, model: Image, mask: Image, box: Ints) -> Floats:
     Parameters
     ----------
     image, model : (h, w, 3) uint8 array
-        Picture and background.
+        Image and background.
     mask : (h, w) uint8 array
         Foreground.
     box : (n, 4) int64 array
@@ -212,7 +212,7 @@ def outline_edges(image: Image, model: Image, mask: Image, box: Ints) -> Floats:
     Returns
     -------
     (n, 2) float64 array
-        Mean gradient, grey levels, of the picture and of the background; 0 without an outline.
+        Mean gradient, grey levels, of the image and of the background; 0 without an outline.
 
     """
     height, width = mask.shape

@@ -1,4 +1,4 @@
-"""The background: what the picture looks like without moving objects, by one of several rules."""
+"""The background: what the image looks like without moving objects, by one of several rules."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from mctrack_ros.perception.background.difference import subtract
 from mctrack_ros.perception.background.noise import MEDIAN_OF_LARGEST, NoiseMap
 from mctrack_ros.perception.background.rules import (
     ApproximateMedian,
+    BackgroundUpdate,
     BufferedMedian,
-    Lesson,
     Light,
     LowPassRule,
     Mixture,
@@ -35,8 +35,8 @@ from mctrack_ros.perception.background.segmentation import otsu_threshold
 
 Image = NDArray[np.uint8]
 NOISE_TIME_S = 0.8
-MOST_NOISE = 30.0  # grey levels; nothing can be told from such pictures
-LONGEST_LESSON_S = 1.0  # so long a picture counts at most: after a gap it is one like others
+MOST_NOISE = 30.0  # grey levels; nothing can be told from such images
+LONGEST_LESSON_S = 1.0  # so long an image counts at most: after a gap it is one like others
 LEAP = 2.0  # grey levels by which the median difference grows when the light leaps
 LEAST_GAIN = 0.02  # change of light that is followed
 
@@ -90,7 +90,7 @@ class BackgroundConfig:
         maximum=255.0,
     )
     relearn_fraction: float = parameter(
-        0.6, 'changed share of the picture from which the background is learned anew',
+        0.6, 'changed share of the image from which the background is learned anew',
         minimum=0.05, maximum=1.0,
     )  # fmt: skip
 
@@ -113,7 +113,7 @@ class Background:
     """
     The background model and what differs from it (event-tracking paper, Definitions 1 and 2).
 
-    The first model is given, or the median of nine pictures; then a rule learns. The threshold
+    The first model is given, or the median of nine images; then a rule learns. The threshold
     follows the noise that is measured in the background (sections 3.1 and 4.2; equation (1) with
     the largest of the channels' differences). When light or gain change, the model is made
     brighter or darker at once; what foreground covers follows the light of the rest.
@@ -128,7 +128,7 @@ class Background:
     model : (h, w, 3) uint8 array or None
         The background.
     difference : (h, w) uint8 array
-        Largest of the channels' differences of the last picture from the model.
+        Largest of the channels' differences of the last image from the model.
     noise : float or None
         Standard deviation of a channel's noise, grey levels.
 
@@ -138,9 +138,9 @@ class Background:
         self._config = config
         self.restart()
 
-    def begin(self, picture: Image) -> None:
-        """Take a (height, width, 3) uint8 picture without moving objects for the background."""
-        self._take(picture.copy(), is_given=True)
+    def begin(self, image: Image) -> None:
+        """Take a (height, width, 3) uint8 image without moving objects for the background."""
+        self._take(image.copy(), is_given=True)
 
     def restart(self) -> None:
         """Forget everything and learn anew."""
@@ -165,19 +165,19 @@ class Background:
 
     def apply(self, image: Image, stamp_ns: int) -> Image | None:
         """
-        Learn from a picture and tell what in it is foreground.
+        Learn from an image and tell what in it is foreground.
 
         Parameters
         ----------
         image : (height, width, 3) uint8 array
-            The picture.
+            The image.
         stamp_ns : int
             Its time, ns; later than the last.
 
         Returns
         -------
         (height, width) uint8 array or None
-            255 where the picture differs from the background, until the next call; None while it
+            255 where the image differs from the background, until the next call; None while it
             is learned.
 
         """
@@ -208,7 +208,7 @@ class Background:
         self._rule.accept(self.model)
 
     def _sample(self, image: Image, stamp_ns: int) -> None:
-        """Collect nine pictures, evenly in time, and take their median."""
+        """Collect nine images, evenly in time, and take their median."""
         if stamp_ns < self._next_ns:
             return
         self._samples.append(image.copy())
@@ -246,7 +246,7 @@ class Background:
 
     def _follow_light(self, image: Image) -> bool:
         """
-        Make the model as bright as a picture, if that explains how they differ.
+        Make the model as bright as an image, if that explains how they differ.
 
         What foreground covers follows the light since it was last followed; the rest may have
         learned some of it.
@@ -273,5 +273,7 @@ class Background:
         self._lesson_ns = stamp_ns
         self._next_ns = stamp_ns + round(self._config.update_period_s * 1e9)
         self._noise_map.learn(self.difference, mask, self.noise or 0.0, seconds)
-        self._rule.learn(self.model, Lesson(image, mask, self._tracked, seconds, stamp_ns))
+        self._rule.learn(
+            self.model, BackgroundUpdate(image, mask, self._tracked, seconds, stamp_ns)
+        )
         self._follow_light(image)

@@ -1,4 +1,4 @@
-"""Noise that is not the same everywhere: which parts of the picture have more than others."""
+"""Noise that is not the same everywhere: which parts of the image have more than others."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LEAST_RATIO, MOST_RATIO = 0.5, 4.0
 
 class NoiseMap:
     """
-    How much noisier than the whole picture each of its parts is.
+    How much noisier than the whole image each of its parts is.
 
     Bright parts are (photons come at random), and corners that a lens darkens and the camera
     brightens, and foliage. The noise of the whole may leap, with the camera's gain; how it is
@@ -48,11 +48,11 @@ class NoiseMap:
         Parameters
         ----------
         difference : (h, w) uint8 array
-            Of a picture from the background.
+            Of an image from the background.
         mask : (h, w) uint8 array
             Foreground, not 0.
         noise : float
-            Standard deviation of a channel's noise, of the whole picture, grey levels.
+            Standard deviation of a channel's noise, of the whole image, grey levels.
         seconds : float
             Since the last one, s.
 
@@ -77,7 +77,7 @@ class NoiseMap:
         Parameters
         ----------
         difference : (h, w) uint8 array
-            Of a picture from the background.
+            Of an image from the background.
         least, usual : float
             What is not foreground anywhere, and where the noise is that of the whole.
         mask : (h, w) uint8 array
@@ -99,7 +99,7 @@ class NoiseMap:
 
 @compiled(types.i8(BYTES_2D, BYTES_2D, types.Array(types.u1, 2, 'C')))
 def _above(difference: Image, levels: Image, mask: Image) -> int:
-    """Write where a difference is above its level, and count; the picture is read only once."""
+    """Write where a difference is above its level, and count; the image is read only once."""
     found, level, out = difference.reshape(-1), levels.reshape(-1), mask.reshape(-1)
     count = 0
     for index in range(len(out)):  # flat: so the compiler makes vectors of it

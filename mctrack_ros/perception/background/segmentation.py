@@ -14,12 +14,12 @@ def otsu_threshold(difference: Image, least: float) -> float:
     """
     Return the level that parts a difference into background and objects best (Otsu 1979).
 
-    In a picture without objects it would part the noise, so it has a least value.
+    In an image without objects it would part the noise, so it has a least value.
 
     Parameters
     ----------
     difference : (h, w) uint8 array
-        Of a picture from the background.
+        Of an image from the background.
     least : float
         Level below which it never lies, grey levels.
 
@@ -38,7 +38,7 @@ def inside_edges(mask: Image, difference: Image) -> Image:
     Parameters
     ----------
     mask, difference : (h, w) uint8 array
-        Foreground, 255, and the picture's difference from the background.
+        Foreground, 255, and the image's difference from the background.
 
     """
     smooth = cv2.GaussianBlur(difference, (0, 0), SIGMA_PX)

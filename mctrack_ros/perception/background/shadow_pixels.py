@@ -66,7 +66,7 @@ def _walk(kind: Image, field: Floats, y: int, x: int, direction: Floats, longest
     """
     Go over the ground from a pixel and return what comes first: a body, or open ground.
 
-    What is known to be shadow counts as the body that throws it, and so does the picture's edge:
+    What is known to be shadow counts as the body that throws it, and so does the image's edge:
     somebody may be beyond it. Where the way goes along the upright, or there is no ground, it is
     `SHADE`: nothing can be told.
     """
@@ -119,7 +119,7 @@ def mark(
     Parameters
     ----------
     image, model : (h, w, 3) uint8 array
-        Picture and background.
+        Image and background.
     mask : (h, w) uint8 array
         Foreground.
     tint : (3,) array
@@ -173,11 +173,11 @@ def votes(
     Parameters
     ----------
     image, model : (h, w, 3) uint8 array
-        Picture and background.
+        Image and background.
     kind : (h, w) uint8 array
         What `mark` wrote.
     field : (r, c, 2, 2) array
-        How the picture moves with the ground, px/m, every `FIELD_PX` pixels; NaN: no ground.
+        How the image moves with the ground, px/m, every `FIELD_PX` pixels; NaN: no ground.
     direction : (n, 2) array
         Unit vectors on the ground.
     longest_m : float

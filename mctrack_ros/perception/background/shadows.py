@@ -74,7 +74,7 @@ class Shadows:
     mapping : GroundMapping
         Of the camera.
     scale : float
-        Pixels of the camera's picture to one of these.
+        Pixels of the camera's image to one of these.
 
     Attributes
     ----------
@@ -103,18 +103,18 @@ class Shadows:
         self, image: Image, model: Image, mask: Image, noise: float, stamp_ns: int
     ) -> None:
         """
-        Learn from a picture and take shadows out of its foreground.
+        Learn from an image and take shadows out of its foreground.
 
         Parameters
         ----------
         image, model : (h, w, 3) uint8 array
-            Picture and background.
+            Image and background.
         mask : (h, w) uint8 array
             Foreground, 255; changed in place.
         noise : float
             Standard deviation of a channel's noise, grey levels.
         stamp_ns : int
-            Time of the picture, ns.
+            Time of the image, ns.
 
         """
         looks = stamp_ns >= self._next_ns
@@ -137,7 +137,7 @@ class Shadows:
         Tell which blobs, (n,), are shadows by themselves: on walls, or of whom nobody sees.
 
         They are darker than the background by one factor all over, and of its colours. Nobody
-        is so from head to foot where there are colours; in grey pictures many are.
+        is so from head to foot where there are colours; in grey images many are.
 
         Parameters
         ----------
@@ -190,7 +190,7 @@ class Shadows:
 
 
 def _field(mapping: GroundMapping, scale: float) -> Floats:
-    """Return the (r, c, 2, 2) px/m by which the picture moves with the ground."""
+    """Return the (r, c, 2, 2) px/m by which the image moves with the ground."""
     width, height = mapping.image_size
     step = FIELD_PX * scale
     column, row = np.meshgrid(

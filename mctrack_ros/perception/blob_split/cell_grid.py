@@ -21,7 +21,7 @@ COUNTED_PX = 2  # of so many rows and columns one counts for a template
 RARE = 0.01  # likelihood of a colour that was not seen before
 
 
-class Canvas(NamedTuple):
+class CellGrid(NamedTuple):
     """
     The blob in cells, with a margin of background into which bodies may reach.
 
@@ -41,7 +41,7 @@ class Canvas(NamedTuple):
     left, top, step : float
         Where the first cell is and how large cells are, px.
     part : (4,) int64 array
-        Left, top, right, bottom of the blob, pixels of the reduced picture.
+        Left, top, right, bottom of the blob, pixels of the reduced image.
 
     """
 
@@ -57,7 +57,7 @@ class Canvas(NamedTuple):
 
 
 @inner
-def canvas_of(
+def cell_grid_of(
     image: Bytes,
     mask: Bytes,
     box: Floats,
@@ -66,7 +66,7 @@ def canvas_of(
     height_m: float,
     width_m: float,
     cells: int,
-) -> Canvas:
+) -> CellGrid:
     """Reduce a blob to cells of which a person of usual height spans so many."""
     left, top, width, height = box
     middle = left + width / 2
@@ -100,11 +100,11 @@ def canvas_of(
             foreground[above + row, side + column] /= count[row, column]
             colour[row, column] /= count[row, column]
     part = np.array([first_x, first_y, last_x, last_y])
-    return Canvas(foreground, colour, metre, above, body, left, top, step, part)
+    return CellGrid(foreground, colour, metre, above, body, left, top, step, part)
 
 
 @inner
-def tops_of(canvas: Canvas, height_m: float) -> Ints:
+def tops_of(canvas: CellGrid, height_m: float) -> Ints:
     """Return the first row, margin counted, of a body standing in each row."""
     tops = np.empty(len(canvas.metre), np.int64)
     for row in range(len(tops)):
@@ -125,7 +125,7 @@ def _whole_body(template: Floats, palette: Palette) -> Floats:
 
 @inner
 def values_of(
-    canvas: Canvas, template: Floats, palette: Palette, background_weight: float
+    canvas: CellGrid, template: Floats, palette: Palette, background_weight: float
 ) -> Floats:
     """
     Return what each cell is worth to each of n templates, and to someone unknown.
@@ -164,7 +164,7 @@ def values_of(
 
 @inner
 def _score_at(
-    canvas: Canvas, value: Floats, cover: Ints, tops: Ints, certainty: float,
+    canvas: CellGrid, value: Floats, cover: Ints, tops: Ints, certainty: float,
     place: Floats, row: int, column: int, precision: Floats,
 ) -> float:  # fmt: skip
     """Return the score of one place, given where (2,) in px from it somebody is expected."""
@@ -179,7 +179,7 @@ def _score_at(
 
 @inner
 def _reach(
-    canvas: Canvas, value: Floats, cover: Ints, tops: Ints, certainty: float,
+    canvas: CellGrid, value: Floats, cover: Ints, tops: Ints, certainty: float,
     bottom: Floats, precision: Floats,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """
@@ -212,7 +212,7 @@ def _reach(
 
 @inner
 def best_place(
-    canvas: Canvas, value: Floats, cover: Ints, tops: Ints, certainty: float,
+    canvas: CellGrid, value: Floats, cover: Ints, tops: Ints, certainty: float,
     bottom: Floats, precision: Floats,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Return the best place, row and column, past all that is covered, and its score."""
@@ -251,7 +251,9 @@ def best_place(
 
 
 @inner
-def add_cover(cover: Ints, canvas: Canvas, tops: Ints, row: int, column: int, number: int) -> None:
+def add_cover(
+    cover: Ints, canvas: CellGrid, tops: Ints, row: int, column: int, number: int
+) -> None:
     """Count a body, or with -1 take it away again, on the cells that it covers."""
     for y in range(tops[row], canvas.above + row + 1):
         for x in range(column, column + canvas.width):
@@ -259,7 +261,7 @@ def add_cover(cover: Ints, canvas: Canvas, tops: Ints, row: int, column: int, nu
 
 
 @inner
-def explained(canvas: Canvas, tops: Ints, row: Ints, column: Ints, order: Ints) -> Floats:
+def explained(canvas: CellGrid, tops: Ints, row: Ints, column: Ints, order: Ints) -> Floats:
     """Return which share of each body is foreground that none before it in an order covers."""
     share = np.zeros(len(order))
     covered = np.zeros(canvas.foreground.shape, np.bool_)
@@ -276,7 +278,7 @@ def explained(canvas: Canvas, tops: Ints, row: Ints, column: Ints, order: Ints) 
 
 @inner
 def templates_of(
-    image: Bytes, mask: Bytes, canvas: Canvas, palette: Palette,
+    image: Bytes, mask: Bytes, canvas: CellGrid, palette: Palette,
     tops: Ints, row: Ints, column: Ints, order: Ints,
 ) -> Floats:  # fmt: skip
     """Count the colours of what is seen of each body past those before it in an order."""
@@ -312,7 +314,7 @@ def templates_of(
 
 
 @inner
-def boxes_of(canvas: Canvas, row: Ints, column: Ints, height_m: Floats) -> Floats:
+def boxes_of(canvas: CellGrid, row: Ints, column: Ints, height_m: Floats) -> Floats:
     """Return left, top, width, height, px, of bodies."""
     box = np.empty((len(row), 4))
     for index in range(len(row)):
@@ -326,7 +328,7 @@ def boxes_of(canvas: Canvas, row: Ints, column: Ints, height_m: Floats) -> Float
 
 @inner
 def lowest_first(row: Floats | Ints) -> Ints:
-    """Return the order of rows of the picture from the bottom up; equal ones as they come."""
+    """Return the order of rows of the image from the bottom up; equal ones as they come."""
     order = np.arange(len(row))
     for index in range(1, len(row)):
         place = index

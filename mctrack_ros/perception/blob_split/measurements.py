@@ -1,4 +1,4 @@
-"""Persons seen in one picture: the blobs that are one, and bodies placed in others; compiled."""
+"""Persons seen in one image: the blobs that are one, and bodies placed in others; compiled."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
-from mctrack_ros.perception.blob_split.single_blobs import NEW, TOLD, Told
+from mctrack_ros.perception.blob_split.single_blobs import NEW, SINGLE_BLOBS, SingleBlobs
 from mctrack_ros.perception.blob_split.types import BODIES, Bodies
 from mctrack_ros.perception.geometry.foot_noise import foot_variance
 from mctrack_ros.perception.geometry.person_size import foot_below, metre_at
@@ -21,7 +21,7 @@ Booleans = NDArray[np.bool_]
 
 class Observations(NamedTuple):
     """
-    Persons seen in one picture, one row each.
+    Persons seen in one image, one row each.
 
     Attributes
     ----------
@@ -110,18 +110,23 @@ FOOTING = types.NamedUniTuple(types.f8, 5, Footing)
 
 @compiled(
     OBSERVATIONS(
-        TOLD, BODIES, INTS_1D, INTS_1D, FLOATS_2D, FLOATS_2D
+        SINGLE_BLOBS, BODIES, INTS_1D, INTS_1D, FLOATS_2D, FLOATS_2D
     )
 )  # fmt: skip
 def gathered(
-    told: Told, bodies: Bodies, shared: Ints, rows: Ints, blob_box: Floats, template: Floats
+    singles: SingleBlobs,
+    bodies: Bodies,
+    shared: Ints,
+    rows: Ints,
+    blob_box: Floats,
+    template: Floats,
 ) -> Observations:
     """
     Put blobs that are one person and bodies in the others together, by blob.
 
     Parameters
     ----------
-    told : Told
+    singles : SingleBlobs
         Of all blobs.
     bodies : Bodies
         In those that are not alone.
@@ -138,15 +143,15 @@ def gathered(
         Where their feet are is still to be written.
 
     """
-    count = np.count_nonzero(told.alone) + len(bodies.blob)
+    count = np.count_nonzero(singles.alone) + len(bodies.blob)
     track, blob = np.full(count, NEW), np.empty(count, np.int64)
     box, colours = np.empty((count, 4)), np.empty((count, template.shape[1]))
     visible, proven = np.ones(count), np.ones(count)
     fitted = np.zeros(count, np.bool_)
     row = body = known = 0
-    for index in range(len(told.alone)):
-        if told.alone[index]:
-            track[row], blob[row] = told.track[index], index
+    for index in range(len(singles.alone)):
+        if singles.alone[index]:
+            track[row], blob[row] = singles.track[index], index
             box[row], colours[row] = blob_box[index], template[index]
             row += 1
         while body < len(bodies.blob) and shared[bodies.blob[body]] == index:
@@ -155,7 +160,7 @@ def gathered(
                 known += 1
             blob[row], fitted[row] = index, True
             box[row], colours[row] = bodies.box[body], bodies.template[body]
-            hidden = told.single[index] and track[row] != told.best[index]
+            hidden = singles.single[index] and track[row] != singles.best[index]
             visible[row], proven[row] = bodies.visible[body], bodies.proven[body]
             if hidden:
                 proven[row] = 0.0
@@ -178,7 +183,7 @@ def footed(
     """
     Find the feet of persons.
 
-    What is hidden of bodies and cut off by the picture's edge adds to their noise.
+    What is hidden of bodies and cut off by the image's edge adds to their noise.
 
     Parameters
     ----------

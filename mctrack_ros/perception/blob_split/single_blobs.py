@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
 from mctrack_ros.perception.blob_split.types import MEMBERS, Members
-from mctrack_ros.perception.blobs.extraction import likeness_of_two
+from mctrack_ros.perception.blobs.extraction import iou_of_two
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -18,7 +18,7 @@ Booleans = NDArray[np.bool_]
 NEW = -1
 
 
-class Told(NamedTuple):
+class SingleBlobs(NamedTuple):
     """
     What can be told of blobs by their size alone, one row each.
 
@@ -42,17 +42,19 @@ class Told(NamedTuple):
     best: Ints
 
 
-TOLD = types.NamedTuple([types.b1[::1], types.b1[::1], types.i8[::1], types.i8[::1]], Told)
+SINGLE_BLOBS = types.NamedTuple(
+    [types.b1[::1], types.b1[::1], types.i8[::1], types.i8[::1]], SingleBlobs
+)
 
 
 @compiled(
-    TOLD(INTS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, BOOLS_1D, BOOLS_1D, *[types.f8] * 4)
+    SINGLE_BLOBS(INTS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, BOOLS_1D, BOOLS_1D, *[types.f8] * 4)
 )  # fmt: skip
-def told(
+def single_blobs(
     blob_of: Ints, predicted: Floats, box: Floats, expected: Floats, truncated: Booleans,
     vehicle: Booleans, odd_width: float, odd_height: float, single_width: float,
     least_alike: float,
-) -> Told:  # fmt: skip
+) -> SingleBlobs:  # fmt: skip
     """
     Tell which blobs are one person or vehicle each.
 
@@ -65,7 +67,7 @@ def told(
     box, expected : (n, 4) and (n, 2) arrays
         Of the blobs, px, and the size of one person there.
     truncated, vehicle : (n,) bool arrays
-        Which touch the picture's edge, and which are one vehicle each.
+        Which touch the image's edge, and which are one vehicle each.
     odd_width, odd_height, single_width, least_alike : float
         See `PartitionConfig`.
 
@@ -78,7 +80,7 @@ def told(
         for row in range(len(blob_of)):
             if blob_of[row] == blob:
                 members, least = members + 1, predicted[row, 3]
-                alike = likeness_of_two(predicted[row], box[blob])
+                alike = iou_of_two(predicted[row], box[blob])
                 if alike > most or members == 1:
                     most, best[blob] = alike, row
         width, height = box[blob, 2], box[blob, 3]
@@ -92,7 +94,7 @@ def told(
         strange = single[blob] and most < least_alike
         alone[blob] = whole or strange
         track[blob] = NEW if strange else best[blob]
-    return Told(alone, single, track, best)
+    return SingleBlobs(alone, single, track, best)
 
 
 @compiled(

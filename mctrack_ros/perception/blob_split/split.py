@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.blob_split.template_fit import Search, place
 from mctrack_ros.perception.blob_split.types import Bodies, Members
-from mctrack_ros.perception.blobs.frame import Picture
+from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.tracking.appearance import Palette
 
@@ -70,7 +70,7 @@ class PartitionConfig:
 
 
 def partition(
-    picture: Picture,
+    frame: Frame,
     blob: Floats,
     sizes: SizeTable,
     members: Members,
@@ -87,7 +87,7 @@ def partition(
 
     Parameters
     ----------
-    picture : Picture
+    frame : Frame
         With its foreground.
     blob : (b, 4) array
         Boxes of the blobs, px.
@@ -119,6 +119,4 @@ def partition(
         config.most_new,
         config.sweeps,
     )
-    return place(
-        picture.image, picture.mask, blob, picture.scale, sizes.table, members, palette, search
-    )
+    return place(frame.image, frame.mask, blob, frame.scale, sizes.table, members, palette, search)

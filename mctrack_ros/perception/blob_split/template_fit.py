@@ -17,11 +17,11 @@ from mctrack_ros.compiled import (
     inner,
 )
 from mctrack_ros.perception.blob_split.cell_grid import (
-    Canvas,
+    CellGrid,
     add_cover,
     best_place,
     boxes_of,
-    canvas_of,
+    cell_grid_of,
     explained,
     lowest_first,
     templates_of,
@@ -81,7 +81,7 @@ SEARCH = types.NamedTuple([*[types.f8] * 3, types.i8, *[types.f8] * 3, *[types.i
 
 @inner
 def _place_known(
-    canvas: Canvas, values: Floats, cover: Ints, tops: Ints, bottom: Floats, precision: Floats,
+    canvas: CellGrid, values: Floats, cover: Ints, tops: Ints, bottom: Floats, precision: Floats,
     search: Search, row: Ints, column: Ints,
 ) -> None:  # fmt: skip
     """Place each near its prediction given the others, a few times; write row and column."""
@@ -100,7 +100,7 @@ def _place_known(
 
 @inner
 def _place_new(
-    canvas: Canvas, value: Floats, cover: Ints, tops: Ints, new_share: float,
+    canvas: CellGrid, value: Floats, cover: Ints, tops: Ints, new_share: float,
     count: int, row: Ints, column: Ints,
 ) -> int:  # fmt: skip
     """Add persons while they explain enough; write row and column, return how many there are."""
@@ -122,7 +122,7 @@ def _place_in(
     search: Search,
 ) -> tuple[Floats, Floats, Floats, Floats]:  # fmt: skip
     """Place the persons of one blob: boxes, visible and proven shares, colours."""
-    canvas = canvas_of(image, mask, box, scale, sizes, search.height_m, width_m, search.cells)
+    canvas = cell_grid_of(image, mask, box, scale, sizes, search.height_m, width_m, search.cells)
     known, most = len(bottom), len(bottom) + search.most_new
     height = np.full(most, search.height_m)
     height[:known] = height_m
@@ -166,11 +166,11 @@ def place(
     Parameters
     ----------
     image, mask : (h, w, 3) and (h, w) uint8 arrays
-        The picture and its cleaned foreground, reduced by `scale`.
+        The image and its cleaned foreground, reduced by `scale`.
     blob : (b, 4) array
         The blobs, px.
     scale : float
-        Pixels of the picture to one of the mask.
+        Pixels of the image to one of the mask.
     sizes : (r, c, 4) array
         The camera's `SizeTable.table`.
     members : Members
@@ -198,14 +198,14 @@ def place(
     for index in range(len(blob)):
         own = slice(first, first + count[index])
         first += count[index]
-        boxes, seen, explains, told = _place_in(
+        boxes, seen, explains, reported = _place_in(
             image, mask, blob[index], scale, sizes, width_m[index], members.bottom[own],
             precision[own], height_m[own], members.template[own], palette, search,
         )  # fmt: skip
         end = done + len(boxes)
         blob_of[done:end], is_known[done : done + count[index]] = index, True
         box[done:end], visible[done:end], proven[done:end] = boxes, seen, explains
-        colours[done:end] = told
+        colours[done:end] = reported
         done = end
     return Bodies(
         blob_of[:done], is_known[:done], box[:done].copy(), visible[:done], proven[:done],

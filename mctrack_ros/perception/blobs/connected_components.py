@@ -170,7 +170,7 @@ def strong_runs(
     """
     Return the runs of what stands out from the background.
 
-    Only in a part of the picture, and counted from there: left, top, right, bottom, px.
+    Only in a part of the image, and counted from there: left, top, right, bottom, px.
     """
     left, top, right, bottom = part
     height, width = max(bottom - top, 0), max(right - left, 0)

@@ -93,7 +93,7 @@ class Blobs:
     expected : (n, 2) float64 array
         Width and height of one person there, px.
     truncated : (n,) bool array
-        Touches the picture's edge.
+        Touches the image's edge.
 
     """
 
@@ -162,15 +162,15 @@ def find_blobs(
     Parameters
     ----------
     mask : (h, w) uint8 array
-        Foreground, 255; the mapping's picture reduced by `scale`.
+        Foreground, 255; the mapping's image reduced by `scale`.
     difference : (h, w) uint8 array
-        Of that picture from the background.
+        Of that image from the background.
     mapping : GroundMapping
         Of the camera.
     sizes : SizeTable
         Tells what size a person has where.
     scale : float
-        Pixels of the picture to one of the mask.
+        Pixels of the image to one of the mask.
     config : BlobConfig
         Parameters.
 
@@ -220,7 +220,7 @@ def _judged(
     box: Floats, area: Floats, expected: Floats, width: float, height: float,
     farthest: float, smallest_height: float, smallest_area: float, largest_height: float,
 ) -> tuple[Booleans, Booleans]:  # fmt: skip
-    """Tell which boxes touch the edge of a picture, and which may be persons by their size."""
+    """Tell which boxes touch the edge of an image, and which may be persons by their size."""
     truncated, plausible = np.empty(len(box), np.bool_), np.empty(len(box), np.bool_)
     for row in range(len(box)):
         left, top, across, down = box[row]
@@ -255,7 +255,7 @@ def overlap(first: Floats, second: Floats) -> Floats:
     return result
 
 
-def likeness(first: Floats, second: Floats) -> Floats:
+def iou(first: Floats, second: Floats) -> Floats:
     """Return the (n, m) intersections over unions of (n, 4) and (m, 4) boxes."""
     shared = overlap(first, second)
     area = np.prod(first[:, 2:], axis=1)[:, None] + np.prod(second[:, 2:], axis=1)[None]
@@ -263,7 +263,7 @@ def likeness(first: Floats, second: Floats) -> Floats:
 
 
 @inner
-def likeness_of_two(first: Floats, second: Floats) -> float:
+def iou_of_two(first: Floats, second: Floats) -> float:
     """Return the intersection over union of two boxes, (4,), in compiled functions."""
     shared = shared_area(first, second)
     area = first[2] * first[3] + second[2] * second[3]

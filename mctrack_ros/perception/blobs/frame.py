@@ -1,4 +1,4 @@
-"""One picture as the tracker sees it."""
+"""One image as the tracker sees it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Picture:
+class Frame:
     """
-    A picture, reduced, with its foreground.
+    An image, reduced, with its foreground.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class Picture:
     difference : (h, w) uint8 array
         Largest of the channels' differences of the two.
     scale : float
-        Pixels of the camera's picture to one of these.
+        Pixels of the camera's image to one of these.
 
     """
 

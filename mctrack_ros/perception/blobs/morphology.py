@@ -26,7 +26,7 @@ def _hang_legs(cleaned: Bytes, found: Runs, difference: Bytes, clear: float) -> 
 
 @inner
 def _eroded(runs: Runs, width: int) -> Runs:
-    """Return the pixels about which all 3 x 3, as far as in the picture, are foreground."""
+    """Return the pixels about which all 3 x 3, as far as in the image, are foreground."""
     height = len(runs.row) - 1
     first = np.empty(3 * len(runs.first), np.int64)
     last, row, count = np.empty_like(first), np.zeros(height + 1, np.int64), 0

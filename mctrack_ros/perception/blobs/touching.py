@@ -15,7 +15,7 @@ from mctrack_ros.perception.blobs.connected_components import (
     labels_of,
     strong_runs,
 )
-from mctrack_ros.perception.blobs.frame import Picture
+from mctrack_ros.perception.blobs.frame import Frame
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -30,7 +30,7 @@ MARGIN_PX = 2
 STRENGTH = types.NamedUniTuple(types.f8, 2, Strength)
 
 
-def contacts(box: Floats, blob_box: Floats, picture: Picture, strength: Strength) -> Ints:
+def contacts(box: Floats, blob_box: Floats, frame: Frame, strength: Strength) -> Ints:
     """
     Tell which persons are connected by strong foreground.
 
@@ -45,7 +45,7 @@ def contacts(box: Floats, blob_box: Floats, picture: Picture, strength: Strength
         The persons', px; not finite: not seen.
     blob_box : (m, 4) array
         The blobs', px.
-    picture : Picture
+    frame : Frame
         With its foreground.
     strength : Strength
         What is weak.
@@ -56,13 +56,13 @@ def contacts(box: Floats, blob_box: Floats, picture: Picture, strength: Strength
         The same number for those that touch, directly or through others; -1: not seen.
 
     """
-    blob_box, box = blob_box / picture.scale, box / picture.scale
+    blob_box, box = blob_box / frame.scale, box / frame.scale
     return _contacts(
         np.where(np.isfinite(box), box, 0.0),
         blob_box,
-        picture.found,
-        picture.image,
-        picture.background,
+        frame.found,
+        frame.image,
+        frame.background,
         strength,
     )
 
@@ -91,7 +91,7 @@ def _fullest(runs: Runs, label: Ints, count: int, box: Floats) -> tuple[int, int
 
 @inner
 def _regions(blob_box: Floats, width: int, height: int) -> Ints:
-    """Return the (n, 4) parts of a picture, left, top, right, bottom, px, in which blobs lie."""
+    """Return the (n, 4) parts of an image, left, top, right, bottom, px, in which blobs lie."""
     region, count = np.empty((len(blob_box), 4), np.int64), 0
     for blob in range(len(blob_box)):
         left, top = round(blob_box[blob, 0]), round(blob_box[blob, 1])

@@ -21,13 +21,13 @@ from mctrack_ros.perception.camera_shift.patches import (
 from mctrack_ros.perception.camera_shift.phase_correlation import coarse_shifts, reduced
 
 
-class RankedPictures:
+class RankedImages:
     """
-    Pictures sorted at each pixel, and how they lay.
+    Images sorted at each pixel, and how they lay.
 
     Passers-by are darker or brighter than what is behind them, so where they cover a pixel less
-    than half of the time its median shows what stands still. One picture is sorted in at a time
-    (an insertion, each exchange a minimum and a maximum of whole pictures), so no picture waits
+    than half of the time its median shows what stands still. One image is sorted in at a time
+    (an insertion, each exchange a minimum and a maximum of whole images), so no image waits
     for all.
 
     """
@@ -41,7 +41,7 @@ class RankedPictures:
         return len(self._ranked)
 
     def add(self, grey: Grey, motion: Motion) -> None:
-        """Sort a picture in that lies so over the reference."""
+        """Sort an image in that lies so over the reference."""
         rest = grey
         for rank, ranked in enumerate(self._ranked):
             self._ranked[rank] = cv2.min(ranked, rest)  # type: ignore[assignment]
@@ -50,11 +50,11 @@ class RankedPictures:
         self._motions.append(motion)
 
     def median(self) -> tuple[Grey, Motion]:
-        """Return the median picture and how it lies; there must be a picture."""
+        """Return the median image and how it lies; there must be an image."""
         return self._ranked[len(self._ranked) // 2], median_motion(self._motions)
 
     def clear(self) -> None:
-        """Forget the pictures."""
+        """Forget the images."""
         self._ranked.clear()
         self._motions.clear()
 
@@ -65,7 +65,7 @@ CLOSE_PX = 2.5
 ROUNDS = 3
 COARSE_NS = 1_000_000_000
 LONGEST_COARSE_NS = 2_000_000_000  # less than the time in which a shift must be found
-KEPT = 9  # pictures in a reference
+KEPT = 9  # images in a reference
 LEARNING_SHARE = 0.6  # of the settling time; in the rest the reference is tried
 LEAST_MEASURES = 3
 LEAST_SPAN = 0.75  # of the time over which a shift must last
@@ -73,8 +73,8 @@ END_SHARE = 0.5  # of the threshold, below which an alarm ends
 
 
 @dataclass(frozen=True)
-class WatchdogConfig:
-    """Parameters of `Watchdog`."""
+class CameraShiftConfig:
+    """Parameters of `CameraShiftMonitor`."""
 
     threshold_px: float = parameter(
         1.4, 'lasting shift from which the camera counts as moved [px]', minimum=0.2
@@ -85,7 +85,7 @@ class WatchdogConfig:
     period_s: float = parameter(0.4, 'time between looks [s]', minimum=0.0)
     settling_s: float = parameter(
         10.0,
-        'time after the start whose median picture and shift are taken for no shift [s]',
+        'time after the start whose median image and shift are taken for no shift [s]',
         minimum=0.0,
     )
     renewal_s: float = parameter(
@@ -93,7 +93,7 @@ class WatchdogConfig:
     )
     unknown_px: float = parameter(
         20.0,
-        'noise added to places in the picture while the first view is not found again [px]',
+        'noise added to places in the image while the first view is not found again [px]',
         minimum=0.0,
     )
 
@@ -110,22 +110,22 @@ class ShiftState(StrEnum):
 @dataclass(frozen=True, slots=True)
 class CameraShift:
     """
-    How far the picture lies from where it was at the start.
+    How far the image lies from where it was at the start.
 
     Attributes
     ----------
     state : ShiftState
         Whether that is much.
     size_px : float
-        Root mean square over the picture, px.
+        Root mean square over the image, px.
     right_px, down_px : float
-        Of the picture's middle, px.
+        Of the image's middle, px.
     turn_deg : float
         Clockwise as seen.
     patches : int
         How many agreed when last looked.
     noise_px : float
-        Standard deviation that it adds to a place in the picture along each axis, px.
+        Standard deviation that it adds to a place in the image along each axis, px.
 
     """
 
@@ -138,24 +138,24 @@ class CameraShift:
     noise_px: float = 0.0
 
 
-class Watchdog:
+class CameraShiftMonitor:
     """
-    Compares patches of what stood still at first with later pictures (beyond the papers).
+    Compares patches of what stood still at first with later images (beyond the papers).
 
-    The background model follows a moved picture, so it is not asked: a patch whose texture is
-    found again votes for where the picture lies, one behind people is not found. Most of those
+    The background model follows a moved image, so it is not asked: a patch whose texture is
+    found again votes for where the image lies, one behind people is not found. Most of those
     found must agree on one shift, turn and zoom. The median of some seconds counts, so wind does
-    not. The patches are those of the median of several pictures, so it may be crowded at first;
+    not. The patches are those of the median of several images, so it may be crowded at first;
     if they are not found again (the camera shook, or showed nothing) all begins anew. Patches
     that are seldom found are exchanged under the motion that the others show: the first seconds
     stay the reference through a changing day.
 
     Parameters
     ----------
-    config : WatchdogConfig
+    config : CameraShiftConfig
         Parameters.
     allowed : (h, w) uint8 array, optional
-        0 where the picture is to be ignored.
+        0 where the image is to be ignored.
 
     Attributes
     ----------
@@ -164,26 +164,26 @@ class Watchdog:
 
     """
 
-    def __init__(self, config: WatchdogConfig, allowed: Grey | None = None) -> None:
+    def __init__(self, config: CameraShiftConfig, allowed: Grey | None = None) -> None:
         self._config, self._allowed = config, allowed
         self._patches: Patches | None = None
         self._recent: deque[tuple[int, Motion]] = deque()
         self._settled = False
         self._last = self._held = Motion()
         self._learning_ns = _ns(LEARNING_SHARE * config.settling_s)
-        self._kept = RankedPictures()
+        self._kept = RankedImages()
         self._next_ns = self._renewal_ns = self._coarse_ns = self._keep_ns = 0
         self._coarse_wait_ns = COARSE_NS
         self._looked_ns: int | None = None
         self.shift = CameraShift()
 
-    def watch(self, picture: NDArray[np.uint8], stamp_ns: int) -> CameraShift:
+    def watch(self, image: NDArray[np.uint8], stamp_ns: int) -> CameraShift:
         """
-        Look at a picture, if it is time to.
+        Look at an image, if it is time to.
 
         Parameters
         ----------
-        picture : (h, w, 3) uint8 array
+        image : (h, w, 3) uint8 array
             Blue, green, red; always of one size.
         stamp_ns : int
             Its time, ns. A step back forgets what was measured last, but not the reference.
@@ -196,7 +196,7 @@ class Watchdog:
         if self._looked_ns is None or stamp_ns >= self._next_ns:
             self._looked_ns = stamp_ns
             self._next_ns = stamp_ns + _ns(self._config.period_s)
-            self._look(prepared(picture), stamp_ns)
+            self._look(prepared(image), stamp_ns)
         return self.shift
 
     def _look(self, grey: Grey, stamp_ns: int) -> None:
@@ -235,7 +235,7 @@ class Watchdog:
         self._recent.clear()
 
     def _keep(self, grey: Grey, motion: Motion, stamp_ns: int) -> None:
-        """Keep a picture for the next reference, if it is time to."""
+        """Keep an image for the next reference, if it is time to."""
         if stamp_ns >= self._keep_ns:
             self._kept.add(grey, motion)
             self._keep_ns = stamp_ns + self._learning_ns // KEPT
@@ -319,7 +319,7 @@ class Watchdog:
         return median_motion([motion for _, motion in self._recent])
 
     def _judge(self, lasting: Motion | None) -> None:
-        """State what is known; an alarm stays until the picture is seen to be back."""
+        """State what is known; an alarm stays until the image is seen to be back."""
         moved = self.shift.state is ShiftState.MOVED
         if lasting is None:
             if not self._recent and not moved:

@@ -1,4 +1,4 @@
-"""Patches of a reference picture, found again in later ones; how the picture moved."""
+"""Patches of a reference image, found again in later ones; how the image moved."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Grey = NDArray[np.uint8]
 
 COLUMNS, ROWS = 8, 6
 ORDER = 29 * np.arange(COLUMNS * ROWS) % (COLUMNS * ROWS)
-"""Of cells that are sought: the first few are spread over the picture."""
+"""Of cells that are sought: the first few are spread over the image."""
 
 HALF_PX = 10
 CORNER_PX = 7
@@ -23,28 +23,28 @@ LEAST_SCORE = 0.7  # normalised correlation
 TOLERANCE_PX = 1.0
 LEAST_PATCHES = 8
 LEAST_SHARE = 0.5
-PROBES = 16  # patches after which a picture of which hardly any is found is given up
+PROBES = 16  # patches after which an image of which hardly any is found is given up
 LEAST_PROBED = 2
-LEAST_SPREAD = 0.1  # of the picture's diagonal
+LEAST_SPREAD = 0.1  # of the image's diagonal
 
 
-def prepared(picture: NDArray[np.uint8]) -> Grey:
-    """Return the grey picture, smoothed so that noise does not hide its texture."""
-    grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+def prepared(image: NDArray[np.uint8]) -> Grey:
+    """Return the grey image, smoothed so that noise does not hide its texture."""
+    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
     return cv2.GaussianBlur(grey, (3, 3), 0)  # type: ignore[return-value]
 
 
 @dataclass(frozen=True, slots=True)
 class Motion:
     """
-    How a picture lies over its reference: a shift, a turn and a zoom about the middle.
+    How an image lies over its reference: a shift, a turn and a zoom about the middle.
 
     A point p moves by ``shift + [[zoom, -turn], [turn, zoom]] (p - middle)``.
 
     Attributes
     ----------
     right, down : float
-        Shift of the picture's middle, px.
+        Shift of the image's middle, px.
     zoom : float
         Growth, relative.
     turn : float
@@ -63,7 +63,7 @@ class Motion:
         return np.asarray(offset @ matrix.T + [self.right, self.down])
 
     def size(self, image_size: tuple[int, int]) -> float:
-        """Return the root mean square of the shift over a picture of (width, height), px."""
+        """Return the root mean square of the shift over an image of (width, height), px."""
         spread = (image_size[0] ** 2 + image_size[1] ** 2) / 12
         change = self.zoom**2 + self.turn**2
         return float(np.sqrt(self.right**2 + self.down**2 + change * spread))
@@ -86,7 +86,7 @@ def median_motion(motions: list[Motion]) -> Motion:
 
 class Patches:
     """
-    At most one patch in each cell of the picture, where it has its strongest corner.
+    At most one patch in each cell of the image, where it has its strongest corner.
 
     Parameters
     ----------
@@ -120,12 +120,12 @@ class Patches:
 
     def motion(self, grey: Grey, guess: Motion, search_px: int) -> tuple[Motion, int] | None:
         """
-        Return how a picture lies over the reference and how many patches agree; None: too few.
+        Return how an image lies over the reference and how many patches agree; None: too few.
 
         Parameters
         ----------
         grey : (h, w) uint8 array
-            The picture, from `prepared`.
+            The image, from `prepared`.
         guess : Motion
             About how it lies.
         search_px : int
@@ -208,7 +208,7 @@ class Patches:
 
 
 def _agreement(place: Floats, found: Floats, diagonal_px: float) -> tuple[Motion, int] | None:
-    """Return the motion on which most patches, over some of the picture, agree."""
+    """Return the motion on which most patches, over some of the image, agree."""
     if len(place) < LEAST_PATCHES:
         return None
     matrix, inliers = cv2.estimateAffinePartial2D(place, found, ransacReprojThreshold=TOLERANCE_PX)

@@ -1,4 +1,4 @@
-"""Large shifts of a whole picture, by phase correlation of reduced pictures."""
+"""Large shifts of a whole image, by phase correlation of reduced images."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ AROUND_PX = 2
 
 
 def reduced(grey: Grey) -> Floats32:
-    """Return the logarithm of a picture, reduced and less its surroundings: light cancels."""
+    """Return the logarithm of an image, reduced and less its surroundings: light cancels."""
     height = max(round(WIDTH_PX * grey.shape[0] / grey.shape[1]), 1)
     small = cv2.resize(grey, (WIDTH_PX, height), interpolation=cv2.INTER_AREA)
     light = np.log(small.astype(np.float32) + np.float32(DARK))
     return np.asarray(light - cv2.GaussianBlur(light, (0, 0), LOCAL_PX), np.float32)
 
 
-def coarse_shifts(picture: Floats32, reference: Floats32) -> list[tuple[int, int]]:
+def coarse_shifts(image: Floats32, reference: Floats32) -> list[tuple[int, int]]:
     """
-    Return the likeliest shifts of a picture, px to the right and down, the likeliest first.
+    Return the likeliest shifts of an image, px to the right and down, the likeliest first.
 
     A crowd gives the correlation (Kuglin and Hines 1975) peaks of its own, so that the highest
-    need not be the picture's.
+    need not be the image's.
 
     Parameters
     ----------
-    picture, reference : (h, w) float32 array
+    image, reference : (h, w) float32 array
         From `reduced`.
 
     """
     height, width = reference.shape
     window = cv2.createHanningWindow((width, height), cv2.CV_32F)
-    cross = np.fft.rfft2(picture * window) * np.conj(np.fft.rfft2(reference * window))
+    cross = np.fft.rfft2(image * window) * np.conj(np.fft.rfft2(reference * window))
     cross /= np.abs(cross) + 1e-3 * np.abs(cross).mean() + 1e-12
     down, right = np.fft.fftfreq(height)[:, None], np.fft.rfftfreq(width)
     response = np.fft.irfft2(

@@ -1,4 +1,4 @@
-"""One camera, one picture after another: foreground, blobs, local tracks, detections."""
+"""One camera, one image after another: foreground, blobs, local tracks, detections."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from numpy.typing import NDArray
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Feedback
-from mctrack_ros.perception.background.ghost_removal import GhostConfig, GhostWatch
+from mctrack_ros.perception.background.ghost_removal import GhostConfig, GhostRemoval
 from mctrack_ros.perception.background.model import Background, BackgroundConfig
 from mctrack_ros.perception.background.segmentation import inside_edges
 from mctrack_ros.perception.background.shadows import ShadowConfig, Shadows
 from mctrack_ros.perception.blob_split.split import PartitionConfig
 from mctrack_ros.perception.blobs.extraction import BlobConfig, clean_mask, find_blobs
-from mctrack_ros.perception.blobs.frame import Picture
-from mctrack_ros.perception.camera_shift.monitor import Watchdog, WatchdogConfig
+from mctrack_ros.perception.blobs.frame import Frame
+from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig, CameraShiftMonitor
 from mctrack_ros.perception.event_tracker.tracker import LocalTracker, TrackerConfig
-from mctrack_ros.perception.events.appearance_events import PresenceConfig
+from mctrack_ros.perception.events.appearance_events import AppearanceEventsConfig
 from mctrack_ros.perception.events.groups import GroupConfig
 from mctrack_ros.perception.feedback.id_assignment import IdentityConfig
-from mctrack_ros.perception.feedback.persons_in_view import CompanyConfig
+from mctrack_ros.perception.feedback.persons_in_view import PersonsInViewConfig
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.image_clock import PictureClock
+from mctrack_ros.perception.image_clock import ImageClock
 from mctrack_ros.perception.image_state import is_blank
 from mctrack_ros.perception.local_tracks.association import MatchingConfig
 from mctrack_ros.perception.local_tracks.classification import BicycleConfig, ClassConfig
 from mctrack_ros.perception.local_tracks.table import FilterConfig
-from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture
+from mctrack_ros.perception.output import CameraOutput, check_image, check_mask
 from mctrack_ros.perception.silhouettes.config import SilhouetteConfig
 
 Image = NDArray[np.uint8]
@@ -46,7 +46,7 @@ class CameraConfig:
         choices=('groups', 'silhouettes'),
     )
     reduction: int = parameter(
-        1, 'pictures are reduced by this factor before the background', minimum=1, maximum=4
+        1, 'images are reduced by this factor before the background', minimum=1, maximum=4
     )
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
     shadows: ShadowConfig = field(default_factory=ShadowConfig)
@@ -55,36 +55,36 @@ class CameraConfig:
     filter: FilterConfig = field(default_factory=FilterConfig)
     matching: MatchingConfig = field(default_factory=MatchingConfig)
     partition: PartitionConfig = field(default_factory=PartitionConfig)
-    company: CompanyConfig = field(default_factory=CompanyConfig)
+    company: PersonsInViewConfig = field(default_factory=PersonsInViewConfig)
     groups: GroupConfig = field(default_factory=GroupConfig)
-    presence: PresenceConfig = field(default_factory=PresenceConfig)
+    presence: AppearanceEventsConfig = field(default_factory=AppearanceEventsConfig)
     identity: IdentityConfig = field(default_factory=IdentityConfig)
     classes: ClassConfig = field(default_factory=ClassConfig)
     bicycles: BicycleConfig = field(default_factory=BicycleConfig)
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
-    watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
+    watchdog: CameraShiftConfig = field(default_factory=CameraShiftConfig)
     silhouettes: SilhouetteConfig = field(default_factory=SilhouetteConfig)
 
 
 class CameraPipeline:
     """
-    Picture and feedback in, detections and events out (event-tracking paper, section 4.2).
+    Image and feedback in, detections and events out (event-tracking paper, section 4.2).
 
     Parameters
     ----------
     config : CameraConfig
         Parameters.
     mapping : GroundMapping
-        Of the camera; fixes the size of its pictures.
+        Of the camera; fixes the size of its images.
     mask : (h, w) uint8 array, optional
-        0 where the picture is to be ignored.
+        0 where the image is to be ignored.
     background : (h, w, 3) uint8 array, optional
-        Picture without moving objects; unless given, the background is learned first.
+        Image without moving objects; unless given, the background is learned first.
 
     Raises
     ------
     ValueError
-        If the mask or the background has another size than the mapping's pictures.
+        If the mask or the background has another size than the mapping's images.
 
     """
 
@@ -102,12 +102,12 @@ class CameraPipeline:
         self._background = Background(config.background)
         self._given: Image | None = None
         if background is not None:
-            check_picture(background, mapping.image_size)
+            check_image(background, mapping.image_size)
             self._given = self._reduced(background)
             self._background.begin(self._given)
         self._shadows = Shadows(config.shadows, mapping, float(config.reduction))
-        self._ghosts = GhostWatch(config.ghosts)
-        self._watchdog = Watchdog(config.watchdog, mask)
+        self._ghosts = GhostRemoval(config.ghosts)
+        self._watchdog = CameraShiftMonitor(config.watchdog, mask)
         self._tracker = LocalTracker(
             config.tracker,
             config.filter,
@@ -124,16 +124,16 @@ class CameraPipeline:
             self._sizes,
             mask,
         )
-        self._clock = PictureClock()
+        self._clock = ImageClock()
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
         """
-        Process one picture.
+        Process one image.
 
         Parameters
         ----------
         image : (h, w, 3) uint8 array
-            BGR picture of the mapping's size. One that is black or white counts as none.
+            BGR image of the mapping's size. One that is black or white counts as none.
         stamp_ns : int
             Its capture time, ns. A gap or a step back of more than a second restarts the local
             tracks, unless the camera is as slow as that; local ids go on.
@@ -145,10 +145,10 @@ class CameraPipeline:
         BackwardStampError
             If the stamp is at or up to a second before the last one; nothing is changed.
         ValueError
-            If the picture has another size or type; nothing is changed.
+            If the image has another size or type; nothing is changed.
 
         """
-        check_picture(image, self._mapping.image_size)
+        check_image(image, self._mapping.image_size)
         if is_blank(image):
             self._clock.pass_over(stamp_ns)
             return CameraOutput.empty(stamp_ns, self._watchdog.shift)
@@ -181,8 +181,8 @@ class CameraPipeline:
         shade = self._shadows.alone(small, background, mask, box, area, noise)
         if shade.any():
             blobs = blobs.select(~shade)
-        picture = Picture(small, raw, mask, background, difference, scale)
-        detections, events = self._tracker.step(blobs, picture, stamp_ns, feedback, shift.noise_px)
+        frame = Frame(small, raw, mask, background, difference, scale)
+        detections, events = self._tracker.step(blobs, frame, stamp_ns, feedback, shift.noise_px)
         seen = detections.box[~detections.is_vacant]
         persons = np.vstack([blobs.box, seen]) / scale
         self._background.track(seen / scale)
@@ -191,7 +191,7 @@ class CameraPipeline:
         return CameraOutput(detections, events, shift)
 
     def predicted_boxes(self) -> NDArray[np.float64]:
-        """Return the (n, 4) boxes, px, where the last picture was to show its tracks."""
+        """Return the (n, 4) boxes, px, where the last image was to show its tracks."""
         return self._tracker.predicted_box
 
     def groups(self) -> list[tuple[int, ...]]:
@@ -199,7 +199,7 @@ class CameraPipeline:
         return self._tracker.groups()
 
     def _advance(self, stamp_ns: int) -> None:
-        """Take the time of a picture; begin anew where it has jumped."""
+        """Take the time of an image; begin anew where it has jumped."""
         clock = self._clock
         clock.advance(stamp_ns)
         if clock.jumped:

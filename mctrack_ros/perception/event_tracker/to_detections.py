@@ -1,4 +1,4 @@
-"""What is told of the persons in a picture, within the camera and outside; compiled."""
+"""What is told of the persons in an image, within the camera and outside; compiled."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def sighted(
     seen: Observations, confirmed: Booleans, local_id: Ints, mean: Floats, first_ns: Ints,
     stamp_ns: int,
 ) -> tuple[Ints, Floats, Floats, Booleans, Floats, Floats]:  # fmt: skip
-    """Return the columns of `Sighting`: the tracks that are believed, as a picture shows them."""
+    """Return the columns of `Sighting`: the tracks that are believed, as an image shows them."""
     row_of = np.full(len(confirmed), -1)
     for row, track in enumerate(seen.track):
         if track >= 0:
@@ -45,7 +45,7 @@ def sighted(
     return local_id[old], place, box, is_seen, proven, age_s
 
 
-class Shown(NamedTuple):
+class ReportedPersons(NamedTuple):
     """Columns of `Detections`, as these are stored."""
 
     position: NDArray[np.float32]
@@ -65,7 +65,7 @@ SHOWN = types.NamedTuple(
         _SINGLE_TABLE, _SINGLE_TABLE, _SINGLES, _SINGLES, _SINGLE_TABLE, _SINGLE_TABLE,
         types.u4[::1], types.u4[::1], types.u1[::1],
     ],
-    Shown,
+    ReportedPersons,
 )  # fmt: skip
 LEAST_SCORE = 0.1
 
@@ -76,11 +76,11 @@ LEAST_SCORE = 0.1
         types.i8, types.f8, types.f8,
     )
 )  # fmt: skip
-def shown_persons(
+def reported_persons(
     seen: Observations, blob_area: Floats, truncated: Booleans, sizes: Floats, first_ns: Ints,
     local_id: Ints, track_id: Ints, template: Floats, stamp_ns: int, confirm_s: float,
     least_coloured: float,
-) -> Shown:  # fmt: skip
+) -> ReportedPersons:  # fmt: skip
     """
     Write one row a person.
 
@@ -89,13 +89,13 @@ def shown_persons(
     seen : Observations
         The persons, every one with a track.
     blob_area, truncated : (m,) arrays
-        Foreground of the blobs, px², and which touch the picture's edge.
+        Foreground of the blobs, px², and which touch the image's edge.
     sizes : (r, c, 4) array
         The camera's `SizeTable.table`: who is alone in a whole blob is as large as that.
     first_ns, local_id, track_id, template : (t, ...) arrays
         Of the tracks: when they began, ns, their ids and colours.
     stamp_ns : int
-        Time of the picture, ns.
+        Time of the image, ns.
     confirm_s : float
         Age at which a track is certain, s.
     least_coloured : float
@@ -103,7 +103,7 @@ def shown_persons(
 
     """
     count = len(seen.track)
-    shown = Shown(
+    shown = ReportedPersons(
         np.zeros((count, 3), np.float32),
         seen.box.astype(np.float32),
         np.empty(count, np.float32),

@@ -15,21 +15,24 @@ from mctrack_ros.perception.blob_split.single_blobs import NEW
 from mctrack_ros.perception.blob_split.split import PartitionConfig
 from mctrack_ros.perception.blobs.connected_components import Strength
 from mctrack_ros.perception.blobs.extraction import BlobConfig, Blobs
-from mctrack_ros.perception.blobs.frame import Picture
+from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.blobs.touching import contacts
-from mctrack_ros.perception.event_tracker.to_detections import shown_persons, sighted
-from mctrack_ros.perception.events.appearance_events import Presence, PresenceConfig
+from mctrack_ros.perception.event_tracker.to_detections import reported_persons, sighted
+from mctrack_ros.perception.events.appearance_events import (
+    AppearanceEvents,
+    AppearanceEventsConfig,
+)
 from mctrack_ros.perception.events.event_log import EventLog
 from mctrack_ros.perception.events.group_detections import merged_detections
 from mctrack_ros.perception.events.groups import GroupConfig, Groups
-from mctrack_ros.perception.events.stable_events import Steadiness
+from mctrack_ros.perception.events.stable_events import StableEvents
 from mctrack_ros.perception.feedback.id_assignment import IdentityConfig, learn_identities
-from mctrack_ros.perception.feedback.missed_detections import vacancies
+from mctrack_ros.perception.feedback.missed_detections import missed_detections
 from mctrack_ros.perception.feedback.persons_in_view import (
     NOBODY,
-    Company,
-    CompanyConfig,
-    Roll,
+    PersonList,
+    PersonsInView,
+    PersonsInViewConfig,
     Sighting,
 )
 from mctrack_ros.perception.geometry.ground_extent import depth_covariance
@@ -93,11 +96,11 @@ class LocalTracker:
         A person's usual size.
     partition : PartitionConfig
         Of telling persons in one blob apart.
-    company : CompanyConfig
+    in_view : PersonsInViewConfig
         Of telling who is in view.
     groups : GroupConfig
         Of noting merges and splits.
-    presence : PresenceConfig
+    presence : AppearanceEventsConfig
         Of noting who comes and goes.
     classes : ClassConfig
         Of telling vehicles from people.
@@ -113,7 +116,7 @@ class LocalTracker:
     Attributes
     ----------
     tracks : LocalTracks
-        As they are after the last picture.
+        As they are after the last image.
     predicted_box : (n, 4) float64 array
         Where they were expected in it, px, before it was looked at.
 
@@ -127,9 +130,9 @@ class LocalTracker:
         identity: IdentityConfig,
         blobs: BlobConfig,
         partition: PartitionConfig,
-        company: CompanyConfig,
+        in_view: PersonsInViewConfig,
         groups: GroupConfig,
-        presence: PresenceConfig,
+        presence: AppearanceEventsConfig,
         classes: ClassConfig,
         bicycles: BicycleConfig,
         mapping: GroundMapping,
@@ -151,10 +154,10 @@ class LocalTracker:
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
         self._vehicles = Vehicles(classes, bicycles, config.vehicles, usual)
-        self._roll, self._company = Roll(company, usual, sizes, mapping), NOBODY
-        self._groups, self._steadiness = Groups(groups), Steadiness(groups.stable_s)
+        self._roll, self._in_view = PersonList(in_view, usual, sizes, mapping), NOBODY
+        self._groups, self._steadiness = Groups(groups), StableEvents(groups.stable_s)
         self._strength = Strength(groups.contact_share, groups.contact_colour)
-        self._presence = Presence(presence, usual, sizes, mapping)
+        self._presence = AppearanceEvents(presence, usual, sizes, mapping)
         self.predicted_box: NDArray[np.float64] = np.zeros((0, 4))
         self._last_ns: int | None = None
 
@@ -163,7 +166,7 @@ class LocalTracker:
         self.tracks.clear()
         self.predicted_box = np.zeros((0, 4))
         self._roll.restart()
-        self._company = NOBODY
+        self._in_view = NOBODY
         self._groups.restart()
         self._steadiness.restart()
         self._presence.restart()
@@ -172,28 +175,28 @@ class LocalTracker:
     def step(
         self,
         blobs: Blobs,
-        picture: Picture,
+        frame: Frame,
         stamp_ns: int,
         feedback: Feedback | None,
         shift_px: float = 0.0,
     ) -> tuple[Detections, Events]:
         """
-        Process the blobs of one picture.
+        Process the blobs of one image.
 
         Parameters
         ----------
         blobs : Blobs
-            In pixels of the full picture.
-        picture : Picture
+            In pixels of the full image.
+        frame : Frame
             With its foreground.
         stamp_ns : int
-            Time of the picture, ns.
+            Time of the image, ns.
         feedback : Feedback or None
             The fusion node's.
         shift_px : float
             How far the camera has moved, px. What is published is by its square less certain
             along each axis, and nothing is said of who is not seen; the camera's own tracks lie
-            in one picture and do not care.
+            in one image and do not care.
 
         """
         tracks, log = self.tracks, EventLog(stamp_ns)
@@ -202,18 +205,18 @@ class LocalTracker:
         tracks.predict(seconds)
         predicted = self._without_lost(tracks.prediction(), stamp_ns, seconds, log)
         self.predicted_box = predicted.box
-        cells = np.rint(blobs.box / picture.scale).astype(int)
-        template = colour_templates(picture.image, picture.mask, cells, self._palette)
+        cells = np.rint(blobs.box / frame.scale).astype(int)
+        template = colour_templates(frame.image, frame.mask, cells, self._palette)
         blob_of = match(tracks, predicted, blobs, template, self._matching)
         height_m = self._vehicles.heights(blobs, blob_of, tracks)
         seen = self._observer.observe(
-            blob_of, tracks, predicted, blobs, template, picture, height_m, stamp_ns, seconds
+            blob_of, tracks, predicted, blobs, template, frame, height_m, stamp_ns, seconds
         )
         if feedback is not None:
             self._groups.rename(feedback.corrections())
-        company = self._roll.call(self._sighting(seen, stamp_ns), feedback, stamp_ns)
-        part = contacts(company.box, blobs.box, picture, self._strength)
-        self._note_groups(company, part, stamp_ns, log)
+        in_view = self._roll.call(self._sighting(seen, stamp_ns), feedback, stamp_ns)
+        part = contacts(in_view.box, blobs.box, frame, self._strength)
+        self._note_groups(in_view, part, stamp_ns, log)
         self._update(seen, predicted, blobs, seconds, stamp_ns)
         seen = self._start(seen, blobs, stamp_ns)
         self._vehicles.classify(tracks, seen, blobs, seconds)
@@ -224,13 +227,13 @@ class LocalTracker:
         self._confirm(stamp_ns)
         if feedback is not None:
             learn_identities(tracks, feedback, stamp_ns, self._identity)
-            rows = hidden_members(company, part, tracks.track_id, blobs, self._partition)
-            begin_hidden(tracks, company, rows, feedback, stamp_ns)
+            rows = hidden_members(in_view, part, tracks.track_id, blobs, self._partition)
+            begin_hidden(tracks, in_view, rows, feedback, stamp_ns)
         self._presence.announce(tracks, feedback, blobs.box, stamp_ns, log)
         detections = self._detections(seen, blobs, stamp_ns, shift_px)
-        more = [merged_detections(company, part, detections)]
+        more = [merged_detections(in_view, part, detections)]
         if feedback is not None and shift_px == 0.0:  # else it looks beside where they stand
-            more.append(vacancies(company, part, picture, self._ignored, stamp_ns))
+            more.append(missed_detections(in_view, part, frame, self._ignored, stamp_ns))
         if any(map(len, more)):
             detections = Detections.joined(stamp_ns, [detections, *more])
         return detections, log.rows()
@@ -239,14 +242,14 @@ class LocalTracker:
         """Return the local ids of each group, of the members that have local tracks."""
         found = []
         for keys in self._groups.members():
-            ids = self._company.local_id[np.searchsorted(self._company.key, keys)]
+            ids = self._in_view.local_id[np.searchsorted(self._in_view.key, keys)]
             found.append(tuple(ids[ids > 0].tolist()))
         return found
 
     def _without_lost(
         self, predicted: Prediction, stamp_ns: int, seconds: float, log: EventLog
     ) -> Prediction:
-        """Drop tracks that left the picture or were not seen for too long (E4)."""
+        """Drop tracks that left the image or were not seen for too long (E4)."""
         tracks = self.tracks
         width, height = self._mapping.image_size
         left, lost = lost_tracks(
@@ -271,21 +274,23 @@ class LocalTracker:
         tracks.keep(kept)
         return predicted.select(kept)
 
-    def _note_groups(self, company: Company, part: Ints, stamp_ns: int, log: EventLog) -> None:
+    def _note_groups(
+        self, in_view: PersonsInView, part: Ints, stamp_ns: int, log: EventLog
+    ) -> None:
         """Note who joined a group (E5), who left one (E3), and who is stable (E6)."""
-        self._company = company
-        for change in self._groups.step(company.key, part, stamp_ns, ~company.came):
+        self._in_view = in_view
+        for change in self._groups.step(in_view.key, part, stamp_ns, ~in_view.came):
             code = EventCode.MERGE if change.merged else EventCode.SPLIT
             rows = (
-                np.searchsorted(company.key, change.part),
-                np.searchsorted(company.key, change.rest),
+                np.searchsorted(in_view.key, change.part),
+                np.searchsorted(in_view.key, change.rest),
             )
-            log.add_group(code, company, *rows)
-        for row in self._steadiness.step(company, self._groups.sizes(), part, stamp_ns):
-            log.add_group(EventCode.STABLE, company, np.array([row]), np.zeros(0, np.int64))
+            log.add_group(code, in_view, *rows)
+        for row in self._steadiness.step(in_view, self._groups.sizes(), part, stamp_ns):
+            log.add_group(EventCode.STABLE, in_view, np.array([row]), np.zeros(0, np.int64))
 
     def _sighting(self, seen: Observations, stamp_ns: int) -> Sighting:
-        """Return the believed tracks as this picture shows them."""
+        """Return the believed tracks as this image shows them."""
         tracks = self.tracks
         return Sighting(
             *sighted(
@@ -350,7 +355,7 @@ class LocalTracker:
         """Write one row for everybody."""
         tracks = self.tracks
         noise = seen.noise + shift_px**2 * ROUND if shift_px else seen.noise
-        shown = shown_persons(
+        shown = reported_persons(
             seen,
             blobs.area,
             blobs.truncated,

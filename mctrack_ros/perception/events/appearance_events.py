@@ -19,8 +19,8 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class PresenceConfig:
-    """Parameters of `Presence`."""
+class AppearanceEventsConfig:
+    """Parameters of `AppearanceEvents`."""
 
     word_s: float = parameter(
         2.0, 'silence of the fusion node after which the camera tells who is new [s]', minimum=0.0
@@ -50,7 +50,7 @@ class PresenceConfig:
     )
 
 
-class Presence:
+class AppearanceEvents:
     """
     Tells once of each who comes and goes, through whatever local tracks stand for them.
 
@@ -64,7 +64,7 @@ class Presence:
 
     Parameters
     ----------
-    config : PresenceConfig
+    config : AppearanceEventsConfig
         Parameters.
     extent : (2,) array
         Width and height of who is expected, m.
@@ -76,7 +76,11 @@ class Presence:
     """
 
     def __init__(
-        self, config: PresenceConfig, extent: Floats, sizes: SizeTable, mapping: GroundMapping
+        self,
+        config: AppearanceEventsConfig,
+        extent: Floats,
+        sizes: SizeTable,
+        mapping: GroundMapping,
     ) -> None:
         self._config, self._extent = config, extent
         self._sizes, self._mapping = sizes, mapping
@@ -118,7 +122,7 @@ class Presence:
         blob_box : (m, 4) array
             Foreground, px.
         stamp_ns : int
-            Time of the picture, ns.
+            Time of the image, ns.
         log : EventLog
             Takes the events.
 
@@ -144,7 +148,7 @@ class Presence:
         self._unheard.intersection_update(names)
 
     def left(self, tracks: LocalTracks, row: int, log: EventLog) -> None:
-        """Note that a local track has left the picture (E4), if the fusion node will not tell."""
+        """Note that a local track has left the image (E4), if the fusion node will not tell."""
         known = int(tracks.track_id[row]) in self._present_ns
         if int(tracks.local_id[row]) in self._unheard and not known:
             log.add(EventCode.EXIT, tracks, row)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import MEMBERS, EventCode, Events
 from mctrack_ros.perception.feedback.id_assignment import Identified
-from mctrack_ros.perception.feedback.persons_in_view import Company
+from mctrack_ros.perception.feedback.persons_in_view import PersonsInView
 
 Ints = NDArray[np.int64]
 
@@ -32,7 +32,7 @@ class _Row:
 
 class EventLog:
     """
-    Collects the events of one picture.
+    Collects the events of one image.
 
     An event is as probable as that all whom it names are the right ones. On tuning matches (1 to
     4 and 6, 12,000 merges and splits of the default tracker) the product over its members tells
@@ -41,7 +41,7 @@ class EventLog:
     Parameters
     ----------
     stamp_ns : int
-        Time of the picture, ns.
+        Time of the image, ns.
 
     """
 
@@ -62,14 +62,14 @@ class EventLog:
         """Note an event of a global target, at a (3,) position, m, that has no local track."""
         self._rows.append(_Row(int(event), 0, track_id, position.tolist(), [], []))
 
-    def add_group(self, event: EventCode, company: Company, part: Ints, rest: Ints) -> None:
+    def add_group(self, event: EventCode, in_view: PersonsInView, part: Ints, rest: Ints) -> None:
         """Note that a part of the company joins or leaves the rest, each given by its rows."""
-        first = part[(company.local_id[part] == 0).argmin()]
+        first = part[(in_view.local_id[part] == 0).argmin()]
         others = np.concatenate([part[part != first], rest])
-        others = others[np.argsort(company.local_id[others] == 0, kind='stable')][:MEMBERS]
-        local_id, track_id = int(company.local_id[first]), int(company.track_id[first])
-        position = [*company.position[first].tolist(), 0.0]
-        named = company.local_id[others].tolist(), company.track_id[others].tolist()
+        others = others[np.argsort(in_view.local_id[others] == 0, kind='stable')][:MEMBERS]
+        local_id, track_id = int(in_view.local_id[first]), int(in_view.track_id[first])
+        position = [*in_view.position[first].tolist(), 0.0]
+        named = in_view.local_id[others].tolist(), in_view.track_id[others].tolist()
         self._rows.append(_Row(int(event), local_id, track_id, position, *named))
 
     def rows(self) -> Events:
@@ -98,5 +98,5 @@ def _probability(row: _Row) -> float:
 
 
 def feedback_missed(stamp_ns: int) -> Events:
-    """Return the event of a picture for which the feedback was not there."""
+    """Return the event of an image for which the feedback was not there."""
     return Events.build(stamp_ns, event=[int(EventCode.FEEDBACK_MISSED)])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import FLOATS_2D, INTS_1D, compiled
 from mctrack_ros.interfaces import MEMBERS, Detections
-from mctrack_ros.perception.feedback.persons_in_view import Company
+from mctrack_ros.perception.feedback.persons_in_view import PersonsInView
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -17,13 +17,13 @@ SPREAD_M = 1.0
 """Standard deviation of a hidden member about the middle of those who are seen, m."""
 
 
-def merged_detections(company: Company, part: Ints, shown: Detections) -> Detections:
+def merged_detections(in_view: PersonsInView, part: Ints, shown: Detections) -> Detections:
     """
     Return one row for each group with members who are not shown (Definition 6, R5).
 
     Parameters
     ----------
-    company : Company
+    in_view : PersonsInView
         Everybody in view.
     part : (n,) int64 array
         The part of the foreground each is in (see `contacts`); -1: not seen.
@@ -33,11 +33,11 @@ def merged_detections(company: Company, part: Ints, shown: Detections) -> Detect
     """
     position, covariance, box, members, count = _gathered(
         part,
-        company.local_id,
+        in_view.local_id,
         shown.local_id.astype(np.int64),
-        company.track_id,
-        company.position,
-        company.box,
+        in_view.track_id,
+        in_view.position,
+        in_view.box,
     )
     if len(count) == 0:
         return NONE

@@ -125,7 +125,7 @@ class Groups:
         part : (n,) int64 array
             The part of the foreground each is in (see `contacts`); -1: not seen.
         stamp_ns : int
-            Time of the picture, ns.
+            Time of the image, ns.
         quiet : (n,) bool array, optional
             Who, if not known before, was there all the same: has always been in the group in
             which he turns up.

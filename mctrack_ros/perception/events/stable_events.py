@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.perception.feedback.persons_in_view import Company
+from mctrack_ros.perception.feedback.persons_in_view import PersonsInView
 
 Ints = NDArray[np.int64]
 
 
-class Steadiness:
+class StableEvents:
     """
     Tells once of each who has been alone for a while, after whatever else happened to him.
 
@@ -33,24 +33,26 @@ class Steadiness:
         self._since_ns: dict[int, int] = {}
         self._told: set[int] = set()
 
-    def step(self, company: Company, group_size: Ints, part: Ints, stamp_ns: int) -> list[int]:
+    def step(
+        self, in_view: PersonsInView, group_size: Ints, part: Ints, stamp_ns: int
+    ) -> list[int]:
         """
         Return the rows of those who are stable from now on.
 
         Parameters
         ----------
-        company : Company
+        in_view : PersonsInView
             Everybody in view.
         group_size : (n,) int64 array
             How many are in the group of each, himself too.
         part : (n,) int64 array
             The part of the foreground each is in; -1: not seen.
         stamp_ns : int
-            Time of the picture, ns.
+            Time of the image, ns.
 
         """
-        alone = (group_size == 1) & (company.local_id > 0) & (part >= 0)
-        rows = dict(zip(company.key[alone].tolist(), np.flatnonzero(alone).tolist()))
+        alone = (group_size == 1) & (in_view.local_id > 0) & (part >= 0)
+        rows = dict(zip(in_view.key[alone].tolist(), np.flatnonzero(alone).tolist()))
         self._since_ns = {key: self._since_ns.get(key, stamp_ns) for key in rows}
         self._told &= rows.keys()
         ripe = [

@@ -1,4 +1,4 @@
-"""Feedback that waits until it is as old as the design says, so that pictures replay exactly."""
+"""Feedback that waits until it is as old as the design says, so that images replay exactly."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ KEPT_TICKS = 64
 
 class FeedbackBuffer:
     """
-    The camera's store of feedback: for each picture the one that is `delay_ns` old.
+    The camera's store of feedback: for each image the one that is `delay_ns` old.
 
     Parameters
     ----------
@@ -58,21 +58,21 @@ class FeedbackBuffer:
 
     def select(self, stamp_ns: int) -> tuple[Feedback | None, bool]:
         """
-        Return the feedback for a picture, and whether it should be there but is not.
+        Return the feedback for an image, and whether it should be there but is not.
 
         Parameters
         ----------
         stamp_ns : int
-            The picture's stamp, ns.
+            The image's stamp, ns.
 
         Returns
         -------
         feedback : Feedback or None
             That of the tick in which the stamp less the delay falls. Corrections of ids are told
-            once, though several pictures of a fast camera fall in a tick; a slow one is told
+            once, though several images of a fast camera fall in a tick; a slow one is told
             those of the ticks between, too.
         missed : bool
-            True where there is none although the first pictures' ticks could have made it.
+            True where there is none although the first images' ticks could have made it.
 
         """
         if self._first_stamp_ns is None or stamp_ns < self._first_stamp_ns:

@@ -68,11 +68,11 @@ def learn_identities(
     Parameters
     ----------
     tracks : Identified
-        At the picture's time; ``track_id`` is changed.
+        At the image's time; ``track_id`` is changed.
     feedback : Feedback
-        Older than the picture by the design's delay.
+        Older than the image by the design's delay.
     stamp_ns : int
-        The picture's time, ns.
+        The image's time, ns.
     config : IdentityConfig
         Parameters.
 

@@ -21,8 +21,8 @@ NO_FEEDBACK = Feedback.build(0)
 
 
 @dataclass(frozen=True)
-class CompanyConfig:
-    """Parameters of `Roll`."""
+class PersonsInViewConfig:
+    """Parameters of `PersonList`."""
 
     same_m: float = parameter(
         1.0, 'distance within which a local track and a target may be one person [m]', minimum=0.0
@@ -44,7 +44,7 @@ class CompanyConfig:
 @dataclass(frozen=True, eq=False, slots=True)
 class Sighting:
     """
-    Local tracks that are believed, as they are seen in one picture, one row each.
+    Local tracks that are believed, as they are seen in one image, one row each.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Sighting:
     box : (n, 4) float64 array
         Left, top, width, height, px.
     seen : (n,) bool array
-        In this picture.
+        In this image.
     proven : (n,) float64 array
         Share of the body that explains what no older track does.
     age_s : (n,) float64 array
@@ -72,7 +72,7 @@ class Sighting:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Company:
+class PersonsInView:
     """
     Persons in view, one row each, ascending by key.
 
@@ -87,7 +87,7 @@ class Company:
     box : (n, 4) float64 array
         Where they are, or else should be, px; not finite: not seen.
     came : (n,) bool array
-        Stepped into the picture just now.
+        Stepped into the image just now.
 
     """
 
@@ -99,7 +99,7 @@ class Company:
     came: Booleans
 
 
-NOBODY = Company(
+NOBODY = PersonsInView(
     np.zeros(0, np.int64),
     np.zeros(0, np.int64),
     np.zeros(0, np.int64),
@@ -109,7 +109,7 @@ NOBODY = Company(
 )
 
 
-class Roll:
+class PersonList:
     """
     Calls the roll: the fusion node's targets in view, and local tracks that are none of them.
 
@@ -119,7 +119,7 @@ class Roll:
 
     Parameters
     ----------
-    config : CompanyConfig
+    config : PersonsInViewConfig
         Parameters.
     extent : (2,) array
         Width and height of who is expected, m.
@@ -131,11 +131,11 @@ class Roll:
     """
 
     def __init__(
-        self, config: CompanyConfig, extent: Floats, sizes: SizeTable, mapping: GroundMapping
+        self, config: PersonsInViewConfig, extent: Floats, sizes: SizeTable, mapping: GroundMapping
     ) -> None:
         self._config, self._extent = config, extent
         self._sizes, self._mapping = sizes, mapping
-        self._picture_size = np.array(mapping.image_size, np.float64)
+        self._image_size = np.array(mapping.image_size, np.float64)
         self.restart()
 
     def restart(self) -> None:
@@ -143,7 +143,7 @@ class Roll:
         self._feedback = NO_FEEDBACK
         self._outside: Ints = np.zeros(0, np.int64)
 
-    def call(self, local: Sighting, feedback: Feedback | None, stamp_ns: int) -> Company:
+    def call(self, local: Sighting, feedback: Feedback | None, stamp_ns: int) -> PersonsInView:
         """
         Return who is in view.
 
@@ -154,7 +154,7 @@ class Roll:
         feedback : Feedback or None
             The fusion node's; without, the last one counts for a while, then all local tracks do.
         stamp_ns : int
-            Time of the picture, ns.
+            Time of the image, ns.
 
         """
         if feedback is not None:
@@ -177,18 +177,20 @@ class Roll:
             self._sizes.foot_of(local.box),
             local.seen,
             sure,
-            self._picture_size,
+            self._image_size,
             self._config.same_m,
         )
-        return Company(key, local_id, track_id, position, box, came)
+        return PersonsInView(key, local_id, track_id, position, box, came)
 
-    def _alone(self, local: Sighting) -> Company:
+    def _alone(self, local: Sighting) -> PersonsInView:
         """Return the company as the camera knows it without the fusion node."""
         youngest_first = np.arange(len(local.local_id))[::-1]
         local_id = local.local_id[youngest_first]
         box = np.where(local.seen[:, None], local.box, np.nan)[youngest_first]
         nobody, came = np.zeros(len(box), np.int64), np.ones(len(box), np.bool_)
-        return Company(-local_id, local_id, nobody, local.position[youngest_first], box, came)
+        return PersonsInView(
+            -local_id, local_id, nobody, local.position[youngest_first], box, came
+        )
 
 
 @inner
@@ -228,7 +230,7 @@ def _joined(
     position: Floats, local_box: Floats, local_foot: Floats, seen: Booleans, sure: Booleans,
     size: Floats, same_m: float,
 ) -> tuple[Ints, Ints, Ints, Floats, Floats, Booleans, Ints]:  # fmt: skip
-    """Return the columns of `Company`, and the targets that are out of the picture."""
+    """Return the columns of `PersonsInView`, and the targets that are out of the image."""
     local_of = _pairs(place, position, seen, same_m)
     inside = np.array([_is_inside(one, size) for one in foot], np.bool_)
     alone = sure.copy()

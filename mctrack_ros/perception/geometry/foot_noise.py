@@ -52,12 +52,12 @@ def follow_noise(
 
     What the squared innovation exceeds the spread of the prediction by is noise (event-tracking
     paper, section 3.2 and Figure 5). It only ever adds to what is believed of all: the error of
-    a foot point lasts from picture to picture, and what is steady need not be right.
+    a foot point lasts from image to image, and what is steady need not be right.
 
     Parameters
     ----------
     ratio : (t, 2) array
-        Of each track's variance to that believed of all, along x and y of the picture, at least
+        Of each track's variance to that believed of all, along x and y of the image, at least
         1; changed in place.
     rows : (n,) int64 array
         Track that each foot point is of; -1: it is not to be learned from.

@@ -1,4 +1,4 @@
-"""How large and how slanted an upright metre looks where: a table over the picture."""
+"""How large and how slanted an upright metre looks where: a table over the image."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class SizeTable:
         """
         Return (n, 2) px, across and upright, of a metre at (n, 2) foot points, px.
 
-        Beyond the picture its edge counts; above the horizon it is NaN.
+        Beyond the image its edge counts; above the horizon it is NaN.
         """
         return self._at(foot)[:, :2]
 
@@ -69,7 +69,7 @@ class SizeTable:
         Return the (n, 2) foot points, px, of (n, 4) boxes.
 
         The bottom centre (event-tracking paper, eq. (2)), moved by half of what the upright leans
-        over the box's height: beside the picture's middle, head and foot are not in one column.
+        over the box's height: beside the image's middle, head and foot are not in one column.
         Seen from above, the point of which a body of that height fills the box.
         """
         return _feet(self.table, np.ascontiguousarray(box, np.float64))

@@ -62,7 +62,7 @@ def match(
     predicted : Prediction
         Where they are expected.
     blobs : Blobs
-        Of the picture.
+        Of the image.
     template : (n, 48) array
         Colours of the blobs.
     config : MatchingConfig

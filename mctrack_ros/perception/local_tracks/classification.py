@@ -60,7 +60,7 @@ def looks_like_vehicle(extent: Floats, config: ClassConfig) -> Mask:
     Tell which boxes are vehicles'.
 
     The paper splits pedestrians from vehicles without a word of how, and wants no models of
-    objects. The one thing that is the same in every picture is size on the ground: the end of a
+    objects. The one thing that is the same in every image is size on the ground: the end of a
     car is 1.7 m wide and fills 3 m² and more from any height, its side twice that; two
     pedestrians side by side fill as much at most, and are narrower.
 
@@ -106,7 +106,7 @@ class ClassVotes:
     """
     The class of each object, by what it looked like for most of the time.
 
-    Only what is whole counts: neither at the picture's edge nor in a merged silhouette. One class
+    Only what is whole counts: neither at the image's edge nor in a merged silhouette. One class
     leads, by so many seconds; those of others are taken from its lead (Boyer and Moore 1991,
     "MJRTY: a fast majority vote algorithm").
 
@@ -129,7 +129,7 @@ class ClassVotes:
 
     def count(self, local_id: Ints, look: Ints, whole: Mask, seconds: float) -> Ints:
         """
-        Count one picture and return the classes.
+        Count one image and return the classes.
 
         Parameters
         ----------
@@ -140,12 +140,12 @@ class ClassVotes:
         whole : (n,) bool array
             Which looks count.
         seconds : float
-            Since the last picture.
+            Since the last image.
 
         Returns
         -------
         (n,) int64 array
-            `ClassCode` of each; a guess from this picture until one counted.
+            `ClassCode` of each; a guess from this image until one counted.
 
         """
         lead = {

@@ -26,9 +26,9 @@ def lost_tracks(
     hidden_s: float,
 ) -> tuple[Booleans, Booleans]:  # fmt: skip
     """
-    Tell which tracks have left the picture, and which were not seen for too long.
+    Tell which tracks have left the image, and which were not seen for too long.
 
-    However slowly pictures come, nobody is lost before the next one.
+    However slowly images come, nobody is lost before the next one.
 
     Parameters
     ----------
@@ -37,15 +37,15 @@ def lost_tracks(
     sizes : (r, c, 4) array
         The camera's `SizeTable.table`.
     width, height : float
-        Of the picture, px.
+        Of the image, px.
     stamp_ns : int
-        Time of the picture, ns.
+        Time of the image, ns.
     seen_ns, clear_ns : (n,) int64 arrays
         Last time that each was seen, and that enough of it was to be sure, ns.
     confirmed : (n,) bool array
         Which are believed.
     seconds : float
-        Since the last picture, s.
+        Since the last image, s.
     coast_s, confirm_s, hidden_s : float
         See `TrackerConfig`.
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mctrack_ros.interfaces import Feedback
 from mctrack_ros.perception.blob_split.split import PartitionConfig
 from mctrack_ros.perception.blobs.extraction import Blobs, overlap
-from mctrack_ros.perception.feedback.persons_in_view import Company
+from mctrack_ros.perception.feedback.persons_in_view import PersonsInView
 from mctrack_ros.perception.local_tracks.table import LocalTracks
 
 Ints = NDArray[np.int64]
@@ -17,55 +17,55 @@ INSIDE_SHARE = 0.5
 
 
 def hidden_members(
-    company: Company, part: Ints, tracked: Ints, blobs: Blobs, config: PartitionConfig
+    in_view: PersonsInView, part: Ints, tracked: Ints, blobs: Blobs, config: PartitionConfig
 ) -> Ints:
     """
     Return the rows of the company, (k,), that no track stands for in blobs of several.
 
     Parameters
     ----------
-    company : Company
+    in_view : PersonsInView
         Everybody in view.
     part : (n,) int64 array
         The part of the foreground each is in (see `contacts`); -1: not seen.
     tracked : (t,) int64 array
         Global ids of the local tracks, 0: none.
     blobs : Blobs
-        Of the picture.
+        Of the image.
     config : PartitionConfig
         What is more than one person.
 
     """
-    rows = np.flatnonzero((company.local_id == 0) & (part >= 0))
+    rows = np.flatnonzero((in_view.local_id == 0) & (part >= 0))
     if len(rows):
-        rows = rows[~(company.track_id[rows, None] == tracked).any(axis=1)]
+        rows = rows[~(in_view.track_id[rows, None] == tracked).any(axis=1)]
     if not len(rows) or not len(blobs):
         return rows[:0]
-    inside = overlap(company.box[rows], blobs.box)
+    inside = overlap(in_view.box[rows], blobs.box)
     blob = inside.argmax(axis=1)
     width, height = (blobs.box[blob, 2:] / blobs.expected[blob]).T
     several = (width >= config.single_width) | (height >= config.odd_height)
-    area = company.box[rows, 2] * company.box[rows, 3]
+    area = in_view.box[rows, 2] * in_view.box[rows, 3]
     return np.asarray(rows[several & (inside.max(axis=1) >= INSIDE_SHARE * area)], np.int64)
 
 
 def begin_hidden(
-    tracks: LocalTracks, company: Company, rows: Ints, feedback: Feedback, stamp_ns: int
+    tracks: LocalTracks, in_view: PersonsInView, rows: Ints, feedback: Feedback, stamp_ns: int
 ) -> None:
     """
     Begin tracks where the fusion node expects some of the company, (k,) rows.
 
-    So they are looked for in the next picture, near that place and in their colours, like members
+    So they are looked for in the next image, near that place and in their colours, like members
     whom the camera has followed into the group (event-tracking paper, section 4.2: the server's
     feedback as a clue; R3 and R5). Nothing is told of them until enough of them is seen.
     """
     if not len(rows):
         return
-    box, track_id = company.box[rows], company.track_id[rows]
+    box, track_id = in_view.box[rows], in_view.track_id[rows]
     target = (feedback.track_id == track_id[:, None]).argmax(axis=1)
     template = feedback.template[target].astype(np.float64)
     noise = tracks.foot_noise(box)
-    new = tracks.start(company.position[rows], box, noise, template, stamp_ns)
+    new = tracks.start(in_view.position[rows], box, noise, template, stamp_ns)
     tracks.mean[new, 2:] = feedback.velocity[target]
     tracks.covariance[new] = feedback.covariance[target]
     tracks.track_id[new], tracks.confirmed[new] = track_id, True

@@ -1,4 +1,4 @@
-"""What of a picture belongs to which local track: blobs, and bodies in shared blobs."""
+"""What of an image belongs to which local track: blobs, and bodies in shared blobs."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.blob_split.measurements import Footing, Observations, footed, gathered
-from mctrack_ros.perception.blob_split.single_blobs import members_of, told
+from mctrack_ros.perception.blob_split.single_blobs import members_of, single_blobs
 from mctrack_ros.perception.blob_split.split import PartitionConfig, partition
 from mctrack_ros.perception.blobs.extraction import BlobConfig, Blobs
-from mctrack_ros.perception.blobs.frame import Picture
+from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.geometry.ground_extent import ground_depth
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.local_tracks.occluded_feet import HiddenFeet
+from mctrack_ros.perception.local_tracks.occluded_feet import OccludedFeet
 from mctrack_ros.perception.local_tracks.table import FilterConfig, LocalTracks, Prediction
 from mctrack_ros.tracking.appearance import Palette
 
@@ -54,7 +54,9 @@ class Observer:
         self._mapping, self._sizes = mapping, sizes
         self._config, self._palette = config, palette
         memory_s, usual_m = filtering.height_time_s, blobs.person_height_m
-        self._hidden_feet = HiddenFeet(mapping.image_size, usual_m, memory_s) if memory_s else None
+        self._hidden_feet = (
+            OccludedFeet(mapping.image_size, usual_m, memory_s) if memory_s else None
+        )
         self._footing = Footing(
             filtering.foot_noise_px,
             filtering.foot_noise_share,
@@ -70,13 +72,13 @@ class Observer:
         predicted: Prediction,
         blobs: Blobs,
         template: Floats,
-        picture: Picture,
+        frame: Frame,
         height_m: Floats,
         stamp_ns: int,
         seconds: float,
     ) -> Observations:
         """
-        Return who is in the blobs of a picture, by blob; nobody at the horizon or above it.
+        Return who is in the blobs of an image, by blob; nobody at the horizon or above it.
 
         Parameters
         ----------
@@ -87,19 +89,19 @@ class Observer:
         predicted : Prediction
             Where they are expected.
         blobs : Blobs
-            Of the picture.
+            Of the image.
         template : (n, 48) array
             Colours of the blobs.
-        picture : Picture
+        frame : Frame
             With its foreground.
         height_m : (n,) array
             How tall the vehicle or bicycle is that a blob is, m; 0: it is none.
         stamp_ns, seconds : int, float
-            Time of the picture, ns, and since the last one, s.
+            Time of the image, ns, and since the last one, s.
 
         """
         config = self._config
-        by_size = told(
+        by_size = single_blobs(
             blob_of,
             predicted.box,
             blobs.box,
@@ -116,7 +118,7 @@ class Observer:
             shared, blob_of, predicted.box, predicted.spread, tracks.extent, tracks.template
         )
         bodies = partition(
-            picture,
+            frame,
             blobs.box[shared],
             self._sizes,
             members,

@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 CELLS = 48, 24
-"""Rows and columns of cells, into which a picture is divided."""
+"""Rows and columns of cells, into which an image is divided."""
 
 KNOWN_S = 1.0
 """For so long somebody must have been seen alone for his height to be known, s."""
@@ -60,14 +60,14 @@ ROUNDS = 3
 
 class Places(NamedTuple):
     """
-    What is known of the cells of a picture in which feet are, or would be.
+    What is known of the cells of an image in which feet are, or would be.
 
     Attributes
     ----------
     balance : (r, c) int64 array
         How many more have passed without feet than with them.
     tally : (r, c) int64 array
-        The same of the pictures of the last one who passed, or still does: he counts when another
+        The same of the images of the last one who passed, or still does: he counts when another
         one comes, or he himself comes back.
     passer : (r, c) int64 array
         His local id.
@@ -85,7 +85,7 @@ class Places(NamedTuple):
 PLACES = types.NamedUniTuple(types.i8[:, ::1], 4, Places)
 
 
-class HiddenFeet:
+class OccludedFeet:
     """
     Learns where feet are hidden, and finds them there.
 
@@ -97,7 +97,7 @@ class HiddenFeet:
     Parameters
     ----------
     size : (int, int)
-        Width and height of the picture, px.
+        Width and height of the image, px.
     usual_m : float
         Height of a person who is not known, m.
     memory_s : float
@@ -137,7 +137,7 @@ class HiddenFeet:
         tracks : LocalTracks
             The camera's; how tall they are is changed in place.
         stamp_ns, seconds : int, float
-            Time of the picture, ns, and since the last one, s.
+            Time of the image, ns, and since the last one, s.
 
         """
         if len(seen.track):
@@ -177,7 +177,7 @@ def _note_passing(
     walks: bool,
     stamp_ns: int,
 ) -> None:
-    """Count a picture of one who passes a cell; at his first, the one before him."""
+    """Count an image of one who passes a cell; at his first, the one before him."""
     balance, tally, passer, last_ns = places
     if passer[row, column] != local_id or stamp_ns - last_ns[row, column] > AWAY_NS:
         passed = balance[row, column] + np.sign(tally[row, column])

@@ -59,7 +59,7 @@ class FilterConfig:
 @dataclass(frozen=True, eq=False, slots=True)
 class Prediction:
     """
-    Where tracks are expected in the picture, one row each.
+    Where tracks are expected in the image, one row each.
 
     Attributes
     ----------
@@ -113,11 +113,11 @@ class LocalTracks:
     height_m, height_s : (n,) float64 arrays
         How tall it is, as remembered for longer than `extent`, m, and for how long it was seen, s.
     near_px : (n, 2) float64 array
-        From where it stands in the picture to its foot point: 0, but a vehicle stands in the
+        From where it stands in the image to its foot point: 0, but a vehicle stands in the
         middle of the ground that it covers, and its foot point is at the near end.
     noise_ratio : (n, 2) float64 array
         How much larger the variance of its foot points is than believed of all, along x and y of
-        the picture.
+        the image.
 
     """
 
@@ -160,7 +160,7 @@ class LocalTracks:
         self.mean, self.covariance = kalman.predict(self.mean, self.covariance, seconds, density)
 
     def prediction(self) -> Prediction:
-        """Return where the tracks are expected in the picture (the paper's KBB)."""
+        """Return where the tracks are expected in the image (the paper's KBB)."""
         place = np.ascontiguousarray(self.mean[:, :2])
         foot = np.ascontiguousarray(self._mapping.image_from_ground(place) + self.near_px)
         slope = np.ascontiguousarray(self._mapping.image_jacobian(place))
@@ -205,7 +205,7 @@ class LocalTracks:
         predicted, rows, foot, noise
             As `update` takes them; rows -1 where it cannot be learned.
         seconds : float
-            Since the last picture, s.
+            Since the last image, s.
 
         """
         if self._config.noise_time_s > 0.0 and len(self):

@@ -1,4 +1,4 @@
-"""What tracks learn from the persons seen in a picture; compiled."""
+"""What tracks learn from the persons seen in an image; compiled."""
 
 from __future__ import annotations
 
@@ -60,9 +60,9 @@ def learn(
     seen : Observations
         The persons.
     truncated : (m,) bool array
-        Which blobs touch the picture's edge: they tell no size.
+        Which blobs touch the image's edge: they tell no size.
     stamp_ns : int
-        Time of the picture, ns.
+        Time of the image, ns.
     sizes : (r, c, 4) array
         The camera's `SizeTable.table`.
     pace : Pace

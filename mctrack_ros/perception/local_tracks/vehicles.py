@@ -56,7 +56,7 @@ class Vehicles:
         Parameters
         ----------
         blobs : Blobs
-            Of a picture.
+            Of an image.
         blob_of : (t,) int array
             Row of the blob that each track is in; -1: none.
         tracks : LocalTracks
@@ -134,7 +134,7 @@ def vehicles_among(blob_of: Ints, kind: Ints, lead: Floats, look: Ints, truncate
     """
     Tell which blobs are one vehicle: what is as large as one, and no group of people.
 
-    People who meet were seen apart, a vehicle comes as a whole: through the edge of the picture,
+    People who meet were seen apart, a vehicle comes as a whole: through the edge of the image,
     as one track that never looked like a person or a bicycle.
 
     Parameters
@@ -146,7 +146,7 @@ def vehicles_among(blob_of: Ints, kind: Ints, lead: Floats, look: Ints, truncate
     look : (n,) int array
         `ClassCode` that each blob looks like.
     truncated : (n,) bool array
-        Which blobs touch the picture's edge.
+        Which blobs touch the image's edge.
 
     """
     large = look == ClassCode.VEHICLE

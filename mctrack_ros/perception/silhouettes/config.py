@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mctrack_ros.perception.camera_shift.monitor import WatchdogConfig
+from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
 from mctrack_ros.perception.feedback.id_assignment import IdentityConfig
-from mctrack_ros.perception.silhouettes.background.absorption import RestConfig
+from mctrack_ros.perception.silhouettes.background.absorption import AbsorptionConfig
 from mctrack_ros.perception.silhouettes.background.holes import HoleConfig
 from mctrack_ros.perception.silhouettes.background.model import LowPassConfig
-from mctrack_ros.perception.silhouettes.background.stationary_false_foreground import StainConfig
+from mctrack_ros.perception.silhouettes.background.stationary_false_foreground import (
+    FalseForegroundConfig,
+)
 from mctrack_ros.perception.silhouettes.features import ComparisonConfig
 from mctrack_ros.perception.silhouettes.foreground.components import ComponentConfig
-from mctrack_ros.perception.silhouettes.foreground.fragment_merging import GatheringConfig
+from mctrack_ros.perception.silhouettes.foreground.fragment_merging import FragmentMergingConfig
 from mctrack_ros.perception.silhouettes.ground_position import PlaceConfig
 from mctrack_ros.perception.silhouettes.matching.match import MatchConfig
 from mctrack_ros.perception.silhouettes.matching.partition import DivisionConfig
@@ -28,13 +30,13 @@ class SilhouetteConfig:
     background: LowPassConfig = field(default_factory=LowPassConfig)
     components: ComponentConfig = field(default_factory=ComponentConfig)
     holes: HoleConfig = field(default_factory=HoleConfig)
-    stains: StainConfig = field(default_factory=StainConfig)
+    stains: FalseForegroundConfig = field(default_factory=FalseForegroundConfig)
     tracker: SilhouetteTrackerConfig = field(default_factory=SilhouetteTrackerConfig)
-    rest: RestConfig = field(default_factory=RestConfig)
+    rest: AbsorptionConfig = field(default_factory=AbsorptionConfig)
     places: PlaceConfig = field(default_factory=PlaceConfig)
     report: ReportConfig = field(default_factory=ReportConfig)
     identity: IdentityConfig = field(default_factory=IdentityConfig)
-    watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
+    watchdog: CameraShiftConfig = field(default_factory=CameraShiftConfig)
 
 
 def as_printed() -> SilhouetteConfig:
@@ -49,9 +51,11 @@ def as_printed() -> SilhouetteConfig:
         ),
         components=ComponentConfig(closing_px=1, learn_specks=False),
         holes=HoleConfig(edge_ratio=0.0),
-        stains=StainConfig(still_s=0.0),
+        stains=FalseForegroundConfig(still_s=0.0),
         tracker=SilhouetteTrackerConfig(
-            gathering=GatheringConfig(person_height_m=0.0, least_part_m=0.0, faint_sigmas=0.0),
+            gathering=FragmentMergingConfig(
+                person_height_m=0.0, least_part_m=0.0, faint_sigmas=0.0
+            ),
             comparison=ComparisonConfig(place_weight=0.0),
             match=MatchConfig(distance='centroids', only_valid=False, pedestrian_m=0.0),
             division=DivisionConfig(line='regression', body_height_m=0.0),
@@ -65,7 +69,7 @@ def as_printed() -> SilhouetteConfig:
                 motion_s=0.0,
             ),
         ),
-        rest=RestConfig(
+        rest=AbsorptionConfig(
             rest_s=4.0,
             rest_px=3.0,
             still_share=0.0,

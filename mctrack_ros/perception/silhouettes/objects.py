@@ -29,12 +29,12 @@ class ObjectConfig:
         60.0, 'smallest silhouette that becomes an object [px²]', minimum=1.0
     )
     edge_px: float = parameter(
-        16.0, "distance from the picture's edge within which what is lost has left [px]",
+        16.0, "distance from the image's edge within which what is lost has left [px]",
         minimum=0.0,
     )  # fmt: skip
     establish_s: float = parameter(
         1.15,
-        'age from which an object that is matched again is no longer transient; two pictures at '
+        'age from which an object that is matched again is no longer transient; two images at '
         'the 4 Hz of the paper [s]',
         minimum=0.0,
     )
@@ -89,9 +89,9 @@ class ObjectList:
     missed_s : (n,) float64 array
         For how long it was not seen though nothing hid it, s.
     coherent_ns : (n,) int64 array
-        Since when it was matched in every picture.
+        Since when it was matched in every image.
     matched, established : (n,) bool array
-        Matched in this picture; no longer transient.
+        Matched in this image; no longer transient.
     alone_s : (n,) float64 array
         For how long it was seen whole, in a silhouette of its own, s.
     group : (n,) int64 array
@@ -179,9 +179,9 @@ class ObjectList:
         covers : (m,) bool array
             Which silhouettes are larger than one body, so that others may be hidden in them.
         stamp_ns : int
-            Time of the picture, ns.
+            Time of the image, ns.
         seconds : float
-            Since the last picture.
+            Since the last image.
 
         Returns
         -------
@@ -285,7 +285,7 @@ def _share(seconds: float, time_constant_s: float) -> float:
 
 
 def at_edge(box: Floats, size: tuple[int, ...], margin_px: float) -> Mask:
-    """Tell which (n, 4) boxes come as near to the edge of a (height, width) picture."""
+    """Tell which (n, 4) boxes come as near to the edge of a (height, width) image."""
     low, high = box[:, :2], box[:, :2] + box[:, 2:]
     beyond = (low <= margin_px) | (high >= np.array(size[::-1]) - margin_px)
     return np.asarray(beyond.any(axis=1))

@@ -1,4 +1,4 @@
-"""One camera by silhouettes: picture and feedback in, detections and events out."""
+"""One camera by silhouettes: image and feedback in, detections and events out."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import ClassCode, EventCode, Feedback
-from mctrack_ros.perception.camera_shift.monitor import CameraShift, Watchdog
+from mctrack_ros.perception.camera_shift.monitor import CameraShift, CameraShiftMonitor
 from mctrack_ros.perception.events.event_log import EventLog
 from mctrack_ros.perception.events.groups import GroupConfig, Groups
 from mctrack_ros.perception.feedback.id_assignment import learn_identities
-from mctrack_ros.perception.image_clock import PictureClock
+from mctrack_ros.perception.image_clock import ImageClock
 from mctrack_ros.perception.image_state import is_blank
 from mctrack_ros.perception.local_tracks.classification import ClassVotes, looks_like_vehicle
-from mctrack_ros.perception.output import CameraOutput, check_mask, check_picture
-from mctrack_ros.perception.silhouettes.background.absorption import RestWatch
+from mctrack_ros.perception.output import CameraOutput, check_image, check_mask
+from mctrack_ros.perception.silhouettes.background.absorption import Absorption
 from mctrack_ros.perception.silhouettes.background.holes import patched, without_still_holes
 from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
 from mctrack_ros.perception.silhouettes.background.stationary_false_foreground import (
@@ -49,16 +49,16 @@ class SilhouettePipeline:
     config : SilhouetteConfig
         Parameters.
     mapping : GroundMapping
-        Of the camera; fixes the size of its pictures.
+        Of the camera; fixes the size of its images.
     mask : (h, w) uint8 array, optional
-        0 where the picture is to be ignored.
+        0 where the image is to be ignored.
     background : (h, w, 3) uint8 array, optional
-        Picture without moving objects; unless given, the first picture is the background.
+        Image without moving objects; unless given, the first image is the background.
 
     Raises
     ------
     ValueError
-        If the mask or the background has another size than the mapping's pictures.
+        If the mask or the background has another size than the mapping's images.
 
     """
 
@@ -74,21 +74,21 @@ class SilhouettePipeline:
         self._background = LowPassBackground(config.background)
         self._given: Image | None = None
         if background is not None:
-            check_picture(background, mapping.image_size)
+            check_image(background, mapping.image_size)
             self._given = self._grey(background)
             self._background.restart_from(self._given)
         self._places = Places(config.places, config.tracker.classes.vehicle_height_m, mapping)
         self._tracker = SilhouetteTracker(config.tracker, self._places.sizes)
-        self._rest = RestWatch(config.rest)
+        self._rest = Absorption(config.rest)
         self._classes = ClassVotes(config.tracker.classes.memory_s)
-        self._watchdog = Watchdog(config.watchdog, mask)
+        self._watchdog = CameraShiftMonitor(config.watchdog, mask)
         self._groups = Groups(GroupConfig(part_s=config.report.part_s))
         self._passed: set[int] = set()
-        self._clock = PictureClock()
+        self._clock = ImageClock()
 
     @property
     def objects(self) -> TrackedObjects:
-        """The objects after the last picture."""
+        """The objects after the last image."""
         objects = self._tracker.objects
         passed = [key in self._passed for key in objects.local_id.tolist()]
         return TrackedObjects(
@@ -102,12 +102,12 @@ class SilhouettePipeline:
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
         """
-        Process one picture.
+        Process one image.
 
         Parameters
         ----------
         image : (h, w, 3) uint8 array
-            BGR picture of the mapping's size; its brightness is what counts. One that is black
+            BGR image of the mapping's size; its brightness is what counts. One that is black
             or white counts as none.
         stamp_ns : int
             Its capture time, ns. A gap or a step back of more than a second restarts tracking,
@@ -120,10 +120,10 @@ class SilhouettePipeline:
         BackwardStampError
             If the stamp is at or up to a second before the last one; nothing is changed.
         ValueError
-            If the picture has another size or type; nothing is changed.
+            If the image has another size or type; nothing is changed.
 
         """
-        check_picture(image, self._mapping.image_size)
+        check_image(image, self._mapping.image_size)
         if is_blank(image):
             self._clock.pass_over(stamp_ns)
             return CameraOutput.empty(stamp_ns, self._watchdog.shift)
@@ -148,7 +148,7 @@ class SilhouettePipeline:
         return self._groups.members()
 
     def _grey(self, image: Image) -> Image:
-        """Return a picture as the background sees it."""
+        """Return an image as the background sees it."""
         return self._background.smoothed(np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)))
 
     def _track(
@@ -187,7 +187,7 @@ class SilhouettePipeline:
         return CameraOutput(detections, log.rows(), shift)
 
     def _found(self, grey: Image, mask: Image) -> Silhouettes:
-        """Return the silhouettes of a picture; a few times a second, mend the background."""
+        """Return the silhouettes of an image; a few times a second, mend the background."""
         config, background, still = self._config, self._background, self._rest.still
         if not self._rest.looked:
             return find_silhouettes(mask, grey, config.components)
@@ -201,7 +201,7 @@ class SilhouettePipeline:
         return without_stains(found, still, objects, sizes, background, config.stains)
 
     def _place(self, shift: CameraShift) -> None:
-        """Look up where on the ground the objects of this picture are."""
+        """Look up where on the ground the objects of this image are."""
         objects = self._tracker.objects
         rows = np.flatnonzero(objects.matched)
         vehicle = objects.class_id[rows] == ClassCode.VEHICLE
@@ -219,7 +219,7 @@ class SilhouettePipeline:
                 log.add(EventCode.STABLE, objects, row)
 
     def _advance(self, stamp_ns: int) -> float:
-        """Take the time of a picture, begin anew where it has jumped; return the seconds."""
+        """Take the time of an image, begin anew where it has jumped; return the seconds."""
         clock = self._clock
         clock.advance(stamp_ns)
         if clock.jumped:

@@ -36,7 +36,7 @@ class ReportConfig:
 @dataclass(frozen=True, eq=False, slots=True)
 class TrackedObjects:
     """
-    The objects of one picture, for those who count them; one row each.
+    The objects of one image, for those who count them; one row each.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class TrackedObjects:
     established : (n,) bool array
         No longer transient.
     matched : (n,) bool array
-        Seen in this picture.
+        Seen in this image.
     passed_on : (n,) bool array
         A pedestrian tracked coherently for long enough, now or before.
 
@@ -76,9 +76,9 @@ def note_groups(
     objects : ObjectList
         Whose ``group`` is changed.
     component : (n,) int array
-        Component of the picture that each shares with others; -1: none.
+        Component of the image that each shares with others; -1: none.
     stamp_ns : int
-        Time of the picture, ns.
+        Time of the image, ns.
     log : EventLog
         Takes the events.
 
@@ -126,15 +126,15 @@ def detections_of(
     Parameters
     ----------
     objects : ObjectList
-        After this picture.
+        After this image.
     extent : (n, 2) array
         Widths and heights that their boxes have on the ground, m.
     template : (n, 48) array
         Their colours.
     truncated : (n,) bool array
-        Which touch the picture's edge.
+        Which touch the image's edge.
     stamp_ns : int
-        Time of the picture, ns.
+        Time of the image, ns.
     config : ReportConfig
         Parameters.
 

@@ -1,4 +1,4 @@
-"""The eight steps of one picture, in order (silhouettes paper, section 4)."""
+"""The eight steps of one image, in order (silhouettes paper, section 4)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from mctrack_ros.perception.silhouettes.features import (
 )
 from mctrack_ros.perception.silhouettes.foreground.components import Silhouettes
 from mctrack_ros.perception.silhouettes.foreground.fragment_merging import (
-    GatheringConfig,
+    FragmentMergingConfig,
     gathered,
     without_crumbs,
 )
@@ -56,7 +56,7 @@ class SilhouetteTrackerConfig:
 
     comparison: ComparisonConfig = field(default_factory=ComparisonConfig)
     match: MatchConfig = field(default_factory=MatchConfig)
-    gathering: GatheringConfig = field(default_factory=GatheringConfig)
+    gathering: FragmentMergingConfig = field(default_factory=FragmentMergingConfig)
     division: DivisionConfig = field(default_factory=DivisionConfig)
     objects: ObjectConfig = field(default_factory=ObjectConfig)
     classes: ClassConfig = field(default_factory=ClassConfig)
@@ -120,12 +120,12 @@ class SilhouetteTracker:
         log: EventLog,
     ) -> Ints:
         """
-        Process the silhouettes of one picture.
+        Process the silhouettes of one image.
 
         Parameters
         ----------
         silhouettes : Silhouettes
-            Of the picture.
+            Of the image.
         background : LowPassBackground
             What they were told from.
         stamp_ns : int
@@ -170,7 +170,7 @@ class SilhouetteTracker:
         return without_crumbs(silhouettes, sizes, config)
 
     def _note_exits(self, lost: Mask, size: tuple[int, ...], log: EventLog) -> None:
-        """Note established objects that were lost at the picture's edge."""
+        """Note established objects that were lost at the image's edge."""
         left = at_edge(self.objects.box, size, self._config.objects.edge_px)
         for row in np.flatnonzero(lost & left & self.objects.announced).tolist():
             log.add(EventCode.EXIT, self.objects, row)

@@ -49,7 +49,7 @@ _MOT_CLASSES = {
 """Of MOT16 and later, where lines have a class: 8 or 9 fields."""
 _SCORES = (0.0, 1.0)
 _SHARES = 2.0
-"""Boxes of which no number is larger are shares of a picture, not pixels."""
+"""Boxes of which no number is larger are shares of an image, not pixels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +60,9 @@ class TextClock:
     Attributes
     ----------
     rate_hz : float
-        Pictures a second; 0: not known.
+        Images a second; 0: not known.
     first_frame : int
-        Number of the first picture.
+        Number of the first image.
     later_s : float
         How long after the first camera this one began, s; of times that do not count from 1970.
     score_range : (float, float)
@@ -97,7 +97,7 @@ def read_boxes(path: str | Path, clock: TextClock) -> Sightings:
     table = read_table(path, COLUMNS) if is_table else _mot_table(path, clock)
     if not len(table):
         raise TableError(f'{path} holds no rows')
-    stamps, pictures, interval_ns = _times(table, clock)
+    stamps, images, interval_ns = _times(table, clock)
     box, position = _boxes(table), _positions(table)
     is_seen = np.isfinite(box[:, 0])
     is_seen |= np.isfinite(position[:, 0])
@@ -105,8 +105,8 @@ def read_boxes(path: str | Path, clock: TextClock) -> Sightings:
     rows = np.argsort(stamps, kind='stable')
     rows = rows[is_seen[rows]]
     return Sightings(
-        stamp_ns=pictures,
-        picture=np.searchsorted(pictures, stamps[rows]),
+        stamp_ns=images,
+        image=np.searchsorted(images, stamps[rows]),
         box=box[rows],
         position=position[rows],
         sigma=_sigma(table)[rows],
@@ -159,7 +159,7 @@ def _mot_class(further: list[str]) -> str:
 
 
 def _times(table: Table, clock: TextClock) -> tuple[Ints, Ints, float]:
-    """Return the stamp of each row, those of all pictures known of, and the interval, ns."""
+    """Return the stamp of each row, those of all images known of, and the interval, ns."""
     stamps = table.stamps_ns()
     if stamps is None:
         return _frame_times(table, clock)
@@ -178,15 +178,15 @@ def _times(table: Table, clock: TextClock) -> tuple[Ints, Ints, float]:
         raise TableError(f'{table.path}: its times count from 1970: --later cannot move them')
     if not is_absolute.any():
         stamps += START_NS + round(clock.later_s * 1e9)
-    pictures = np.unique(stamps)
+    images = np.unique(stamps)
     interval = 1e9 / clock.rate_hz if clock.rate_hz else 0.0
-    if not interval and len(pictures) > 1:
-        interval = _usual_gap(np.diff(pictures))
-    return stamps, pictures, interval
+    if not interval and len(images) > 1:
+        interval = _usual_gap(np.diff(images))
+    return stamps, images, interval
 
 
 def _usual_gap(gaps: Ints) -> float:
-    """Return the time between pictures: of the gaps those without missing pictures, a quarter."""
+    """Return the time between images: of the gaps those without missing images, a quarter."""
     short = np.quantile(gaps, 0.25, method='lower')
     return float(np.median(gaps[gaps < 1.5 * short]))
 
@@ -201,8 +201,8 @@ def _frame_times(table: Table, clock: TextClock) -> tuple[Ints, Ints, float]:
     check_count(int(frame.max()) + 1, str(table.path))
     index = np.arange(int(frame.max()) + 1)
     seconds = clock.later_s + (index + 0.5) / clock.rate_hz
-    pictures = START_NS + np.rint(seconds * 1e9).astype(np.int64)
-    return pictures[frame], pictures, 1e9 / clock.rate_hz
+    images = START_NS + np.rint(seconds * 1e9).astype(np.int64)
+    return images[frame], images, 1e9 / clock.rate_hz
 
 
 def _boxes(table: Table) -> Floats:
@@ -223,7 +223,7 @@ def _boxes(table: Table) -> Floats:
             row, f'the box is {box[row, 2]:g} x {box[row, 3]:g} px, expected sizes above 0'
         )
     if known.any() and np.nanmax(np.abs(box)) <= _SHARES:
-        raise TableError(f'{table.path}: the boxes are shares of the picture, expected pixels')
+        raise TableError(f'{table.path}: the boxes are shares of the image, expected pixels')
     return box
 
 

@@ -1,4 +1,4 @@
-"""What somebody's own detector saw in the pictures of one camera, before it is on the ground."""
+"""What somebody's own detector saw in the images of one camera, before it is on the ground."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from mctrack_ros.recording.tables.columns import TableError
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 _DAY_NS = 86_400_000_000_000
-_MOST_PICTURES = 10_000_000
+_MOST_IMAGES = 10_000_000
 _GAP = 1.5
-"""From so many intervals on pictures are missing between two."""
+"""From so many intervals on images are missing between two."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sightings:
     """
-    Boxes, or places on the ground, picture by picture.
+    Boxes, or places on the ground, image by image.
 
     Attributes
     ----------
     stamp_ns : (p,) int64 array
-        When the pictures were taken, ascending: all that are known of, also those without rows.
-    picture : (n,) int64 array
+        When the images were taken, ascending: all that are known of, also those without rows.
+    image : (n,) int64 array
         Which of them each row is of, ascending.
     box : (n, 4) float64 array
         Left, top, width, height, px; NaN where there is none.
@@ -43,13 +43,13 @@ class Sightings:
     local_id : (n,) int64 array
         The detector's own tracks, from 1; 0: none.
     interval_ns : float
-        Time between pictures, ns; 0: all are known of.
+        Time between images, ns; 0: all are known of.
     unused : tuple of str
         Headings of columns that were not read.
     """
 
     stamp_ns: Ints
-    picture: Ints
+    image: Ints
     box: Floats
     position: Floats
     sigma: Floats
@@ -61,7 +61,7 @@ class Sightings:
 
     def __len__(self) -> int:
         """Return the number of rows."""
-        return len(self.picture)
+        return len(self.image)
 
 
 def numbered(names: list[str]) -> Ints:
@@ -70,15 +70,15 @@ def numbered(names: list[str]) -> Ints:
     return np.array([numbers.setdefault(name, len(numbers)) for name in names], np.int64)
 
 
-def check_count(pictures: int, where: str) -> None:
-    """Refuse, by a `TableError`, so many pictures that a frame or a time must be wrong."""
-    if pictures > _MOST_PICTURES:
-        raise TableError(f'{where}: {pictures} pictures: is a frame or a time wrong?')
+def check_count(images: int, where: str) -> None:
+    """Refuse, by a `TableError`, so many images that a frame or a time must be wrong."""
+    if images > _MOST_IMAGES:
+        raise TableError(f'{where}: {images} images: is a frame or a time wrong?')
 
 
-def with_all_pictures(sightings: Mapping[str, Sightings]) -> dict[str, Sightings]:
+def with_all_images(sightings: Mapping[str, Sightings]) -> dict[str, Sightings]:
     """
-    Add the pictures in which nothing was seen: a camera that says nothing seems to be lost.
+    Add the images in which nothing was seen: a camera that says nothing seems to be lost.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def _completed(name: str, sightings: Sightings, begin_ns: int, end_ns: int) -> S
         added.append(stamps[index] + _whole(np.arange(1, count) * (gap / count)))
     everything = np.sort(np.concatenate(added))
     where = np.searchsorted(everything, stamps)
-    return replace(sightings, stamp_ns=everything, picture=where[sightings.picture])
+    return replace(sightings, stamp_ns=everything, image=where[sightings.image])
 
 
 def _whole(nanoseconds: NDArray[np.floating[Any]]) -> Ints:

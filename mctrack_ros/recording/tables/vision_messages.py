@@ -74,11 +74,11 @@ def read_detection_arrays(path: str | Path, camera: str, topic: str = '') -> Sig
             stamps.append(stamp)
     if not stamps:
         raise BagError(f'{path} has no messages on {topic}')
-    picture, box, score, label, names = zip(*rows) if rows else ((),) * 5
+    image, box, score, label, names = zip(*rows) if rows else ((),) * 5
     count = len(rows)
     return Sightings(
         stamp_ns=np.array(stamps, np.int64),
-        picture=np.array(picture, np.int64),
+        image=np.array(image, np.int64),
         box=np.array(box, np.float64).reshape(-1, 4),
         position=np.full((count, 2), np.nan),
         sigma=np.full(count, np.nan),

@@ -1,4 +1,4 @@
-"""One video file: its pictures and the times that it states for them."""
+"""One video file: its images and the times that it states for them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from av.video.reformatter import VideoReformatter
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
-from mctrack_ros.recording.video.image_times import PictureTimes
+from mctrack_ros.recording.video.image_times import ImageTimes
 
 _RATES_HZ = (1.0, 240.0)
 _USUAL_RATE_HZ = 25.0
@@ -39,18 +39,18 @@ class Video:
     path : Path
         The file.
     rate_hz : float
-        Usual pictures a second.
+        Usual images a second.
     constant : bool
-        Whether pictures are taken as that far apart, whatever times the file states.
+        Whether images are taken as that far apart, whatever times the file states.
     stated : int
-        About how many pictures the file says that it holds; 0: it does not.
+        About how many images the file says that it holds; 0: it does not.
     size : (int, int)
-        Width and height of the pictures, upright, px.
+        Width and height of the images, upright, px.
     zero_s, end_s : float
         Where the file's time line begins and is said to end, in its own stamps, s; an end of 0:
         it is not said.
     start_s : float
-        When the first picture was taken on that time line, s.
+        When the first image was taken on that time line, s.
     later_s : float
         How long after the first video this one began, s.
 
@@ -68,7 +68,7 @@ class Video:
 
     @property
     def begin_s(self) -> float:
-        """When the first picture was taken, on the time line of all videos, s."""
+        """When the first image was taken, on the time line of all videos, s."""
         return self.later_s + self.start_s
 
     @property
@@ -76,17 +76,17 @@ class Video:
         """How long the file says that it is, s; 0: it does not."""
         return max(self.end_s - self.zero_s, 0.0)
 
-    def pictures(self) -> Iterator[NDArray[np.uint8]]:
-        """Yield the (height, width, 3) pictures, blue, green, red."""
-        for _, picture in VideoReading(self):
-            yield picture
+    def images(self) -> Iterator[NDArray[np.uint8]]:
+        """Yield the (height, width, 3) images, blue, green, red."""
+        for _, image in VideoReading(self):
+            yield image
 
 
 class VideoReading:
     """
-    Read a video once, from its first picture to its last; yields time and picture.
+    Read a video once, from its first image to its last; yields time and image.
 
-    The time (s) is that of the file's own time line; pictures are (height, width, 3), blue,
+    The time (s) is that of the file's own time line; images are (height, width, 3), blue,
     green, red, turned upright as the file asks. What cannot be decoded is left out.
 
     Parameters
@@ -97,18 +97,18 @@ class VideoReading:
     Attributes
     ----------
     count : int
-        Pictures so far.
+        Images so far.
 
     """
 
     def __init__(self, video: Video) -> None:
         self.video, self.count = video, 0
-        self._times = PictureTimes(1.0 / video.rate_hz, constant=video.constant)
+        self._times = ImageTimes(1.0 / video.rate_hz, constant=video.constant)
         self._undecodable, self._resized, self._end_s, self._failure = 0, 0, 0.0, ''
         self._due_s: list[float] | None = None
 
     def __iter__(self) -> Iterator[tuple[float, NDArray[np.uint8]]]:
-        """Yield the time and the picture."""
+        """Yield the time and the image."""
         convert = VideoReformatter()
         with _opened(self.video.path) as container:
             self._due_s = [] if _tells_decoding_only(container) else None
@@ -118,10 +118,10 @@ class VideoReading:
                 time_s = self._times.time_of(stated_s)
                 if time_s is None:
                     continue
-                picture = _picture(frame, convert)
-                if picture.shape[1::-1] == self.video.size:
+                image = _image(frame, convert)
+                if image.shape[1::-1] == self.video.size:
                     self.count += 1
-                    yield time_s, picture
+                    yield time_s, image
                 else:
                     self._resized += 1
 
@@ -129,21 +129,21 @@ class VideoReading:
         """Return what was left out or made up so far, a line each."""
         lines = self._times.notes()
         if self._resized:
-            lines.insert(0, f'pictures left out that have another size: {self._resized}')
+            lines.insert(0, f'images left out that have another size: {self._resized}')
         if self._undecodable:
-            lines.insert(0, f'pictures left out that cannot be decoded: {self._undecodable}')
+            lines.insert(0, f'images left out that cannot be decoded: {self._undecodable}')
         return [f'{self.video.path}: {line}' for line in lines]
 
     def fault(self) -> str:
         """Return why a file that was read to its end is not whole; empty: it is."""
         path = self.video.path
         if not self.count:
-            return f'{path} holds no pictures that can be decoded'
+            return f'{path} holds no images that can be decoded'
         reason = self._failure or self._early_end()
         if not reason:
             return ''
         at_s = self._end_s - self.video.zero_s
-        return f'{path} breaks off after {self.count} pictures, at {at_s:.2f} s: {reason}'
+        return f'{path} breaks off after {self.count} images, at {at_s:.2f} s: {reason}'
 
     def _frames(self, container: InputContainer) -> Iterator[VideoFrame]:
         """Yield what can be decoded; note what cannot, and where the packets end."""
@@ -164,7 +164,7 @@ class VideoReading:
                 yield from self._decoded(stream, cast('av.Packet[VideoStream]', packet))
 
     def _decoded(self, stream: VideoStream, packet: av.Packet[VideoStream]) -> list[VideoFrame]:
-        """Return the sound pictures of a packet; count the others."""
+        """Return the sound images of a packet; count the others."""
         if self._due_s is not None and packet.size and packet.dts is not None:
             heappush(self._due_s, float(packet.dts * packet.time_base))
         try:
@@ -205,14 +205,14 @@ def open_video(path: str | Path, rate_hz: float = 0.0, later_s: float = 0.0) -> 
     path : str or Path
         The file.
     rate_hz : float
-        Pictures a second, all as far apart; 0: at the times that the file states.
+        Images a second, all as far apart; 0: at the times that the file states.
     later_s : float
         How long after the first video it began, s.
 
     Raises
     ------
     VideoError
-        If it is none, or neither it nor ``rate_hz`` says when its pictures were taken.
+        If it is none, or neither it nor ``rate_hz`` says when its images were taken.
 
     """
     path = Path(path)
@@ -222,7 +222,7 @@ def open_video(path: str | Path, rate_hz: float = 0.0, later_s: float = 0.0) -> 
         stream, flags = _stream(container), Flags(container.format.flags)
         if not rate_hz and Flags.no_timestamps in flags:
             raise VideoError(
-                f'{path} does not say when its pictures were taken: give their rate (--rate; for '
+                f'{path} does not say when its images were taken: give their rate (--rate; for '
                 'video_node the parameter rate)'
             )
         usual_hz = rate_hz or _usual_rate_hz(stream)
@@ -265,22 +265,22 @@ def _opened(path: Path) -> InputContainer:
         ) from error
     if not container.streams.video:
         container.close()
-        raise VideoError(f'{path} is no video: it holds no pictures')
+        raise VideoError(f'{path} is no video: it holds no images')
     return container
 
 
 def _tells_decoding_only(container: InputContainer) -> bool:
     """
-    Tell whether a file says when pictures are decoded, and not when they are shown.
+    Tell whether a file says when images are decoded, and not when they are shown.
 
-    Its pictures come out of the decoder in the order in which they are shown: each takes the
+    Its images come out of the decoder in the order in which they are shown: each takes the
     earliest of the times that are left.
     """
     return container.format.name == 'avi'
 
 
 def _stream(container: InputContainer) -> VideoStream:
-    """Return the stream of pictures; a cover is none."""
+    """Return the stream of images; a cover is none."""
     stream = container.streams.best('video')
     assert isinstance(stream, VideoStream)
     return stream
@@ -288,9 +288,9 @@ def _stream(container: InputContainer) -> VideoStream:
 
 def _first_frame(container: InputContainer, path: Path) -> tuple[VideoFrame, float]:
     """
-    Return the first picture that can be decoded, and the delay of reordered ones, s.
+    Return the first image that can be decoded, and the delay of reordered ones, s.
 
-    Some containers count from where decoding begins: a first picture that then waits for its turn
+    Some containers count from where decoding begins: a first image that then waits for its turn
     is no later for that.
     """
     stream = _stream(container)
@@ -299,7 +299,7 @@ def _first_frame(container: InputContainer, path: Path) -> tuple[VideoFrame, flo
         try:
             packet = next(packets, None)
             if packet is None:
-                raise VideoError(f'{path} holds no pictures that can be decoded')
+                raise VideoError(f'{path} holds no images that can be decoded')
             if delay_s is None:
                 waits = packet.dts == 0 and packet.pts is not None
                 delay_s = float((packet.pts or 0) * packet.time_base) if waits else 0.0
@@ -310,7 +310,7 @@ def _first_frame(container: InputContainer, path: Path) -> tuple[VideoFrame, flo
 
 
 def _usual_rate_hz(stream: VideoStream) -> float:
-    """Return how many pictures a second are usual, from what the file says."""
+    """Return how many images a second are usual, from what the file says."""
     low, high = _RATES_HZ
     for rate in (stream.guessed_rate, stream.average_rate):
         if rate and low <= rate <= high:
@@ -319,14 +319,14 @@ def _usual_rate_hz(stream: VideoStream) -> float:
 
 
 def _stated(by_count: int, by_length: int) -> int:
-    """Return about how many pictures a file says that it holds, of two statements."""
+    """Return about how many images a file says that it holds, of two statements."""
     return min(by_count, by_length) if by_count and by_length else by_count or by_length
 
 
-def _picture(frame: VideoFrame, convert: VideoReformatter) -> NDArray[np.uint8]:
-    """Return the picture, blue, green, red, upright."""
-    picture = convert.reformat(frame, format='bgr24').to_ndarray()
-    return np.ascontiguousarray(np.rot90(picture, frame.rotation // 90), np.uint8)
+def _image(frame: VideoFrame, convert: VideoReformatter) -> NDArray[np.uint8]:
+    """Return the image, blue, green, red, upright."""
+    image = convert.reformat(frame, format='bgr24').to_ndarray()
+    return np.ascontiguousarray(np.rot90(image, frame.rotation // 90), np.uint8)
 
 
 def _riff_size(path: Path) -> int:

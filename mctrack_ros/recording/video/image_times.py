@@ -1,26 +1,26 @@
-"""The times of a video's pictures, where its file states them and where it does not."""
+"""The times of a video's images, where its file states them and where it does not."""
 
 from __future__ import annotations
 
 _RESTART_S = 1.0
-"""Times that step back by more begin anew; by less, the picture is no new one."""
+"""Times that step back by more begin anew; by less, the image is no new one."""
 _GAP_S, _GAP_PERIODS = 1.0, 10
 
 
-class PictureTimes:
+class ImageTimes:
     """
-    Rising times for the pictures of one file.
+    Rising times for the images of one file.
 
-    A picture without a time comes one period after the last. One whose time is not later than
+    An image without a time comes one period after the last. One whose time is not later than
     the last is left out. Where times step back by more than a second the file begins anew (a
     recorder that started again, files that were joined): it goes on one period after the last.
 
     Parameters
     ----------
     period_s : float
-        Time between two pictures where the file says nothing, s.
+        Time between two images where the file says nothing, s.
     constant : bool
-        Whether all pictures are a period apart, whatever the file says.
+        Whether all images are a period apart, whatever the file says.
 
     """
 
@@ -33,7 +33,7 @@ class PictureTimes:
 
     def time_of(self, stated_s: float | None) -> float | None:
         """
-        Return the time of the next picture, s; None: it is left out.
+        Return the time of the next image, s; None: it is left out.
 
         Parameters
         ----------
@@ -60,19 +60,19 @@ class PictureTimes:
         return time_s
 
     def pass_over(self, count: int) -> None:
-        """Count pictures that cannot be decoded: each took its period all the same."""
+        """Count images that cannot be decoded: each took its period all the same."""
         self._index += count
 
     def notes(self) -> list[str]:
         """Return what was made up or left out, a line each."""
         told = [
-            (self._untimed, 'without a time, put one period after the picture before'),
+            (self._untimed, 'without a time, put one period after the image before'),
             (self._unordered, 'left out: their times are not later than those before'),
         ]
-        lines = [f'{count} picture{"s" if count > 1 else ""} {what}' for count, what in told]
+        lines = [f'{count} image{"s" if count > 1 else ""} {what}' for count, what in told]
         lines += [
             f'its times step back {self._restarts} times, first {self._first_restart}: '
-            'it goes on one period after the last picture',
+            'it goes on one period after the last image',
             f'its times leap {self._gaps} times, first {self._first_gap}: the gap is kept',
         ]
         counts = [self._untimed, self._unordered, self._restarts, self._gaps]

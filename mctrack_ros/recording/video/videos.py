@@ -52,11 +52,11 @@ class CameraVideo:
         return VideoReading(self.video)
 
     def messages(self, reading: VideoReading) -> Iterator[tuple[str, Any, int]]:
-        """Yield topic, compressed picture and stamp (ns) of all that a reading gives."""
+        """Yield topic, compressed image and stamp (ns) of all that a reading gives."""
         topic, frame = f'/{self.camera}/image_raw/compressed', f'{self.camera}_optical_frame'
-        for time_s, picture in reading:
+        for time_s, image in reading:
             stamp_ns = self.origin_ns + round((self.video.later_s + time_s) * 1e9)
-            jpeg = jpeg_from_image(picture)
+            jpeg = jpeg_from_image(image)
             yield topic, compressed_message(jpeg, ROSBAGS_CLASSES, stamp_ns, frame), stamp_ns
 
 
@@ -64,7 +64,7 @@ def together(videos: Mapping[str, Video]) -> dict[str, CameraVideo]:
     """
     Put the videos of several cameras on one time line.
 
-    The first picture of the first lies half a period of the fastest after `START_NS`: times that
+    The first image of the first lies half a period of the fastest after `START_NS`: times that
     a file states in whole milliseconds so stay on the same side of a tick's edge.
     """
     lead_s = 0.5 / max(video.rate_hz for video in videos.values())
@@ -98,7 +98,7 @@ def write_videos(
     tell: Callable[[str], None] = lambda line: None,
 ) -> dict[str, int]:
     """
-    Write the pictures of videos into a bag, on ``/<camera>/image_raw/compressed``.
+    Write the images of videos into a bag, on ``/<camera>/image_raw/compressed``.
 
     Parameters
     ----------
@@ -109,19 +109,19 @@ def write_videos(
     overwrite : bool
         Whether a bag already there is replaced.
     progress : callable
-        Called with pictures done and, by what the files state, in all.
+        Called with images done and, by what the files state, in all.
     tell : callable
         Called with a line for everything that was left out or made up.
 
     Returns
     -------
     dict of str to int
-        How many pictures of each camera.
+        How many images of each camera.
 
     Raises
     ------
     VideoError
-        If a video holds no pictures or breaks off; the bag holds what was read.
+        If a video holds no images or breaks off; the bag holds what was read.
     BagError
         If the bag cannot be written.
 

@@ -6,7 +6,7 @@ from mctrack_ros.config import values_of
 from mctrack_ros.ros.graph.graph import NodeSpec
 from mctrack_ros.ros.nodes.camera_node import CameraNodeConfig
 from mctrack_ros.ros.nodes.fusion_node import FusionNodeConfig
-from mctrack_ros.site.names import picture_topic, resolved
+from mctrack_ros.site.names import named_image_topic, resolved
 from mctrack_ros.site.site import SiteConfig
 from mctrack_ros.site.stated_origin import origin_text
 
@@ -50,7 +50,7 @@ def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
 
     """
     cameras, extra = site.cameras, int(recorded)
-    awaited = [resolved(picture_topic(name, one.image_topic)) for name, one in cameras.items()]
+    awaited = [resolved(named_image_topic(name, one.image_topic)) for name, one in cameras.items()]
     awaited += [f'/{name}/detections {1 + extra}' for name in cameras]
     awaited.append(f'/feedback {len(cameras) + extra}')
     return awaited + (['/tracks 1', '/events 1', '/ticks 1'] if recorded else [])

@@ -1,4 +1,4 @@
-"""Health of a camera: whether it stands as it was calibrated and its pictures show anything."""
+"""Health of a camera: whether it stands as it was calibrated and its images show anything."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-from mctrack_ros.perception import CameraShift, PictureState, ShiftState
+from mctrack_ros.perception import CameraShift, ImageState, ShiftState
 
 _POSE_MESSAGES = {
-    ShiftState.SETTLING: 'learning where the picture lies',
+    ShiftState.SETTLING: 'learning where the image lies',
     ShiftState.STILL: 'the camera has not moved',
     ShiftState.MOVED: 'the camera has moved: calibrate it anew',
     ShiftState.UNKNOWN: 'what the camera saw at the start is not found again',
@@ -50,34 +50,34 @@ class PoseHealth:
         )
 
 
-_PICTURE_MESSAGES = {
-    PictureState.USABLE: 'the pictures show something',
-    PictureState.BLANK: 'the pictures are black or white',
-    PictureState.FROZEN: 'the picture stays the same to the last pixel',
-    PictureState.NOISE: 'the pictures are nothing but noise',
+_IMAGE_MESSAGES = {
+    ImageState.USABLE: 'the images show something',
+    ImageState.BLANK: 'the images are black or white',
+    ImageState.FROZEN: 'the image stays the same to the last pixel',
+    ImageState.NOISE: 'the images are nothing but noise',
 }
 
 
 @dataclass(slots=True)
-class PictureHealth:
+class ImageHealth:
     """
-    Whether a camera's pictures show anything.
+    Whether a camera's images show anything.
 
     Attributes
     ----------
-    state : PictureState
-        Of the last picture.
+    state : ImageState
+        Of the last image.
 
     """
 
-    state: PictureState = PictureState.USABLE
+    state: ImageState = ImageState.USABLE
 
     def report(self, name: str) -> DiagnosticStatus:
         """Return the state; what cannot be used is an error."""
-        usable = self.state is PictureState.USABLE
+        usable = self.state is ImageState.USABLE
         return DiagnosticStatus(
             level=DiagnosticStatus.OK if usable else DiagnosticStatus.ERROR,
             name=name,
-            message=_PICTURE_MESSAGES[self.state],
+            message=_IMAGE_MESSAGES[self.state],
             values=[KeyValue(key='state', value=str(self.state))],
         )

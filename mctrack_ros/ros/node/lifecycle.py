@@ -107,7 +107,7 @@ class GraphNode(LifecycleNode):
         Create a subscription that lives from `start` to `stop`.
 
         It has no handlers of QoS events: each would be waited on with every message, and they
-        are most of what waiting costs. Only picture topics, made without this, warn of mismatch.
+        are most of what waiting costs. Only image topics, made without this, warn of mismatch.
 
         """
         silent = SubscriptionEventCallbacks(use_default_callbacks=False)

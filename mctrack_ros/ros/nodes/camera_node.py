@@ -1,4 +1,4 @@
-"""One camera: pictures and feedback in, detections and events out."""
+"""One camera: images and feedback in, detections and events out."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from mctrack_ros.interfaces import Feedback, Rows
 from mctrack_ros.perception import (
     CameraShift,
     FeedbackBuffer,
-    PictureState,
-    PictureWatch,
+    ImageState,
+    ImageWatch,
     ShiftState,
     feedback_missed,
 )
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
-from mctrack_ros.ros.node.camera_health import PictureHealth, PoseHealth
+from mctrack_ros.ros.node.camera_health import ImageHealth, PoseHealth
 from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, StreamHealth
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
@@ -36,10 +36,10 @@ from mctrack_ros.ros.node.silence import warn_of_silence
 from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.site.camera import CameraSettings
-from mctrack_ros.site.names import check_camera_name, picture_topic
+from mctrack_ros.site.names import check_camera_name, named_image_topic
 
 _RESTART_NS = 1_000_000_000
-"""Stamps that step back by more than this are a new run, not late pictures."""
+"""Stamps that step back by more than this are a new run, not late images."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +51,12 @@ class CameraNodeConfig:
     ground_frame: str = parameter('map', 'frame_id of positions on the ground')
     period: float = parameter(0.04, "the fusion node's period [s]", minimum=0.001, maximum=10.0)
     feedback_delay: float = parameter(
-        0.08, 'age of the feedback that a picture uses [s]', minimum=0.0, maximum=10.0
+        0.08, 'age of the feedback that an image uses [s]', minimum=0.0, maximum=10.0
     )
-    reliable: bool = parameter(False, 'ask again for pictures that got lost')
+    reliable: bool = parameter(False, 'ask again for images that got lost')
     depth: int = parameter(
         2,
-        'pictures that may queue; the oldest are passed over when the node falls behind',
+        'images that may queue; the oldest are passed over when the node falls behind',
         minimum=1,
         maximum=1000,
     )
@@ -82,11 +82,11 @@ class CameraNode(GraphNode):
         self.last_stamp_ns = -1
         self.health = StreamHealth()
         self.pose = PoseHealth()
-        self.watch, self.sight = PictureWatch(), PictureHealth()
+        self.watch, self.sight = ImageWatch(), ImageHealth()
         parts: dict[str, Health] = {
             camera: self.health,
             f'{camera} calibration': self.pose,
-            f'{camera} picture': self.sight,
+            f'{camera} image': self.sight,
         }
         self.diagnostics = Diagnostics(self, parts, (camera,))
         reliable = quality.reliable
@@ -114,11 +114,11 @@ class CameraNode(GraphNode):
 
     def start(self) -> None:
         """Subscribe."""
-        topic = picture_topic(self.config.camera, self.config.settings.image_topic)
+        topic = named_image_topic(self.config.camera, self.config.settings.image_topic)
         kind = CompressedImage if topic.endswith('/compressed') else Image
         self.subscribe(PointCloud2, 'feedback', self.on_feedback, quality.reliable(10))
-        pictures = quality.images(self.config.reliable, self.config.depth)
-        self.create_subscription(kind, topic, self.on_image, pictures)
+        images = quality.images(self.config.reliable, self.config.depth)
+        self.create_subscription(kind, topic, self.on_image, images)
         before_ns = self.health.last_stamp_ns
         warn_of_silence(self, topic, lambda: self.health.last_stamp_ns != before_ns)
         self.diagnostics.begin()
@@ -134,7 +134,7 @@ class CameraNode(GraphNode):
             self.refuse(f'{left_out} rows of feedback refused: no target can be so')
 
     def on_image(self, message: Any) -> None:
-        """Take one picture through the pipeline."""
+        """Take one image through the pipeline."""
         stamp_ns = stamp_ns_of(message)
         self.health.arrived(stamp_ns, self.get_clock().now().nanoseconds)
         try:
@@ -143,7 +143,7 @@ class CameraNode(GraphNode):
             size = (settings.image_width, settings.image_height)
             image = image_from_message(message, size)
         except ValueError as error:
-            self.refuse(f'picture refused: {error}')
+            self.refuse(f'image refused: {error}')
             return
         self.last_stamp_ns = stamp_ns
         self.note_state(self.watch.look(image, stamp_ns))
@@ -158,13 +158,13 @@ class CameraNode(GraphNode):
         self.note_shift(output.shift)
         self.show(image, output)
 
-    def note_state(self, state: PictureState) -> None:
-        """Keep whether pictures show anything; log when that changes."""
+    def note_state(self, state: ImageState) -> None:
+        """Keep whether images show anything; log when that changes."""
         before, self.sight.state = self.sight.state, state
-        if state is not before and state is not PictureState.USABLE:
-            self.get_logger().warning(f'the pictures cannot be used: {state}')
+        if state is not before and state is not ImageState.USABLE:
+            self.get_logger().warning(f'the images cannot be used: {state}')
         elif state is not before:
-            self.get_logger().info('the pictures can be used again')
+            self.get_logger().info('the images can be used again')
 
     def note_shift(self, shift: CameraShift) -> None:
         """Keep what the watchdog says; log when the camera moves or is back."""
@@ -179,7 +179,7 @@ class CameraNode(GraphNode):
             self.get_logger().info('the camera is back where it was')
 
     def show(self, image: Any, output: CameraOutput) -> None:
-        """Publish the picture with what is seen in it, while somebody looks."""
+        """Publish the image with what is seen in it, while somebody looks."""
         if not self.debug_image.get_subscription_count():
             return
         groups, predicted = self.pipeline.groups(), self.pipeline.predicted_boxes()
@@ -188,7 +188,7 @@ class CameraNode(GraphNode):
         self.debug_image.publish(image_message(drawn, RCLPY_CLASSES, stamp_ns, frame))
 
     def check_stamp(self, stamp_ns: int) -> None:
-        """Refuse a picture that is no newer than the last; a long step back is a new run."""
+        """Refuse an image that is no newer than the last; a long step back is a new run."""
         if stamp_ns > self.last_stamp_ns:
             return
         if self.last_stamp_ns - stamp_ns <= _RESTART_NS:

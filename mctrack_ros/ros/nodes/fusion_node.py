@@ -18,7 +18,7 @@ from visualization_msgs.msg import MarkerArray
 
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.config import ConfigError, parameter, values_of
-from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import Batcher, DecisionRecorder, FusionConfig, FusionPipeline
 from mctrack_ros.fusion.camera_clocks import Jump
 from mctrack_ros.interfaces import MAX_CAMERAS, Detections, EventCode, Events, Rows, Tick, Tracks
 from mctrack_ros.ros.node.camera_agreement import (
@@ -152,7 +152,7 @@ class FusionNode(GraphNode):
             ids.close(self.pipeline.next_id)
 
     def on_events(self, camera: str, message: PointCloud2) -> None:
-        """Note for which pictures a camera had no feedback."""
+        """Note for which images a camera had no feedback."""
         try:
             events = rows_from_cloud(message, Events)
         except ValueError as error:
@@ -238,16 +238,16 @@ class FusionNode(GraphNode):
         """Take ticks through the pipeline and publish what comes out."""
         for tick in ticks:
             self.reserve_ids()
-            account = Account() if self.is_asked_why() else None
-            output = self.pipeline.step(tick, account)
+            recorder = DecisionRecorder() if self.is_asked_why() else None
+            output = self.pipeline.step(tick, recorder)
             self.send(self.tracks, output.tracks)
             self.send(self.feedback, self.pipeline.feedback())
             if len(output.events):
                 self.send(self.events, output.events)
             self.send(self.ticks, tick.record)
-            if account is not None:
-                self.send(self.candidates, account.explanation.candidates)
-                self.send(self.decisions, account.explanation.decisions)
+            if recorder is not None:
+                self.send(self.candidates, recorder.explanation.candidates)
+                self.send(self.decisions, recorder.explanation.decisions)
             self.count(tick)
             self.show(output.tracks)
 

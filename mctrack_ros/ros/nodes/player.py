@@ -201,7 +201,7 @@ class Player(GraphNode):
         if shared:
             self.get_logger().warning(
                 f'others publish {", ".join(shared)}, too, and both are heard: play only what '
-                'they do not, for example the pictures, by --topic (parameter topics)'
+                'they do not, for example the images, by --topic (parameter topics)'
             )
 
     def wait_for_arrival(self) -> None:

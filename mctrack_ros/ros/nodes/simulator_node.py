@@ -1,4 +1,4 @@
-"""The synthetic match or car park, live: pictures of its cameras and the truth, on topics."""
+"""The synthetic match or car park, live: images of its cameras and the truth, on topics."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class SimulatorNodeConfig:
     duration: float = parameter(
         120.0, 'length of the recording, then it begins again [s]', minimum=1.0, maximum=3600.0
     )
-    rate: float = parameter(25.0, 'pictures a second [Hz]', minimum=1.0, maximum=100.0)
+    rate: float = parameter(25.0, 'images a second [Hz]', minimum=1.0, maximum=100.0)
     noise: float = parameter(
         2.0, 'standard deviation of the sensor noise [grey levels]', minimum=0.1, maximum=50.0
     )
@@ -55,7 +55,7 @@ class SimulatorNodeConfig:
     truth: bool = parameter(True, 'publish the truth below truth/')
     quality: int = parameter(90, 'JPEG quality [%]', minimum=1, maximum=100)
     reliable: bool = parameter(True, 'send again what got lost')
-    depth: int = parameter(8, 'pictures that may queue', minimum=1, maximum=1000)
+    depth: int = parameter(8, 'images that may queue', minimum=1, maximum=1000)
 
 
 class SimulatorNode(GraphNode):
@@ -74,7 +74,7 @@ class SimulatorNode(GraphNode):
         super().__init__('simulator_node')
 
     def open(self) -> None:
-        """Simulate what goes on and draw the empty pictures."""
+        """Simulate what goes on and draw the empty images."""
         config, scene = self.config, SCENES[self.config.scene]
         if config.bicycles and scene is not CARPARK:
             raise ConfigError('bicycles come with scene carpark only')
@@ -97,9 +97,9 @@ class SimulatorNode(GraphNode):
         self.renderers = {
             name: scene.renderer(self.world, names.index(name)) for name in config.cameras
         }
-        pictures = quality.images(config.reliable, config.depth)
-        self.pictures = {
-            name: self.publisher(CompressedImage, f'{name}/image_raw/compressed', pictures)
+        images = quality.images(config.reliable, config.depth)
+        self.images = {
+            name: self.publisher(CompressedImage, f'{name}/image_raw/compressed', images)
             for name in config.cameras
         }
         if config.truth:
@@ -154,7 +154,7 @@ class SimulatorNode(GraphNode):
             self.fail(str(error))
 
     def show_step(self, step: int, stamp_ns: int) -> None:
-        """Publish all cameras' pictures of a step, then the truth."""
+        """Publish all cameras' images of a step, then the truth."""
         if step < self.step:
             self.watch_anew()
         self.step = step
@@ -163,7 +163,7 @@ class SimulatorNode(GraphNode):
             image, views[name] = renderer.frame(step)
             jpeg = jpeg_from_image(image, self.config.quality)
             frame = f'{name}_optical_frame'
-            self.pictures[name].publish(compressed_message(jpeg, RCLPY_CLASSES, stamp_ns, frame))
+            self.images[name].publish(compressed_message(jpeg, RCLPY_CLASSES, stamp_ns, frame))
         self.shown += 1
         if self.config.truth:
             self.send(self.true_tracks, true_tracks(self.world, step), stamp_ns)

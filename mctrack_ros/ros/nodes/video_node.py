@@ -1,4 +1,4 @@
-"""A video file, a camera device or a stream to pictures."""
+"""A video file, a camera device or a stream to images."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
-from mctrack_ros.site.names import check_camera_name, picture_topic
+from mctrack_ros.site.names import check_camera_name, named_image_topic
 
 if TYPE_CHECKING:  # a device needs no decoder of files
     from mctrack_ros.recording.video.file import VideoReading
@@ -39,7 +39,7 @@ class VideoNodeConfig:
     source: str = parameter('', 'video file, device (number or path) or stream (rtsp://...)')
     rate: float = parameter(
         0.0,
-        'pictures a second of a file; 0: at the times that it states [Hz]',
+        'images a second of a file; 0: at the times that it states [Hz]',
         minimum=0.0,
         maximum=1000.0,
     )
@@ -47,27 +47,27 @@ class VideoNodeConfig:
     loop: bool = parameter(False, 'start a file again at its end')
     start: float = parameter(
         0.0,
-        'time of the first picture of a file, so that several play in step; 0: now '
+        'time of the first image of a file, so that several play in step; 0: now '
         '[s since the epoch]',
         minimum=0.0,
     )
     image_topic: str = parameter(
         'image_raw/compressed',
-        'pictures, below the name of the camera, or with a leading slash a whole name; one that '
+        'images, below the name of the camera, or with a leading slash a whole name; one that '
         'ends in /compressed holds JPEG',
     )
     quality: int = parameter(90, 'JPEG quality [%]', minimum=1, maximum=100)
-    width: int = parameter(0, 'scale pictures to this width; 0: keep [px]', minimum=0)
-    height: int = parameter(0, 'scale pictures to this height; 0: keep [px]', minimum=0)
+    width: int = parameter(0, 'scale images to this width; 0: keep [px]', minimum=0)
+    height: int = parameter(0, 'scale images to this height; 0: keep [px]', minimum=0)
     wait: float = parameter(
         10.0, 'a file waits this long for a subscriber [s]', minimum=0.0, maximum=3600.0
     )
     reliable: bool = parameter(True, 'send again what got lost')
-    depth: int = parameter(8, 'pictures that may queue', minimum=1, maximum=1000)
+    depth: int = parameter(8, 'images that may queue', minimum=1, maximum=1000)
 
 
 class VideoNode(GraphNode):
-    """Publish pictures as they come, from a thread of its own; a file ends the process."""
+    """Publish images as they come, from a thread of its own; a file ends the process."""
 
     CONFIG = VideoNodeConfig
     config: VideoNodeConfig
@@ -89,11 +89,11 @@ class VideoNode(GraphNode):
         else:
             self.address = int(source) if source.isdigit() else source
             self.capture = self.opened()
-        topic = picture_topic(self.config.camera, self.config.image_topic)
+        topic = named_image_topic(self.config.camera, self.config.image_topic)
         self.compressed = topic.endswith('/compressed')
         kind = CompressedImage if self.compressed else Image
         qos = quality.images(self.config.reliable, self.config.depth)
-        self.pictures = self.publisher(kind, topic, qos)
+        self.images = self.publisher(kind, topic, qos)
         self.ending = threading.Event()
 
     def open_file(self) -> None:
@@ -103,7 +103,7 @@ class VideoNode(GraphNode):
         Raises
         ------
         ConfigError
-            If it is no video, or does not say when its pictures were taken.
+            If it is no video, or does not say when its images were taken.
 
         """
         from mctrack_ros.recording.video.file import VideoError, open_video
@@ -150,7 +150,7 @@ class VideoNode(GraphNode):
             if self.is_file:
                 self.wait_for_subscriber()
                 self.play_file()
-                self.pictures.wait_for_all_acked(_ARRIVAL)
+                self.images.wait_for_all_acked(_ARRIVAL)
             else:
                 self.play_live()
         except Exception as error:
@@ -158,14 +158,14 @@ class VideoNode(GraphNode):
         self.finish()
 
     def wait_for_subscriber(self) -> None:
-        """Wait until somebody listens, so that a file's first pictures are not lost."""
+        """Wait until somebody listens, so that a file's first images are not lost."""
         until = time.monotonic() + self.config.wait
-        while time.monotonic() < until and not self.pictures.get_subscription_count():
+        while time.monotonic() < until and not self.images.get_subscription_count():
             if self.ending.wait(0.05):
                 return
 
     def play_file(self) -> None:
-        """Publish a file's pictures, stamped as far apart as they were taken."""
+        """Publish a file's images, stamped as far apart as they were taken."""
         now_ns = self.get_clock().now().nanoseconds
         first_ns = round(self.config.start * 1e9) or now_ns
         began_ns = time.monotonic_ns() + first_ns - now_ns
@@ -174,16 +174,16 @@ class VideoNode(GraphNode):
             wait_s = (began_ns + since_ns - time.monotonic_ns()) * 1e-9
             if self.config.realtime and wait_s > _LONG_S:
                 self.get_logger().warning(
-                    f'{self.config.source}: the next picture is due in {wait_s:.0f} s'
+                    f'{self.config.source}: the next image is due in {wait_s:.0f} s'
                 )
             if self.ending.wait(wait_s if self.config.realtime and wait_s > 0 else 0.0):
                 break
             self.send(image, first_ns + since_ns)
             count += 1
-        self.get_logger().info(f'{self.config.source}: {count} pictures')
+        self.get_logger().info(f'{self.config.source}: {count} images')
 
     def film(self) -> Iterator[tuple[int, Any]]:
-        """Yield a file's pictures, each with its time since the first, ns; again if it loops."""
+        """Yield a file's images, each with its time since the first, ns; again if it loops."""
         from mctrack_ros.recording.video.file import VideoReading
 
         round_ns = 0
@@ -218,7 +218,7 @@ class VideoNode(GraphNode):
             self.capture.open(self.address)
 
     def send(self, image: Any, stamp_ns: int) -> None:
-        """Publish one picture."""
+        """Publish one image."""
         size = (self.config.width or image.shape[1], self.config.height or image.shape[0])
         if size != (image.shape[1], image.shape[0]):
             image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
@@ -228,7 +228,7 @@ class VideoNode(GraphNode):
             message = compressed_message(jpeg, RCLPY_CLASSES, stamp_ns, frame)
         else:
             message = image_message(image, RCLPY_CLASSES, stamp_ns, frame)
-        self.pictures.publish(message)
+        self.images.publish(message)
 
 
 def main() -> int:

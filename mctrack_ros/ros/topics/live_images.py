@@ -1,4 +1,4 @@
-"""Pictures of a running graph, for a page: which topics hold them, and the next of one."""
+"""Images of a running graph, for a page: which topics hold them, and the next of one."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _LOOK_AROUND_S = 1.5
 _WAKE_S = 0.05
 
 
-class LivePictures:
-    """The topics of pictures that somebody publishes now; a context manager."""
+class LiveImages:
+    """The topics of images that somebody publishes now; a context manager."""
 
     def __enter__(self) -> Self:
         """Join the graph."""
         self._context = Context()
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        self._node = rclpy.create_node('mctrack_pictures', context=self._context)
+        self._node = rclpy.create_node('mctrack_images', context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         return self
@@ -50,7 +50,7 @@ class LivePictures:
         return f'the graph of ROS domain {os.environ.get("ROS_DOMAIN_ID") or 0}'
 
     def topics(self, patience_s: float) -> dict[str, str]:
-        """Return the type by name of the topics of pictures; empty if none appears in time."""
+        """Return the type by name of the topics of images; empty if none appears in time."""
         self._spin_until(lambda: bool(self._published()), patience_s)
         self._spin_until(lambda: False, _LOOK_AROUND_S)
         return self._published()

@@ -38,7 +38,7 @@ def latched() -> QoSProfile:
 
 
 def images(is_reliable: bool, depth: int) -> QoSProfile:
-    """Return the quality of a picture topic."""
+    """Return the quality of an image topic."""
     reliability = ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT
     return QoSProfile(depth=depth, reliability=reliability)
 

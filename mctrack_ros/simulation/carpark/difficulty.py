@@ -12,13 +12,13 @@ from mctrack_ros.simulation.carpark.world import CarParkWorld
 from mctrack_ros.simulation.difficulty import OCCLUDED_BELOW
 
 _LASTING = 2
-"""Pictures in a row: an object that is found in two is no longer transient (section 4)."""
+"""Images in a row: an object that is found in two is no longer transient (section 4)."""
 
 
 @dataclass(frozen=True, slots=True)
 class CarParkDifficulty:
     """
-    Figures of difficulty; people count while they are active, all in the picture.
+    Figures of difficulty; people count while they are active, all in the image.
 
     Attributes
     ----------
@@ -27,12 +27,12 @@ class CarParkDifficulty:
     contrast : float
         Median difference between a person and what is behind, grey levels.
     fragmented_share : float
-        Share of person-pictures in which an ideal difference mask (T = 12, opened) is in pieces.
+        Share of person-images in which an ideal difference mask (T = 12, opened) is in pieces.
     fragmented_people : float
-        Share of the people to whom that happens in two pictures in a row: as many as make a
+        Share of the people to whom that happens in two images in a row: as many as make a
         fragment an object of its own.
     unseen_share : float
-        Share of person-pictures in which that mask holds no piece of at least 20 px.
+        Share of person-images in which that mask holds no piece of at least 20 px.
     occluded_share : float
         Share of rows with less than 95 % of the pixels visible.
     merges_per_camera_minute : float
@@ -61,7 +61,7 @@ class CarParkMeter:
     def __init__(self, world: CarParkWorld) -> None:
         self._world = world
         count = len(world.ids)
-        self._pictures = self._merges = self._rows = self._occluded = 0
+        self._images = self._merges = self._rows = self._occluded = 0
         self._seen = np.zeros(count, np.bool_)
         self._in_pieces_for = np.zeros(count, np.int64)
         self._fragmented = np.zeros(count, np.bool_)
@@ -69,9 +69,9 @@ class CarParkMeter:
         self._pieces: list[int] = []
 
     def add(self, view: CarParkView, events: Events) -> None:
-        """Count one picture and what happened in it."""
-        active = self._world.active[self._pictures, view.person]
-        self._pictures += 1
+        """Count one image and what happened in it."""
+        active = self._world.active[self._images, view.person]
+        self._images += 1
         self._merges += int(np.count_nonzero(events.event == EventCode.MERGE))
         self._rows += int(active.sum())
         self._occluded += int((active & (view.visible < OCCLUDED_BELOW)).sum())
@@ -89,7 +89,7 @@ class CarParkMeter:
     def result(self) -> CarParkDifficulty:
         """Return the figures of what was counted."""
         pieces = np.array(self._pieces)
-        minutes = self._pictures * self._world.scenario.period_s / 60
+        minutes = self._images * self._world.scenario.period_s / 60
         bicycle = self._world.class_id == ClassCode.BICYCLE
         vehicle = self._world.class_id == ClassCode.VEHICLE
         begins = np.diff(self._world.active[:, vehicle].astype(np.int8), axis=0) > 0

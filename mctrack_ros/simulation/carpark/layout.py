@@ -23,7 +23,7 @@ PAVEMENT_Y, FOOTWAY_Y = (-3.0, -0.4), (28.6, 30.8)
 """Where only pedestrians walk, nearest and farthest from the camera, m."""
 
 FAR_LEFT_M, FAR_RIGHT_M = -6.0, 46.0
-"""Beyond the picture's edges on every lane."""
+"""Beyond the image's edges on every lane."""
 
 _FIRST_BAY_X, _BAYS = 3.1, 14
 _ROWS = ((0.2, 1, 0), (11.5, -1, 0), (16.5, 1, 1))

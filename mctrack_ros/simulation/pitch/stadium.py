@@ -1,4 +1,4 @@
-"""The empty picture of a camera: mown grass, painted lines, what lies around the pitch."""
+"""The empty image of a camera: mown grass, painted lines, what lies around the pitch."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ _VERGE_M, _TRACK_M = 5.0, 12.0
 _GRAIN, _PATCHES = 2.5, 5.0
 
 
-def empty_picture(camera: Camera, rng: np.random.Generator) -> NDArray[np.uint8]:
+def empty_image(camera: Camera, rng: np.random.Generator) -> NDArray[np.uint8]:
     """Return what a camera sees of the empty pitch: (height, width, 3) blue, green, red."""
     width, height = camera.size
     columns, rows = np.arange(width + 1.0), np.arange(height + 1.0)
     corners = camera.ground(np.stack(np.meshgrid(columns, rows), axis=-1))
     colour = _surface(corners)
-    picture = colour[:-1, :-1].copy()
+    image = colour[:-1, :-1].copy()
     mixed = _mixed(corners, colour)
     offsets = (np.arange(_SUBPIXELS) + 0.5) / _SUBPIXELS
     inside = np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)
     pixel = np.argwhere(mixed)[:, None, ::-1] + inside
-    picture[mixed] = _surface(camera.ground(pixel)).mean(axis=1)
-    picture += _texture(height, width, rng)[..., None]
-    return np.clip(np.round(picture), 0, 255).astype(np.uint8)
+    image[mixed] = _surface(camera.ground(pixel)).mean(axis=1)
+    image += _texture(height, width, rng)[..., None]
+    return np.clip(np.round(image), 0, 255).astype(np.uint8)
 
 
 def _mixed(corners: Floats, colour: Floats) -> NDArray[np.bool_]:

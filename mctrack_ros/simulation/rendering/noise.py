@@ -13,14 +13,14 @@ _MARGIN = 96
 
 class SensorNoise:
     """
-    Gaussian noise: a window of a larger picture of it, placed anew for each step.
+    Gaussian noise: a window of a larger image of it, placed anew for each step.
 
     Parameters
     ----------
     scenario : Scenario
         Says how much, and the seed.
     shape : tuple of int
-        Of the pictures: height, width and perhaps channels.
+        Of the images: height, width and perhaps channels.
     camera_index : int
         Which of its cameras.
     rng : Generator
@@ -42,7 +42,7 @@ class SensorNoise:
         self._darker = np.clip(-noise, 0, 255).astype(np.uint8)
 
     def add(self, image: NDArray[np.uint8], step: int) -> None:
-        """Add the noise of a step to a picture, in place."""
+        """Add the noise of a step to an image, in place."""
         rng = np.random.default_rng([*self._seed, step])
         top, left = rng.integers(_MARGIN, size=2).tolist()
         height, width = image.shape[:2]

@@ -1,4 +1,4 @@
-"""Pictures: people over the empty pitch, shadows, light and noise."""
+"""Images: people over the empty pitch, shadows, light and noise."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.simulation.pitch.stadium import empty_picture
+from mctrack_ros.simulation.pitch.stadium import empty_image
 from mctrack_ros.simulation.rendering.light import brightness, gain
 from mctrack_ros.simulation.rendering.noise import SensorNoise
 from mctrack_ros.simulation.rendering.sight import Sight, View
@@ -35,11 +35,11 @@ class CameraRenderer:
         self._world = world
         self._sight = Sight(world, camera_index)
         rng = np.random.default_rng([world.scenario.seed, 4, camera_index])
-        self._empty = empty_picture(world.cameras[camera_index], rng)
+        self._empty = empty_image(world.cameras[camera_index], rng)
         self._noise = SensorNoise(world.scenario, self._empty.shape, camera_index, rng)
 
     def frame(self, step: int) -> tuple[Image, View]:
-        """Return the (height, width, 3) picture of a step, blue, green, red, and its truth."""
+        """Return the (height, width, 3) image of a step, blue, green, red, and its truth."""
         scenario = self._world.scenario
         image = self._empty.copy()
         if scenario.shadows:
@@ -54,7 +54,7 @@ class CameraRenderer:
         return image, self._sight.view_of(layers)
 
     def empty(self) -> Image:
-        """Return the (height, width, 3) picture without people, shadows and noise."""
+        """Return the (height, width, 3) image without people, shadows and noise."""
         return self._empty.copy()
 
     def _darken(self, image: Image, step: int) -> None:
@@ -66,6 +66,6 @@ class CameraRenderer:
 
 
 def _scale(image: Image, factor: float) -> None:
-    """Make a picture brighter, in place."""
+    """Make an image brighter, in place."""
     if factor != 1.0:
         cv2.convertScaleAbs(image, image, factor)

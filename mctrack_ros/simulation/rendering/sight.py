@@ -20,20 +20,20 @@ _SUN = np.array([0.75, 0.5])
 @dataclass(frozen=True, eq=False, slots=True)
 class View:
     """
-    What one camera truly sees at one step, one row a person in the picture, far ones first.
+    What one camera truly sees at one step, one row a person in the image, far ones first.
 
     Attributes
     ----------
     person : (n,) int array
         Index of the person.
     box : (n, 4) array
-        Left, top, width and height of the person drawn alone, cut at the picture's edge, px.
+        Left, top, width and height of the person drawn alone, cut at the image's edge, px.
     pixels : (n,) int array
         Pixels of the person drawn alone.
     visible : (n,) array
         Share of them that nobody in front hides.
     truncated : (n,) bool array
-        Whether the picture's edge cuts the person.
+        Whether the image's edge cuts the person.
     touching : (pairs, 2) int array
         Rows of people whose silhouettes overlap or touch.
 
@@ -62,7 +62,7 @@ class View:
 
 
 def owners(layers: Layers, size: tuple[int, int]) -> NDArray[np.uint16]:
-    """Return whom each pixel of a picture of a size shows, (height, width): index + 1, or 0."""
+    """Return whom each pixel of an image of a size shows, (height, width): index + 1, or 0."""
     owner = np.zeros(size[::-1], np.uint16)
     for person, shape in layers:
         np.copyto(owner[shape.window], person + 1, where=shape.cloth > 0)
@@ -71,7 +71,7 @@ def owners(layers: Layers, size: tuple[int, int]) -> NDArray[np.uint16]:
 
 class Sight:
     """
-    One camera's silhouettes and truth, without the picture.
+    One camera's silhouettes and truth, without the image.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class Sight:
         self._world, self._camera = world, world.cameras[camera_index]
 
     def layers(self, step: int) -> Layers:
-        """Return everybody in the picture, index and silhouette drawn alone, far ones first."""
+        """Return everybody in the image, index and silhouette drawn alone, far ones first."""
         return self._drawn(self._pose(step))
 
     def shadows(self, step: int) -> Layers:

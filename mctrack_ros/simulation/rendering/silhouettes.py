@@ -23,11 +23,11 @@ class Silhouette:
     Attributes
     ----------
     left, top : int
-        Where the patch lies in the picture, px.
+        Where the patch lies in the image, px.
     cloth : (height, width) uint8 array
-        What each pixel is made of; 0: not the person. Cut at the picture's edges.
+        What each pixel is made of; 0: not the person. Cut at the image's edges.
     truncated : bool
-        Whether the picture's edge cut something off.
+        Whether the image's edge cut something off.
 
     """
 
@@ -43,7 +43,7 @@ class Silhouette:
 
     @property
     def window(self) -> tuple[slice, slice]:
-        """Return the rows and columns of the picture that the patch covers."""
+        """Return the rows and columns of the image that the patch covers."""
         height, width = self.cloth.shape
         return slice(self.top, self.top + height), slice(self.left, self.left + width)
 
@@ -63,12 +63,12 @@ def drawn_alone(
     cloth : (limbs,) int array
         What each limb is made of.
     size : (int, int)
-        Width and height of the picture, px.
+        Width and height of the image, px.
 
     Returns
     -------
     Silhouette or None
-        Cut to the picture and to its pixels; None where nothing of it is in the picture.
+        Cut to the image and to its pixels; None where nothing of it is in the image.
 
     """
     low = np.floor(corners.min(axis=(0, 1))).astype(np.int64) - 1
@@ -121,7 +121,7 @@ def _common(start: int, length: int, other_start: int, other_length: int) -> tup
 def _window(
     shape: Silhouette, rows: tuple[int, int], columns: tuple[int, int], margin: int
 ) -> Pixels:
-    """Return a window of the picture, grown by a margin, with one person's pixels in it."""
+    """Return a window of the image, grown by a margin, with one person's pixels in it."""
     top, bottom = rows[0] - margin, rows[1] + margin
     left, right = columns[0] - margin, columns[1] + margin
     height, width = shape.cloth.shape

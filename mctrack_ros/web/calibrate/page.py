@@ -21,7 +21,7 @@ from mctrack_ros.web.calibrate.pairing import Pairing, PairingError
 from mctrack_ros.web.calibrate.verdict import point_rows, verdict
 from mctrack_ros.web.drawing import (
     ARROW_SCALE,
-    picture_drawing,
+    image_drawing,
     plan_drawing,
     plan_extent,
 )
@@ -29,11 +29,11 @@ from mctrack_ros.web.lines import grid_step
 from mctrack_ros.web.steps import handler_of, pressed
 
 STYLE = Path(__file__).parents[1] / 'pages.css'
-PICTURE = '/picture.png'
+IMAGE = '/image.png'
 COLUMNS: list[dict[str, Any]] = [
     {'name': 'name', 'label': 'point', 'field': 'name', 'align': 'left', 'sortable': True},
     {'name': 'ground', 'label': 'ground [m]', 'field': 'ground', 'align': 'right'},
-    {'name': 'pixel', 'label': 'picture [px]', 'field': 'pixel', 'align': 'right'},
+    {'name': 'pixel', 'label': 'image [px]', 'field': 'pixel', 'align': 'right'},
     {
         'name': 'residual',
         'label': 'off [px]',
@@ -47,29 +47,29 @@ COLUMNS: list[dict[str, Any]] = [
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Desk:
-    """What a page works on: the pairs, the picture as PNG, and the file to write."""
+    """What a page works on: the pairs, the image as PNG, and the file to write."""
 
     pairing: Pairing
     png: bytes
     out: Path
 
 
-def desk(pairing: Pairing, picture: NDArray[np.uint8], out: Path) -> Desk:
-    """Return a desk for a (height, width, 3) picture, blue, green, red."""
-    _, png = cv2.imencode('.png', picture)
+def desk(pairing: Pairing, image: NDArray[np.uint8], out: Path) -> Desk:
+    """Return a desk for a (height, width, 3) image, blue, green, red."""
+    _, png = cv2.imencode('.png', image)
     return Desk(pairing, png.tobytes(), out)
 
 
 def add_pages(on: Desk) -> Callable[[], None]:
-    """Add the picture's address; return the function that builds the page."""
+    """Add the image's address; return the function that builds the page."""
     views: list[_View] = []
 
     def refresh_all() -> None:
         for view in views:
             view.refresh()
 
-    @app.get(PICTURE)
-    def _picture() -> Response:
+    @app.get(IMAGE)
+    def _image() -> Response:
         return Response(on.png, media_type='image/png', headers={'Cache-Control': 'no-store'})
 
     def page(client: Client) -> None:
@@ -91,16 +91,16 @@ class _View:
         with ui.element('div').classes('sheet'):
             self._build_bar()
             width, height = on.pairing.image_size
-            with ui.element('div').classes('pane picture'):
+            with ui.element('div').classes('pane image'):
                 ui.label(
                     f'arrows lead to where the camera sees the point, {ARROW_SCALE:g} x'
                 ).classes('caption')
-                self._picture = Board(
+                self._image = Board(
                     (0.0, 0.0, float(width), float(height)),
                     self._do(self._pairing.place),
                     self._do(self._pairing.choose),
                     self._do(self._pairing.move),
-                    PICTURE,
+                    IMAGE,
                 )
             with ui.element('div').classes('side'):
                 self._build_side()
@@ -109,7 +109,7 @@ class _View:
     def refresh(self) -> None:
         """Show the pairs as they are."""
         pairing = self._pairing
-        self._picture.show(picture_drawing(pairing), pairing.is_placing)
+        self._image.show(image_drawing(pairing), pairing.is_placing)
         self._plan.show(plan_drawing(pairing))
         self._undo.set_enabled(pairing.can_undo)
         self._redo.set_enabled(pairing.can_redo)
@@ -164,7 +164,7 @@ class _View:
         return handler_of(step, PairingError, self._changed)
 
     def _show_all(self) -> None:
-        self._picture.show_all()
+        self._image.show_all()
         self._plan.show_all()
 
     def _remove(self) -> None:
@@ -196,7 +196,7 @@ def _hint(pairing: Pairing) -> str:
     if pairing.waiting is not None:
         return 'Now click its point on the plan (Esc: forget)'
     if pairing.is_placing:
-        return f'Now click {pairing.chosen} in the picture (wheel: zoom, Esc: forget)'
+        return f'Now click {pairing.chosen} in the image (wheel: zoom, Esc: forget)'
     if pairing.chosen:
         return f'{pairing.chosen}: drag it to mend, Delete to remove'
-    return 'Click a point on the plan, then its place in the picture; or the reverse'
+    return 'Click a point on the plan, then its place in the image; or the reverse'

@@ -1,4 +1,4 @@
-"""Pairs of scene points and their places in a picture: made, mended, fitted, saved."""
+"""Pairs of scene points and their places in an image: made, mended, fitted, saved."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Pairing(Undoable[Pairs]):
     scene : mapping of str to (float, float)
         x and y of each point, m, by its name.
     image_size : (int, int)
-        Width and height of the picture, px.
+        Width and height of the image, px.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Pairing(Undoable[Pairs]):
     chosen : str
         The point that was chosen last, or empty.
     waiting : (float, float) or None
-        A place in the picture that waits for its point, px.
+        A place in the image that waits for its point, px.
 
     """
 
@@ -93,7 +93,7 @@ class Pairing(Undoable[Pairs]):
 
     @property
     def is_placing(self) -> bool:
-        """Whether the next click into the picture is the place of the chosen point."""
+        """Whether the next click into the image is the place of the chosen point."""
         return self.chosen != '' and self.chosen not in self._history.present
 
     def choose(self, name: str) -> None:
@@ -106,7 +106,7 @@ class Pairing(Undoable[Pairs]):
             self._put(name, self.waiting)
 
     def place(self, x: float, y: float) -> None:
-        """Give the chosen point its place in the picture, px; without one the place waits."""
+        """Give the chosen point its place in the image, px; without one the place waits."""
         pixel = self._inside(x, y)
         if self.is_placing:
             self._put(self.chosen, pixel)
@@ -114,7 +114,7 @@ class Pairing(Undoable[Pairs]):
             self.chosen, self.waiting = '', pixel
 
     def move(self, name: str, x: float, y: float) -> None:
-        """Put a paired point elsewhere in the picture, px."""
+        """Put a paired point elsewhere in the image, px."""
         self._check_paired(name)
         self._put(name, self._inside(x, y))
         self.chosen = name
@@ -201,12 +201,12 @@ class Pairing(Undoable[Pairs]):
     def _inside(self, x: float, y: float) -> Pixel:
         width, height = self.image_size
         if not (0 <= x <= width and 0 <= y <= height):
-            raise PairingError(f'({x:.1f}, {y:.1f}) is outside the picture')
+            raise PairingError(f'({x:.1f}, {y:.1f}) is outside the image')
         return (round(float(x), 3), round(float(y), 3))
 
     def _check_paired(self, name: str) -> None:
         if name not in self._history.present:
-            raise PairingError(f'{name!r} has no place in the picture')
+            raise PairingError(f'{name!r} has no place in the image')
 
     def _put(self, name: str, pixel: Pixel) -> None:
         self._step({**self.pairs, name: pixel})

@@ -13,7 +13,7 @@ from mctrack_ros.web.calibrate.pairing import Pairing
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """
-    What stands beside the picture.
+    What stands beside the image.
 
     Attributes
     ----------

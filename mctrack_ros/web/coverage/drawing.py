@@ -26,14 +26,14 @@ COLOURS = 8
 @dataclass(frozen=True, eq=False, slots=True)
 class Map:
     """
-    A picture of the area, a pixel a cell, and what its colours mean.
+    An image of the area, a pixel a cell, and what its colours mean.
 
     Attributes
     ----------
     png : bytes
-        The picture, north up.
+        The image, north up.
     frame : (float, float, float, float)
-        Left, top (-y), width and height of the picture, m.
+        Left, top (-y), width and height of the image, m.
     least, most : str
         What its first and its last colour stand for.
 

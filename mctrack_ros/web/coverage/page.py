@@ -15,8 +15,8 @@ from mctrack_ros.web.board import Board
 from mctrack_ros.web.coverage.drawing import MAPS, coverage_map, fields_drawing, fields_extent
 from mctrack_ros.web.coverage.fields import Fields
 from mctrack_ros.web.coverage.report import coverage_text, field_rows
-from mctrack_ros.web.coverage.seen_pane import SeenPane, add_pictures
-from mctrack_ros.web.picture_source import Image
+from mctrack_ros.web.coverage.seen_pane import SeenPane, add_images
+from mctrack_ros.web.image_source import Image
 from mctrack_ros.web.steps import handler_of, pressed
 
 STYLE = Path(__file__).parents[1] / 'pages.css'
@@ -29,7 +29,7 @@ COLUMNS = [
 
 
 def coverage_page(
-    fields: Fields, title: str, save: Callable[[], str], pictures: Mapping[str, Image]
+    fields: Fields, title: str, save: Callable[[], str], images: Mapping[str, Image]
 ) -> Callable[[], None]:
     """
     Return the function that builds the page.
@@ -42,11 +42,11 @@ def coverage_page(
         Above the page.
     save : callable
         Writes the drawn fields and says where.
-    pictures : mapping of str to (height, width, 3) uint8 array
+    images : mapping of str to (height, width, 3) uint8 array
         By camera, to draw on; if there are none, fields are drawn on the ground alone.
 
     """
-    addresses = add_pictures(pictures)
+    addresses = add_images(images)
     views: list[_View] = []
 
     def refresh_all() -> None:
@@ -155,8 +155,8 @@ class _View:
     def _show_map(self) -> None:
         kind = str(self._map.value)
         found = coverage_map(self._fields.coverage, kind)
-        picture = base64.b64encode(found.png).decode()
-        self._board.show_picture(f'data:image/png;base64,{picture}', found.frame)
+        image = base64.b64encode(found.png).decode()
+        self._board.show_image(f'data:image/png;base64,{image}', found.frame)
         self._legend.set_content(
             f'<div class="legend">{found.least}<span class="scale {kind}"></span>'
             f'{found.most}</div>'

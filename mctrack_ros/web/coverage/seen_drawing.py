@@ -1,4 +1,4 @@
-"""What the coverage page draws over the picture of the chosen camera."""
+"""What the coverage page draws over the image of the chosen camera."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _STEP_M = 0.5
 
 def seen_drawing(fields: Fields) -> Drawing:
     """
-    Return what lies over the chosen camera's picture, px.
+    Return what lies over the chosen camera's image, px.
 
     A metre grid over the area, how far the camera is of use, all cameras' fields, what of the
     blind areas it could see, and the corners of its own field.
@@ -42,14 +42,14 @@ def seen_drawing(fields: Fields) -> Drawing:
     return Drawing(lines, [], marks)
 
 
-def picture_extent(mapping: GroundMapping) -> Extent:
-    """Return left, top, width and height of a camera's picture, px."""
+def image_extent(mapping: GroundMapping) -> Extent:
+    """Return left, top, width and height of a camera's image, px."""
     width, height = mapping.image_size
     return (0.0, 0.0, float(width), float(height))
 
 
 def _lines(mapping: GroundMapping, lines: list[Floats], kind: str) -> list[Line]:
-    pieces = cut(lines, mapping.image_from_ground, picture_extent(mapping))
+    pieces = cut(lines, mapping.image_from_ground, image_extent(mapping))
     return [Line(piece, kind) for piece in pieces]
 
 

@@ -1,4 +1,4 @@
-"""The chosen camera's field of view, drawn in the camera's picture."""
+"""The chosen camera's field of view, drawn in the camera's image."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mctrack_ros.web.coverage.fields import Fields
 Floats = NDArray[np.float64]
 _THERE_AND_BACK_PX = 2.0
 """How far the way to the ground and back may miss a pixel that shows ground."""
-_ADVICE = 'nothing was changed: click lower in the picture'
+_ADVICE = 'nothing was changed: click lower in the image'
 
 
 def mapping_of(fields: Fields) -> GroundMapping:
@@ -48,7 +48,7 @@ def add_seen(fields: Fields, x: float, y: float) -> None:
 
 
 def move_seen(fields: Fields, index: int, x: float, y: float) -> None:
-    """Put a corner elsewhere in the picture, px; raises as `add_seen`."""
+    """Put a corner elsewhere in the image, px; raises as `add_seen`."""
     fields.move(index, *ground_seen(mapping_of(fields), x, y, fields.reach))
 
 
@@ -68,12 +68,12 @@ def ground_seen(mapping: GroundMapping, x: float, y: float, reach: float) -> tup
     Raises
     ------
     FieldOfViewError
-        If the pixel is outside the picture, above the horizon, or shows a place beyond reach.
+        If the pixel is outside the image, above the horizon, or shows a place beyond reach.
 
     """
     width, height = mapping.image_size
     if not (0 <= x <= width and 0 <= y <= height):
-        raise FieldOfViewError(f'({x:.0f}, {y:.0f}) px is outside the picture')
+        raise FieldOfViewError(f'({x:.0f}, {y:.0f}) px is outside the image')
     pixel = np.array([[x, y]])
     ground = mapping.ground_from_image(pixel)
     off = np.hypot(*(mapping.image_from_ground(ground) - pixel)[0])

@@ -1,4 +1,4 @@
-"""The pane in which the chosen camera's field of view is drawn on its picture."""
+"""The pane in which the chosen camera's field of view is drawn on its image."""
 
 from __future__ import annotations
 
@@ -10,38 +10,38 @@ from starlette.responses import Response
 
 from mctrack_ros.web.board import Board
 from mctrack_ros.web.coverage.fields import Fields
-from mctrack_ros.web.coverage.seen_drawing import picture_extent, seen_drawing
+from mctrack_ros.web.coverage.seen_drawing import image_extent, seen_drawing
 from mctrack_ros.web.coverage.seen_field import add_seen, mapping_of, move_seen
-from mctrack_ros.web.picture_source import Image
+from mctrack_ros.web.image_source import Image
 
 Step = Callable[..., object]
 
 
-def add_pictures(pictures: Mapping[str, Image]) -> dict[str, str]:
-    """Serve a (height, width, 3) picture a camera; return their addresses."""
+def add_images(images: Mapping[str, Image]) -> dict[str, str]:
+    """Serve a (height, width, 3) image a camera; return their addresses."""
     addresses = {}
-    for name, picture in pictures.items():
-        addresses[name] = f'/picture/{name}.png'
-        _serve(addresses[name], cv2.imencode('.png', picture)[1].tobytes())
+    for name, image in images.items():
+        addresses[name] = f'/image/{name}.png'
+        _serve(addresses[name], cv2.imencode('.png', image)[1].tobytes())
     return addresses
 
 
 def _serve(address: str, png: bytes) -> None:
     @app.get(address)
-    def _picture() -> Response:
+    def _image() -> Response:
         return Response(png, media_type='image/png', headers={'Cache-Control': 'no-store'})
 
 
 class SeenPane:
     """
-    A board with the chosen camera's picture.
+    A board with the chosen camera's image.
 
     Parameters
     ----------
     fields : Fields
         What is drawn.
     addresses : mapping of str to str
-        Of the cameras' pictures; a camera that is not in it shows a metre grid alone.
+        Of the cameras' images; a camera that is not in it shows a metre grid alone.
     handled : callable
         Makes a handler of a step, as `handler_of` does.
     pick : callable
@@ -58,10 +58,10 @@ class SeenPane:
     ) -> None:
         self._fields, self._addresses = fields, addresses
         self._shown = fields.chosen
-        with ui.element('div').classes('pane picture'):
+        with ui.element('div').classes('pane image'):
             self._caption = ui.label().classes('caption')
             self._board = Board(
-                picture_extent(mapping_of(fields)),
+                image_extent(mapping_of(fields)),
                 handled(lambda x, y: add_seen(fields, x, y)),
                 handled(pick),
                 handled(lambda name, x, y: move_seen(fields, int(name), x, y)),
@@ -77,13 +77,13 @@ class SeenPane:
         fields = self._fields
         if fields.chosen != self._shown:
             self._shown = fields.chosen
-            self._board.turn_to(self._address, picture_extent(mapping_of(fields)))
-        without = '' if self._address else ' (no picture: name a --source)'
+            self._board.turn_to(self._address, image_extent(mapping_of(fields)))
+        without = '' if self._address else ' (no image: name a --source)'
         self._caption.set_text(
             f'seen by {fields.chosen}{without}; dashed: {fields.reach:g} m away, click below it'
         )
         self._board.show(seen_drawing(fields))
 
     def show_all(self) -> None:
-        """Zoom out to the whole picture."""
+        """Zoom out to the whole image."""
         self._board.show_all()

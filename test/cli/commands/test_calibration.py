@@ -19,7 +19,7 @@ def run(*arguments):
 def test_a_calibration_is_converted_and_its_size_is_taken_from_the_file(tmp_path):
     result = run('convert-calibration', GRID, tmp_path / 'cam5.yaml')
     assert result.exit_code == 0, result.exception
-    assert 'camera_info, for pictures of 768 x 576 px' in result.output
+    assert 'camera_info, for images of 768 x 576 px' in result.output
     assert 'covariance of the calibration' in result.output
     result = run('convert-calibration', tmp_path / 'cam5.yaml', tmp_path / 'back.xml')
     assert result.exit_code == 0, result.exception

@@ -15,14 +15,14 @@ def mctrack(*arguments):
     return result.output
 
 
-def test_coverage_prints_a_table_and_writes_figures_and_a_picture(tmp_path):
-    figures, picture = tmp_path / 'coverage.json', tmp_path / 'coverage.png'
-    output = mctrack('coverage', 'pitch5', '--cell', 2, '--json', figures, '--picture', picture)
+def test_coverage_prints_a_table_and_writes_figures_and_a_image(tmp_path):
+    figures, image = tmp_path / 'coverage.json', tmp_path / 'coverage.png'
+    output = mctrack('coverage', 'pitch5', '--cell', 2, '--json', figures, '--image', image)
     assert 'share.at_least_1' in output
     content = json.loads(figures.read_text())
     assert content['command'] == 'mctrack coverage pitch5 --cell 2 --reach 200'
     assert content['figures']['area_m2'] == 7140.0
-    assert cv2.imread(str(picture)).shape[1] > 1500
+    assert cv2.imread(str(image)).shape[1] > 1500
 
 
 def test_coverage_of_an_area_lists_its_blind_areas(tmp_path):
@@ -39,11 +39,11 @@ def test_coverage_of_a_far_site_is_that_of_the_near_one(tmp_path):
     for name, offset in (('near', (0.0, 0.0)), ('far', (389010.5, 5820020.25))):
         write_far_hall(tmp_path / name, offset, area='')
         options = ('--cell', 1, '--reach', 30, '--json', tmp_path / 'coverage.json')
-        picture = tmp_path / f'{name}.png'
+        image = tmp_path / f'{name}.png'
         site = tmp_path / name / 'site.yaml'
-        output = mctrack('coverage', site, *options, '--picture', picture)
+        output = mctrack('coverage', site, *options, '--image', image)
         figures.append(json.loads((tmp_path / 'coverage.json').read_text())['figures'])
-        assert cv2.imread(str(picture)).shape[1] > 1000
+        assert cv2.imread(str(image)).shape[1] > 1000
     near, far = figures
     assert near['blind.count'] >= 1
     for axis, along in (('x', 389010.5), ('y', 5820020.25)):
@@ -60,6 +60,6 @@ def test_coverage_refuses_a_crossing_area():
         mctrack('coverage', 'pitch5', '--area', '0,0,9,9,9,0,0,5')
 
 
-def test_pictures_without_the_page_to_draw_on_are_refused():
+def test_images_without_the_page_to_draw_on_are_refused():
     with pytest.raises(ValueError, match='needs --web'):
         mctrack('coverage', 'pitch5', '--source', 'cam1=cam1.png')

@@ -28,8 +28,8 @@ def test_offline_demo_leaves_a_folder_of_results(tmp_path):
     assert content['figures']['latency_p50_ms'] is None
     names = {path.name for path in out.iterdir()}
     with BagReader(out / 'source') as bag:
-        pictures = [topic for topic in bag.topics if topic.endswith('compressed')]
-    assert sorted(pictures) == [f'/cam{number}/image_raw/compressed' for number in (1, 2)]
+        images = [topic for topic in bag.topics if topic.endswith('compressed')]
+    assert sorted(images) == [f'/cam{number}/image_raw/compressed' for number in (1, 2)]
     assert {'source', 'bag', 'report.html', 'birdseye.webm', 'tracks.txt', 'truth.txt'} <= names
 
 

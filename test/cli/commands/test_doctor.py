@@ -18,7 +18,7 @@ START_NS = 1_700_000_000 * 10**9
 
 @pytest.fixture
 def examine(tmp_path):
-    """Return a function that writes a site, and a bag of pictures, and has them examined."""
+    """Return a function that writes a site, and a bag of images, and has them examined."""
 
     def run(cameras=None, *, offset_s=None, period_s=0.04, count=40, size=SIZE, **keys):
         (tmp_path / 'matrix.yaml').write_text(
@@ -34,9 +34,9 @@ def examine(tmp_path):
                 true_ns = START_NS + round(index * period_s * 1e9)
                 for name in ('north', 'south', 'west'):
                     rng = np.random.default_rng(index)
-                    picture = rng.integers(90, 110, (size[1], size[0], 3)).astype(np.uint8)
+                    image = rng.integers(90, 110, (size[1], size[0], 3)).astype(np.uint8)
                     stamp_ns = true_ns + round((offset_s or {}).get(name, 0.0) * 1e9)
-                    message = image_message(picture, ROSBAGS_CLASSES, stamp_ns, name)
+                    message = image_message(image, ROSBAGS_CLASSES, stamp_ns, name)
                     bag.write(f'/{name}/image_raw', message, true_ns + 10_000_000)
         command = ['doctor', str(tmp_path / 'site.yaml'), str(tmp_path / 'bag')]
         done = CliRunner().invoke(app, [*command, '--json', str(tmp_path / 'found.json')])
@@ -58,7 +58,7 @@ def test_a_sound_site_has_notes_alone(examine):
     assert done.exit_code == 0
     assert {each['severity'] for each in findings} == {'note'}
     assert {each['about'] for each in findings} == {'north', 'south', 'west'}
-    assert all('no picture of the empty scene' in each['what'] for each in findings)
+    assert all('no image of the empty scene' in each['what'] for each in findings)
     assert '0 errors, 0 warnings, 3 notes' in done.output
 
 
@@ -72,7 +72,7 @@ def test_a_clock_that_is_off_is_named_with_its_offset(examine):
     assert done.exit_code == 0
 
 
-def test_pictures_of_another_size_are_an_error(examine):
+def test_images_of_another_size_are_an_error(examine):
     done, findings = examine(size=(320, 240))
     errors = found(findings, 'error')
     assert {about for about, *_ in errors} == {'north', 'south', 'west'}

@@ -12,7 +12,7 @@ from mctrack_ros.ground import write_calibration
 from mctrack_ros.interfaces import ClassCode, Detections
 from mctrack_ros.recording import BagReader
 
-RATE, PICTURES = 10, 80
+RATE, IMAGES = 10, 80
 CAMERAS = {
     'north': camera(eye=(3.0, -30.0, 9.0), distortion=(-0.05, 0, 0, 0, 0)),
     'south': camera(
@@ -30,9 +30,9 @@ def mctrack(*arguments, code=0):
 
 
 def walk(index):
-    """Return the true (id, x, y) of a picture: the second one walks away in the last second."""
+    """Return the true (id, x, y) of an image: the second one walks away in the last second."""
     shift = 0.1 * index
-    return [(who, x + shift, y) for who, x, y in PLACES if who == 1 or index < PICTURES - 10]
+    return [(who, x + shift, y) for who, x, y in PLACES if who == 1 or index < IMAGES - 10]
 
 
 def boxes(name, index):
@@ -63,7 +63,7 @@ def hall(tmp_path_factory):
     )
     mot, table = [], ['time,left,top,width,height,confidence,label']
     truth, text = ['time,id,x,y,class'], []
-    for index in range(PICTURES):
+    for index in range(IMAGES):
         for left, top, width, height in boxes('north', index):
             mot.append(f'{index + 1},-1,{left},{top},{width},{height},0.9,-1,-1,-1')
         for left, top, width, height in boxes('south', index) if index % 10 else []:
@@ -100,13 +100,13 @@ def score(*arguments):
     return {name: float(value) for name, value in lines}
 
 
-def test_every_picture_has_a_message_and_boxes_stand_where_people_do(hall, imported):
-    assert 'north: 150 detections of 150 in 80 pictures, 0 of them empty' in imported
-    assert 'south: 135 detections of 135 in 80 pictures, 8 of them empty' in imported
+def test_every_image_has_a_message_and_boxes_stand_where_people_do(hall, imported):
+    assert 'north: 150 detections of 150 in 80 images, 0 of them empty' in imported
+    assert 'south: 135 detections of 135 in 80 images, 8 of them empty' in imported
     for name in CAMERAS:
         messages = detections_of(hall / 'seen', name)
-        assert len({rows.stamp_ns for rows in messages}) == PICTURES
-        for index in range(1, PICTURES, 7):
+        assert len({rows.stamp_ns for rows in messages}) == IMAGES
+        for index in range(1, IMAGES, 7):
             true = np.array([row[1:] for row in walk(index)])
             found = messages[index]
             if len(found):
@@ -129,7 +129,7 @@ def test_an_area_counts_truth_and_tracks_inside_it_alike(hall, imported):
     whole = score(hall / 'truth.csv', hall / 'out')
     near = score(hall / 'truth.csv', hall / 'out', '--area=-1,7,30,9')
     assert near['truth_ids'] == 1
-    assert near['truth_rows'] == PICTURES
+    assert near['truth_rows'] == IMAGES
     assert near['track_rows'] < whole['track_rows']
     assert near['false_positives'] == 0
     polygon = '--area=-1,7,30,7,30,9,-1,9'
@@ -179,7 +179,7 @@ def test_truth_of_score_zero_is_not_to_be_found_and_not_wrong(hall, imported, tm
     ignored = [line.replace(',-1,1,', ',-1,0,') if ',2,-1' in line else line for line in lines]
     (tmp_path / 'truth.txt').write_text('\n'.join(ignored))
     figures = score(tmp_path / 'truth.txt', hall / 'out')
-    assert figures['truth_rows'] == PICTURES
+    assert figures['truth_rows'] == IMAGES
     assert figures['false_positives'] <= score(hall / 'truth.txt', hall / 'out')['false_positives']
 
 
@@ -204,9 +204,9 @@ def test_what_is_left_out_is_counted_and_said(hall, tmp_path):
         *('--site', hall / 'hall.yaml', '--rate', 10, '--least-score', 0.5),
         *('--class', 'cat=unknown'),
     )
-    assert 'north: 2 detections of 6 in 3 pictures, 2 of them empty' in said
+    assert 'north: 2 detections of 6 in 3 images, 2 of them empty' in said
     assert 'north: 1 left out, their feet are not on ground' in said
-    assert f'1 left out, outside the picture (are they of pictures of {SIZE[0]} x' in said
+    assert f'1 left out, outside the image (are they of images of {SIZE[0]} x' in said
     assert 'north: 1 left out, their score is below --least-score' in said
     assert 'north: 1 of class Chair left out (--class Chair=person?)' in said
     assert 'north: columns not read: shoe' in said

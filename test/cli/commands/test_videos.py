@@ -5,7 +5,7 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-from drawn_hall import PERIOD_NS, SIZE, VIEWS, picture, projection, walkers
+from drawn_hall import PERIOD_NS, SIZE, VIEWS, image, projection, walkers
 from films import cut, write_film
 from mctrack_ros.cli.main import app, main
 from mctrack_ros.ground import ProjectiveMapping
@@ -29,8 +29,8 @@ def hall(tmp_path_factory):
         mapping = ProjectiveMapping(matrix, SIZE)
         indices = [i for i in range(125) if name == 'south' or not (50 < i < 90 and i % 2)]
         times = [index * PERIOD_NS * 1e-9 for index in indices]
-        pictures = [picture(mapping, walkers(t)[: 0 if t < 1.5 else None], rng) for t in times]
-        write_film(folder / f'{name}.mp4', times, pictures, movflags='faststart')
+        images = [image(mapping, walkers(t)[: 0 if t < 1.5 else None], rng) for t in times]
+        write_film(folder / f'{name}.mp4', times, images, movflags='faststart')
     (folder / 'site.yaml').write_text(yaml.safe_dump({'name': 'hall', 'cameras': cameras}))
     return folder
 
@@ -129,4 +129,4 @@ def test_a_trimmed_video_is_imported_whole(data_root, tmp_path):
         pytest.skip('left out: no faults/video beside the real data')
     done = run('import-videos', tmp_path / 'bag', f'north={film}')
     assert done.exit_code == 0
-    assert 'north: 125 pictures' in done.output
+    assert 'north: 125 images' in done.output

@@ -3,14 +3,14 @@ import numpy as np
 from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.association.appearance_order import MOST, OVERLAPPED_SHARE, likeness_costs
-from mctrack_ros.fusion.config import AssociationConfig, RecognitionConfig
-from mctrack_ros.fusion.measurements.batch import Looks
-from mctrack_ros.fusion.reid.gallery import Look, Portraits
+from mctrack_ros.fusion.config import AssociationConfig, ReidConfig
+from mctrack_ros.fusion.measurements.batch import Batch
+from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 CONFIG = AssociationConfig(likeness_weight=2.0)
-PORTRAITS = Portraits(RecognitionConfig())
+PORTRAITS = Gallery(ReidConfig())
 APART = [[0.0, 0.0, 1.0, 1.0], [10.0, 0.0, 1.0, 1.0]]
 OVERLAPPED = [[0.0, 0.0, 1.0, 1.0], [0.5, 0.0, 1.0, 1.0]]
 
@@ -31,7 +31,7 @@ def tracks(*people):
     return table
 
 
-def costs(table, *people, boxes=APART, template=None, config=CONFIG, portraits=PORTRAITS):
+def costs(table, *people, boxes=APART, template=None, config=CONFIG, gallery=PORTRAITS):
     """Return the (tracks, detections) costs of all pairs."""
     seen = detections(
         PERIOD_NS,
@@ -39,10 +39,10 @@ def costs(table, *people, boxes=APART, template=None, config=CONFIG, portraits=P
         box=boxes[: len(people)],
         template=colours(*people) if template is None else template,
     )
-    looks = Looks([seen], [0], PERIOD_NS, FusionConfig(), portraits)
+    batch = Batch([seen], [0], PERIOD_NS, FusionConfig(), gallery)
     track, row = np.indices((len(table), len(people))).reshape(2, -1)
-    is_known = table.template.any(axis=1)[track] & looks.is_described[row]
-    return likeness_costs(table, looks, track, row, is_known, config).reshape(len(table), -1)
+    is_known = table.template.any(axis=1)[track] & batch.is_described[row]
+    return likeness_costs(table, batch, track, row, is_known, config).reshape(len(table), -1)
 
 
 def test_to_be_like_another_costs_and_to_be_most_alike_is_free():
@@ -85,11 +85,11 @@ def test_a_track_that_is_not_confirmed_takes_nothing_from_one_that_is():
 
 
 def test_a_sure_portrait_counts_more_than_the_latest_template():
-    portraits = Portraits(RecognitionConfig())
+    gallery = Gallery(ReidConfig())
     for name, person in ((1, 2), (2, 1)):
-        portraits.learn(name, Look(np.sqrt(colours(person)[0].astype(float)), 10.0))
+        gallery.learn(name, AppearanceSample(np.sqrt(colours(person)[0].astype(float)), 10.0))
     table = tracks(1, 2)
     table.track_id[:] = 1, 2
-    cost = costs(table, 1, portraits=portraits)
+    cost = costs(table, 1, gallery=gallery)
     assert cost[0, 0] > 2.0
     assert cost[1, 0] == 0.0

@@ -7,7 +7,7 @@ from mctrack_ros.fusion.measurements.packed import measured
 GATE = 13.8
 
 
-def scene(rng, tracks, detections, pictures, width):
+def scene(rng, tracks, detections, images, width):
     """Return tracks, and detections some of which are very uncertain."""
     mean = np.column_stack(
         [rng.uniform(-width, width, (tracks, 2)), rng.normal(0, 3, (tracks, 2))]
@@ -20,28 +20,28 @@ def scene(rng, tracks, detections, pictures, width):
     return (
         mean,
         covariance,
-        rng.uniform(-0.04, 0.0, pictures),
+        rng.uniform(-0.04, 0.0, images),
         rng.uniform(-width, width, (detections, 2)),
         noise,
-        np.sort(rng.integers(0, pictures, detections)),
+        np.sort(rng.integers(0, images, detections)),
     )
 
 
-def gated(mean, covariance, seconds, position, noise, picture):
+def gated(mean, covariance, seconds, position, noise, image):
     seen = measured(position, noise, np.arange(len(position)))
-    return gated_pairs(mean, covariance, seconds, seen, picture, GATE)
+    return gated_pairs(mean, covariance, seconds, seen, image, GATE)
 
 
-def every_pair(mean, covariance, seconds, position, noise, picture):
+def every_pair(mean, covariance, seconds, position, noise, image):
     """Try all pairs: slow and obvious."""
     found = []
     for row, place in enumerate(position):
-        matrix = np.hstack([np.eye(2), seconds[picture[row]] * np.eye(2)])
+        matrix = np.hstack([np.eye(2), seconds[image[row]] * np.eye(2)])
         for track in range(len(mean)):
             gap = place - matrix @ mean[track]
             spread = matrix @ covariance[track] @ matrix.T + noise[row]
             if gap @ np.linalg.solve(spread, gap) < GATE:
-                found.append((picture[row], track, row))
+                found.append((image[row], track, row))
     return sorted(found)
 
 
@@ -49,10 +49,10 @@ def every_pair(mean, covariance, seconds, position, noise, picture):
 def test_the_cells_find_what_trying_all_pairs_finds(seed):
     rng = np.random.default_rng(seed)
     given = scene(rng, rng.integers(1, 30), rng.integers(1, 60), 4, rng.choice([2, 10, 1000]))
-    track, detection, picture, slot = gated(*given)
-    assert list(zip(picture, track, detection)) == every_pair(*given)
-    names = sorted(set(zip(picture, track)))
-    assert [names[number] for number in slot] == list(zip(picture, track))
+    track, detection, image, slot = gated(*given)
+    assert list(zip(image, track, detection)) == every_pair(*given)
+    names = sorted(set(zip(image, track)))
+    assert [names[number] for number in slot] == list(zip(image, track))
 
 
 def test_without_tracks_or_detections_there_are_no_pairs():

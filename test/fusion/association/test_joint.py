@@ -5,9 +5,9 @@ from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.config import AssociationConfig
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.information import updated
-from mctrack_ros.fusion.reid.gallery import Portraits
+from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import position_matrix, update
 
@@ -28,20 +28,20 @@ def look(positions, camera=0, before_ns=0):
     return camera, detections(PERIOD_NS - before_ns, positions, sigma=0.2)
 
 
-def together(pictures):
-    cameras, rows = [each for each, _ in pictures], [each for _, each in pictures]
-    return Looks(rows, cameras, PERIOD_NS, CONFIG, Portraits(CONFIG.recognition))
+def together(images):
+    cameras, rows = [each for each, _ in images], [each for _, each in images]
+    return Batch(rows, cameras, PERIOD_NS, CONFIG, Gallery(CONFIG.recognition))
 
 
-def assigned(table, pictures, config=CONFIG.association):
-    """Return each picture's pairs, track: place in the picture, and the updated states."""
-    looks = together(pictures)
-    joint = JointAssociation(table, looks, config)
+def assigned(table, images, config=CONFIG.association):
+    """Return each image's pairs, track: place in the image, and the updated states."""
+    batch = together(images)
+    joint = JointAssociation(table, batch, config)
     mean, covariance = updated(table.mean, table.covariance, joint.solve())
-    first = np.searchsorted(looks.picture, np.arange(len(pictures)))
-    pairs = [{} for _ in pictures]
+    first = np.searchsorted(batch.image, np.arange(len(images)))
+    pairs = [{} for _ in images]
     for track, row in zip(*joint.pairs()):
-        pairs[looks.picture[row]][int(track)] = int(row - first[looks.picture[row]])
+        pairs[batch.image[row]][int(track)] = int(row - first[batch.image[row]])
     return pairs, mean, covariance
 
 
@@ -61,7 +61,7 @@ def test_where_no_pair_is_in_doubt_the_update_is_the_filters_one_after_the_other
     np.testing.assert_allclose(covariance, expected[1], atol=1e-6)
 
 
-def test_the_others_correct_a_picture_that_prediction_alone_misleads():
+def test_the_others_correct_a_image_that_prediction_alone_misleads():
     table = tracks([[0.0, 0.0], [0.7, 0.0]])
     moved = [[0.45, 0.0], [1.15, 0.0]]
     clear = [look([place], camera) for camera, place in ((1, moved[0]), (2, moved[1]))]
@@ -84,14 +84,14 @@ def test_the_order_of_the_cameras_does_not_matter(seed):
     rng = np.random.default_rng(seed)
     places = rng.uniform(0, 2, (5, 2))
     table = tracks(places)
-    looks = [look(places + rng.normal(0, 0.2, (5, 2)), camera) for camera in range(4)]
-    pairs, mean, _ = assigned(table, looks)
-    backwards, again, _ = assigned(table, looks[::-1])
+    batch = [look(places + rng.normal(0, 0.2, (5, 2)), camera) for camera in range(4)]
+    pairs, mean, _ = assigned(table, batch)
+    backwards, again, _ = assigned(table, batch[::-1])
     assert pairs == backwards[::-1]
     np.testing.assert_allclose(mean, again, atol=1e-9)
 
 
-def test_a_picture_without_detections_and_no_tracks_are_no_trouble():
+def test_a_image_without_detections_and_no_tracks_are_no_trouble():
     pairs, mean, _ = assigned(tracks([[0.0, 0.0]]), [look([]), look([[9.0, 9.0]], 1)])
     assert pairs == [{}, {}]
     np.testing.assert_array_equal(mean[:, :2], [[0.0, 0.0]])

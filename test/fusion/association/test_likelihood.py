@@ -6,8 +6,8 @@ from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.association.likelihood import clutter_cost, cost_parts, prior_costs
 from mctrack_ros.fusion.config import AssociationConfig
-from mctrack_ros.fusion.measurements.batch import Looks
-from mctrack_ros.fusion.reid.gallery import Portraits
+from mctrack_ros.fusion.measurements.batch import Batch
+from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
@@ -23,8 +23,8 @@ def scene(**columns):
     count = len(next(iter(columns.values())))
     seen = detections(PERIOD_NS, np.zeros((count, 2)), **columns)
     fusion = FusionConfig()
-    looks = Looks([seen], [1], PERIOD_NS, fusion, Portraits(fusion.recognition))
-    return table, looks, *np.indices((2, count)).reshape(2, -1)
+    batch = Batch([seen], [1], PERIOD_NS, fusion, Gallery(fusion.recognition))
+    return table, batch, *np.indices((2, count)).reshape(2, -1)
 
 
 def parts(*scene, config=CONFIG):

@@ -3,7 +3,7 @@ import pytest
 
 from mctrack_ros.fusion.existence.detection_probability import (
     LARGEST_PROBABILITY,
-    CoverageMap,
+    DetectionProbability,
     learn,
 )
 
@@ -17,12 +17,12 @@ def teach(coverage, position, seen, watched, seconds):
 
 
 def test_what_is_not_known_is_assumed():
-    coverage = CoverageMap(2, 1.0, PRIOR)
+    coverage = DetectionProbability(2, 1.0, PRIOR)
     np.testing.assert_allclose(coverage.probability(np.zeros((1, 2))), PRIOR)
 
 
 def test_a_camera_that_never_sees_a_place_is_not_expected_to():
-    coverage = CoverageMap(2, 1.0, PRIOR)
+    coverage = DetectionProbability(2, 1.0, PRIOR)
     place = np.array([[3.2, -7.9]])
     for _ in range(100):
         teach(coverage, place, [True, False], [True, True], 0.1)
@@ -32,7 +32,7 @@ def test_a_camera_that_never_sees_a_place_is_not_expected_to():
 
 
 def test_neighbouring_cells_learn_a_little_and_far_ones_nothing():
-    coverage = CoverageMap(1, 1.0, PRIOR)
+    coverage = DetectionProbability(1, 1.0, PRIOR)
     for _ in range(100):
         teach(coverage, np.array([[0.5, 0.5]]), [False], [True], 0.1)
     near, far = coverage.probability(np.array([[2.5, 0.5], [99.0, 0.5]]))[:, 0]
@@ -40,14 +40,14 @@ def test_neighbouring_cells_learn_a_little_and_far_ones_nothing():
     assert far == pytest.approx(PRIOR)
 
 
-def test_pictures_that_are_not_there_teach_nothing():
-    coverage = CoverageMap(1, 1.0, PRIOR)
+def test_images_that_are_not_there_teach_nothing():
+    coverage = DetectionProbability(1, 1.0, PRIOR)
     teach(coverage, np.zeros((1, 2)), [False], [False], 10.0)
     np.testing.assert_allclose(coverage.probability(np.zeros((1, 2))), PRIOR)
 
 
 def test_a_view_that_is_blocked_after_hours_is_soon_known_to_be():
-    coverage = CoverageMap(1, 1.0, PRIOR)
+    coverage = DetectionProbability(1, 1.0, PRIOR)
     for _ in range(20_000):
         teach(coverage, np.zeros((1, 2)), [True], [True], 0.2)
     for _ in range(300):

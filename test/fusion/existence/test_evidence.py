@@ -7,8 +7,8 @@ from fusion_scenes import detections
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.config import LifeConfig
 from mctrack_ros.fusion.existence.evidence import Evidence
-from mctrack_ros.fusion.measurements.batch import Looks
-from mctrack_ros.fusion.reid.gallery import Portraits
+from mctrack_ros.fusion.measurements.batch import Batch
+from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import Detections
 
@@ -30,20 +30,20 @@ def one_track(evidence=3.0, missed=2.0, confirmed=True):
 
 
 def count(weigher, table, tick, seen=(), vacant=(), grouped=(), present=EVERY):
-    """Let a tick pass of which some cameras have pictures; tell whether it confirms."""
+    """Let a tick pass of which some cameras have images; tell whether it confirms."""
     stamp_ns = round(tick * SECONDS * 1e9)
     table.cameras[:] = sum(1 << camera for camera in seen)
     table.hidden_ns[:, list(grouped)] = stamp_ns
     if seen or grouped:
         table.kept_ns[:] = stamp_ns
-    pictures = [
+    images = [
         Detections.vacant(stamp_ns, [7], np.zeros((1, 4)))
         if camera in vacant
         else detections(stamp_ns, [])
         for camera in present
     ]
-    looks = Looks(pictures, present, stamp_ns, CONFIG, Portraits(CONFIG.recognition))
-    return bool(weigher.count(table, looks, stamp_ns, SECONDS)[0])
+    batch = Batch(images, present, stamp_ns, CONFIG, Gallery(CONFIG.recognition))
+    return bool(weigher.count(table, batch, stamp_ns, SECONDS)[0])
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_evidence_and_misses_are_bounded():
     assert table.missed[0] == LIFE.most_evidence
 
 
-def test_whom_the_latest_picture_of_a_slow_camera_shows_has_not_gone():
+def test_whom_the_latest_image_of_a_slow_camera_shows_has_not_gone():
     """Camera 1 sends every fifth tick; one that is silent for long shows nobody."""
     weigher, table = Evidence(CAMERAS, CONFIG), one_track(missed=0.0)
     fast, paces = [0, 2, 3], []
@@ -122,7 +122,7 @@ def test_whom_the_latest_picture_of_a_slow_camera_shows_has_not_gone():
     assert table.missed[0] > 0.0
 
 
-def test_a_picture_of_a_slow_camera_counts_for_all_the_time_since_its_last_up_to_a_look():
+def test_a_image_of_a_slow_camera_counts_for_all_the_time_since_its_last_up_to_a_look():
     weigher, table = Evidence(CAMERAS, CONFIG), one_track(0.0)
     count(weigher, table, 1, present=EVERY)
     gains = []

@@ -5,15 +5,15 @@ import pytest
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.fusion import Account, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import DecisionRecorder, FusionConfig, FusionPipeline
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.association.likelihood import prior_costs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.config import AssociationConfig
 from mctrack_ros.fusion.explain.decisions import decisions_of
-from mctrack_ros.fusion.measurements.batch import Looks
-from mctrack_ros.fusion.reid.gallery import Look, Portraits
-from mctrack_ros.fusion.reid.reassignment import Recognition
+from mctrack_ros.fusion.measurements.batch import Batch
+from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
+from mctrack_ros.fusion.reid.reassignment import Reassignment
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.covering import COSTS, CoveringAssociation
 from mctrack_ros.interfaces import Candidates, Choice, Decisions, Reason
@@ -28,8 +28,8 @@ def explained(frames_of, ticks, pipeline=None, start=0):
     pipeline = pipeline or FusionPipeline(CONFIG, CAMERAS)
     told = []
     for index in range(start, start + ticks):
-        account = Account()
-        told.append((pipeline.step(tick(index, frames_of(index)), account), account.explanation))
+        recorder = DecisionRecorder()
+        told.append((pipeline.step(tick(index, frames_of(index)), recorder), recorder.explanation))
     return told
 
 
@@ -41,7 +41,7 @@ def crowd(index):
 
 
 def scene(seed):
-    """Return a table and pictures of a crowd, one of them taken earlier."""
+    """Return a table and images of a crowd, one of them taken earlier."""
     rng = np.random.default_rng(seed)
     places = rng.uniform(0, 2, (6, 2))
     table = TrackTable.blank(6, 3)
@@ -49,31 +49,29 @@ def scene(seed):
     table.mean[:, :2], table.mean[:, 2:] = places, rng.normal(0, 1, (6, 2))
     table.covariance[:] = np.diag([0.09, 0.09, 1.0, 1.0])
     table.confirmed[:4] = True
-    pictures = [
+    images = [
         detections(PERIOD_NS - before_ns, places + rng.normal(0, 0.2, (6, 2)), local_id=range(6))
         for before_ns in (0, 0, 30_000_000)
     ]
-    return table, Looks(pictures, [0, 1, 2], PERIOD_NS, CONFIG, Portraits(CONFIG.recognition))
+    return table, Batch(images, [0, 1, 2], PERIOD_NS, CONFIG, Gallery(CONFIG.recognition))
 
 
 @pytest.mark.parametrize('method', sorted(ASSOCIATORS.keys() - COSTS.keys()))
 @pytest.mark.parametrize('seed', range(3))
 def test_judged_pairs_give_the_probabilities_that_were_used(method, seed):
-    table, looks = scene(seed)
+    table, batch = scene(seed)
     config = AssociationConfig(method=method)
-    joint = JointAssociation(table, looks, config)
+    joint = JointAssociation(table, batch, config)
     joint.solve()
-    judged = joint.judged(table, looks, config)
-    single = np.searchsorted(looks.single, judged.row)
-    cost = judged.squared + np.log(np.linalg.det(judged.spread + looks.noise[judged.row]))
-    cost += prior_costs(table, looks, judged.track, single, config)
+    judged = joint.judged(table, batch, config)
+    single = np.searchsorted(batch.single, judged.row)
+    cost = judged.squared + np.log(np.linalg.det(judged.spread + batch.noise[judged.row]))
+    cost += prior_costs(table, batch, judged.track, single, config)
     near = judged.squared < config.gate
-    slots = np.unique(
-        looks.picture[judged.row[near]] * 6 + judged.track[near], return_inverse=True
-    )
+    slots = np.unique(batch.image[judged.row[near]] * 6 + judged.track[near], return_inverse=True)
     pairs = Pairs(
         *(judged.track[near], single[near], slots[1]),
-        *(np.exp(-cost[near] / 2), looks.picture[judged.row[near]]),
+        *(np.exp(-cost[near] / 2), batch.image[judged.row[near]]),
     )
     np.testing.assert_allclose(cost, judged.squared + sum(judged.costs.values()), rtol=1e-9)
     expected = ASSOCIATORS[method]().probabilities(pairs)
@@ -86,10 +84,10 @@ def test_judged_pairs_give_the_probabilities_that_were_used(method, seed):
 
 @pytest.mark.parametrize('method', COSTS)
 def test_pairs_of_the_covering_graph_are_told_too(method):
-    table, looks = scene(1)
+    table, batch = scene(1)
     config = AssociationConfig(method=method)
-    covering = CoveringAssociation(table, looks, config)
-    judged = covering.judged(table, looks, config)
+    covering = CoveringAssociation(table, batch, config)
+    judged = covering.judged(table, batch, config)
     track, row = covering.pairs()
     assert judged.track[judged.taken].tolist() == track.tolist()
     assert judged.row[judged.taken].tolist() == row.tolist()
@@ -190,8 +188,8 @@ def test_renamed_and_joined_tracks_name_the_other():
     predicted = TrackTable.blank(4, 2)
     predicted.track_id[:], predicted.confirmed[:] = [3, 5, 8, 9], True
     predicted.mean[:, 0] = [3, 5, 8, 9]
-    recognition = Recognition(CONFIG)
-    recognition.portraits.learn(5, Look(np.zeros(48), 1.0))
+    recognition = Reassignment(CONFIG)
+    recognition.gallery.learn(5, AppearanceSample(np.zeros(48), 1.0))
     decisions, called = decisions_of(
         table, ended, predicted, np.zeros(0, np.uint32), recognition, 0, CONFIG
     )

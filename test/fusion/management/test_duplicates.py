@@ -50,7 +50,7 @@ def test_only_pairs_nearer_than_the_limit_are_close():
     assert len(pairs_of(two_tracks(1.01)).one) == 0
 
 
-def test_a_picture_of_both_tells_them_apart_unless_it_is_an_old_one():
+def test_a_image_of_both_tells_them_apart_unless_it_is_an_old_one():
     table = two_tracks(0.3, told=True)
     assert pairs_of(table).told.tolist() == [True]
     table.seen_by_ns[1, 0] -= SECOND_NS
@@ -83,7 +83,7 @@ def test_who_is_confirmed_is_kept_else_the_first(watched):
     assert watched.found == [(1, 0)]
 
 
-def test_a_picture_of_both_takes_away_five_ticks(watched):
+def test_a_image_of_both_takes_away_five_ticks(watched):
     watched.ticks(21)
     watched.ticks(2, told=True)
     assert watched.ticks(200) == pytest.approx(25 - 10, abs=1)

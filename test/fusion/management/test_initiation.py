@@ -14,9 +14,9 @@ from mctrack_ros.fusion.management.initiation import (
     note_beside,
     with_room,
 )
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import motion_of
-from mctrack_ros.fusion.reid.gallery import Portraits
+from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE, Detections
 
@@ -24,8 +24,8 @@ CONFIG = FusionConfig()
 CROWD = CONFIG.life.crowd_distance
 
 
-def looks_of(pictures):
-    """Return pictures, one a camera, of places and their covariances."""
+def looks_of(images):
+    """Return images, one a camera, of places and their covariances."""
     rows = [
         Detections.build(
             PERIOD_NS,
@@ -33,21 +33,21 @@ def looks_of(pictures):
             covariance=covariance,
             **columns,
         )
-        for places, covariance, columns in pictures
+        for places, covariance, columns in images
     ]
     cameras = range(len(rows))
-    return Looks(rows, cameras, PERIOD_NS, CONFIG, Portraits(CONFIG.recognition))
+    return Batch(rows, cameras, PERIOD_NS, CONFIG, Gallery(CONFIG.recognition))
 
 
-def begun(pictures, next_id=1):
-    looks = looks_of(pictures)
-    rows = np.arange(len(looks.position))
-    cameras = len(pictures)
+def begun(images, next_id=1):
+    batch = looks_of(images)
+    rows = np.arange(len(batch.position))
+    cameras = len(images)
     motion = motion_of(CONFIG.motion)
-    return looks, new_tracks(looks, rows, PERIOD_NS, next_id, cameras, CONFIG, motion)
+    return batch, new_tracks(batch, rows, PERIOD_NS, next_id, cameras, CONFIG, motion)
 
 
-def picture(places, sigma=0.3, **columns):
+def image(places, sigma=0.3, **columns):
     places = np.array(places, float).reshape(-1, 2)
     return places, np.tile(sigma**2 * np.eye(2), (len(places), 1, 1)), columns
 
@@ -56,12 +56,12 @@ def test_a_track_begins_at_the_weighted_mean_of_its_detections_at_rest():
     rng = np.random.default_rng(0)
     root = rng.normal(0, 0.3, (3, 1, 2, 2))
     covariance = root @ root.swapaxes(-1, -2) + 0.05 * np.eye(2)
-    pictures = [(rng.normal(5, 0.1, (1, 2)), one, {'local_id': [4 + c]}) for c, one in
+    images = [(rng.normal(5, 0.1, (1, 2)), one, {'local_id': [4 + c]}) for c, one in
                 enumerate(covariance)]  # fmt: skip
-    looks, table = begun(pictures, next_id=17)
-    weight = np.linalg.inv(looks.noise)
+    batch, table = begun(images, next_id=17)
+    weight = np.linalg.inv(batch.noise)
     spread = np.linalg.inv(weight.sum(axis=0))
-    place = spread @ np.einsum('nij,nj->i', weight, looks.position)
+    place = spread @ np.einsum('nij,nj->i', weight, batch.position)
     np.testing.assert_allclose(table.mean, [[*place, 0, 0]])
     expected = np.zeros((4, 4))
     expected[:2, :2] = spread
@@ -73,9 +73,9 @@ def test_a_track_begins_at_the_weighted_mean_of_its_detections_at_rest():
     assert all((each == PERIOD_NS).all() for each in stamps)
 
 
-def starts(*pictures):
+def starts(*images):
     """Return where tracks begin, x rounded to 5 cm, and how many cameras each has."""
-    _, table = begun(pictures)
+    _, table = begun(images)
     assert table.track_id.tolist() == list(range(1, len(table) + 1))
     return [
         (round(20 * x) / 20, int(cameras).bit_count())
@@ -84,10 +84,10 @@ def starts(*pictures):
 
 
 def test_the_nearest_of_different_cameras_begin_together_one_of_each():
-    one, other = picture([[0, 0], [0.5, 0]]), picture([[0.4, 0], [9, 0]])
+    one, other = image([[0, 0], [0.5, 0]]), image([[0.4, 0], [9, 0]])
     assert starts(one, other) == [(0.0, 1), (0.45, 2), (9.0, 1)]
-    assert starts(one, other, picture([[0.1, 0]])) == [(0.05, 2), (0.45, 2), (9.0, 1)]
-    chain = [picture([[x, 0]]) for x in (0.0, 0.9, 0.3)]
+    assert starts(one, other, image([[0.1, 0]])) == [(0.05, 2), (0.45, 2), (9.0, 1)]
+    chain = [image([[x, 0]]) for x in (0.0, 0.9, 0.3)]
     assert starts(*chain) == [(0.4, 3)]
 
 
@@ -96,14 +96,14 @@ def test_the_nearest_of_different_cameras_begin_together_one_of_each():
 ])  # fmt: skip
 def test_too_far_apart_or_too_sure_to_be_one_they_begin_two(gap, sigma, count):
     """1.5 m, and where each is known to .1 m and .2 m more: 3.7 x .316 m = 1.17 m."""
-    assert len(starts(picture([[0, 0]], sigma), picture([[gap, 0]], sigma))) == count
+    assert len(starts(image([[0, 0]], sigma), image([[gap, 0]], sigma))) == count
 
 
 def test_the_colours_are_those_of_the_first_camera_that_tells_them():
     colours = np.eye(3, TEMPLATE_SIZE, dtype=np.float32)
-    pictures = [picture([[0, 0]], template=colours[[row]]) for row in (1, 2)]
-    nothing = picture([[0, 0]], template=np.zeros((1, TEMPLATE_SIZE)))
-    _, table = begun([nothing, *pictures])
+    images = [image([[0, 0]], template=colours[[row]]) for row in (1, 2)]
+    nothing = image([[0, 0]], template=np.zeros((1, TEMPLATE_SIZE)))
+    _, table = begun([nothing, *images])
     np.testing.assert_array_equal(table.template, colours[[1]])
 
 
@@ -111,8 +111,8 @@ def test_of_a_flood_each_camera_begins_as_many():
     """One has 40; the other two share what is left."""
     places = 20.0 * np.stack(np.mgrid[:20, :15], axis=-1).reshape(-1, 2)
     shift = [[0, 0], [7, 0], [0, 7]]
-    few = picture(places[:40] + shift[1])
-    _, table = begun([picture(places + shift[0]), few, picture(places + shift[2])])
+    few = image(places[:40] + shift[1])
+    _, table = begun([image(places + shift[0]), few, image(places + shift[2])])
     told = [int((table.cameras == 1 << camera).sum()) for camera in range(3)]
     assert told == [(MOST_STARTS - 40) // 2, 40, (MOST_STARTS - 40) // 2]
 

@@ -14,32 +14,32 @@ def spreads(rng, *shape):
 
 
 @pytest.mark.parametrize('seed', range(6))
-def test_what_pictures_tell_updates_as_the_information_filter_does(seed):
-    """Pairs of every picture, some in doubt, some for nothing; one track that nobody tells of."""
+def test_what_images_tell_updates_as_the_information_filter_does(seed):
+    """Pairs of every image, some in doubt, some for nothing; one track that nobody tells of."""
     rng = np.random.default_rng(seed)
     mean, covariance = rng.normal(0, 3, (5, 4)), spreads(rng, 5, 4)
     position, noise = rng.normal(0, 3, (9, 2)), spreads(rng, 9, 2)
     seconds = rng.uniform(-0.5, 0.0, 3)
     pairs = sorted(
-        (picture, int(track), 3 * picture + row)
-        for picture in range(3)
+        (image, int(track), 3 * image + row)
+        for image in range(3)
         for row in range(3)
         for track in rng.choice(4, 2, replace=False)
     )
-    picture, track, detection = np.array(pairs).T.copy()
+    image, track, detection = np.array(pairs).T.copy()
     share = rng.choice([0.0, 0.3, 1.0], len(pairs))
     share[track == 3] = 0.0
     seen = measured(position, noise, np.arange(9))
-    told = gathered(mean, seconds, picture, track, detection, share, seen)
+    told = gathered(mean, seconds, image, track, detection, share, seen)
     assert told.shape == (5, TOLD)
     found_mean, found_covariance = updated(mean, covariance, told)
     for own in range(5):
         information = np.linalg.inv(covariance[own])
         pull = information @ mean[own]
-        for of_picture, of_track, row in pairs:
+        for of_image, of_track, row in pairs:
             if of_track == own:
-                matrix = np.hstack([np.eye(2), seconds[of_picture] * np.eye(2)])
-                weight = share[pairs.index((of_picture, of_track, row))] * matrix.T
+                matrix = np.hstack([np.eye(2), seconds[of_image] * np.eye(2)])
+                weight = share[pairs.index((of_image, of_track, row))] * matrix.T
                 weight = weight @ np.linalg.inv(noise[row])
                 information = information + weight @ matrix
                 pull = pull + weight @ position[row]

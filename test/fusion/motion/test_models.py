@@ -30,7 +30,7 @@ class Seen(NamedTuple):
     """What `gathered` asks of detections."""
 
     seconds: NDArray[np.float64]
-    picture: NDArray[np.int64]
+    image: NDArray[np.int64]
     track: NDArray[np.int64]
     detection: NDArray[np.int64]
     probability: NDArray[np.float64]
@@ -48,14 +48,14 @@ def tracks(count, seed, motion=MOTION):
 
 
 def told(table, rng, seconds=(0.0,), probability=1.0):
-    """Detections about where each track is, one of each in every picture."""
-    pictures, count = len(seconds), len(table)
-    picture, track = (each.ravel() for each in np.mgrid[:pictures, :count])
-    place = np.tile(table.mean[:, :2], (pictures, 1)) + rng.normal(0, 0.3, (pictures * count, 2))
-    rows = np.arange(pictures * count)
+    """Detections about where each track is, one of each in every image."""
+    images, count = len(seconds), len(table)
+    image, track = (each.ravel() for each in np.mgrid[:images, :count])
+    place = np.tile(table.mean[:, :2], (images, 1)) + rng.normal(0, 0.3, (images * count, 2))
+    rows = np.arange(images * count)
     seen = measured(place, np.tile(NOISE, (len(rows), 1, 1)), rows)
     share = np.full(len(rows), probability)
-    return Seen(np.array(seconds), picture, track, rows, share, seen)
+    return Seen(np.array(seconds), image, track, rows, share, seen)
 
 
 def learn(motion, table, seen):
@@ -114,7 +114,7 @@ def test_modes_that_are_alike_are_one_filter(probability):
     np.testing.assert_allclose(table.mode_probability, [[0.8, 0.2]] * 4, atol=1e-9)
 
 
-def test_several_pictures_judge_the_modes_as_one_after_the_other_would():
+def test_several_images_judge_the_modes_as_one_after_the_other_would():
     table, seconds = tracks(2, 5), (-0.02, 0.0)
     MOTION.predict(table, TICK_S)
     table.mode_mean[:, 1] += 0.1
@@ -125,7 +125,7 @@ def test_several_pictures_judge_the_modes_as_one_after_the_other_would():
         for pair in np.flatnonzero(seen.track == row):
             single = KalmanFilter(dim_x=4, dim_z=2)
             single.x, single.P = state
-            single.H, single.R = position_matrix(seconds[seen.picture[pair]]), NOISE
+            single.H, single.R = position_matrix(seconds[seen.image[pair]]), NOISE
             single.update(seen.measured[pair, :2])
             expected[row, mode] *= single.likelihood
             state = single.x, single.P

@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 
 from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.fusion.reid.clothing_clusters import PROVEN_S, Kits
+from mctrack_ros.fusion.reid.clothing_clusters import PROVEN_S, ClothingClusters
 from mctrack_ros.fusion.table import TrackTable
 
 SECOND_NS = 1_000_000_000
 TEAMS = {'red': (0, 20), 'blue': (8, 25), 'yellow': (2, 40)}
 
 
-def looks(rng, team, count):
+def batch(rng, team, count):
     """Templates of people who wear a team's colours, each a little differently."""
     template = np.zeros((count, 48))
     template[:, TEAMS[team]] = 0.5
@@ -28,12 +28,12 @@ def tracks(template, first_ns=-10 * SECOND_NS):
 def match(seed=1, players=11, referees=2):
     rng = np.random.default_rng(seed)
     sizes = {'red': players, 'blue': players, 'yellow': referees}
-    table = tracks(np.concatenate([looks(rng, team, count) for team, count in sizes.items()]))
+    table = tracks(np.concatenate([batch(rng, team, count) for team, count in sizes.items()]))
     return table, np.repeat([1, 2, 3], list(sizes.values()))
 
 
 def watch(table, seconds=20, kits=None, start_s=0):
-    kits = kits or Kits(FusionConfig())
+    kits = kits or ClothingClusters(FusionConfig())
     for stamp_s in np.arange(start_s, start_s + seconds, 0.5):
         kits.step(table, round(stamp_s * SECOND_NS))
     return kits

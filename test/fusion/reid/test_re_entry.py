@@ -3,8 +3,8 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.fusion.reid.gallery import Portraits
-from mctrack_ros.fusion.reid.re_entry import MOST_ABSENT, Absence
+from mctrack_ros.fusion.reid.gallery import Gallery
+from mctrack_ros.fusion.reid.re_entry import MOST_ABSENT, ReEntry
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.tracking.kalman import predict
@@ -23,65 +23,65 @@ def tracks(states, ids, templates):
 
 
 @pytest.fixture
-def absence():
+def re_entry():
     """One who goes right along y = 0, in red, and one along y = 1.5, in blue; lost at 0 s."""
     config = FusionConfig()
-    absence = Absence(config, Portraits(config.recognition))
-    absence.note(tracks([[0, 0, 1.4, 0], [0, 1.5, 1.4, 0]], [1, 2], [RED, BLUE]), 0)
-    return absence
+    re_entry = ReEntry(config, Gallery(config.recognition))
+    re_entry.note(tracks([[0, 0, 1.4, 0], [0, 1.5, 1.4, 0]], [1, 2], [RED, BLUE]), 0)
+    return re_entry
 
 
-def found(absence, state, template=NOTHING, seconds=3.0):
+def found(re_entry, state, template=NOTHING, seconds=3.0):
     fresh = tracks([state], [9], [template])
-    return absence.find(fresh, 0, NOTHING, round(seconds * SECOND_NS))
+    return re_entry.find(fresh, 0, NOTHING, round(seconds * SECOND_NS))
 
 
-def test_who_comes_out_where_and_when_one_should_is_he(absence):
-    assert found(absence, [4.2, 0, 1.4, 0]) == 1
-    assert found(absence, [4.2, 1.5, 1.4, 0]) == 2
+def test_who_comes_out_where_and_when_one_should_is_he(re_entry):
+    assert found(re_entry, [4.2, 0, 1.4, 0]) == 1
+    assert found(re_entry, [4.2, 1.5, 1.4, 0]) == 2
 
 
-def test_who_comes_out_too_soon_or_elsewhere_is_somebody_new(absence):
-    assert found(absence, [4.2, 0, 1.4, 0], seconds=0.4) == 0
-    assert found(absence, [40, 0, 1.4, 0]) == 0
+def test_who_comes_out_too_soon_or_elsewhere_is_somebody_new(re_entry):
+    assert found(re_entry, [4.2, 0, 1.4, 0], seconds=0.4) == 0
+    assert found(re_entry, [40, 0, 1.4, 0]) == 0
 
 
 def test_what_it_costs_to_be_him_is_how_unlikely_his_state_is():
     """Against scipy's density of where he would be by now and of how surely both are known."""
     config, state, seconds = FusionConfig(), np.array([4.2, 0.3, 1.1, 0.2]), 3.0
-    absence = Absence(config, Portraits(config.recognition))
+    re_entry = ReEntry(config, Gallery(config.recognition))
     lost = tracks([[0, 0, 1.4, 0]], [1], [NOTHING])
-    absence.note(lost, 0)
-    assert found(absence, state, seconds=seconds) == 1
+    re_entry.note(lost, 0)
+    assert found(re_entry, state, seconds=seconds) == 1
     motion = config.motion
     there, spread = predict(lost.mean, lost.covariance, seconds, motion.acceleration_density)
     his = multivariate_normal(there[0], spread[0] + lost.covariance[0]).logpdf(state)
     speed = multivariate_normal(cov=motion.initial_speed_sigma**2 * np.eye(2))
     new = speed.logpdf(state[2:]) + np.log(config.recognition.arrival_density)
-    assert absence.found[1] == pytest.approx(2 * (new - his))
+    assert re_entry.found[1] == pytest.approx(2 * (new - his))
 
 
-def test_colours_tell_those_apart_who_come_out_together(absence):
-    assert found(absence, [4.2, 0.75, 1.4, 0], RED) == 1
-    assert found(absence, [4.2, 0.75, 1.4, 0], BLUE) == 2
+def test_colours_tell_those_apart_who_come_out_together(re_entry):
+    assert found(re_entry, [4.2, 0.75, 1.4, 0], RED) == 1
+    assert found(re_entry, [4.2, 0.75, 1.4, 0], BLUE) == 2
 
 
-def test_who_looks_like_neither_is_somebody_new(absence):
-    assert found(absence, [4.2, 0.75, 1.4, 0], np.eye(TEMPLATE_SIZE)[15], 4.0) == 0
+def test_who_looks_like_neither_is_somebody_new(re_entry):
+    assert found(re_entry, [4.2, 0.75, 1.4, 0], np.eye(TEMPLATE_SIZE)[15], 4.0) == 0
 
 
-def test_the_longer_one_is_away_the_less_his_place_tells(absence):
-    assert found(absence, [14, 0, 1.4, 0], seconds=10.0) == 0
-    assert found(absence, [28, 0, 1.4, 0], seconds=21.0) == 0
+def test_the_longer_one_is_away_the_less_his_place_tells(re_entry):
+    assert found(re_entry, [14, 0, 1.4, 0], seconds=10.0) == 0
+    assert found(re_entry, [28, 0, 1.4, 0], seconds=21.0) == 0
 
 
-def test_who_is_back_is_not_looked_for(absence):
-    absence.end(1)
-    assert found(absence, [4.2, 0, 1.4, 0]) != 1
+def test_who_is_back_is_not_looked_for(re_entry):
+    re_entry.end(1)
+    assert found(re_entry, [4.2, 0, 1.4, 0]) != 1
 
 
-def test_of_a_flood_only_the_last_are_remembered(absence):
+def test_of_a_flood_only_the_last_are_remembered(re_entry):
     ids = np.arange(10, 10 + MOST_ABSENT)
-    absence.note(tracks(np.tile([100.0, 0, 0, 0], (MOST_ABSENT, 1)), ids, NOTHING), 1)
-    assert found(absence, [4.2, 0, 1.4, 0]) == 0
-    assert found(absence, [100.0, 0, 0, 0]) in ids
+    re_entry.note(tracks(np.tile([100.0, 0, 0, 0], (MOST_ABSENT, 1)), ids, NOTHING), 1)
+    assert found(re_entry, [4.2, 0, 1.4, 0]) == 0
+    assert found(re_entry, [100.0, 0, 0, 0]) in ids

@@ -3,7 +3,7 @@ import pytest
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
-from mctrack_ros.fusion.reid.reassignment import PAST_S, Recognition
+from mctrack_ros.fusion.reid.reassignment import PAST_S, Reassignment
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE, EventCode
 
@@ -13,7 +13,7 @@ NOBODY_NEAR = np.empty(0, np.int64), np.empty(0, np.int64)
 
 
 def template(colour, seed):
-    """Colours of one in a kit: most in one bin, the rest varying from picture to picture."""
+    """Colours of one in a kit: most in one bin, the rest varying from image to image."""
     if colour is None:
         return np.zeros(TEMPLATE_SIZE)
     rng = np.random.default_rng([colour, seed])
@@ -183,7 +183,7 @@ def test_two_who_look_different_are_not_taken_for_one_when_one_hides_the_other(s
 @pytest.mark.parametrize(('past_s', 'changes'), [(PAST_S - 0.1, {}), (PAST_S + 0.1, {9: 2})])
 def test_who_was_joined_with_another_is_found_again_if_he_was_somebody_before(past_s, changes):
     config = FusionConfig()
-    recognition, now_ns = Recognition(config), 10_000_000_000
+    recognition, now_ns = Reassignment(config), 10_000_000_000
     joined, fresh = TrackTable.blank(1, 2), TrackTable.blank(1, 2)
     for table, name in ((joined, 2), (fresh, 9)):
         table.track_id, table.confirmed = name, True
@@ -199,7 +199,7 @@ def test_who_was_joined_with_another_is_found_again_if_he_was_somebody_before(pa
 def test_two_known_ones_who_share_one_body_are_one_if_alone_and_seen_from_all_sides(
     third, cameras, joined
 ):
-    def picture(index, camera):
+    def image(index, camera):
         gap = np.clip(3 - 0.06 * (index - 75), 0.05, 3)
         people = [[-gap, 0], [gap, 0]] if gap > 0.3 else [[0, 0]]
         people += [[0, 1.8]] if third else []
@@ -211,7 +211,7 @@ def test_two_known_ones_who_share_one_body_are_one_if_alone_and_seen_from_all_si
     names = ('one', 'two', 'three')[:cameras]
     pipeline = FusionPipeline(FusionConfig(), names)
     outputs = [
-        pipeline.step(tick(index, {name: picture(index, k) for k, name in enumerate(names)}))
+        pipeline.step(tick(index, {name: image(index, k) for k, name in enumerate(names)}))
         for index in range(260)
     ]
     codes = np.concatenate([output.events.event for output in outputs])

@@ -5,9 +5,9 @@ import pytest
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.information import updated
-from mctrack_ros.fusion.reid.gallery import Portraits
+from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.covering import COSTS, CoveringAssociation
 from mctrack_ros.tracking.kalman import position_matrix, update
@@ -30,11 +30,11 @@ def run(config, frames_of, ticks, pipeline=None, start=0):
     return [pipeline.step(tick(index, frames_of(index))) for index in range(start, start + ticks)]
 
 
-def associated(table, pictures, config):
-    rows = [detections(PERIOD_NS, each, sigma=0.2) for each in pictures]
-    cameras = list(range(len(pictures)))
-    looks = Looks(rows, cameras, PERIOD_NS, config, Portraits(config.recognition))
-    return CoveringAssociation(table, looks, config.association), looks
+def associated(table, images, config):
+    rows = [detections(PERIOD_NS, each, sigma=0.2) for each in images]
+    cameras = list(range(len(images)))
+    batch = Batch(rows, cameras, PERIOD_NS, config, Gallery(config.recognition))
+    return CoveringAssociation(table, batch, config.association), batch
 
 
 def tracks(positions):
@@ -46,10 +46,10 @@ def tracks(positions):
 
 def test_a_track_is_updated_by_its_primary_sensor_alone(config):
     table = tracks([[0.0, 0.0]])
-    association, looks = associated(table, [[[0.2, 0.0]], [[-0.3, 0.1]]], config)
+    association, batch = associated(table, [[[0.2, 0.0]], [[-0.3, 0.1]]], config)
     mean, covariance = updated(table.mean, table.covariance, association.solve())
     expected = update(
-        table.mean, table.covariance, np.array([[0.2, 0.0]]), looks.noise[:1], position_matrix()
+        table.mean, table.covariance, np.array([[0.2, 0.0]]), batch.noise[:1], position_matrix()
     )
     np.testing.assert_allclose(mean, expected[0], atol=1e-6)
     np.testing.assert_allclose(covariance, expected[1], atol=1e-6)
@@ -66,8 +66,8 @@ def test_a_sensor_without_a_valid_detection_does_not_block_the_others(config):
 
 
 def test_what_is_near_a_track_of_another_sensor_is_consumed(config):
-    pictures = [[[0.0, 0.0]], [[0.1, 0.0], [0.5, 0.0], [9.0, 9.0]]]
-    association, _ = associated(tracks([[0.0, 0.0]]), pictures, config)
+    images = [[[0.0, 0.0]], [[0.1, 0.0], [0.5, 0.0], [9.0, 9.0]]]
+    association, _ = associated(tracks([[0.0, 0.0]]), images, config)
     assert association.consumed.tolist() == [1, 2]
 
 

@@ -5,9 +5,9 @@ import pytest
 
 from fusion_scenes import detections
 from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.fusion.measurements.batch import Looks
+from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import motion_of
-from mctrack_ros.fusion.reid.gallery import Portraits
+from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.hidden_members import COMPANY_DENSITY, GROUP_INFLATION, keep_members
 from mctrack_ros.tracking.kalman import position_matrix, update
@@ -36,15 +36,15 @@ def kept(table, count, members=(), shown=(), before_ns=0, place=PLACE):
     padded = np.zeros((1, 16), np.uint32)
     padded[0, : len(members)] = members
     group = detections(stamp_ns, [place], SIGMA, member_count=[count], members=padded)
-    looks = Looks([group], [1], NOW_NS, CONFIG, Portraits(CONFIG.recognition))
+    batch = Batch([group], [1], NOW_NS, CONFIG, Gallery(CONFIG.recognition))
     table.cameras[list(shown)] = 1
     free = np.ones((1, len(table)), bool)
     free[0, list(shown)] = False
-    keep_members(table, looks, free, CONFIG, motion_of(CONFIG.motion))
+    keep_members(table, batch, free, CONFIG, motion_of(CONFIG.motion))
     rows = np.flatnonzero(table.hidden_ns[:, 1] == stamp_ns).tolist()
     assert rows == np.flatnonzero(table.kept_ns > before).tolist()
     assert (table.hidden_ns[:, 0] < stamp_ns).all()
-    return rows, looks
+    return rows, batch
 
 
 @pytest.mark.parametrize(
@@ -95,12 +95,12 @@ def test_a_hidden_one_is_hardly_drawn_to_the_middle_and_goes_on_as_the_others_do
     table.mean[:2, 2:] = [[2.0, 0.0], [1.0, 1.0]]
     table.hidden_ns[2, 1] = NOW_NS - round((last_s + 0.03) * 1e9)
     before = table.select(np.array([2]))
-    rows, looks = kept(table, 3, (1, 2, 3), shown=(0, 1), before_ns=30_000_000)
+    rows, batch = kept(table, 3, (1, 2, 3), shown=(0, 1), before_ns=30_000_000)
     assert rows == [2]
     matrix = position_matrix(-0.03)
-    innovation = looks.position - before.mean @ matrix.T
+    innovation = batch.position - before.mean @ matrix.T
     state = update(
-        before.mean, before.covariance, innovation, GROUP_INFLATION * looks.noise, matrix
+        before.mean, before.covariance, innovation, GROUP_INFLATION * batch.noise, matrix
     )
     pull = [1.5, 0.5] - state[0][:, 2:]
     spread = COMPANY_DENSITY / min(last_s, CONFIG.life.look_time) * np.eye(2)

@@ -5,8 +5,8 @@ import pytest
 
 from fusion_scenes import detections
 from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.fusion.measurements.batch import Looks
-from mctrack_ros.fusion.reid.gallery import Portraits
+from mctrack_ros.fusion.measurements.batch import Batch
+from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.update import learn_appearance, note
 from mctrack_ros.interfaces import LARGEST_EXTENT, TEMPLATE_SIZE, ClassCode
@@ -17,27 +17,27 @@ CONFIG = FusionConfig()
 
 
 def looks_of(seconds, camera=0, **columns):
-    """Return a picture, taken so many seconds after the start, of one detection."""
+    """Return an image, taken so many seconds after the start, of one detection."""
     stamp_ns = round((100 + seconds) * SECOND_NS)
     columns = {name: [value] for name, value in columns.items()}
     seen = detections(stamp_ns, [[0, 0]], **columns)
-    return Looks([seen], [camera], stamp_ns, CONFIG, Portraits(CONFIG.recognition))
+    return Batch([seen], [camera], stamp_ns, CONFIG, Gallery(CONFIG.recognition))
 
 
 def told(table, seconds, camera=0, **columns):
-    looks = looks_of(seconds, camera, **columns)
-    note(table, looks, np.zeros(1, np.int64), np.zeros(1, np.int64))
+    batch = looks_of(seconds, camera, **columns)
+    note(table, batch, np.zeros(1, np.int64), np.zeros(1, np.int64))
 
 
 def test_who_saw_a_track_when_and_as_what_is_noted():
     table = TrackTable.blank(2, 3)
     rows = np.array([0, 1, 1])
     stamps = 100 * SECOND_NS + np.array([0, -5, -9])
-    pictures = [
+    images = [
         detections(stamp, [[0, 0]], local_id=[7 + camera]) for camera, stamp in enumerate(stamps)
     ]
-    looks = Looks(pictures, [0, 1, 2], stamps[0], CONFIG, Portraits(CONFIG.recognition))
-    note(table, looks, rows, np.arange(3))
+    batch = Batch(images, [0, 1, 2], stamps[0], CONFIG, Gallery(CONFIG.recognition))
+    note(table, batch, rows, np.arange(3))
     assert table.cameras.tolist() == [0b001, 0b110]
     assert table.local_id.tolist() == [[7, 0, 0], [0, 8, 9]]
     assert table.seen_ns.tolist() == table.kept_ns.tolist() == stamps[:2].tolist()
@@ -89,11 +89,11 @@ def test_colours_are_taken_at_first_and_then_mixed_in_over_a_time():
     table = TrackTable.blank(1, 1)
 
     def learn(seconds, template, overlaps=False):
-        looks = looks_of(seconds, template=template)
-        looks.is_overlapped[:] = overlaps
+        batch = looks_of(seconds, template=template)
+        batch.is_overlapped[:] = overlaps
         pair = np.zeros(1, np.int64), np.zeros(1, np.int64)
-        learn_appearance(table, looks, *pair, template_time=4.0)
-        note(table, looks, *pair)
+        learn_appearance(table, batch, *pair, template_time=4.0)
+        note(table, batch, *pair)
         return table.template[0, :2].tolist()
 
     assert learn(0, nothing) == [0, 0]

@@ -22,7 +22,7 @@ def test_a_lens_is_followed_until_it_turns_back():
         assert radius[azimuth == one].max() > 0.99 * turning
 
 
-def test_what_a_lens_shows_ends_at_the_edges_of_the_picture():
+def test_what_a_lens_shows_ends_at_the_edges_of_the_image():
     _, pixel = seen_directions(INTRINSICS, np.zeros(5), SIZE)
     assert (pixel >= 0).all()
     assert (pixel <= SIZE).all()

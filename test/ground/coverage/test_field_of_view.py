@@ -1,4 +1,4 @@
-"""Fields of view as polygons, against pictures sampled on the ground."""
+"""Fields of view as polygons, against images sampled on the ground."""
 
 import json
 import tarfile
@@ -51,7 +51,7 @@ def rolled(mapping, angle):
     st.one_of(st.just(0.0), st.floats(-np.pi, np.pi)),
     st.integers(0, 2**31),
 )
-def test_region_holds_what_the_picture_shows(eye, target, focal, k1, roll, seed):
+def test_region_holds_what_the_image_shows(eye, target, focal, k1, roll, seed):
     if np.hypot(eye[0] - target[0], eye[1] - target[1]) < 1.0:
         target = (target[0] + 2.0, target[1])
     focal = max(focal, 600) if k1 < 0 else focal
@@ -89,7 +89,7 @@ def annotated(path):
 
 
 def wildtrack_camera(folder, name):
-    """Read a camera of the undistorted pictures; its file is in centimetres."""
+    """Read a camera of the undistorted images; its file is in centimetres."""
 
     def numbers(file, tag):
         root = ElementTree.parse(folder / file).getroot()
@@ -127,7 +127,7 @@ def test_camera_that_looks_at_the_sky_sees_nothing():
 
 
 @pytest.mark.parametrize('tangential', [0.0, 0.005])
-def test_camera_whose_lens_ends_inside_the_picture_sees_up_to_there(tangential):
+def test_camera_whose_lens_ends_inside_the_image_sees_up_to_there(tangential):
     lens = (-0.35, 0, tangential, -tangential, 0)
     mapping = camera((0, 0, 10), (0, 8, 0), 373.0, lens)
     region = seen_ground(mapping, REACH)

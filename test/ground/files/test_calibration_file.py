@@ -152,7 +152,7 @@ def test_tsai_undistorts_as_its_author_says_and_comes_back(tmp_path):
         (tsai_text(tx='NaN'), r":4: <Extrinsic> tx is 'NaN', expected a finite number"),
         (tsai_text(focal='0'), 'expected above 0'),
         (tsai_text().replace(' kappa1', ' kappa2="0.1" kappa1'), '<Intrinsic>: kappa2: not known'),
-        (tsai_text(kappa1='-0.2'), r'folds \d+% of the picture over'),
+        (tsai_text(kappa1='-0.2'), r'folds \d+% of the image over'),
         (tsai_text(tx='-93800', ty='-335700', tz='3537000'), r'camera would stand .*centimetres'),
         ('<Camera name="a"/>', 'has no <Geometry>'),
         ('<scene/>', 'a scene has no pixels'),
@@ -188,7 +188,7 @@ def test_a_missing_file_is_named(tmp_path):
 
 
 @pytest.mark.parametrize('to', ['camera_info', 'opencv', 'tsai', 'grid'])
-def test_a_calibration_for_another_picture_size_is_refused(tmp_path, to):
+def test_a_calibration_for_another_image_size_is_refused(tmp_path, to):
     path = tmp_path / f'a.{ENDINGS[to]}'
     write_calibration(STRAIGHT, path, to, 'a')
     with pytest.raises(CalibrationError, match='720 x 576 px, not of 1440 x 1152 px'):

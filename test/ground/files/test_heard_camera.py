@@ -1,4 +1,4 @@
-"""A camera from messages: what is missing, and pictures that are a part of the sensor's."""
+"""A camera from messages: what is missing, and images that are a part of the sensor's."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_an_info_without_a_frame_is_refused():
         heard.camera()
 
 
-def test_binning_and_region_of_interest_give_the_pictures_that_are_sent():
+def test_binning_and_region_of_interest_give_the_images_that_are_sent():
     whole, _ = camera_info(kinds)
     part, _ = camera_info(kinds, binning=2, region=(100, 50, 400, 300))
     cameras = []

@@ -73,13 +73,13 @@ def test_a_camera_that_is_not_told_from_others_is_refused_with_a_list(read, choi
         read({'cam0': camera(), 'cam1': FISHEYE}, choice)
 
 
-def test_its_resolution_is_held_against_the_pictures(read):
+def test_its_resolution_is_held_against_the_images(read):
     with pytest.raises(CalibrationError, match='of 1280 x 720 px, not of 640 x 360 px'):
         read({'cam0': camera()}, size=(640, 360))
 
 
 def directions(pixel_of):
-    """Return points on the ground, m, and where a model puts them, inside the picture."""
+    """Return points on the ground, m, and where a model puts them, inside the image."""
     axes = np.arange(-4, 4.1, 0.5), np.arange(-2, 9, 0.5)
     ground = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
     world = np.column_stack([ground, np.zeros(len(ground))])

@@ -65,6 +65,6 @@ def test_what_cannot_be_used_is_refused_by_name(read, text, reason):
     assert 'ost.txt' in str(refusal.value)
 
 
-def test_its_size_is_held_against_the_pictures(read):
+def test_its_size_is_held_against_the_images(read):
     with pytest.raises(CalibrationError, match='of 1280 x 720 px, not of 640 x 360 px'):
         read(HEAD + section(), size=(640, 360))

@@ -54,8 +54,8 @@ def test_what_the_fold_hides_is_no_ground_that_is_seen():
     assert np.sqrt(3 * 0.062) * sensor.max() < 0.97
 
 
-def test_a_lens_that_folds_much_of_the_picture_is_refused():
-    with pytest.raises(CalibrationError, match=r'folds 4\d% of the picture over'):
+def test_a_lens_that_folds_much_of_the_image_is_refused():
+    with pytest.raises(CalibrationError, match=r'folds 4\d% of the image over'):
         tsai(-0.2).camera()
 
 

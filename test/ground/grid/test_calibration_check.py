@@ -63,20 +63,20 @@ def test_what_gives_no_camera_is_refused_with_the_reason():
     assert 'under-determined' in check.refusal
     assert np.isnan(check.rms_px)
     other = dataclasses.replace(clicked_grid(), image_size=(1, 1))
-    assert 'for pictures of 1 x 1 px' in check_grid(other, SIZE).refusal
+    assert 'for images of 1 x 1 px' in check_grid(other, SIZE).refusal
 
 
 DOUBLE = (1440, 1152)
 
 
 @pytest.mark.parametrize('check', [lambda *each: check_grid(*each).refusal, first_look])
-def test_a_wrong_picture_size_is_guessed_where_the_grid_states_none(check):
+def test_a_wrong_image_size_is_guessed_where_the_grid_states_none(check):
     grid = clicked_grid()
     assert check(grid, SIZE) == ''
-    hint = 'they fit pictures of 720 x 576 px: is the picture size 1440 x 1152 px wrong'
+    hint = 'they fit images of 720 x 576 px: is the image size 1440 x 1152 px wrong'
     assert hint in check(grid, DOUBLE)
     small = dataclasses.replace(grid, image=grid.image / 2)
-    assert 'they fit pictures of 360 x 288 px' in check(small, SIZE)
+    assert 'they fit images of 360 x 288 px' in check(small, SIZE)
     stated = dataclasses.replace(small, image_size=SIZE)
     assert check(stated, SIZE)
     assert 'they fit' not in check(stated, SIZE)
@@ -88,7 +88,7 @@ def test_a_first_look_names_what_does_not_fit():
         moved(clicked_grid(), 'B2', (40.0, -30.0)), SIZE
     )
     other = dataclasses.replace(clicked_grid(), image_size=(1, 1))
-    assert 'for pictures of 1 x 1 px' in first_look(other, SIZE)
+    assert 'for images of 1 x 1 px' in first_look(other, SIZE)
 
 
 def grid_of(mapping, spacing):
@@ -114,7 +114,7 @@ def test_a_fisheye_that_no_five_terms_describe_is_refused(check, focal):
 
 @pytest.mark.parametrize('check', CHECKS, ids=['check', 'look'])
 @pytest.mark.parametrize(('off_px', 'reason'), [(20.0, ''), (150.0, 'principal point x would be')])
-def test_a_cropped_picture_is_told_from_a_principal_point_as_lenses_have_it(check, off_px, reason):
+def test_a_cropped_image_is_told_from_a_principal_point_as_lenses_have_it(check, off_px, reason):
     inner = camera().camera
     moved = dataclasses.replace(inner, intrinsics=inner.intrinsics + np.array([0, 0, off_px, 0]))
     grid = dataclasses.replace(grid_of(CameraMapping(moved, SIZE), 8.0), image_size=SIZE)

@@ -149,10 +149,10 @@ PLACE, PIXEL = (part[0][0] for part in (GRID.ground, GRID.image))
         (flattened(GRID), 'lie on a line on the ground'),
         (
             dataclasses.replace(GRID, image=GRID.image * (1, 0) + GRID.image[..., :1] * (0, 0.5)),
-            'lie on a line in the picture',
+            'lie on a line in the image',
         ),
         (square_grid(unit=100.0), r'400 m long.*centimetres'),
-        (dataclasses.replace(GRID, image_size=(200, 100)), 'outside a picture of 200 x 100'),
+        (dataclasses.replace(GRID, image_size=(200, 100)), 'outside an image of 200 x 100'),
         (moved(dataclasses.replace(GRID, image_size=SIZE), 'A1', image=(-90, 500)), 'outside'),
         (
             with_fov(GRID, [(0, 0), (4, 4), (4, 0), (0, 4)]),
@@ -178,12 +178,12 @@ def test_the_line_of_a_flaw_is_named(tmp_path):
 
 
 @pytest.mark.parametrize('method', METHODS)
-def test_a_grid_for_another_picture_size_is_refused(method):
+def test_a_grid_for_another_image_size_is_refused(method):
     sized = dataclasses.replace(GRID, image_size=SIZE)
     mapping_from_grid(sized, SIZE, method)
     with pytest.raises(GridError, match='720 x 576 px, not of 1920 x 1080 px'):
         mapping_from_grid(sized, (1920, 1080), method)
-    with pytest.raises(GridError, match='outside a picture of 320 x 240 px'):
+    with pytest.raises(GridError, match='outside an image of 320 x 240 px'):
         mapping_from_grid(GRID, (320, 240), method)
 
 
@@ -202,7 +202,7 @@ def test_a_point_may_be_clicked_outside_by_a_twentieth_of_the_longer_side(size, 
 
 @pytest.mark.parametrize('method', METHODS)
 def test_centimetres_are_refused_with_a_hint(method):
-    """A room: a fifth of the yard that the other tests look at, so the same in the picture."""
+    """A room: a fifth of the yard that the other tests look at, so the same in the image."""
     room = square_grid()
     room = dataclasses.replace(room, ground=room.ground * 0.2 * 100)
     with pytest.raises(CalibrationError, match='centimetres'):

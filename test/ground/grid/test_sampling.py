@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lens_cameras import SIZE, camera
-from mctrack_ros.ground.camera.lens import picture_samples
+from mctrack_ros.ground.camera.lens import image_samples
 from mctrack_ros.ground.grid.sampling import (
     FEWEST_CELLS,
     PERSON_M,
@@ -16,7 +16,7 @@ from mctrack_ros.ground.grid.sampling import (
 
 def cells(mapping, spacing):
     """Return the ground corners of all squares that are seen where people look tall enough."""
-    pixel = picture_samples(SIZE)
+    pixel = image_samples(SIZE)
     ground = mapping.ground_from_image(pixel[~mapping.is_extrapolated(pixel)])
     tall = np.abs(mapping.height_px(ground, PERSON_M))
     ground = ground[tall >= SMALLEST_SHARE * np.nanmax(tall)]

@@ -13,7 +13,7 @@ def test_difference_is_the_largest_of_the_channels():
     assert median == sample[(len(sample) - 1) // 2]
 
 
-def test_picture_may_be_read_only():
+def test_image_may_be_read_only():
     image = np.zeros((20, 20, 3), np.uint8)
     image.flags.writeable = False
     assert subtract(image, image, np.empty((20, 20), np.uint8)) == 0

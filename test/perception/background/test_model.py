@@ -28,7 +28,7 @@ def scene(seed=0, shape=(96, 128)):
 
 
 def seen(ground, rng, gain=1.0, person=None):
-    """Return a picture of the ground, with noise and a person in a rectangle."""
+    """Return an image of the ground, with noise and a person in a rectangle."""
     image = ground.astype(float)
     if person is not None:
         left, top, width, height = person
@@ -85,7 +85,7 @@ def test_threshold_follows_the_noise():
     assert (loud_mask > 0).mean() < 0.01
 
 
-def test_changed_picture_is_learned_anew():
+def test_changed_image_is_learned_anew():
     background, now = learned(scene(1))
     assert background.apply(scene(2), now + SECOND) is None
     for index in range(30):

@@ -8,7 +8,7 @@ SHAPE = (96, 128, 3)
 
 
 def noisy(rng, sigma):
-    """Return a grey picture with a noise per pixel."""
+    """Return a grey image with a noise per pixel."""
     return np.clip(np.rint(rng.normal(120, 1, SHAPE) + rng.normal(0, sigma)), 0, 255).astype(
         np.uint8
     )
@@ -21,15 +21,15 @@ def sigma_of(left, right):
 
 
 def watched(sigma, seconds=10.0, rate=10, person=None):
-    """Return the mask of the last picture."""
+    """Return the mask of the last image."""
     rng = np.random.default_rng(3)
     background = Background(BackgroundConfig())
     for index in range(int(seconds * rate)):
-        picture = noisy(rng, sigma)
+        image = noisy(rng, sigma)
         if person is not None and index == int(seconds * rate) - 1:
             top, left, grey = person
-            picture[top : top + 24, left : left + 8] = grey
-        mask = background.apply(picture, (index + 1) * SECOND // rate)
+            image[top : top + 24, left : left + 8] = grey
+        mask = background.apply(image, (index + 1) * SECOND // rate)
     return mask
 
 

@@ -40,7 +40,7 @@ class Yard:
             cv2.rectangle(bodies, low, high, 255, -1)
         return bodies > 0, (shadows > 0) & (bodies == 0)
 
-    def picture(self, places, colours, factor):
+    def image(self, places, colours, factor):
         """Return people in colours (or in a share of the ground's light) and their shadows."""
         image = self.ground.astype(float)
         image[self.truth(places)[1]] *= factor
@@ -56,7 +56,7 @@ def watched(yard, colours, factor, steps=60, config=None):
     shadows = Shadows(config or ShadowConfig(), yard.mapping, 1.0)
     for step in range(steps):
         places = PLACES + np.array([0.02 * step, 0.0])
-        image = yard.picture(places, colours, factor)
+        image = yard.image(places, colours, factor)
         mask = ((cv2.absdiff(image, yard.ground).max(axis=2) > 12) * 255).astype(np.uint8)
         before = mask.copy()
         shadows.take_out(image, yard.ground, mask, 2.0, (step + 1) * PERIOD_NS)
@@ -90,7 +90,7 @@ def test_belief_ends_with_the_shadows(mapping):
     shadows, *_ = watched(yard, [RED] * 4, 0.6)
     assert shadows.sun is not None
     for step in range(60, 400):
-        image = yard.picture(PLACES, [RED] * 4, 1.0)
+        image = yard.image(PLACES, [RED] * 4, 1.0)
         mask = ((cv2.absdiff(image, yard.ground).max(axis=2) > 12) * 255).astype(np.uint8)
         shadows.take_out(image, yard.ground, mask, 2.0, (step + 1) * PERIOD_NS)
     assert shadows.sun is None
@@ -108,7 +108,7 @@ def test_people_with_shadows_stand_where_their_feet_are(mapping):
     pipeline = CameraPipeline(CameraConfig(), mapping, background=yard.ground)
     for step in range(60):
         places = PLACES + np.array([0.02 * step, 0.0])
-        image = yard.picture(places, [RED, BLUE] * 2, 0.62)
+        image = yard.image(places, [RED, BLUE] * 2, 0.62)
         detections = pipeline.step(image, (step + 1) * PERIOD_NS, None).detections
     found = detections.position[np.argsort(detections.position[:, 0]), :2]
     assert np.allclose(found, places, atol=0.3)
@@ -136,14 +136,14 @@ def test_what_is_darker_by_one_factor_all_over_is_a_shadow_by_itself(
     assert not off.alone(image, yard.ground, mask, box, area, 2.0).any()
 
 
-def test_in_grey_pictures_it_may_as_well_be_somebody(mapping):
+def test_in_grey_images_it_may_as_well_be_somebody(mapping):
     yard = Yard(mapping, grey=True)
     image, *seen = standing(yard, 0.75, None)
     grey = np.repeat(image[..., :1], 3, axis=2)
     assert not Shadows(ShadowConfig(), mapping, 1.0).alone(grey, yard.ground, *seen, 2.0).any()
 
 
-def test_how_colourful_a_picture_is_does_not_depend_on_which_channel_is_larger():
+def test_how_colourful_a_image_is_does_not_depend_on_which_channel_is_larger():
     image = np.zeros((32, 48, 3), np.uint8)
     image[:16] = (250, 9, 10)
     image[16:] = (10, 9, 130)
@@ -162,7 +162,7 @@ def test_nobody_is_seen_where_a_shadow_falls_on_a_wall(mapping, top, count):
 
 
 def standing(yard, factor, top):
-    """Return a picture of somebody in a share of the ground's light, his mask, box and area."""
+    """Return an image of somebody in a share of the ground's light, his mask, box and area."""
     place = PLACES[:1]
     body = yard.truth(place)[0]
     image = yard.ground.astype(float)
@@ -184,9 +184,9 @@ def test_a_clock_that_steps_back_does_not_leave_an_old_sun(mapping):
     for step in range(60):
         places = PLACES + np.array([0.02 * step, 0.0])
         stamp_ns = 3600_000_000_000 + step * PERIOD_NS
-        pipeline.step(yard.picture(places, 4 * [RED], 0.55), stamp_ns, None)
+        pipeline.step(yard.image(places, 4 * [RED], 0.55), stamp_ns, None)
     assert pipeline._shadows.sun is not None
     for step in range(1, 11):
         places = PLACES + np.array([0.02 * step, 0.0])
-        pipeline.step(yard.picture(places, 4 * [RED], 1.0), step * PERIOD_NS, None)
+        pipeline.step(yard.image(places, 4 * [RED], 1.0), step * PERIOD_NS, None)
     assert pipeline._shadows.sun is None

@@ -3,7 +3,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mctrack_ros.perception.blob_split.cell_grid import (
-    Canvas,
+    CellGrid,
     add_cover,
     best_place,
     explained,
@@ -17,7 +17,7 @@ def canvas_like(rng, rows, columns):
     foreground = np.zeros((ABOVE + rows, columns + WIDTH))
     foreground[ABOVE:, 1 : 1 + columns] = rng.random((rows, columns))
     colour, metre = np.zeros((rows, columns, 3)), np.full(rows, 2.0)
-    return Canvas(
+    return CellGrid(
         foreground, colour, metre, ABOVE, WIDTH, 10.0, 20.0, STEP, np.array([0, 0, columns, rows])
     )
 

@@ -3,7 +3,7 @@ import pytest
 
 from mctrack_ros.perception.blob_split.split import PartitionConfig, partition
 from mctrack_ros.perception.blob_split.types import Members
-from mctrack_ros.perception.blobs.frame import Picture
+from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.tracking.appearance import MIXED, colour_templates
 
@@ -11,7 +11,7 @@ GREEN, RED, BLUE = (60, 120, 60), (30, 30, 220), (220, 60, 30)
 
 
 class Crowd:
-    """People drawn into a picture, the far ones first, and the blob that they make."""
+    """People drawn into an image, the far ones first, and the blob that they make."""
 
     def __init__(self, mapping, people):
         self.sizes = SizeTable(mapping)
@@ -45,9 +45,9 @@ class Crowd:
             np.zeros((count, 48)) if templates is None else templates,
         )
         background = np.zeros_like(self.image)
-        picture = Picture(self.image, self.mask, self.mask, background, self.mask, 1.0)
+        frame = Frame(self.image, self.mask, self.mask, background, self.mask, 1.0)
         return partition(
-            picture, self.blob[None], self.sizes, members, 1.75, MIXED, PartitionConfig()
+            frame, self.blob[None], self.sizes, members, 1.75, MIXED, PartitionConfig()
         )
 
 

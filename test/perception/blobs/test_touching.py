@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.perception.blobs.connected_components import Strength
-from mctrack_ros.perception.blobs.frame import Picture
+from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.blobs.touching import contacts
 
 
@@ -22,14 +22,14 @@ STRENGTH = Strength(0.4, 0.15)
 BLOB = np.array([[18.0, 20, 18, 20]])
 
 
-def picture_of(difference, scale=1.0):
+def image_of(difference, scale=1.0):
     image = np.repeat(difference[..., None], 3, axis=2)
     mask = 255 * (difference > 0).astype(np.uint8)
-    return Picture(image, mask, mask, np.zeros_like(image), difference, scale)
+    return Frame(image, mask, mask, np.zeros_like(image), difference, scale)
 
 
 def parts(difference, strength=STRENGTH, scale=1.0, box=BOXES):
-    return contacts(box * scale, BLOB * scale, picture_of(difference, scale), strength)
+    return contacts(box * scale, BLOB * scale, image_of(difference, scale), strength)
 
 
 def test_a_dim_rim_joins_nobody(scene):
@@ -44,14 +44,14 @@ def test_a_strong_bridge_joins(scene):
 
 
 def test_an_arm_that_cleaning_has_cut_joins(scene):
-    cleaned = picture_of(scene).mask
+    cleaned = image_of(scene).mask
     cleaned[:, 26:28] = 0
     scene[30, 25:29] = 120
-    picture = replace(picture_of(scene), mask=cleaned)
+    frame = replace(image_of(scene), mask=cleaned)
     blobs = np.array([[18.0, 20, 8, 20], [28, 20, 8, 20]])
-    one, other = contacts(BOXES, blobs, picture, STRENGTH)
+    one, other = contacts(BOXES, blobs, frame, STRENGTH)
     assert one == other
-    one, other = contacts(BOXES, blobs, replace(picture, found=cleaned), STRENGTH)
+    one, other = contacts(BOXES, blobs, replace(frame, found=cleaned), STRENGTH)
     assert one != other
 
 
@@ -59,11 +59,11 @@ def test_what_differs_in_colour_alone_joins_less_than_what_is_brighter_or_darker
     scene[30, 26:28] = 60
     one, other = parts(scene)
     assert one == other
-    picture = picture_of(scene)
-    picture.image[30, 26:28, 1:] = 0
-    one, other = contacts(BOXES, BLOB, picture, STRENGTH)
+    frame = image_of(scene)
+    frame.image[30, 26:28, 1:] = 0
+    one, other = contacts(BOXES, BLOB, frame, STRENGTH)
     assert one != other
-    one, other = contacts(BOXES, BLOB, picture, STRENGTH._replace(colour=1.0))
+    one, other = contacts(BOXES, BLOB, frame, STRENGTH._replace(colour=1.0))
     assert one == other
 
 
@@ -83,13 +83,13 @@ def test_who_is_not_seen_is_in_no_part(scene):
     assert beside == nowhere == -1
 
 
-def test_a_box_beside_the_picture_is_in_no_part(scene):
+def test_a_box_beside_the_image_is_in_no_part(scene):
     assert parts(scene, box=np.array([[-30.0, 20, 6, 20]])).tolist() == [-1]
 
 
 def test_somebody_expected_between_two_blobs_is_in_the_one_that_fills_more_of_the_box(scene):
     blobs = np.array([[18.0, 20, 9, 20], [27, 20, 9, 20]])
     box = np.array([[23.0, 20, 8, 20], [28, 20, 6, 20], [18, 20, 4, 20]])
-    middle, right, left = contacts(box, blobs, picture_of(scene), STRENGTH)
+    middle, right, left = contacts(box, blobs, image_of(scene), STRENGTH)
     assert left != right
     assert middle in (left, right)

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.perception import ShiftState
-from mctrack_ros.perception.camera_shift.monitor import Watchdog, WatchdogConfig
+from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig, CameraShiftMonitor
 from moving_camera import SIZE, ground, seen
 
 PERIOD_S = 0.4
@@ -15,20 +15,20 @@ class Camera:
 
     def __init__(self, allowed=None, seed=0):
         self.still = ground(seed)
-        self.watchdog = Watchdog(WatchdogConfig(settling_s=5.0), allowed)
+        self.watchdog = CameraShiftMonitor(CameraShiftConfig(settling_s=5.0), allowed)
         self.rng = np.random.default_rng(seed)
         noise = self.rng.normal(0, 2, (2 * SIZE[1], SIZE[0], 3))
         self.noise = np.rint(noise).astype(np.int16)
         self.time_s = 0.0
 
-    def show(self, seconds, change=lambda picture, time_s: picture, **moved):
+    def show(self, seconds, change=lambda image, time_s: image, **moved):
         """Show the ground, moved and changed, for some time; return all that was said."""
         said = []
         for _ in range(round(seconds / PERIOD_S)):
             self.time_s += PERIOD_S
-            picture = change(seen(self.still, **moved), self.time_s)
+            image = change(seen(self.still, **moved), self.time_s)
             row = self.rng.integers(SIZE[1])
-            noisy = np.clip(picture + self.noise[row : row + SIZE[1]], 0, 255)
+            noisy = np.clip(image + self.noise[row : row + SIZE[1]], 0, 255)
             said.append(self.watchdog.watch(noisy.astype(np.uint8), round(self.time_s * 1e9)))
         return said
 
@@ -63,7 +63,7 @@ def test_a_moved_camera_is_found_in_time_with_the_size_of_its_shift(camera, move
     assert shift.turn_deg == pytest.approx(moved.get('turn_deg', 0.0), abs=0.03)
 
 
-def test_the_alarm_ends_when_the_picture_moves_back(camera):
+def test_the_alarm_ends_when_the_image_moves_back(camera):
     assert camera.show(5.0, right=5.0)[-1].state is ShiftState.MOVED
     shift = camera.show(5.0, right=0.3)[-1]
     assert shift.state is ShiftState.STILL
@@ -86,22 +86,22 @@ def test_wind_is_no_alarm(camera):
 
 
 def test_light_that_drifts_is_no_alarm(camera):
-    def lit(picture, time_s):
+    def lit(image, time_s):
         shade = 0.8 + 0.2 * np.sin(time_s / 5 + np.linspace(0, 6, SIZE[0]))
-        return picture * (shade * (1 + 0.2 * np.sin(time_s / 7)))[None, :, None]
+        return image * (shade * (1 + 0.2 * np.sin(time_s / 7)))[None, :, None]
 
     said = camera.show(60.0, lit)
     assert all(shift.state is ShiftState.STILL for shift in said)
     assert max(shift.size_px for shift in said) < 0.3
 
 
-def crowd(picture, time_s, count=40):
-    picture = picture.copy()
+def crowd(image, time_s, count=40):
+    image = image.copy()
     for person in range(count):
         x = (person * 97 + (20 + person) * time_s) % (SIZE[0] + 80) - 40
         foot = (round(x), 80 + person * 280 // count)
-        cv2.ellipse(picture, foot, (14, 40), 0, 0, 360, (person * 6, 200 - person * 4, 90), -1)
-    return picture
+        cv2.ellipse(image, foot, (14, 40), 0, 0, 360, (person * 6, 200 - person * 4, 90), -1)
+    return image
 
 
 def test_a_passing_crowd_is_no_alarm(camera):
@@ -119,9 +119,9 @@ def test_who_was_there_at_the_start_does_not_matter():
     assert camera.show(5.0, down=2.0)[-1].state is ShiftState.MOVED
 
 
-def test_a_crowd_that_hides_nearly_all_of_the_first_picture_does_not_matter():
+def test_a_crowd_that_hides_nearly_all_of_the_first_image_does_not_matter():
     camera = Camera()
-    camera.show(PERIOD_S, lambda picture, time_s: crowd(picture, time_s, 400))
+    camera.show(PERIOD_S, lambda image, time_s: crowd(image, time_s, 400))
     assert camera.show(SETTLED_S)[-1].state is ShiftState.STILL
     assert camera.show(5.0, right=2.0)[-1].state is ShiftState.MOVED
 
@@ -138,7 +138,7 @@ def test_a_camera_that_is_shaken_at_first_is_learnt_once_it_stands_still():
 
 def test_a_camera_that_is_dark_at_first_is_learnt_once_it_sees():
     camera = Camera()
-    camera.show(SETTLED_S, lambda picture, time_s: np.zeros_like(picture))
+    camera.show(SETTLED_S, lambda image, time_s: np.zeros_like(image))
     assert camera.show(3 * SETTLED_S)[-1].state is ShiftState.STILL
     assert camera.show(5.0, right=2.0)[-1].state is ShiftState.MOVED
 
@@ -153,10 +153,10 @@ def test_a_creeping_shift_adds_up_while_patches_are_exchanged(camera):
 
 
 def test_a_covered_lens_is_said_and_no_shift(camera):
-    said = camera.show(10.0, lambda picture, time_s: np.zeros_like(picture))
+    said = camera.show(10.0, lambda image, time_s: np.zeros_like(image))
     assert said[-1].state is ShiftState.UNKNOWN
     assert said[-1].size_px == 0.0
-    assert said[-1].noise_px == WatchdogConfig().unknown_px
+    assert said[-1].noise_px == CameraShiftConfig().unknown_px
     back = camera.show(6.0)[-1]
     assert back.state is ShiftState.STILL
     assert back.noise_px == 0.0
@@ -169,18 +169,18 @@ def test_a_camera_that_moved_while_it_was_covered_is_found_in_time(camera, moved
     assert camera.show(5.0, **moved)[-1].state is ShiftState.MOVED
 
 
-def test_a_picture_without_texture_is_never_judged():
-    said = Camera().show(20.0, lambda picture, time_s: np.full_like(picture, 90))
+def test_a_image_without_texture_is_never_judged():
+    said = Camera().show(20.0, lambda image, time_s: np.full_like(image, 90))
     assert {shift.state for shift in said} == {ShiftState.SETTLING}
 
 
 def test_what_is_ignored_does_not_vote():
     logo = ground(seed=9)[: SIZE[1] // 2 + 60, : SIZE[0]]
 
-    def burnt_in(picture, time_s):
-        picture = picture.copy()
-        picture[: len(logo)] = logo
-        return picture
+    def burnt_in(image, time_s):
+        image = image.copy()
+        image[: len(logo)] = logo
+        return image
 
     allowed = np.full(SIZE[::-1], 255, np.uint8)
     allowed[: len(logo)] = 0
@@ -194,12 +194,12 @@ def test_a_clock_that_steps_back_keeps_the_reference(camera):
     assert camera.show(5.0, right=5.0)[-1].state is ShiftState.MOVED
 
 
-def test_the_same_pictures_give_the_same_answers():
+def test_the_same_images_give_the_same_answers():
     first, second = (Camera().show(12.0, crowd, right=1.0) for _ in range(2))
     assert first == second
 
 
-def test_pictures_between_looks_cost_nothing_and_change_nothing(camera):
+def test_images_between_looks_cost_nothing_and_change_nothing(camera):
     before = camera.watchdog.shift
     stamp_ns = round(camera.time_s * 1e9) + 1
     assert camera.watchdog.watch(np.zeros((*SIZE[::-1], 3), np.uint8), stamp_ns) is before

@@ -10,7 +10,7 @@ from mctrack_ros.perception import (
     CameraPipeline,
     ShiftState,
 )
-from mctrack_ros.perception.camera_shift.monitor import WatchdogConfig
+from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
 
 RED, BLUE, WHITE = (30, 30, 220), (220, 60, 30), (240, 240, 240)
 
@@ -79,7 +79,7 @@ def test_whose_feet_are_seen_unsteadily_is_less_certain(new_stage):
 
 
 def test_known_target_enters_and_one_told_of_later_is_new(stage):
-    def told(stamp_ns):
+    def reported(stamp_ns):
         count = 2 if len(outputs) > 20 else 1
         return Feedback.build(
             stamp_ns - 80_000_000,
@@ -91,7 +91,7 @@ def test_known_target_enters_and_one_told_of_later_is_new(stage):
     outputs = []
     for _ in range(60):
         people = [((-2.0, 1.0), RED), ((2.0, 1.0), BLUE), ((5.0, 1.0), RED)]
-        outputs.append(stage.show(people, told))
+        outputs.append(stage.show(people, reported))
     found = {
         int(output.events.event[row]): int(output.events.track_id[row])
         for output in outputs
@@ -140,7 +140,7 @@ def test_who_stood_still_at_first_leaves_no_ghost(new_stage, mapping):
     assert abs(output.detections.position[0, 0] - 1.95) < 0.3
 
 
-def test_leaving_the_picture_is_an_exit(stage):
+def test_leaving_the_image_is_an_exit(stage):
     outputs = [stage.show([((2 + 0.12 * step, -2.0), RED)]) for step in range(60)]
     assert EventCode.EXIT in events_of(outputs)
     assert not len(outputs[-1].detections)
@@ -170,14 +170,14 @@ def test_a_slow_camera_keeps_who_is_in_view(stage, mapping, rate_hz):
     pipeline = CameraPipeline(CameraConfig(), mapping, background=empty(mapping))
     rng, ids = np.random.default_rng(4), []
     for step in range(30):
-        picture = stage.picture([((0.3 * np.sin(step), 1.0), RED)])
+        image = stage.image([((0.3 * np.sin(step), 1.0), RED)])
         stamp_s = 10 + (step + rng.uniform(0.0, 0.1)) / rate_hz
-        ids += pipeline.step(picture, round(stamp_s * 1e9), None).detections.local_id.tolist()
+        ids += pipeline.step(image, round(stamp_s * 1e9), None).detections.local_id.tolist()
     assert len(ids) == 30
     assert len(set(ids[2:])) == 1
 
 
-def test_same_pictures_give_the_same_output(new_stage):
+def test_same_images_give_the_same_output(new_stage):
     first, second = walk_past(new_stage(), 30), walk_past(new_stage(), 30)
     for one, other in zip(first, second):
         for name in one.detections.COLUMNS:
@@ -185,18 +185,18 @@ def test_same_pictures_give_the_same_output(new_stage):
 
 
 @pytest.mark.parametrize(
-    ('picture', 'reason'),
+    ('image', 'reason'),
     [
-        (np.zeros((100, 320, 3), np.uint8), 'picture is 320 x 100, expected 320 x 240'),
-        (np.zeros((240, 320), np.uint8), r'picture has shape \(240, 320\)'),
-        (np.zeros((0, 0, 3), np.uint8), 'picture is 0 x 0'),
+        (np.zeros((100, 320, 3), np.uint8), 'image is 320 x 100, expected 320 x 240'),
+        (np.zeros((240, 320), np.uint8), r'image has shape \(240, 320\)'),
+        (np.zeros((0, 0, 3), np.uint8), 'image is 0 x 0'),
         (np.zeros((240, 320, 3), np.float32), 'and type float32, expected'),
     ],
     ids=['size', 'grey', 'empty', 'type'],
 )
-def test_bad_picture_is_refused_with_its_shape(mapping, picture, reason):
+def test_bad_image_is_refused_with_its_shape(mapping, image, reason):
     with pytest.raises(ValueError, match=reason):
-        CameraPipeline(CameraConfig(), mapping).step(picture, 1, None)
+        CameraPipeline(CameraConfig(), mapping).step(image, 1, None)
 
 
 @pytest.mark.parametrize('back_ns', [0, 1, 900_000_000])
@@ -204,7 +204,7 @@ def test_repeated_or_backward_stamp_is_refused_and_changes_nothing(stage, back_n
     stage.show([])
     last = stage.index * 40_000_000
     with pytest.raises(BackwardStampError, match='not later'):
-        stage.pipeline.step(stage.picture([]), last - back_ns, None)
+        stage.pipeline.step(stage.image([]), last - back_ns, None)
     stage.show([])
 
 
@@ -264,7 +264,7 @@ def test_a_camera_that_has_moved_is_less_certain_by_the_shift(mapping):
 
     paving[70:160, size[0] - 70 : size[0] - 10] = 100  # of one colour: it does not show the shift
 
-    quick = WatchdogConfig(settling_s=2.0, sustain_s=2.0)
+    quick = CameraShiftConfig(settling_s=2.0, sustain_s=2.0)
     x, y = mapping.ground_from_image(np.array([[size[0] - 60.0, 130.0]]))[0]
 
     def nobody_there(stamp_ns):

@@ -2,7 +2,10 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import EventCode, Feedback
-from mctrack_ros.perception.events.appearance_events import Presence, PresenceConfig
+from mctrack_ros.perception.events.appearance_events import (
+    AppearanceEvents,
+    AppearanceEventsConfig,
+)
 from mctrack_ros.perception.events.event_log import EventLog
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.local_tracks.table import FilterConfig, LocalTracks
@@ -16,7 +19,9 @@ class Camera:
     def __init__(self, mapping):
         self.tracks = LocalTracks(FilterConfig(), mapping, SizeTable(mapping))
         extent = np.array([0.6, 1.75])
-        self.presence = Presence(PresenceConfig(), extent, SizeTable(mapping), mapping)
+        self.presence = AppearanceEvents(
+            AppearanceEventsConfig(), extent, SizeTable(mapping), mapping
+        )
         self.now_ns = START_NS
 
     def begin(self, track_id=0):
@@ -26,16 +31,16 @@ class Camera:
         self.tracks.confirmed[row], self.tracks.track_id[row] = True, track_id
 
     def show(self, *targets, feedback=True, foreground=True):
-        """Advance a picture; targets are (id, x, y)."""
+        """Advance an image; targets are (id, x, y)."""
         self.now_ns += PERIOD_NS
-        told = None
+        reported = None
         if feedback:
             position = np.array([[x, y, 0.0] for _, x, y in targets]).reshape(-1, 3)
             ids = [target for target, *_ in targets]
-            told = Feedback.build(self.now_ns - 2 * PERIOD_NS, position=position, track_id=ids)
+            reported = Feedback.build(self.now_ns - 2 * PERIOD_NS, position=position, track_id=ids)
         log = EventLog(self.now_ns)
         blobs = np.array([[0.0, 0, 320, 240]] if foreground else np.zeros((0, 4)))
-        self.presence.announce(self.tracks, told, blobs, self.now_ns, log)
+        self.presence.announce(self.tracks, reported, blobs, self.now_ns, log)
         rows = log.rows()
         return [*zip(map(EventCode, rows.event.tolist()), rows.track_id.tolist())]
 
@@ -94,8 +99,8 @@ def test_one_who_turns_up_beside_another_was_hidden_by_him(camera):
 
 def test_at_first_all_are_new_however_near(camera):
     camera.show()
-    told = camera.hold(10, INSIDE, (9, 0.8, 0.0))
-    assert told == [(EventCode.NEW, 7), (EventCode.NEW, 9)]
+    reported = camera.hold(10, INSIDE, (9, 0.8, 0.0))
+    assert reported == [(EventCode.NEW, 7), (EventCode.NEW, 9)]
 
 
 def test_of_what_the_server_makes_no_target_nothing_is_told(camera):

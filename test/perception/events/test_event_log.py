@@ -3,12 +3,12 @@ import pytest
 
 from mctrack_ros.interfaces import EventCode
 from mctrack_ros.perception.events.event_log import HIDDEN, SEEN, EventLog
-from mctrack_ros.perception.feedback.persons_in_view import Company
+from mctrack_ros.perception.feedback.persons_in_view import PersonsInView
 
 
-def company(*local_ids):
+def in_view(*local_ids):
     count = len(local_ids)
-    return Company(
+    return PersonsInView(
         np.arange(1, count + 1),
         np.array(local_ids),
         np.arange(11, 11 + count),
@@ -24,12 +24,12 @@ def company(*local_ids):
 )
 def test_the_more_are_named_and_hidden_the_less_probable_is_an_event(local_ids, expected):
     log, everybody = EventLog(0), np.arange(len(local_ids))
-    log.add_group(EventCode.MERGE, company(*local_ids), everybody[:1], everybody[1:])
+    log.add_group(EventCode.MERGE, in_view(*local_ids), everybody[:1], everybody[1:])
     assert log.rows().probability[0] == pytest.approx(expected)
 
 
 def test_who_is_named_alone_is_as_probable_with_a_track_or_without():
     log = EventLog(0)
     log.add_target(EventCode.ENTER, 7, np.zeros(3))
-    log.add_group(EventCode.STABLE, company(5), np.array([0]), np.zeros(0, np.int64))
+    log.add_group(EventCode.STABLE, in_view(5), np.array([0]), np.zeros(0, np.int64))
     assert log.rows().probability == pytest.approx([SEEN, SEEN])

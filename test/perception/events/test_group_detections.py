@@ -2,24 +2,24 @@ import numpy as np
 
 from mctrack_ros.interfaces import Detections
 from mctrack_ros.perception.events.group_detections import merged_detections
-from mctrack_ros.perception.feedback.persons_in_view import Company
+from mctrack_ros.perception.feedback.persons_in_view import PersonsInView
 
 STAMP_NS = 10**18
 
 
-def company(*people):
+def in_view(*people):
     """People are (local id, global id, x on the ground); boxes lie side by side."""
     local_id = np.array([one[0] for one in people], np.int64)
     track_id = np.array([one[1] for one in people], np.int64)
     place = np.array([(one[2], 0.0) for one in people])
     box = np.array([(10.0 * row, 0, 10, 30) for row in range(len(people))])
     key = np.where(track_id > 0, track_id, -local_id)
-    return Company(key, local_id, track_id, place, box, np.zeros(len(people), bool))
+    return PersonsInView(key, local_id, track_id, place, box, np.zeros(len(people), bool))
 
 
 def rows(people, part, shown=(1,)):
     return merged_detections(
-        company(*people), np.array(part), Detections.build(STAMP_NS, local_id=shown)
+        in_view(*people), np.array(part), Detections.build(STAMP_NS, local_id=shown)
     )
 
 

@@ -10,7 +10,7 @@ PERIOD_NS = 40_000_000
 
 
 class Film:
-    """Feed pictures; each is given as the sets of tracks that touch, others are alone."""
+    """Feed images; each is given as the sets of tracks that touch, others are alone."""
 
     def __init__(self, part_s=0.4):
         self.groups, self.now_ns = Groups(GroupConfig(part_s=part_s)), 10**18
@@ -88,9 +88,9 @@ def test_a_track_that_begins_in_a_group_joins_it(film):
 
 @hypothesis_settings(deadline=None, max_examples=50)
 @given(st.lists(st.lists(st.integers(0, 3), min_size=5, max_size=5), min_size=1, max_size=30))
-def test_merges_and_splits_add_up_to_the_groups(pictures):
+def test_merges_and_splits_add_up_to_the_groups(images):
     film, count = Film(part_s=0.08), 5
-    for places in pictures:
+    for places in images:
         parts = [{one for one in range(5) if places[one] == place} for place in range(4)]
         for change in film.show(*[part for part in parts if part]):
             assert change.part

@@ -1,24 +1,24 @@
 import numpy as np
 
-from mctrack_ros.perception.events.stable_events import Steadiness
-from mctrack_ros.perception.feedback.persons_in_view import Company
+from mctrack_ros.perception.events.stable_events import StableEvents
+from mctrack_ros.perception.feedback.persons_in_view import PersonsInView
 
 PERIOD_NS = 40_000_000
 
 
 class Film:
     def __init__(self):
-        self.steadiness, self.now_ns = Steadiness(0.4), 10**18
+        self.steadiness, self.now_ns = StableEvents(0.4), 10**18
 
     def show(self, *people):
-        """Advance a picture; people are (key, local id, size of the group, part)."""
+        """Advance an image; people are (key, local id, size of the group, part)."""
         self.now_ns += PERIOD_NS
         key, local_id, size, part = np.array(people, np.int64).reshape(-1, 4).T
         count = len(key)
-        company = Company(
+        in_view = PersonsInView(
             key, local_id, key, np.zeros((count, 2)), np.zeros((count, 4)), np.zeros(count, bool)
         )
-        return key[self.steadiness.step(company, size, part, self.now_ns)].tolist()
+        return key[self.steadiness.step(in_view, size, part, self.now_ns)].tolist()
 
     def hold(self, count, *people):
         return [key for _ in range(count) for key in self.show(*people)]

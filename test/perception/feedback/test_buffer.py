@@ -15,7 +15,7 @@ def feedback(stamp_ns, **columns):
     return Feedback.build(stamp_ns, **columns)
 
 
-def test_picture_gets_the_feedback_of_the_tick_before_the_delay():
+def test_image_gets_the_feedback_of_the_tick_before_the_delay():
     buffer = FeedbackBuffer(PERIOD, DELAY)
     buffer.select(20)
     for stamp in (20, 60, 100):
@@ -86,12 +86,12 @@ def correction(stamp_ns, changes):
     ],
     ids=['skipped', 'twice', 'swap and another', 'swap and back', 'around'],
 )
-def test_a_slow_camera_is_told_what_changed_between_its_pictures(changes, told):
+def test_a_slow_camera_is_told_what_changed_between_its_images(changes, reported):
     buffer = FeedbackBuffer(PERIOD, DELAY)
     for index, change in enumerate(changes):
         buffer.push(correction(20 + PERIOD * index, change))
     found, _ = buffer.select(20 + PERIOD * 2 + DELAY)
-    assert found.corrections() == told
+    assert found.corrections() == reported
     buffer.push(correction(20 + PERIOD * 3, {}))
     assert buffer.select(20 + PERIOD * 3 + DELAY)[0].corrections() == {}
 

@@ -2,7 +2,11 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import Feedback
-from mctrack_ros.perception.feedback.persons_in_view import CompanyConfig, Roll, Sighting
+from mctrack_ros.perception.feedback.persons_in_view import (
+    PersonList,
+    PersonsInViewConfig,
+    Sighting,
+)
 from mctrack_ros.perception.geometry.person_size import SizeTable
 
 START_NS, PERIOD_NS = 10**18, 40_000_000
@@ -10,7 +14,7 @@ OUTSIDE = (900.0, 900.0)
 
 
 def tracks(*places, seen=True, proven=1.0, age_s=1.0):
-    """Local tracks 1, 2, ... at (x, y); their boxes are left of them in the picture."""
+    """Local tracks 1, 2, ... at (x, y); their boxes are left of them in the image."""
     count = len(places)
     return Sighting(
         np.arange(1, count + 1),
@@ -25,18 +29,18 @@ def tracks(*places, seen=True, proven=1.0, age_s=1.0):
 class Camera:
     def __init__(self, mapping):
         extent = np.array([0.6, 1.75])
-        self.roll = Roll(CompanyConfig(), extent, SizeTable(mapping), mapping)
+        self.roll = PersonList(PersonsInViewConfig(), extent, SizeTable(mapping), mapping)
         self.now_ns = START_NS
 
     def show(self, local, *targets, feedback=True, after_ns=PERIOD_NS):
-        """Advance a picture; targets are (id, x, y)."""
+        """Advance an image; targets are (id, x, y)."""
         self.now_ns += after_ns
-        told = None
+        reported = None
         if feedback:
             position = np.array([[x, y, 0.0] for _, x, y in targets]).reshape(-1, 3)
             ids = [target for target, *_ in targets]
-            told = Feedback.build(self.now_ns - 2 * PERIOD_NS, position=position, track_id=ids)
-        return self.roll.call(local, told, self.now_ns)
+            reported = Feedback.build(self.now_ns - 2 * PERIOD_NS, position=position, track_id=ids)
+        return self.roll.call(local, reported, self.now_ns)
 
 
 @pytest.fixture
@@ -45,21 +49,21 @@ def camera(mapping):
 
 
 def test_a_target_without_a_local_track_is_of_the_company(camera):
-    company = camera.show(tracks(), (7, 0.0, 0.0))
-    assert (company.key.tolist(), company.local_id.tolist()) == ([7], [0])
-    assert np.isfinite(company.box).all()
+    in_view = camera.show(tracks(), (7, 0.0, 0.0))
+    assert (in_view.key.tolist(), in_view.local_id.tolist()) == ([7], [0])
+    assert np.isfinite(in_view.box).all()
 
 
 def test_a_target_and_the_local_track_beside_it_are_one(camera):
     local = tracks((0.3, 0.0))
-    company = camera.show(local, (7, 0.0, 0.0))
-    assert (company.key.tolist(), company.local_id.tolist()) == ([7], [1])
-    assert np.array_equal(company.box, local.box)
+    in_view = camera.show(local, (7, 0.0, 0.0))
+    assert (in_view.key.tolist(), in_view.local_id.tolist()) == ([7], [1])
+    assert np.array_equal(in_view.box, local.box)
 
 
 def test_a_sure_local_track_that_the_fusion_node_misses_is_a_person(camera):
-    company = camera.show(tracks((3.0, 0.0)), (7, 0.0, 0.0))
-    assert (company.key.tolist(), company.local_id.tolist()) == ([-1, 7], [1, 0])
+    in_view = camera.show(tracks((3.0, 0.0)), (7, 0.0, 0.0))
+    assert (in_view.key.tolist(), in_view.local_id.tolist()) == ([-1, 7], [1, 0])
 
 
 @pytest.mark.parametrize('doubt', [{'seen': False}, {'proven': 0.1}, {'age_s': 0.1}])
@@ -67,11 +71,11 @@ def test_a_doubtful_local_track_that_the_fusion_node_misses_is_nobody(camera, do
     assert camera.show(tracks((3.0, 0.0), **doubt), (7, 0.0, 0.0)).key.tolist() == [7]
 
 
-def test_a_target_out_of_the_picture_is_not_of_the_company(camera):
+def test_a_target_out_of_the_image_is_not_of_the_company(camera):
     assert camera.show(tracks(), (7, *OUTSIDE)).key.tolist() == []
 
 
-def test_who_steps_into_the_picture_came_just_then(camera):
+def test_who_steps_into_the_image_came_just_then(camera):
     camera.show(tracks(), (7, *OUTSIDE), (8, 0.0, 0.0))
     came = [camera.show(tracks(), (7, 0.0, 0.0), (8, 0.0, 0.0)).came.tolist() for _ in range(2)]
     assert came == [[True, False], [False, False]]
@@ -84,5 +88,5 @@ def test_without_new_feedback_the_last_counts_for_a_while(camera):
 
 
 def test_without_a_fusion_node_all_local_tracks_are_the_company(camera):
-    company = camera.show(tracks((0.0, 0.0), OUTSIDE, proven=0.0, age_s=0.0), feedback=False)
-    assert (company.key.tolist(), company.local_id.tolist()) == ([-2, -1], [2, 1])
+    in_view = camera.show(tracks((0.0, 0.0), OUTSIDE, proven=0.0, age_s=0.0), feedback=False)
+    assert (in_view.key.tolist(), in_view.local_id.tolist()) == ([-2, -1], [2, 1])

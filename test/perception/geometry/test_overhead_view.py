@@ -11,7 +11,7 @@ from mctrack_ros.perception.geometry.person_size import SizeTable
 
 SIZE = (320, 240)
 PERIOD_NS = 40_000_000
-EMPTY_PICTURES, SETTLING_PICTURES, WALK = 30, 10, 100
+EMPTY_IMAGES, SETTLING_IMAGES, WALK = 30, 10, 100
 
 
 def projection(degrees, height_m=5.0, focal_px=200.0):
@@ -24,7 +24,7 @@ def projection(degrees, height_m=5.0, focal_px=200.0):
     return intrinsics @ np.column_stack([rotation, -rotation @ [0.0, 0.0, height_m]])
 
 
-def picture(matrix, places, rng):
+def image(matrix, places, rng):
     """Draw upright cylinders as thick as people."""
     image = np.full((SIZE[1], SIZE[0], 3), (60, 120, 60), np.uint8)
     around, up = np.meshgrid(np.linspace(0, 2 * np.pi, 16), [0.0, 1.75])
@@ -37,23 +37,23 @@ def picture(matrix, places, rng):
 
 
 def track(matrix, paths, seed):
-    """Return what is detected of those who walk along paths, (pictures, 2) each, m."""
+    """Return what is detected of those who walk along paths, (images, 2) each, m."""
     pipeline = CameraPipeline(CameraConfig(), ProjectiveMapping(matrix, SIZE))
-    rng, told = np.random.default_rng(seed), []
-    for index in range(-EMPTY_PICTURES, len(paths[0])):
-        image = picture(matrix, [path[index] for path in paths] if index >= 0 else [], rng)
-        stamp_ns = (index + EMPTY_PICTURES + 1) * PERIOD_NS
-        told.append(pipeline.step(image, stamp_ns, None).detections)
-    return told[EMPTY_PICTURES + SETTLING_PICTURES :]
+    rng, reported = np.random.default_rng(seed), []
+    for index in range(-EMPTY_IMAGES, len(paths[0])):
+        drawn = image(matrix, [path[index] for path in paths] if index >= 0 else [], rng)
+        stamp_ns = (index + EMPTY_IMAGES + 1) * PERIOD_NS
+        reported.append(pipeline.step(drawn, stamp_ns, None).detections)
+    return reported[EMPTY_IMAGES + SETTLING_IMAGES :]
 
 
-def assert_followed(told, paths, off_m):
+def assert_followed(reported, paths, off_m):
     """Check that everybody has one detection and one id, and is no farther off than that."""
     ids = set()
-    for index, rows in enumerate(told):
+    for index, rows in enumerate(reported):
         assert len(rows) == len(paths)
         for path in paths:
-            off = np.linalg.norm(rows.position[:, :2] - path[SETTLING_PICTURES + index], axis=1)
+            off = np.linalg.norm(rows.position[:, :2] - path[SETTLING_IMAGES + index], axis=1)
             assert off.min() < off_m
         ids |= set(rows.local_id.tolist())
     assert len(ids) == len(paths)

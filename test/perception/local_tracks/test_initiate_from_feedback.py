@@ -16,7 +16,7 @@ def camera(new_stage, mapping):
     return stage
 
 
-def told(*places):
+def reported(*places):
     """Feedback of targets 1, 2, ... who stand at some places."""
 
     def feedback(stamp_ns):
@@ -40,17 +40,17 @@ def tracked(camera):
 
 def test_who_is_expected_in_a_group_is_looked_for_there(camera):
     for _ in range(12):
-        camera.show(people(NEAR, BESIDE, BEHIND), told(NEAR, BESIDE, BEHIND))
+        camera.show(people(NEAR, BESIDE, BEHIND), reported(NEAR, BESIDE, BEHIND))
     assert sorted(tracked(camera)) == [1, 2, 3]
 
 
 def test_of_whom_nothing_is_seen_nothing_is_told(camera):
     for _ in range(12):
-        output = camera.show(people(NEAR, BESIDE), told(NEAR, BESIDE, (0.3, 0.1)))
+        output = camera.show(people(NEAR, BESIDE), reported(NEAR, BESIDE, (0.3, 0.1)))
     assert 3 not in output.detections.track_id.tolist()
 
 
 def test_behind_one_person_nobody_is_looked_for(camera):
     for _ in range(12):
-        camera.show(people(NEAR), told(NEAR, (-0.3, 0.8)))
+        camera.show(people(NEAR), reported(NEAR, (-0.3, 0.8)))
     assert tracked(camera) == [1]

@@ -12,7 +12,7 @@ from mctrack_ros.perception.local_tracks.vehicles import bicycles_among, vehicle
 GROUND = (60, 120, 60)
 
 
-def told(targets, stamp_ns):
+def reported(targets, stamp_ns):
     """Return feedback of standing targets, two periods old, by id."""
     return Feedback.build(
         stamp_ns - 80_000_000,
@@ -23,7 +23,7 @@ def told(targets, stamp_ns):
 
 
 class Road:
-    """Draws cars and people on a noisy ground, so many pictures a second."""
+    """Draws cars and people on a noisy ground, so many images a second."""
 
     def __init__(self, mapping, rate_hz=25.0, **tracker):
         self.mapping, self.rate_hz = mapping, rate_hz
@@ -42,7 +42,7 @@ class Road:
         return cv2.convexHull(np.rint(pixel).astype(np.int32))
 
     def show(self, bodies, targets=None):
-        """Return what is told of a picture; targets are where the fusion node has whom."""
+        """Return what is told of an image; targets are where the fusion node has whom."""
         self.index += 1
         stamp_ns = round(self.index / self.rate_hz * 1e9)
         width, height = self.mapping.image_size
@@ -50,7 +50,7 @@ class Road:
         for place, size, colour in bodies:
             cv2.fillConvexPoly(image, self.outline(place, size), colour)
         noisy = np.clip(image + self.rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
-        feedback = told(targets, stamp_ns) if targets else None
+        feedback = reported(targets, stamp_ns) if targets else None
         return self.pipeline.step(noisy, stamp_ns, feedback)
 
 
@@ -121,7 +121,7 @@ def test_unless_vehicles_come_all_are_people(mapping):
     assert kinds == {ClassCode.PERSON}
 
 
-def test_a_person_keeps_one_track_at_four_pictures_a_second(mapping):
+def test_a_person_keeps_one_track_at_four_images_a_second(mapping):
     road = Road(mapping, 4.0)
     seen = [road.show([((0.25 * step, 0.0), PERSON, (30, 30, 220))]) for step in range(12)]
     ids = {int(name) for output in seen for name in output.detections.local_id}

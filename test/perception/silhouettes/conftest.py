@@ -30,7 +30,7 @@ class CarPark:
         self.index = 0
         self.show([])
 
-    def picture(self, things):
+    def image(self, things):
         drawn = self.ground.copy()
         for x, bottom, (width, height), grey in things:
             low, high = max(round(x - width / 2), 0), max(round(x + width / 2), 0)
@@ -39,11 +39,11 @@ class CarPark:
         return cv2.cvtColor(np.clip(noisy, 0, 255).astype(np.uint8), cv2.COLOR_GRAY2BGR)
 
     def show(self, things):
-        return self.step(self.picture(things))
+        return self.step(self.image(things))
 
-    def step(self, picture):
+    def step(self, image):
         self.index += 1
-        return self.pipeline.step(picture, self.index * PERIOD_NS, None)
+        return self.pipeline.step(image, self.index * PERIOD_NS, None)
 
 
 @pytest.fixture

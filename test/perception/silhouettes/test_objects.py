@@ -21,7 +21,7 @@ def nothing():
 
 
 class Film:
-    """Shows an object list one silhouette, or none, in each picture."""
+    """Shows an object list one silhouette, or none, in each image."""
 
     def __init__(self, **config):
         self.objects, self.index = ObjectList(ObjectConfig(**config)), 0
@@ -40,7 +40,7 @@ class Film:
 
 @pytest.fixture
 def walker():
-    """Return the film of somebody who has walked 4 px a picture for 3 s."""
+    """Return the film of somebody who has walked 4 px an image for 3 s."""
     film = Film()
     for step in range(12):
         film.show(104.0 + 4 * step)
@@ -62,7 +62,7 @@ def test_what_does_not_move_is_not():
     assert not film.objects.established[0]
 
 
-def test_as_printed_two_pictures_are_enough():
+def test_as_printed_two_images_are_enough():
     film = Film(establish_s=0.2, move_px=0.0)
     film.show(100.0)
     assert film.objects.established[0]

@@ -60,7 +60,7 @@ def test_two_who_pass_keep_their_ids_and_tell_of_a_merge_and_a_split(new_park):
     assert events.count(EventCode.NEW) == 2
 
 
-def test_who_leaves_the_picture_is_an_exit_and_ids_are_never_used_again(new_park):
+def test_who_leaves_the_image_is_an_exit_and_ids_are_never_used_again(new_park):
     park, events, ids = new_park(OURS), [], []
     for _ in range(2):
         for step in range(40):
@@ -121,7 +121,7 @@ def test_a_vehicle_that_drives_off_leaves_no_hole(new_park, learned):
     assert output.detections.box[0, 0] > 400
 
 
-def test_a_change_of_most_of_the_picture_restarts_tracking(new_park):
+def test_a_change_of_most_of_the_image_restarts_tracking(new_park):
     park = new_park(OURS)
     for step in range(12):
         park.show([(100 + 8 * step, 380, PERSON, 60)])
@@ -133,19 +133,19 @@ def test_a_change_of_most_of_the_picture_restarts_tracking(new_park):
 
 @VERSIONS
 @pytest.mark.parametrize('kind', ['black', 'white', 'frozen', 'noise'])
-def test_pictures_that_show_nothing_give_one_detection_each_at_most(new_park, config, kind):
+def test_images_that_show_nothing_give_one_detection_each_at_most(new_park, config, kind):
     park, rng = new_park(config), np.random.default_rng(4)
     for step in range(12):
         park.show([(100 + 8 * step, 380, PERSON, 60)])
-    still, found = park.picture([(200, 380, PERSON, 60)]), 0
+    still, found = park.image([(200, 380, PERSON, 60)]), 0
     for _ in range(12):
-        picture = {
+        image = {
             'black': np.zeros_like(still),
             'white': np.full_like(still, 255),
             'frozen': still,
             'noise': rng.integers(0, 256, still.shape).astype(np.uint8),
         }[kind]
-        found += len(park.step(picture).detections)
+        found += len(park.step(image).detections)
     assert found <= (12 if kind in ('frozen', 'noise') else 0)
     for step in range(24):
         output = park.show([(100 + 8 * step, 380, PERSON, 60)])
@@ -153,23 +153,23 @@ def test_pictures_that_show_nothing_give_one_detection_each_at_most(new_park, co
 
 
 @pytest.mark.parametrize(
-    ('picture', 'reason'),
+    ('image', 'reason'),
     [
-        (np.zeros((240, 320, 3), np.uint8), 'picture is 320 x 240, expected 640 x 480'),
-        (np.zeros((480, 640), np.uint8), r'picture has shape \(480, 640\)'),
+        (np.zeros((240, 320, 3), np.uint8), 'image is 320 x 240, expected 640 x 480'),
+        (np.zeros((480, 640), np.uint8), r'image has shape \(480, 640\)'),
         (np.zeros((480, 640, 3), np.float32), 'and type float32, expected'),
     ],
     ids=['size', 'grey', 'type'],
 )
-def test_a_picture_of_another_size_or_type_is_refused(mapping, picture, reason):
+def test_a_image_of_another_size_or_type_is_refused(mapping, image, reason):
     with pytest.raises(ValueError, match=reason):
-        SilhouettePipeline(OURS, mapping).step(picture, 1, None)
+        SilhouettePipeline(OURS, mapping).step(image, 1, None)
 
 
 def test_a_stamp_that_comes_again_is_refused_and_changes_nothing(new_park):
     park = new_park(OURS)
     with pytest.raises(BackwardStampError):
-        park.pipeline.step(park.picture([]), park.index * PERIOD_NS, None)
+        park.pipeline.step(park.image([]), park.index * PERIOD_NS, None)
     park.show([])
 
 
@@ -191,7 +191,7 @@ def test_what_the_mask_hides_is_ignored(new_park, mapping):
     assert not len(output.detections)
 
 
-def test_the_same_pictures_give_the_same_output(new_park):
+def test_the_same_images_give_the_same_output(new_park):
     def run():
         park = new_park(OURS)
         return [
@@ -205,13 +205,13 @@ def test_the_same_pictures_give_the_same_output(new_park):
             assert np.array_equal(mine, theirs)
 
 
-def test_tracking_works_at_25_pictures_a_second(mapping, new_park):
+def test_tracking_works_at_25_images_a_second(mapping, new_park):
     park, ids = new_park(OURS), set()
     for step in range(100):
         park.index += 1
         stamp_ns = PERIOD_NS + park.index * 40_000_000
-        picture = park.picture([(100 + step, 380, PERSON, 60)])
-        ids |= set(park.pipeline.step(picture, stamp_ns, None).detections.local_id.tolist())
+        image = park.image([(100 + step, 380, PERSON, 60)])
+        ids |= set(park.pipeline.step(image, stamp_ns, None).detections.local_id.tolist())
     assert len(ids) == 1
     assert park.pipeline.objects.passed_on.all()
 

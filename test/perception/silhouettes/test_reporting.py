@@ -31,7 +31,7 @@ def objects():
 
 
 def noted(objects, components):
-    """Return (picture, event, local id) of what is noted in pictures in a row."""
+    """Return (image, event, local id) of what is noted in images in a row."""
     groups, events = Groups(GroupConfig(part_s=0.4)), []
     for index, component in enumerate(components):
         log = EventLog(index * PERIOD_NS)
@@ -52,7 +52,7 @@ def test_who_shares_a_silhouette_has_merged_and_then_split(objects):
     assert objects.group.tolist() == [0, 0, 0]
 
 
-def test_one_picture_apart_is_no_split(objects):
+def test_one_image_apart_is_no_split(objects):
     events = noted(objects, [TOGETHER, APART, TOGETHER, APART, TOGETHER])
 
     assert [event[1] for event in events] == [EventCode.MERGE]
@@ -100,7 +100,7 @@ def test_detections_are_of_those_who_are_seen_and_stand_on_the_ground(objects):
     assert rows.class_id.tolist() == [ClassCode.PERSON]
 
 
-def test_what_the_pictures_edge_cuts_off_is_of_unknown_size(objects):
+def test_what_the_images_edge_cuts_off_is_of_unknown_size(objects):
     truncated = np.array([True, False, False])
     rows = detections_of(objects, np.ones((3, 2)), np.zeros((3, 48)), truncated, 0, ReportConfig())
     assert np.isnan(rows.extent).all(axis=1).tolist() == truncated.tolist()

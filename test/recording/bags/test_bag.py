@@ -153,8 +153,8 @@ def test_offline_bags_state_the_quality_of_the_live_topics(tmp_path):
         writer.write_text('/site', '{}', 0)
         writer.write_rows('/tracks', Tracks.build(0), 'map')
         writer.write_rows('/events', Events.build(0), 'map')
-        picture = np.zeros((4, 4, 3), np.uint8)
-        writer.write('/cam1/image_raw', image_message(picture, ROSBAGS_CLASSES, 0, ''), 0)
+        image = np.zeros((4, 4, 3), np.uint8)
+        writer.write('/cam1/image_raw', image_message(image, ROSBAGS_CLASSES, 0, ''), 0)
     metadata = yaml.safe_load((tmp_path / 'bag/metadata.yaml').read_text())
     forever = {'sec': 9223372036, 'nsec': 854775807}
     stated = {}

@@ -3,7 +3,7 @@ import pytest
 
 from mctrack_ros.recording.tables.box_files import TextClock, read_boxes
 from mctrack_ros.recording.tables.columns import TableError
-from mctrack_ros.recording.tables.sightings import with_all_pictures
+from mctrack_ros.recording.tables.sightings import with_all_images
 from mctrack_ros.recording.video.videos import START_NS
 
 TEN_HZ = TextClock(rate_hz=10.0)
@@ -32,9 +32,9 @@ def read(folder, text, clock=TEN_HZ):
     ],
 )
 def test_boxes_are_read_from_every_usual_text(text, tmp_path):
-    seen = with_all_pictures({'cam': read(tmp_path, text)})['cam']
+    seen = with_all_images({'cam': read(tmp_path, text)})['cam']
     assert (seen.stamp_ns - START_NS).tolist() == [50_000_000, 150_000_000, 250_000_000]
-    assert seen.picture.tolist() == [0, 2]
+    assert seen.image.tolist() == [0, 2]
     assert seen.box.tolist() == [[1, 2, 30, 80], [10, 20, 30, 40]]
     assert seen.score.tolist() == [0.9, 0.5]
     assert np.isnan(seen.position).all()
@@ -48,7 +48,7 @@ def test_places_classes_and_ids_are_read_beside_boxes(tmp_path):
         '2.0,,,,,,,,,,\n'
     )
     seen = read(tmp_path, text)
-    assert len(seen.stamp_ns) == 3  # nothing was seen in the last picture
+    assert len(seen.stamp_ns) == 3  # nothing was seen in the last image
     np.testing.assert_equal(seen.position, [[1.5, -2], [np.nan, np.nan], [3, 4]])
     assert seen.box[1].tolist() == [5, 6, 7, 8]
     np.testing.assert_equal(seen.sigma, [0.1, np.nan, np.nan])
@@ -90,8 +90,8 @@ def test_files_may_count_from_zero_and_begin_later(tmp_path):
         ('1,-1,10,20,30,-40,1\n', r'line 1: the box is 30 x -40 px, expected sizes above 0'),
         ('1,-1,10,20,30,40,1\n2,-1,nan,20,30,40,1\n', r'line 2: left is nan, expected a finite'),
         ('1.5,-1,10,20,30,40,1\n', r'line 1: frame is 1.5, expected a whole number from 1'),
-        ('99999999,-1,10,20,30,40,1\n', r'99999999 pictures: is a frame or a time wrong'),
-        ('1,-1,.1,.2,.3,.4,1\n', r'the boxes are shares of the picture, expected pixels'),
+        ('99999999,-1,10,20,30,40,1\n', r'99999999 images: is a frame or a time wrong'),
+        ('1,-1,.1,.2,.3,.4,1\n', r'the boxes are shares of the image, expected pixels'),
         ('frame,left,top,width,height\n1,1,2,3,4\n', r'has no column score'),
         ('frame,score\n1,1\n', r'neither a box .* nor a position'),
         ('left,top,width,height,score\n1,2,3,4,1\n', r'has neither a column time nor frame'),
@@ -134,19 +134,19 @@ def test_frames_need_a_rate(tmp_path):
         read(tmp_path, '1,-1,10,20,30,40,1\n', TextClock())
 
 
-def test_pictures_in_which_nothing_was_seen_are_added_up_to_what_any_camera_saw(tmp_path):
+def test_images_in_which_nothing_was_seen_are_added_up_to_what_any_camera_saw(tmp_path):
     header = 'time,x,y,score\n'
     north = read(tmp_path, header + '0.1,1,2,1\n0.21,1,2,1\n0.6,1,2,1\n', TextClock())
     south = read(tmp_path, header + '0.3,1,2,1\n0.4,1,2,1\n', TextClock())
-    seen = with_all_pictures({'north': north, 'south': south})
-    for each, pictures in (('north', [0, 1, 5]), ('south', [2, 3])):
+    seen = with_all_images({'north': north, 'south': south})
+    for each, images in (('north', [0, 1, 5]), ('south', [2, 3])):
         tenths = np.round((seen[each].stamp_ns - START_NS) / 1e8).astype(int)
         assert tenths.tolist() == [1, 2, 3, 4, 5, 6]
-        assert seen[each].picture.tolist() == pictures
+        assert seen[each].image.tolist() == images
 
 
 def test_cameras_on_different_clocks_are_refused(tmp_path):
     own = read(tmp_path, 'time,x,y,score\n0.1,1,2,1\n')
     real = read(tmp_path, 'time,x,y,score\n1764000000.1,1,2,1\n')
     with pytest.raises(TableError, match=r'real begin .* after those of own: all .* one clock'):
-        with_all_pictures({'own': own, 'real': real})
+        with_all_images({'own': own, 'real': real})

@@ -143,7 +143,7 @@ def test_a_bag_of_them_is_imported_whole_or_as_a_file_or_by_topic(source, tmp_pa
     write(tmp_path / 'bag', [(10**9, [car]), (2 * 10**9, [])])
     command = ['import-detections', tmp_path / 'out', f'north={tmp_path / source}']
     result = CliRunner().invoke(app, [*map(str, command), '--site', str(tmp_path / 'hall.yaml')])
-    assert 'north: 1 detections of 1 in 2 pictures, 1 of them empty' in result.output
+    assert 'north: 1 detections of 1 in 2 images, 1 of them empty' in result.output
     with BagReader(tmp_path / 'out') as reader:
         rows = [rows for rows, _ in reader.rows('/north/detections', Detections)]
     assert [each.stamp_ns for each in rows] == [10**9, 2 * 10**9]

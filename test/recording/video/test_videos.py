@@ -1,6 +1,6 @@
 import pytest
 
-from films import SIZE, cut, level_picture, write_film, write_steady_film
+from films import SIZE, cut, level_image, write_film, write_steady_film
 from mctrack_ros.codec import image_from_message, stamp_ns_of
 from mctrack_ros.recording import BagReader
 from mctrack_ros.recording.video.videos import (
@@ -19,7 +19,7 @@ def test_a_video_says_how_large_and_how_fast_it_is(tmp_path):
     assert open_video(video.path, 30.0).rate_hz == 30.0
 
 
-def test_pictures_of_all_cameras_are_stamped_in_the_middle_of_their_periods(tmp_path):
+def test_images_of_all_cameras_are_stamped_in_the_middle_of_their_periods(tmp_path):
     videos = {
         'north': open_video(write_steady_film(tmp_path / 'north.avi', 4)),
         'south': open_video(write_steady_film(tmp_path / 'south.avi', 3), later_s=0.08),
@@ -31,20 +31,20 @@ def test_pictures_of_all_cameras_are_stamped_in_the_middle_of_their_periods(tmp_
     for name, expected in stamps.items():
         rows = [row for row in found if row[0] == f'/{name}/image_raw/compressed']
         assert [(stamp - START_NS) / 1e6 for _, stamp, _ in rows] == expected
-        levels = [picture.mean() for *_, picture in rows]
-        assert levels == pytest.approx([level_picture(i).mean() for i in range(len(rows))], abs=2)
+        levels = [image.mean() for *_, image in rows]
+        assert levels == pytest.approx([level_image(i).mean() for i in range(len(rows))], abs=2)
     assert [stamp for _, stamp, _ in found] == sorted(stamp for _, stamp, _ in found)
 
 
 def test_a_video_that_breaks_off_is_an_error_and_the_bag_holds_what_was_read(tmp_path):
     path = cut(write_steady_film(tmp_path / 'north.avi', 60), 0.5)
-    with pytest.raises(VideoError, match=r'north\.avi breaks off after \d+ pictures.*holds what'):
+    with pytest.raises(VideoError, match=r'north\.avi breaks off after \d+ images.*holds what'):
         write_videos({'north': open_video(path)}, tmp_path / 'bag')
     with BagReader(tmp_path / 'bag') as bag:
         assert bag.count('/north/image_raw/compressed') > 15
 
 
-def test_the_first_picture_of_all_lies_half_the_shortest_period_after_the_start(tmp_path):
+def test_the_first_image_of_all_lies_half_the_shortest_period_after_the_start(tmp_path):
     late = [100.0, 100.1, 100.2]
     videos = {
         'north': open_video(write_film(tmp_path / 'north.mp4', late)),

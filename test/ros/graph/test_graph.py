@@ -28,7 +28,7 @@ from mctrack_ros.ros.graph.site_graph import awaited_topics, site_nodes
 from mctrack_ros.ros.graph.supervise import Supervisor
 from mctrack_ros.ros.nodes.simulator_node import SimulatorNode
 from mctrack_ros.site.site import load_site
-from walker import PERIOD_NS, SIZE, picture_message
+from walker import PERIOD_NS, SIZE, walker_message
 
 CAMERAS = ('cam1', 'cam2')
 RECORDED = ['/tracks', '/feedback', '/events', '/ticks', '/cam./detections']
@@ -141,14 +141,14 @@ def test_a_killed_camera_node_does_not_stop_fusion_and_comes_back(bench, site, s
     bench.open()
     ticks, tracks = bench.rows(Ticks, '/ticks'), bench.rows(Tracks, '/tracks')
     returned = bench.rows(Detections, '/cam2/detections')
-    pictures = [
+    images = [
         bench.publisher(CompressedImage, f'/{camera}/image_raw/compressed') for camera in CAMERAS
     ]
     shown = [0]
 
     def show():
-        for camera, publisher in zip(CAMERAS, pictures):
-            publisher.publish(picture_message(shown[0], now_ns(bench), camera))
+        for camera, publisher in zip(CAMERAS, images):
+            publisher.publish(walker_message(shown[0], now_ns(bench), camera))
         shown[0] += 1
 
     bench.observer.create_timer(PERIOD_NS * 1e-9, show)
@@ -189,25 +189,25 @@ def test_simulator_shows_the_car_park_too(bench):
         *('-p', 'scene:=carpark', '-p', 'cameras:=[cam1]', '-p', 'rate:=4.0'),
         *('-p', 'duration:=20.0'),
     )
-    pictures = bench.messages(CompressedImage, '/cam1/image_raw/compressed')
+    images = bench.messages(CompressedImage, '/cam1/image_raw/compressed')
     seen = bench.rows(Detections, '/truth/cam1/detections')
     bench.add(SimulatorNode())
-    bench.until(lambda: len(pictures) >= 3 and seen)
-    assert image_from_message(pictures[0]).shape == (480, 640, 3)
-    stamps = np.diff([stamp_ns_of(picture) for picture in pictures])
+    bench.until(lambda: len(images) >= 3 and seen)
+    assert image_from_message(images[0]).shape == (480, 640, 3)
+    stamps = np.diff([stamp_ns_of(image) for image in images])
     assert (stamps % 250_000_000 == 0).all()
 
 
 @pytest.mark.live
-def test_simulator_shows_pictures_and_truth_of_the_same_instant(bench):
+def test_simulator_shows_images_and_truth_of_the_same_instant(bench):
     bench.open('-p', 'cameras:=[cam2]', '-p', 'duration:=5.0', '-p', 'rate:=10.0')
-    pictures = bench.messages(CompressedImage, '/cam2/image_raw/compressed')
+    images = bench.messages(CompressedImage, '/cam2/image_raw/compressed')
     people = bench.rows(Tracks, '/truth/tracks')
     seen = bench.rows(Detections, '/truth/cam2/detections')
     happened = bench.rows(Events, '/truth/cam2/events')
     bench.add(SimulatorNode())
-    bench.until(lambda: len(pictures) >= 3 and people and seen and happened)
-    stamps = [stamp_ns_of(picture) for picture in pictures]
+    bench.until(lambda: len(images) >= 3 and people and seen and happened)
+    stamps = [stamp_ns_of(image) for image in images]
     assert stamps == sorted(stamps)
     assert people[-1].stamp_ns % 100_000_000 == 50_000_000
     assert people[0].stamp_ns in stamps

@@ -48,7 +48,7 @@ def lost_by(stamps_s):
     return list(lost.values())
 
 
-def test_pictures_that_come_early_now_and_then_show_nothing_to_be_lost():
+def test_images_that_come_early_now_and_then_show_nothing_to_be_lost():
     stamps = np.arange(600) * 0.1
     stamps[5::20] -= 0.04
     assert lost_by(stamps)[-1] == 0

@@ -8,7 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import CompressedImage
 
 from mctrack_ros.interfaces import Detections
-from walker import PERIOD_NS, camera_parameters, picture_message
+from walker import PERIOD_NS, camera_parameters, walker_message
 
 FAULTY = """
 import sys
@@ -38,13 +38,13 @@ def test_a_node_lives_on_after_an_exception_and_says_so(bench, projection):
     bench.processes.append(process)
     detections = bench.rows(Detections, '/cam1/detections')
     reports = bench.messages(DiagnosticArray, '/diagnostics')
-    pictures = bench.publisher(CompressedImage, '/cam1/image_raw/compressed')
+    images = bench.publisher(CompressedImage, '/cam1/image_raw/compressed')
     bench.heard('/cam1/detections')
     sent = iter(range(1000))
 
     def is_seen():
         index = next(sent)
-        pictures.publish(picture_message(index, (index + 1) * PERIOD_NS))
+        images.publish(walker_message(index, (index + 1) * PERIOD_NS))
         return detections
 
     bench.until(is_seen)

@@ -10,7 +10,7 @@ from sensor_msgs.msg import CompressedImage
 
 from mctrack_ros.interfaces import Detections
 from mctrack_ros.ros.nodes.camera_node import CameraNode
-from walker import camera_parameters, picture_message
+from walker import camera_parameters, walker_message
 
 pytestmark = pytest.mark.live
 
@@ -54,16 +54,16 @@ def test_node_that_does_not_start_itself_goes_through_its_states(bench, waiting)
 
 def test_only_an_active_node_receives(bench, waiting):
     detections = bench.rows(Detections, '/cam1/detections')
-    pictures = bench.observer.create_publisher(CompressedImage, '/cam1/image_raw/compressed', 10)
+    images = bench.observer.create_publisher(CompressedImage, '/cam1/image_raw/compressed', 10)
     waiting.trigger_configure()
     bench.heard('/cam1/detections')
     assert bench.observer.count_subscribers('/cam1/image_raw/compressed') == 0
     waiting.trigger_activate()
-    bench.until(lambda: pictures.get_subscription_count() == 1)
-    pictures.publish(picture_message(0, 10**18))
+    bench.until(lambda: images.get_subscription_count() == 1)
+    images.publish(walker_message(0, 10**18))
     bench.until(lambda: detections)
     waiting.trigger_deactivate()
-    bench.until(lambda: pictures.get_subscription_count() == 0)
+    bench.until(lambda: images.get_subscription_count() == 0)
 
 
 def test_failed_configuration_leaves_the_node_unconfigured(bench, waiting):

@@ -1,4 +1,4 @@
-"""The camera node over DDS: pictures to detections, and what cannot stop it."""
+"""The camera node over DDS: images to detections, and what cannot stop it."""
 
 import dataclasses
 import time
@@ -18,50 +18,50 @@ from mctrack_ros.resources import config_file
 from mctrack_ros.ros.node import silence
 from mctrack_ros.ros.nodes.camera_node import CameraNode
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
-from walker import PERIOD_NS, SIZE, camera_parameters, picture_message
+from walker import PERIOD_NS, SIZE, camera_parameters, walker_message
 
 pytestmark = pytest.mark.live
 
 START_NS = 1_700_000_000 * 10**9 + PERIOD_NS // 2
 
 
-class Pictures:
+class Images:
     """What a camera would publish, and what its node makes of it."""
 
     def __init__(self, bench, kind=CompressedImage, topic='/cam1/image_raw/compressed'):
         self.bench = bench
         self.detections = bench.rows(Detections, '/cam1/detections')
         self.events = bench.rows(Events, '/cam1/events')
-        self.pictures = bench.publisher(kind, topic)
+        self.images = bench.publisher(kind, topic)
         bench.heard('/cam1/detections')
         bench.heard('/cam1/events')
 
     def show(self, indices, start_ns=START_NS):
-        """Send walker pictures, each processed before the next."""
+        """Send walker images, each processed before the next."""
         for index in indices:
-            self.send(picture_message(index, start_ns + index * PERIOD_NS))
+            self.send(walker_message(index, start_ns + index * PERIOD_NS))
 
     def send(self, message):
-        """Send a picture that gives detections."""
+        """Send an image that gives detections."""
         before = len(self.detections)
-        self.pictures.publish(message)
+        self.images.publish(message)
         self.bench.until(lambda: len(self.detections) > before)
 
     def refused(self, message):
-        """Send a picture that is refused, and say how many were."""
+        """Send an image that is refused, and say how many were."""
         health = self.bench.nodes[0].health
         before = health.totals.get('refused', 0)
-        self.pictures.publish(message)
+        self.images.publish(message)
         self.bench.until(lambda: health.totals.get('refused', 0) > before)
 
 
 @pytest.fixture
 def camera(bench, projection):
     bench.make(CameraNode, **camera_parameters(projection))
-    return Pictures(bench)
+    return Images(bench)
 
 
-def test_each_picture_gives_detections_with_its_stamp(camera):
+def test_each_image_gives_detections_with_its_stamp(camera):
     camera.show(range(30))
     stamps = [detections.stamp_ns for detections in camera.detections]
     assert stamps == [START_NS + index * PERIOD_NS for index in range(30)]
@@ -69,11 +69,11 @@ def test_each_picture_gives_detections_with_its_stamp(camera):
     assert len(camera.detections[-1]) == 1
 
 
-def test_raw_pictures_are_taken_too(bench, projection):
+def test_raw_images_are_taken_too(bench, projection):
     parameters = camera_parameters(projection)
     parameters['settings']['image_topic'] = 'image_raw'
     bench.make(CameraNode, **parameters)
-    camera = Pictures(bench, Image, '/cam1/image_raw')
+    camera = Images(bench, Image, '/cam1/image_raw')
     blank = np.full((SIZE[1], SIZE[0], 3), 99, np.uint8)
     camera.send(image_message(blank, RCLPY_CLASSES, START_NS, 'cam1_optical_frame'))
     assert camera.detections[0].stamp_ns == START_NS
@@ -81,7 +81,7 @@ def test_raw_pictures_are_taken_too(bench, projection):
 
 @pytest.mark.parametrize(
     ('scale', 'said'),
-    [(1, 'calibration accepted at a first look'), (2, 'they fit pictures of 768 x 576 px')],
+    [(1, 'calibration accepted at a first look'), (2, 'they fit images of 768 x 576 px')],
 )
 def test_the_node_says_at_its_start_whether_its_grid_is_to_be_trusted(
     bench, projection, tmp_path, capfd, scale, said
@@ -97,7 +97,7 @@ def test_the_node_says_at_its_start_whether_its_grid_is_to_be_trusted(
     assert said in capfd.readouterr().err
 
 
-def test_a_node_says_once_which_pictures_it_waits_for(bench, projection, monkeypatch, capfd):
+def test_a_node_says_once_which_images_it_waits_for(bench, projection, monkeypatch, capfd):
     monkeypatch.setattr(silence, 'PATIENCE_S', 0.1)
     bench.make(CameraNode, **camera_parameters(projection))
     said = []
@@ -138,11 +138,11 @@ def test_a_camera_far_from_its_origin_ends_with_the_line_to_set(bench, tmp_path)
     assert 'set origin: 389000,5820000' in bench.log('camera_node')
 
 
-def bad_pictures(stamp_ns):
-    empty = picture_message(1, stamp_ns)
+def bad_images(stamp_ns):
+    empty = walker_message(1, stamp_ns)
     empty.data = b''
-    garbled = picture_message(1, stamp_ns)
-    garbled.data = b'not a picture'
+    garbled = walker_message(1, stamp_ns)
+    garbled.data = b'not an image'
     small = CompressedImage(header=empty.header, format='jpeg')
     small.data = jpeg_from_image(np.zeros((20, 30, 3), np.uint8)).tobytes()
     huge = CompressedImage(header=empty.header, format='jpeg')
@@ -153,15 +153,15 @@ def bad_pictures(stamp_ns):
         'garbled': garbled,
         'of another size': small,
         'huge by its header': huge,
-        'again': picture_message(2, START_NS + 2 * PERIOD_NS),
-        'backwards': picture_message(1, START_NS + PERIOD_NS),
+        'again': walker_message(2, START_NS + 2 * PERIOD_NS),
+        'backwards': walker_message(1, START_NS + PERIOD_NS),
     }
 
 
-def test_bad_pictures_are_refused_and_the_node_lives_on(camera):
+def test_bad_images_are_refused_and_the_node_lives_on(camera):
     camera.show(range(3))
-    for picture in bad_pictures(START_NS + 3 * PERIOD_NS).values():
-        camera.refused(picture)
+    for image in bad_images(START_NS + 3 * PERIOD_NS).values():
+        camera.refused(image)
     camera.show(range(3, 5))
     assert len(camera.detections) == 5
 
@@ -219,7 +219,7 @@ def test_a_camera_that_has_moved_is_a_warning_until_it_is_configured_anew(bench,
     parameters['settings']['pipeline']['watchdog'] = {'settling_s': 5.0}
     node = bench.make(CameraNode, **parameters)
     reports = bench.messages(DiagnosticArray, '/diagnostics')
-    camera, still = Pictures(bench), moving_camera.ground()
+    camera, still = Images(bench), moving_camera.ground()
 
     def show(seconds, right):
         for index in range(*(round(5 * second) for second in seconds)):
@@ -244,12 +244,12 @@ def test_a_camera_that_has_moved_is_a_warning_until_it_is_configured_anew(bench,
         transition()
     node.trigger_activate()
     bench.heard('/cam1/detections')
-    bench.until(lambda: camera.pictures.get_subscription_count() > 0)
+    bench.until(lambda: camera.images.get_subscription_count() > 0)
     show((15, 25), 6.0)
     assert said('has not moved').level == DiagnosticStatus.OK
 
 
-def test_black_and_noisy_pictures_are_an_error_on_diagnostics_until_they_are_over(bench, camera):
+def test_black_and_noisy_images_are_an_error_on_diagnostics_until_they_are_over(bench, camera):
     reports = bench.messages(DiagnosticArray, '/diagnostics')
     rng = np.random.default_rng(2)
 
@@ -261,8 +261,8 @@ def test_black_and_noisy_pictures_are_an_error_on_diagnostics_until_they_are_ove
             )
         )
         reports.clear()
-        bench.until(lambda: any('picture' in one.name for r in reports for one in r.status))
-        return next(one for r in reports for one in r.status if 'picture' in one.name)
+        bench.until(lambda: any('image' in one.name for r in reports for one in r.status))
+        return next(one for r in reports for one in r.status if 'image' in one.name)
 
     camera.show(range(3))
     for index, image in enumerate(

@@ -36,13 +36,13 @@ def play(bench, bag, **parameters):
 
 
 @pytest.mark.live
-def test_every_picture_is_played_at_the_bags_pace(bench, walker_bag):
+def test_every_image_is_played_at_the_bags_pace(bench, walker_bag):
     began = time.monotonic()
-    pictures, clock = play(bench, walker_bag)
+    images, clock = play(bench, walker_bag)
     elapsed = time.monotonic() - began
     stamps = stamps_in(walker_bag)
-    bench.until(lambda: len(pictures) == len(stamps))
-    assert [stamp_ns_of(picture) for picture in pictures] == stamps
+    bench.until(lambda: len(images) == len(stamps))
+    assert [stamp_ns_of(image) for image in images] == stamps
     assert elapsed >= (stamps[-1] - stamps[0]) * 1e-9
     times = [message.clock.sec * 10**9 + message.clock.nanosec for message in clock]
     assert times == sorted(times)
@@ -51,12 +51,12 @@ def test_every_picture_is_played_at_the_bags_pace(bench, walker_bag):
 
 
 @pytest.mark.live
-def test_restamped_pictures_seem_captured_now_and_keep_their_phase(bench, walker_bag):
+def test_restamped_images_seem_captured_now_and_keep_their_phase(bench, walker_bag):
     before_ns = time.time_ns()
-    pictures, clock = play(bench, walker_bag, restamp=True)
+    images, clock = play(bench, walker_bag, restamp=True)
     stamps = stamps_in(walker_bag)
-    bench.until(lambda: len(pictures) == len(stamps))
-    moved = [stamp_ns_of(picture) for picture in pictures]
+    bench.until(lambda: len(images) == len(stamps))
+    moved = [stamp_ns_of(image) for image in images]
     shift_ns = moved[0] - stamps[0]
     assert moved == [stamp_ns + shift_ns for stamp_ns in stamps]
     assert shift_ns % 10**9 == 0
@@ -66,11 +66,11 @@ def test_restamped_pictures_seem_captured_now_and_keep_their_phase(bench, walker
 
 @pytest.mark.live
 def test_part_of_a_bag_is_played(bench, walker_bag):
-    pictures, _ = play(bench, walker_bag, start=1.0, duration=0.5, rate=10.0)
+    images, _ = play(bench, walker_bag, start=1.0, duration=0.5, rate=10.0)
     stamps = [stamp_ns for stamp_ns in stamps_in(walker_bag)]
-    bench.until(lambda: len(pictures) >= 13)
-    assert stamp_ns_of(pictures[0]) == stamps[25]
-    assert stamp_ns_of(pictures[-1]) == stamps[37]
+    bench.until(lambda: len(images) >= 13)
+    assert stamp_ns_of(images[0]) == stamps[25]
+    assert stamp_ns_of(images[-1]) == stamps[37]
 
 
 @pytest.mark.live

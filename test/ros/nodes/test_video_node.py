@@ -1,10 +1,10 @@
-"""The video node: a file's pictures, once or again and again."""
+"""The video node: a file's images, once or again and again."""
 
 import numpy as np
 import pytest
 from sensor_msgs.msg import CompressedImage, Image
 
-from films import level_picture, write_film, write_steady_film
+from films import level_image, write_film, write_steady_film
 from mctrack_ros.codec import image_from_message, stamp_ns_of
 from mctrack_ros.ros.nodes.video_node import VideoNode
 from mctrack_ros.ros.topics.quality import reliable
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.live
 
 @pytest.fixture
 def film(tmp_path):
-    """Return a video file of 20 ever brighter pictures at 50 Hz."""
+    """Return a video file of 20 ever brighter images at 50 Hz."""
     return write_steady_film(tmp_path / 'film.avi', 20, 50.0, SIZE)
 
 
@@ -23,27 +23,27 @@ def show(bench, film, kind=CompressedImage, **parameters):
     path = bench.parameter_file('video', {'source': str(film), **parameters})
     bench.open('--params-file', str(path))
     topic = '/cam1/' + parameters.get('image_topic', 'image_raw/compressed')
-    pictures = bench.messages(kind, topic, reliable(200))
-    return bench.add(VideoNode()), pictures
+    images = bench.messages(kind, topic, reliable(200))
+    return bench.add(VideoNode()), images
 
 
 def test_a_file_is_played_to_its_end_at_its_rate(bench, film):
-    node, pictures = show(bench, film)
-    bench.until(lambda: node.finished and len(pictures) == 20)
-    steps = np.diff([stamp_ns_of(picture) for picture in pictures])
+    node, images = show(bench, film)
+    bench.until(lambda: node.finished and len(images) == 20)
+    steps = np.diff([stamp_ns_of(image) for image in images])
     assert set(steps.tolist()) == {20_000_000}
-    levels = [float(image_from_message(picture).mean()) for picture in pictures]
+    levels = [float(image_from_message(image).mean()) for image in images]
     assert levels == sorted(levels)
     assert not node.failure
 
 
 def test_a_file_whose_rate_changes_keeps_its_times(bench, tmp_path):
     times = [3.0, 3.04, 3.08, 3.16, 3.24, 3.32, 3.36]
-    pictures = [level_picture(index, SIZE) for index in range(len(times))]
-    film = write_film(tmp_path / 'film.mp4', times, pictures)
+    images = [level_image(index, SIZE) for index in range(len(times))]
+    film = write_film(tmp_path / 'film.mp4', times, images)
     node, shown = show(bench, film, start=1000.0, realtime=False)
     bench.until(lambda: node.finished and len(shown) == len(times))
-    stamps = [stamp_ns_of(picture) * 1e-9 - 1000.0 for picture in shown]
+    stamps = [stamp_ns_of(image) * 1e-9 - 1000.0 for image in shown]
     assert stamps == pytest.approx(np.array(times) - 3.0, abs=1e-3)
 
 
@@ -51,34 +51,34 @@ def test_a_file_without_times_asks_for_a_rate(bench, tmp_path):
     film = write_film(tmp_path / 'film.h264', [index / 25 for index in range(20)])
     process = bench.spawn('video_node', source=str(film))
     assert bench.exit_code(process) == 2
-    assert 'does not say when its pictures were taken' in bench.log('video_node')
+    assert 'does not say when its images were taken' in bench.log('video_node')
     node, shown = show(bench, film, rate=50.0, realtime=False)
     bench.until(lambda: node.finished and len(shown) == 20)
-    steps = np.diff([stamp_ns_of(picture) for picture in shown])
+    steps = np.diff([stamp_ns_of(image) for image in shown])
     assert set(steps.tolist()) == {20_000_000}
 
 
 def test_a_file_is_repeated_with_rising_stamps(bench, film):
-    node, pictures = show(bench, film, loop=True, realtime=False, rate=100.0, depth=100)
-    bench.until(lambda: len(pictures) >= 45)
+    node, images = show(bench, film, loop=True, realtime=False, rate=100.0, depth=100)
+    bench.until(lambda: len(images) >= 45)
     node.trigger_deactivate()
-    stamps = [stamp_ns_of(picture) for picture in pictures]
+    stamps = [stamp_ns_of(image) for image in images]
     assert stamps == sorted(set(stamps))
 
 
-def test_raw_and_scaled_pictures(bench, film):
-    node, pictures = show(
+def test_raw_and_scaled_images(bench, film):
+    node, images = show(
         bench, film, Image, image_topic='image_raw', width=96, height=72, realtime=False
     )
-    bench.until(lambda: node.finished and pictures)
-    assert (pictures[0].width, pictures[0].height) == (96, 72)
-    assert pictures[0].header.frame_id == 'cam1_optical_frame'
+    bench.until(lambda: node.finished and images)
+    assert (images[0].width, images[0].height) == (96, 72)
+    assert images[0].header.frame_id == 'cam1_optical_frame'
 
 
 def test_a_stream_that_falls_silent_is_opened_again(bench, film):
-    node, pictures = show(bench, f'file://{film}', depth=200)
-    bench.until(lambda: len(pictures) > 25)
+    node, images = show(bench, f'file://{film}', depth=200)
+    bench.until(lambda: len(images) > 25)
     assert not node.finished
     node.trigger_deactivate()
-    stamps = [stamp_ns_of(picture) for picture in pictures]
+    stamps = [stamp_ns_of(image) for image in images]
     assert stamps == sorted(stamps)

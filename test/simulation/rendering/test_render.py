@@ -27,7 +27,7 @@ def test_another_seed_is_another_match():
     assert not np.array_equal(first.motion.position, second.motion.position)
 
 
-def test_noise_differs_from_picture_to_picture(staged):
+def test_noise_differs_from_image_to_image(staged):
     renderer = CameraRenderer(staged({}, duration_s=0.2, noise=2.0), 0)
     difference = renderer.frame(0)[0].astype(float) - renderer.frame(1)[0]
     assert difference.std() == pytest.approx(2 * np.sqrt(2), rel=0.1)
@@ -44,7 +44,7 @@ def test_pixels_change_only_inside_the_true_box(staged):
 
 
 @pytest.mark.parametrize('options', OPTIONS, ids=lambda options: next(iter(options)))
-def test_options_change_the_picture_but_not_what_happens(options):
+def test_options_change_the_image_but_not_what_happens(options):
     plain, other = (World.simulated(Scenario(duration_s=0.2, **given)) for given in ({}, options))
     np.testing.assert_array_equal(plain.motion.position, other.motion.position)
     (image, view), (changed, seen) = (CameraRenderer(w, 0).frame(3) for w in (plain, other))
@@ -64,7 +64,7 @@ def test_a_scenario_without_noise_is_refused():
         Scenario(noise=0)
 
 
-def test_a_gain_step_makes_light_and_noise_more_from_one_picture_to_the_next(staged):
+def test_a_gain_step_makes_light_and_noise_more_from_one_image_to_the_next(staged):
     plain = CameraRenderer(staged({}, duration_s=0.4), 0)
     stepped = CameraRenderer(staged({}, duration_s=0.4, gain_step=0.3, step_s=0.2), 0)
     assert np.array_equal(plain.frame(4)[0], stepped.frame(4)[0])

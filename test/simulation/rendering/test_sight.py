@@ -40,7 +40,7 @@ def test_people_side_by_side_neither_hide_nor_touch(staged):
     assert len(view.touching) == 0
 
 
-def test_the_picture_edge_truncates_but_does_not_hide(staged):
+def test_the_image_edge_truncates_but_does_not_hide(staged):
     world = staged({})
     camera = world.cameras[0]
     place = camera.ground([2.0, 300.0])

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from mctrack_ros.ground import mapping_from_grid, read_grid
-from web.desk import PATIENCE_MS, PICTURE, Desk
-from web.scenes import CAMERA, block, seen_points, write_scene_and_picture
+from web.desk import IMAGE, PATIENCE_MS, Desk
+from web.scenes import CAMERA, block, seen_points, write_scene_and_image
 
 pytestmark = [pytest.mark.browser, pytest.mark.xdist_group('browser')]
 
 
 @pytest.fixture
 def folder(tmp_path):
-    """Return a folder with a picture and a scene."""
-    write_scene_and_picture(tmp_path)
+    """Return a folder with an image and a scene."""
+    write_scene_and_image(tmp_path)
     return tmp_path
 
 
@@ -47,7 +47,7 @@ def test_twelve_points_clicked_make_a_grid_within_a_pixel_or_two_of_truth(desk, 
     for name in names:
         desk.pair(name)
     desk.says('12 points')
-    desk.drag(desk.at(PICTURE, *desk.image[names[3]]), right=25, down=6)
+    desk.drag(desk.at(IMAGE, *desk.image[names[3]]), right=25, down=6)
     desk.says(f'Point {names[3]} is')
     page.keyboard.press('Control+z')
     desk.is_paired(names[3])
@@ -64,7 +64,7 @@ def test_twelve_points_clicked_make_a_grid_within_a_pixel_or_two_of_truth(desk, 
 
 def test_zoomed_to_the_pixel_a_click_is_exact_to_a_tenth(desk, folder):
     names, page = block(2, 2), desk.page
-    page.mouse.move(*desk.at(PICTURE, *desk.image[names[0]]))
+    page.mouse.move(*desk.at(IMAGE, *desk.image[names[0]]))
     for _ in range(12):
         page.mouse.wheel(0, -300)
     page.wait_for_function("document.querySelector('.board svg').viewBox.baseVal.width < 60")
@@ -81,14 +81,14 @@ def test_zoomed_to_the_pixel_a_click_is_exact_to_a_tenth(desk, folder):
 
 def test_the_place_first_pairs_too_and_delete_takes_it_apart(desk):
     name, page = block()[0], desk.page
-    page.mouse.click(*desk.at(PICTURE, *desk.image[name]))
+    page.mouse.click(*desk.at(IMAGE, *desk.image[name]))
     desk.says('Now click its point on the plan')
     desk.choose(name)
     desk.is_paired(name)
-    page.mouse.click(*desk.at(PICTURE, *desk.image[name]))
+    page.mouse.click(*desk.at(IMAGE, *desk.image[name]))
     desk.says('drag it to mend')
     page.keyboard.press('Delete')
-    page.wait_for_selector('.picture .mark', state='detached')
+    page.wait_for_selector('.image .mark', state='detached')
 
 
 def test_without_the_token_nothing_is_shown(browser, address):

@@ -69,8 +69,8 @@ def test_a_new_step_drops_those_taken_back():
     ('step', 'reason'),
     [
         (lambda p: p.choose('z'), "no point 'z'"),
-        (lambda p: p.place(-1, 5), 'outside the picture'),
-        (lambda p: p.place(float('nan'), 5), 'outside the picture'),
+        (lambda p: p.place(-1, 5), 'outside the image'),
+        (lambda p: p.place(float('nan'), 5), 'outside the image'),
         (lambda p: p.move('a', 5, 5), 'has no place'),
         (lambda p: p.delete('a'), 'has no place'),
     ],

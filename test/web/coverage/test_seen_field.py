@@ -38,14 +38,14 @@ def draw(fields):
         add_seen(fields, *seen(corner))
 
 
-def test_what_is_drawn_on_the_picture_lies_on_the_ground(fields):
+def test_what_is_drawn_on_the_image_lies_on_the_ground(fields):
     draw(fields)
     np.testing.assert_allclose(fields.corners, SQUARE, atol=0.05)
     np.testing.assert_allclose(seen_corners(fields), [seen(c) for c in SQUARE], atol=0.1)
     assert fields.coverage.fields[0].area == pytest.approx(400, rel=0.01)
 
 
-def test_a_corner_that_is_dragged_in_the_picture_moves_on_the_ground(fields):
+def test_a_corner_that_is_dragged_in_the_image_moves_on_the_ground(fields):
     draw(fields)
     move_seen(fields, 2, *seen((35.0, 45.0)))
     np.testing.assert_allclose(fields.corners[2], (35.0, 45.0), atol=0.1)
@@ -53,7 +53,7 @@ def test_a_corner_that_is_dragged_in_the_picture_moves_on_the_ground(fields):
     np.testing.assert_allclose(fields.corners, SQUARE, atol=0.05)
 
 
-def test_a_corner_divides_the_edge_that_is_nearest_in_the_picture(fields):
+def test_a_corner_divides_the_edge_that_is_nearest_in_the_image(fields):
     draw(fields)
     add_seen(fields, *seen((31.0, 30.0)))
     np.testing.assert_allclose(fields.corners[2], (31.0, 30.0), atol=0.1)
@@ -64,8 +64,8 @@ def test_a_corner_divides_the_edge_that_is_nearest_in_the_picture(fields):
     [
         ((400, 3), 'above the horizon; nothing was changed'),
         ((400, 120), r'm away, beyond the reach of 200 m; nothing was changed'),
-        ((-5, 300), 'outside the picture'),
-        ((float('nan'), 300), 'outside the picture'),
+        ((-5, 300), 'outside the image'),
+        ((float('nan'), 300), 'outside the image'),
     ],
 )
 def test_a_pixel_without_ground_is_refused_and_nothing_is_lost(fields, pixel, reason):
@@ -86,7 +86,7 @@ def test_the_horizon_is_found_with_every_kind_of_mapping(site, method):
         ground_seen(mapping, 400, 3, 200.0)
 
 
-def test_the_picture_shows_the_fields_the_blind_ground_and_the_reach(fields):
+def test_the_image_shows_the_fields_the_blind_ground_and_the_reach(fields):
     draw(fields)
     fields.choose_corner(1)
     drawing = seen_drawing(fields)
@@ -99,14 +99,14 @@ def test_the_picture_shows_the_fields_the_blind_ground_and_the_reach(fields):
     assert max(shapely.distance(ring, shapely.points(ground))) < 0.05
 
 
-def test_blind_ground_elsewhere_is_not_in_the_picture(fields):
+def test_blind_ground_elsewhere_is_not_in_the_image(fields):
     draw(fields)
     blind = (shapely.box(900, 900, 901, 901),)
     fields.coverage = dataclasses.replace(fields.coverage, blind=blind)
     assert 'blind' not in {line.kind for line in seen_drawing(fields).lines}
 
 
-def test_corners_behind_the_camera_are_left_out_of_its_picture(fields):
+def test_corners_behind_the_camera_are_left_out_of_its_image(fields):
     for corner in [(-60.0, -80.0), (20.0, 20.0), (20.0, 40.0)]:
         fields.add(*corner)
     assert [mark.name for mark in seen_drawing(fields).marks] == ['1', '2']

@@ -42,7 +42,7 @@ class SyntheticCameras:
     The camera nodes of a scene.
 
     Who caused a detection is used for what a camera's own tracker would know (that it is the one
-    of the last picture, that it is two) and for colours; global ids come by feedback alone.
+    of the last image, that it is two) and for colours; global ids come by feedback alone.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class SyntheticCameras:
     personal : float
         Share of somebody's colours that are his own and not his kit's.
     pixels : float
-        How many a template counts: the fewer, the more it changes from picture to picture.
+        How many a template counts: the fewer, the more it changes from image to image.
 
     """
 
@@ -136,13 +136,13 @@ class SyntheticCameras:
         return np.where(target >= 0, self._local_id[camera, target], 0)
 
     def _templates(self, target: Indices) -> Floats:
-        """Return colours as they are counted in one picture; those of clutter are anybody's."""
+        """Return colours as they are counted in one image; those of clutter are anybody's."""
         colours = self._colours[target] * self._pixels + 1e-3
         counted = self._rng.standard_gamma(colours)
         return np.asarray(counted / counted.sum(axis=1, keepdims=True))
 
     def _boxes(self, camera: int, position: Floats) -> Floats:
-        """Return where people at (n, 2) positions, m, stand in a camera's picture, (n, 4) px."""
+        """Return where people at (n, 2) positions, m, stand in a camera's image, (n, 4) px."""
         offset = position - self._fields['camera_position'][camera]
         distance = np.linalg.norm(offset, axis=1)
         scale = FOCAL_PX / distance

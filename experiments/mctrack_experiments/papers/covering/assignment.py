@@ -53,25 +53,25 @@ class Assignments:
 
     Attributes
     ----------
-    ticks, pictures : int
-        How many there were; pictures with two or more tracks to assign.
+    ticks, images : int
+        How many there were; images with two or more tracks to assign.
     contested : int
-        Pictures where not every track got its first choice.
+        Images where not every track got its first choice.
     worse : int
-        Pictures where the exchange costs more than need be.
+        Images where the exchange costs more than need be.
     cost_ratio, largest_ratio : float
-        Greedy over best: of the sums, and of one picture at most.
+        Greedy over best: of the sums, and of one image at most.
     proposals, bound : int
         The exchange's proposals, and tracks times detections, summed.
     late : int
-        Pictures that took more rounds than they had tracks.
+        Images that took more rounds than they had tracks.
     greedy_us, best_us : float
         Processor time a tick, flags included.
 
     """
 
     ticks: int
-    pictures: int
+    images: int
     contested: int
     worse: int
     cost_ratio: float
@@ -111,12 +111,12 @@ def replaced(method: str, associator: type[Associator]) -> Iterator[None]:
 def flagged(pairs: Pairs) -> list[Indices]:
     """Return the pairs (n,) of every sensor's own tracks, sensor by sensor."""
     rows = np.flatnonzero(flags(pairs))
-    starts = np.flatnonzero(np.diff(pairs.picture[rows])) + 1
+    starts = np.flatnonzero(np.diff(pairs.image[rows])) + 1
     return np.split(rows, starts) if len(rows) else []
 
 
 def best(pairs: Pairs, rows: Indices, unassigned: float) -> Indices:
-    """Return which of one picture's pairs, (n,) rows, cost least together."""
+    """Return which of one image's pairs, (n,) rows, cost least together."""
     tracks, track = np.unique(pairs.slot[rows], return_inverse=True)
     detections, detection = np.unique(pairs.detection[rows], return_inverse=True)
     matrix = np.full((len(tracks), len(detections) + len(tracks)), unassigned)
@@ -136,7 +136,7 @@ def cost_of(pairs: Pairs, rows: Indices) -> Floats:
 def compared(kept: Sequence[Pairs], method: str) -> Assignments:
     """Return what both ways to assign give, and take."""
     unassigned = UNASSIGNED[method]
-    pictures = contested = worse = proposals = bound = late = 0
+    images = contested = worse = proposals = bound = late = 0
     costs, largest = np.zeros(2), 1.0
     for pairs in kept:
         for rows in flagged(pairs):
@@ -153,15 +153,15 @@ def compared(kept: Sequence[Pairs], method: str) -> Assignments:
             )
             costs += own
             largest = max(largest, own[0] / own[1] if own[1] else 1.0)
-            pictures, proposals = pictures + 1, proposals + asked
+            images, proposals = images + 1, proposals + asked
             bound += tracks * len(np.unique(detection))
             contested += bool(asked > tracks or greedy.sum() < tracks)
             worse, late = worse + bool(own[0] > own[1] * (1 + 1e-9)), late + (rounds > tracks)
     times = [_time_us(each, kept) for each in (CoveringGraph(), BestPerSensor(unassigned))]
-    ratio = float(costs[0] / costs[1]) if pictures else 1.0
+    ratio = float(costs[0] / costs[1]) if images else 1.0
     return Assignments(
         len(kept),
-        pictures,
+        images,
         contested,
         worse,
         ratio,

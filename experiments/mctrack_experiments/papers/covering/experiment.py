@@ -33,7 +33,7 @@ PITCH_SEEDS, CARPARK_SEEDS = (15, 16, 17), (32, 33)
 FIRST, BESIDE, FACING = ('cam1',), ('cam1', 'cam3'), ('cam1', 'cam2')
 """Cameras of the pitch: one; with the next along the touch line; with the one opposite."""
 BREAK_S = 1.5
-COUNTED = ('switches', 'ids', 'isolated_breaks', 'ticks', 'pictures', 'contested', 'worse', 'late',
+COUNTED = ('switches', 'ids', 'isolated_breaks', 'ticks', 'images', 'contested', 'worse', 'late',
            'proposals', 'bound')  # fmt: skip
 """Figures that are added up over recordings; of others the mean is taken."""
 

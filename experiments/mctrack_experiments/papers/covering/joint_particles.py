@@ -73,8 +73,8 @@ class JointParticleTracker:
         ratio = DETECTED / (1 - DETECTED) * fit / false
         share = ratio / (1.0 + ratio.sum(axis=1, keepdims=True) - ratio)
         weight = np.ones(share.shape[:2])
-        for picture in np.unique(sight.picture):
-            weight *= 1.0 + share[..., sight.picture == picture].sum(axis=2)
+        for image in np.unique(sight.image):
+            weight *= 1.0 + share[..., sight.image == image].sum(axis=2)
         weight /= weight.sum(axis=0)
         place = np.einsum('pn,pnx->nx', weight, self._state[..., :2])
         taken = ratio / (1.0 + ratio.sum(axis=1, keepdims=True))

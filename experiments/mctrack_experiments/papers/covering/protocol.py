@@ -13,7 +13,7 @@ def protocol(pitches: Sequence[int], carparks: Sequence[int]) -> dict[str, str]:
     """Return the protocol."""
     return {
         'detections': 'of the camera pipelines, run once without feedback: all trackers get the '
-        'same, in which nobody is named; lab6p: stored detections, no pictures',
+        'same, in which nobody is named; lab6p: stored detections, no images',
         'pitch': f'{scenes.PITCH_S:g} s, cam1, backgrounds given, seeds '
         f'{", ".join(map(str, pitches))}; 1 m',
         'beside, facing': 'the same with cam1 and cam3 (next along the touch line), cam1 and cam2 '
@@ -38,6 +38,6 @@ def protocol(pitches: Sequence[int], carparks: Sequence[int]) -> dict[str, str]:
         'assignment': 'greedy exchange and the least sum of costs (scipy) on the same pairs of '
         'every sensor with two tracks or more; a track without a detection costs '
         f'{UNASSIGNED["covering_graph"]:g} (text), {UNASSIGNED["covering_graph_code"]:g} (code); '
-        'time per tick, in the same process; share_of_tick: of processor time, pictures included; '
+        'time per tick, in the same process; share_of_tick: of processor time, images included; '
         'optimal: tracked with the optimum instead; late: more rounds than tracks',
     }

@@ -62,7 +62,7 @@ class CoveringScene:
     frames : (n,) int64 array
         Those that are scored.
     camera_ms : float
-        Processor time of the pictures of a tick of all cameras, ms; 0: not known.
+        Processor time of the images of a tick of all cameras, ms; 0: not known.
 
     """
 
@@ -111,12 +111,12 @@ def pets(data: Path) -> CoveringScene:
     """Return PETS 2009 S2.L1, view 1, from its video; frames 398 to 795 are scored."""
     folder = data / 'pets2009_s2l1'
     camera = pets_pixels.TsaiCamera(
-        folder / 'calibration' / 'View_001.xml', pets_pixels.PICTURE_SIZE
+        folder / 'calibration' / 'View_001.xml', pets_pixels.IMAGE_SIZE
     )
     config = config_from(CameraConfig, pets_pixels.CAMERA_SETTINGS)
-    pictures = (image for _, image in pets_pixels.pictures(folder, camera))
+    images = (image for _, image in pets_pixels.images(folder, camera))
     rate = 1 / pets_pixels.PERIOD_S
-    rows, spent_ms = _detected(CameraPipeline(config, camera.mapping), pictures, rate)
+    rows, spent_ms = _detected(CameraPipeline(config, camera.mapping), images, rate)
     truth = pets_pixels.read_truth(folder)
     low, high = truth.position.min(axis=0), truth.position.max(axis=0)
     first, last = pets_pixels.REPORTED_FRAMES
@@ -137,8 +137,8 @@ def terrace_clips(data: Path) -> CoveringScene:
         trackers = {name: site.cameras[name].open() for name in terrace.CAMERAS}
     count, spent_ms, detections = round(TERRACE_S * TERRACE_HZ), 0.0, {}
     for name, tracker in trackers.items():
-        pictures = islice(open_video(terrace.video(data, name)).pictures(), count)
-        detections[name], own_ms = _detected(tracker, pictures, TERRACE_HZ)
+        images = islice(open_video(terrace.video(data, name)).images(), count)
+        detections[name], own_ms = _detected(tracker, images, TERRACE_HZ)
         spent_ms += own_ms
     frames = np.arange(min(map(len, detections.values())))
     stored = StoredScene(frames, TERRACE_HZ, detections, NOBODY)
@@ -170,8 +170,8 @@ def _simulated(
     rate, spent_ms, detections = world.scenario.rate_hz, 0.0, {}
     for name, tracker in trackers.items():
         renderer = scene.renderer(world, list(by_name).index(name))
-        pictures = (_received(renderer.frame(step)[0]) for step in range(world.scenario.steps))
-        detections[name], own_ms = _detected(tracker, pictures, rate)
+        images = (_received(renderer.frame(step)[0]) for step in range(world.scenario.steps))
+        detections[name], own_ms = _detected(tracker, images, rate)
         spent_ms += own_ms
 
     def area(place: Floats, cameras: tuple[str, ...]) -> Mask:
@@ -186,16 +186,16 @@ def _simulated(
 
 
 def _received(image: Image) -> Image:
-    """Return a picture as it comes out of its JPEG."""
+    """Return an image as it comes out of its JPEG."""
     return np.asarray(cv2.imdecode(jpeg_from_image(image), cv2.IMREAD_COLOR), np.uint8)
 
 
 def _detected(
-    tracker: CameraTracker, pictures: Iterable[Image], rate: float
+    tracker: CameraTracker, images: Iterable[Image], rate: float
 ) -> tuple[list[Detections], float]:
-    """Return what one camera detects without feedback, and its processor time a picture, ms."""
+    """Return what one camera detects without feedback, and its processor time an image, ms."""
     rows, spent_s = [], 0.0
-    for index, image in enumerate(pictures):
+    for index, image in enumerate(images):
         began = time.process_time()
         rows.append(tracker.step(image, stamp_of(index, rate), None).detections)
         spent_s += time.process_time() - began

@@ -42,8 +42,8 @@ class Sight:
         Covariances, with what every detection has beside its own, m².
     template : (m, 48) float32 array
         Appearance.
-    picture : (m,) int64 array
-        Which picture each is in.
+    image : (m,) int64 array
+        Which image each is in.
     single : (m,) bool array
         Which are one target each.
 
@@ -52,20 +52,20 @@ class Sight:
     position: Floats
     noise: Floats
     template: Templates
-    picture: Indices
+    image: Indices
     single: Mask
 
     @classmethod
     def of(cls, tick: Tick, config: FusionConfig) -> Sight:
         """Return what a tick shows."""
-        pictures = [each.detections for each in tick.frames]
-        count = len(pictures)
-        all_of = Admitted(pictures, range(count), [config.motion.sensor_sigma**2] * count)
+        images = [each.detections for each in tick.messages]
+        count = len(images)
+        all_of = Admitted(images, range(count), [config.motion.sensor_sigma**2] * count)
         return cls(
             all_of.place,
             all_of.noise,
             all_of.template,
-            all_of.picture,
+            all_of.image,
             all_of.is_single,
         )
 

@@ -1,4 +1,4 @@
-"""The event-tracking paper's Figure 14: three who are one object from the first picture on."""
+"""The event-tracking paper's Figure 14: three who are one object from the first image on."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def reproduce_fig14(
     seeds: Sequence[int] = SEEDS, progress: Callable[[str], None] = lambda line: None
 ) -> Figures:
     """
-    Let three walk behind one another in one camera's picture, then part one by one.
+    Let three walk behind one another in one camera's image, then part one by one.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def reproduce_fig14(
         protocol={
             'scene': 'pitch5 with three people, one behind another in cam1, which is alone',
             'seeds': f'{len(seeds)}; people of every other seed wear the same kit',
-            'whole': f'within {GATE_M:g} m of the player in {WHOLE:.0%} of the pictures from '
+            'whole': f'within {GATE_M:g} m of the player in {WHOLE:.0%} of the images from '
             f'{BEGUN_S:g} s on; the track is the one that follows him at the end',
         },
         figures={

@@ -23,10 +23,10 @@ GATE_M = 1.0
 WINDOW_S = 0.5
 
 WATCHED = 'cam1'
-"""Whose picture holds the groups; it looks north-east from the south-western corner."""
+"""Whose image holds the groups; it looks north-east from the south-western corner."""
 
 NEIGHBOUR = 'cam2'
-"""Whose picture is entered and left; it sees the groups from the side."""
+"""Whose image is entered and left; it sees the groups from the side."""
 
 SETTLED_S = 1.5
 """What is told before this is how tracking begins, s."""
@@ -37,7 +37,7 @@ BEHIND = np.array([0.58, 0.815])
 
 ASIDE = np.array([-0.815, 0.58])
 OUTSIDE_M, INSIDE_M = (18.0, 63.0), (13.0, 46.0)
-"""Out of `NEIGHBOUR`'s picture and in it; `WATCHED` sees both."""
+"""Out of `NEIGHBOUR`'s image and in it; `WATCHED` sees both."""
 
 Walks = Callable[[int], list[Walk]]
 
@@ -100,14 +100,14 @@ def _parting(seed: int) -> list[Walk]:
 
 
 def _entering(seed: int) -> list[Walk]:
-    """One walks into the neighbour's picture, another is there."""
+    """One walks into the neighbour's image, another is there."""
     place, delay = varied(seed)
     path = [(2.0 + delay, *OUTSIDE_M), (7.5 + delay, *INSIDE_M)]
     return [_walk(dressed(seed, 0), path), _walk(dressed(seed, 1), [(0.0, *place)])]
 
 
 def _leaving(seed: int) -> list[Walk]:
-    """One walks out of the neighbour's picture, another stays."""
+    """One walks out of the neighbour's image, another stays."""
     place, delay = varied(seed)
     path = [(1.0 + delay, *INSIDE_M), (6.5 + delay, *OUTSIDE_M)]
     return [_walk(dressed(seed, 0), path), _walk(dressed(seed, 1), [(0.0, *place)])]
@@ -132,9 +132,9 @@ CASES = (
     Case('grouping', 'two who merge in one camera, told apart by another', _meeting, WATCHED,
          (EventCode.MERGE, EventCode.SPLIT)),
     Case('splitting', 'three who merge and split twice', _parting, WATCHED, (EventCode.SPLIT,)),
-    Case('entering', 'one who enters a picture under the id of another camera', _entering,
+    Case('entering', 'one who enters an image under the id of another camera', _entering,
          NEIGHBOUR, (EventCode.ENTER,)),
-    Case('leaving', 'one who leaves a picture', _leaving, NEIGHBOUR, (EventCode.EXIT,)),
+    Case('leaving', 'one who leaves an image', _leaving, NEIGHBOUR, (EventCode.EXIT,)),
 )  # fmt: skip
 
 

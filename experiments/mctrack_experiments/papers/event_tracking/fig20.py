@@ -60,14 +60,14 @@ class Player:
 
 
 def reproduce_fig20(
-    picture: Path | None = None, seed: int = SEED, duration_s: float = DURATION_S
+    image: Path | None = None, seed: int = SEED, duration_s: float = DURATION_S
 ) -> Figures:
     """
     Track a match and follow the two players who run farthest.
 
     Parameters
     ----------
-    picture : Path, optional
+    image : Path, optional
         Where to draw their paths, as PNG.
     seed : int
         Of the match.
@@ -83,8 +83,8 @@ def reproduce_fig20(
     run_m = np.linalg.norm(world.motion.velocity, axis=2).sum(axis=0) * world.scenario.period_s
     farthest = [person for person in (np.argsort(-run_m) + 1).tolist() if person in paths]
     players = [_player(person, paths[person], told, world) for person in farthest[:2]]
-    if picture is not None:
-        draw_players(players, picture)
+    if image is not None:
+        draw_players(players, image)
     return Figures(
         name='fig20',
         command='mctrack reproduce fig20',
@@ -98,12 +98,12 @@ def reproduce_fig20(
     )
 
 
-def draw_players(players: Sequence[Player], picture: Path) -> None:
+def draw_players(players: Sequence[Player], image: Path) -> None:
     """Draw true paths broad and pale, estimated ones thin, and a letter for every event."""
     figure = Figure(figsize=(12, 9), layout='constrained')
     for axes, player, colour in zip(figure.subplots(2, 1), players, _COLOURS):
         _draw_player(axes, player, colour)
-    figure.savefig(picture, dpi=110)
+    figure.savefig(image, dpi=110)
 
 
 def _draw_player(axes: Axes, player: Player, colour: str) -> None:

@@ -104,7 +104,7 @@ def reproduce_pairs(
             'scene': f'pitch5, 5 cameras, eight pairs at a time, {DURATION_S:g} s: '
             'two of each cross, meet face to face, walk side by side, or one passes the other',
             'seeds': f'{", ".join(map(str, seeds))}; the tracker is tuned on 1 to 6, 61 and 62',
-            'cases': 'pairs who truly merge and split in some picture',
+            'cases': 'pairs who truly merge and split in some image',
             'kept': f'both have the ids afterwards that they had before, at {GATE_M:g} m',
         },
         figures=figures,

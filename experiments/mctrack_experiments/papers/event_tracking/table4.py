@@ -152,7 +152,7 @@ def _protocol(seeds: Sequence[int], duration_s: float) -> dict[str, Any]:
     return {
         'scene': f'pitch5, {duration_s:g} s, 5 cameras, 25 people',
         'seeds': f'{", ".join(map(str, seeds))}; the tracker is tuned on 1 to 6, 61 and 62',
-        'background': 'a picture of the empty pitch, given to each camera',
+        'background': 'an image of the empty pitch, given to each camera',
         'pair': f'same camera, within {WINDOW_S:g} s, the same targets (all members of a group); '
         'majority: at least half of all that either names',
         'targets': 'a track is the person it is nearest to most often within '

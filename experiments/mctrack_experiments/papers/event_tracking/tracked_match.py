@@ -36,7 +36,7 @@ MEMORY_S = 1.0
 @dataclass(frozen=True)
 class TrackedMatch:
     """
-    The bags of a match on ``pitch5``, each camera's background being a picture given to it.
+    The bags of a match on ``pitch5``, each camera's background being an image given to it.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class TrackedMatch:
 
 
 def with_backgrounds(site: SiteConfig, world: World, folder: Path) -> SiteConfig:
-    """Return a world's cameras with pictures of the empty pitch, "created manually"."""
+    """Return a world's cameras with images of the empty pitch, "created manually"."""
     cameras = {}
     for index, camera in enumerate(world.cameras):
         path = folder / f'{camera.name}.png'

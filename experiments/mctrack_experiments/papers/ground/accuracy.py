@@ -89,7 +89,7 @@ def visible_grid(camera: CameraMapping, spacing_m: float) -> Floats:
     Return the grid points, (n, 2) m, on the pitch that the camera sees.
 
     The grid is centred on the pitch, with an even or an odd number of points along each side:
-    whichever gives most whole cells in the picture, then most points.
+    whichever gives most whole cells in the image, then most points.
     """
     offers = []
     for across in _centred(PITCH_M[0], spacing_m):
@@ -365,7 +365,7 @@ def _protocol(k1: float) -> dict[str, object]:
         'spacing',
         'crb_ratio_of_a_path_max': 'not pooled: the worst axis of the worst single path',
         'refused': _refusals(k1),
-        'planes': 'reference [17]: largest rectangle of grid points in the picture, and in its '
+        'planes': 'reference [17]: largest rectangle of grid points in the image, and in its '
         'middle half',
         'paper': "the paper's figures are of another pose, which it does not give",
     }

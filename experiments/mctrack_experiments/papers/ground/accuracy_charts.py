@@ -1,4 +1,4 @@
-"""Pictures of Experiments I and II of the event-tracking paper: its Figures 17 and 18."""
+"""Images of Experiments I and II of the event-tracking paper: its Figures 17 and 18."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ def reproduce_honesty() -> Figures:
         'coverage': f'share of cameras whose error is within the {BAND:.0%} that it predicts',
         'low, high': f'of the mean, {BAND:.0%} of a chi-square distribution',
         'methods': f'{METHOD_CAMERAS} random cameras, all points of the {GRID_M:g} m grid in the '
-        f'middle {CLICKED_SHARE:.0%} of the picture clicked; {METHOD_PLACES} pixels with 0.5 px '
+        f'middle {CLICKED_SHARE:.0%} of the image clicked; {METHOD_PLACES} pixels with 0.5 px '
         f'noise up to {REACH_M:g} m away; inside: not extrapolated; 2 is honest, less cautious',
     }
     figures = honesty()

@@ -10,7 +10,7 @@ from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.simulation import CarParkWorld, View
 
 PERCEIVED_SHARE, PERCEIVED_PX = 0.4, 60
-"""Somebody is perceived in a picture with so much visible: share, and pixels."""
+"""Somebody is perceived in an image with so much visible: share, and pixels."""
 
 PERCEIVED_S = 3.0
 """What is perceived for less than this, s, is no event."""
@@ -41,7 +41,7 @@ class Operator:
         self._together: set[tuple[int, int]] = set()
 
     def watch(self, step: int, view: View) -> None:
-        """Note who is seen in a picture."""
+        """Note who is seen in an image."""
         active = self._world.active[step]
         clear = (view.visible >= PERCEIVED_SHARE) & (view.visible * view.pixels >= PERCEIVED_PX)
         boxes: dict[tuple[ClassCode, int], list[int]] = {}

@@ -16,7 +16,7 @@ from mctrack_ros.config import config_from
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception import CameraConfig, CameraPipeline
-from mctrack_ros.perception.blobs.extraction import likeness
+from mctrack_ros.perception.blobs.extraction import iou
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import CARPARK, CarParkScenario, CarParkWorld
 from mctrack_ros.site.site import load_site
@@ -28,7 +28,7 @@ DURATION_S = 600.0
 RATE_HZ = 12.5
 
 CLEAR, OVERLAP = 0.6, 0.3
-"""Somebody counts in a picture with so much visible; so much is shared by boxes of one."""
+"""Somebody counts in an image with so much visible; so much is shared by boxes of one."""
 
 KINDS = {
     'people': ClassCode.PERSON,
@@ -47,7 +47,7 @@ class Told:
     kind : ClassCode
         What it is.
     shown : int
-        Pictures in which it is clear.
+        Images in which it is clear.
     classes : Counter of int
         What it was taken for in those of them where it was found.
     local_ids : set of int
@@ -66,8 +66,8 @@ class Told:
     @property
     def usually(self) -> int:
         """What it was taken for most often; 0: it never was told."""
-        told = Counter({kind: count for kind, count in self.classes.items() if kind})
-        return told.most_common(1)[0][0] if told else 0
+        reported = Counter({kind: count for kind, count in self.classes.items() if kind})
+        return reported.most_common(1)[0][0] if reported else 0
 
 
 def reproduce_classes(seeds: Sequence[int] = SEEDS, duration_s: float = DURATION_S) -> Figures:
@@ -95,12 +95,12 @@ def reproduce_classes(seeds: Sequence[int] = SEEDS, duration_s: float = DURATION
         command='mctrack reproduce classes',
         protocol={
             'scene': f'car park with bicycles, one camera, {duration_s:g} s of {RATE_HZ:g} '
-            'pictures a second each',
+            'images a second each',
             'seeds': f'{", ".join(map(str, seeds))}; the tracker is tuned on 1 to 3',
             'tracker': 'the default one, with tracker.vehicles',
             'counted': f'who comes, and what is not parked, where {CLEAR:g} of it is visible and '
-            'the edge of the picture cuts nothing off',
-            'found': f'share of the pictures in which a box overlaps by {OVERLAP:g} '
+            'the edge of the image cuts nothing off',
+            'found': f'share of the images in which a box overlaps by {OVERLAP:g} '
             '(intersection over union, one to one)',
             'right': 'share of those who were found that were taken for what they are most of the '
             'time; low, high: 95 % interval (Wilson)',
@@ -128,7 +128,7 @@ def watched(scenario: CarParkScenario) -> list[Told]:
         counts = world.active[step, view.person] & (view.visible >= CLEAR) & ~view.truncated
         for index in view.person[counts].tolist():
             everybody[index].shown += 1
-        shared = likeness(view.box.astype(np.float64), found.box.astype(np.float64))
+        shared = iou(view.box.astype(np.float64), found.box.astype(np.float64))
         for row, column in zip(*linear_sum_assignment(-shared)):
             if counts[row] and shared[row, column] >= OVERLAP:
                 own = everybody[view.person[row]]
@@ -142,17 +142,17 @@ def watched(scenario: CarParkScenario) -> list[Told]:
 def _figures(name: str, came: list[Told]) -> dict[str, float]:
     """Return the figures of one kind."""
     shown, found = sum(one.shown for one in came), sum(one.classes.total() for one in came)
-    told = [one for one in came if one.usually]
-    right = sum(one.usually == one.kind for one in told)
-    low, high = wilson_interval(right, len(told))
+    reported = [one for one in came if one.usually]
+    right = sum(one.usually == one.kind for one in reported)
+    low, high = wilson_interval(right, len(reported))
     errors_m = [error for one in came for error in one.errors_m]
     return {
         f'{name}.number': sum(one.shown > 0 for one in came),
         f'{name}.found': found / max(shown, 1),
-        f'{name}.told': len(told),
-        f'{name}.right': right / max(len(told), 1),
+        f'{name}.told': len(reported),
+        f'{name}.right': right / max(len(reported), 1),
         f'{name}.low': low,
         f'{name}.high': high,
-        f'{name}.local_ids': float(np.mean([len(one.local_ids) for one in told])),
+        f'{name}.local_ids': float(np.mean([len(one.local_ids) for one in reported])),
         f'{name}.error_median_m': float(np.median(errors_m)),
     }

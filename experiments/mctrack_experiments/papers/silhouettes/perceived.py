@@ -18,7 +18,7 @@ ON_IT = 0.3
 """A track is on what covers this share of its box."""
 
 FOLLOWED = 0.5
-"""Something is followed when a track is on it in this share of its pictures, and a track follows
+"""Something is followed when a track is on it in this share of its images, and a track follows
 something when it is on it in this share of its own."""
 
 FALSE_APART_PX = 80.0
@@ -30,12 +30,12 @@ FALSE_APART_S = 2.0
 @dataclass(frozen=True, eq=False, slots=True)
 class Sightings:
     """
-    Boxes of some objects in some pictures, one row each.
+    Boxes of some objects in some images, one row each.
 
     Attributes
     ----------
     step : (n,) int array
-        Which picture.
+        Which image.
     key : (n,) int array
         Which object.
     box : (n, 4) array
@@ -69,7 +69,7 @@ class PerceivedEvent:
     Attributes
     ----------
     first, last : int
-        Its first and last picture.
+        Its first and last image.
     subjects : tuple of int
         Who truly was in it; empty: the tracker's invention.
     tracks : tuple of int
@@ -104,7 +104,7 @@ def perceived_events(
 
     Subjects that touch at some time belong to one event. A track counts to the event of every
     subject that it follows, else to that of the one it is on most; a track that is on nothing in
-    half of its pictures is false.
+    half of its images is false.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def perceived_events(
     tracks : Sightings
         Established objects of the tracker.
     period_s : float
-        Time between pictures, s.
+        Time between images, s.
     unjudged : Sightings, optional
         Subjects where they are hidden: a track on them is on them, but none need be. Those that
         are nowhere else are no events, and tracks on them are not counted.
@@ -168,24 +168,24 @@ def _on(tracks: Sightings, truth: Sightings) -> tuple[Ints, Ints]:
 
 
 def _followed(truth: Sightings, of: Ints) -> Ints:
-    """Return the subjects on which some track is in half of their pictures."""
+    """Return the subjects on which some track is in half of their images."""
     covered = np.zeros(len(truth.key), np.bool_)
     covered[of[of < len(truth.key)]] = True
-    keys, index, pictures = np.unique(truth.key, return_inverse=True, return_counts=True)
-    return keys[np.bincount(index, covered, len(keys)) >= FOLLOWED * pictures]
+    keys, index, images = np.unique(truth.key, return_inverse=True, return_counts=True)
+    return keys[np.bincount(index, covered, len(keys)) >= FOLLOWED * images]
 
 
 def _owners(tracks: Sightings, truth: Sightings, row: Ints, of: Ints) -> dict[int, Ints]:
     """Return the subjects that each track follows, or is on most; none if it is on nothing."""
     owner: dict[int, Ints] = {}
-    pictures = dict(zip(*(part.tolist() for part in np.unique(truth.key, return_counts=True))))
+    images = dict(zip(*(part.tolist() for part in np.unique(truth.key, return_counts=True))))
     for track, seen in zip(*(part.tolist() for part in np.unique(tracks.key, return_counts=True))):
         mine = tracks.key[row] == track
         keys, count = np.unique(truth.key[of[mine]], return_counts=True)
         if len(np.unique(row[mine])) < FOLLOWED * seen:
             owner[track] = keys[:0]
             continue
-        follows = [on >= FOLLOWED * pictures[key] for key, on in zip(keys.tolist(), count)]
+        follows = [on >= FOLLOWED * images[key] for key, on in zip(keys.tolist(), count)]
         owner[track] = keys[follows if any(follows) else [int(count.argmax())]]
     return owner
 

@@ -118,7 +118,7 @@ def watched(scenario: Scenario) -> Watched:
 
 
 class _TrackLog:
-    """All established objects of a tracker, picture by picture."""
+    """All established objects of a tracker, image by image."""
 
     def __init__(self) -> None:
         self._step: list[int] = []
@@ -128,7 +128,7 @@ class _TrackLog:
         self.passed_on: set[int] = set()
 
     def add(self, step: int, pipeline: SilhouettePipeline) -> None:
-        """Note the objects after a picture."""
+        """Note the objects after an image."""
         objects = pipeline.objects
         self.passed_on.update(objects.local_id[objects.passed_on].tolist())
         for row in np.flatnonzero(objects.established & objects.matched).tolist():
@@ -138,7 +138,7 @@ class _TrackLog:
             self._class.append(int(objects.class_id[row]))
 
     def sightings(self, kind: ClassCode) -> Sightings:
-        """Return the tracks that were taken for a class in most of their pictures."""
+        """Return the tracks that were taken for a class in most of their images."""
         step, key = np.array(self._step, np.int64), np.array(self._key, np.int64)
         box = np.array(self._box, np.float64).reshape(-1, 4)
         of_kind = np.array(self._class, np.int64) == kind
@@ -149,7 +149,7 @@ class _TrackLog:
 
 
 def _received(image: NDArray[np.uint8], stamp_ns: int) -> NDArray[np.uint8]:
-    """Return a picture as it arrives from a bag: through JPEG."""
+    """Return an image as it arrives from a bag: through JPEG."""
     jpeg = jpeg_from_image(image)
     return image_from_message(compressed_message(jpeg, ROSBAGS_CLASSES, stamp_ns, 'cam1'))
 
@@ -163,13 +163,13 @@ def _protocol(
         for kind, table in tables.items()
     }
     return {
-        'scene': f'car park, {duration_s:g} s of {1 / scenario.period_s:g} pictures a second each',
+        'scene': f'car park, {duration_s:g} s of {1 / scenario.period_s:g} images a second each',
         'seeds': ', '.join(str(seed) for seed in seeds)
         + ' (the tracker is tuned on 1 to 3, 31 and 101 to 103)',
         'event': 'people who touch at some time; those who came together count as one '
         '(assumption 3). A car each time it comes or leaves. Perceived for 3 s at least',
         'counted': 'established tracks of the class that are on the event; those on nothing are '
-        'an event of row 0; a subject with no track in half of its pictures is lost',
+        'an event of row 0; a subject with no track in half of its images is lost',
         **printed,
     }
 

@@ -4,7 +4,7 @@ import pytest
 from fusion_scenes import PERIOD_NS, detections
 from mctrack_experiments.bench.fusion.hostile_input import SPOILERS
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.fusion import Account, Batcher, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import Batcher, DecisionRecorder, FusionConfig, FusionPipeline
 from mctrack_ros.interfaces import CameraDetections, Candidates, Decisions
 from mctrack_ros.recording import ROSBAGS_CLASSES
 
@@ -35,9 +35,9 @@ def test_whatever_comes_can_be_explained_and_travels(name):
         for each in messages:
             ticks += batcher.add(each.camera, each.detections, stamp_ns)
         for each in [*ticks, *batcher.flush()]:
-            account = Account()
-            pipeline.step(each, account)
-            why = account.explanation
+            recorder = DecisionRecorder()
+            pipeline.step(each, recorder)
+            why = recorder.explanation
             for rows, kind in ((why.candidates, Candidates), (why.decisions, Decisions)):
                 cloud = cloud_from_rows(rows, ROSBAGS_CLASSES, 'map')
                 assert len(rows_from_cloud(cloud, kind)) == len(rows)

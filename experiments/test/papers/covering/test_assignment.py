@@ -21,17 +21,17 @@ GATE = UNASSIGNED[METHOD]
 
 
 @st.composite
-def ticks(draw, pictures=2, tracks=4, detections=3):
+def ticks(draw, images=2, tracks=4, detections=3):
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    allowed = rng.random((pictures, tracks, detections)) < draw(st.sampled_from([0.4, 1.0]))
-    picture, track, column = map(np.ascontiguousarray, np.nonzero(allowed))
-    slot = np.unique(picture * tracks + track, return_inverse=True)[1]
+    allowed = rng.random((images, tracks, detections)) < draw(st.sampled_from([0.4, 1.0]))
+    image, track, column = map(np.ascontiguousarray, np.nonzero(allowed))
+    slot = np.unique(image * tracks + track, return_inverse=True)[1]
     likelihood = np.exp(-rng.uniform(0, GATE, len(slot)) / 2)
-    return Pairs(track, picture * detections + column, slot, likelihood, picture)
+    return Pairs(track, image * detections + column, slot, likelihood, image)
 
 
 def least(pairs, rows):
-    """Try every assignment of the tracks of one picture: slow and obvious."""
+    """Try every assignment of the tracks of one image: slow and obvious."""
     costs = []
     choices = [
         [None, *rows[pairs.slot[rows] == slot].tolist()] for slot in np.unique(pairs.slot[rows])
@@ -60,7 +60,7 @@ def test_the_exchange_costs_no_less_than_the_optimum(pairs):
     given_to = compared([pairs], METHOD)
     assert 1.0 - 1e-9 <= given_to.cost_ratio <= given_to.largest_ratio + 1e-9
     assert given_to.proposals <= given_to.bound
-    assert given_to.worse <= given_to.contested <= given_to.pictures
+    assert given_to.worse <= given_to.contested <= given_to.images
 
 
 @given(ticks())

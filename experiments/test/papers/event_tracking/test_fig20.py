@@ -9,8 +9,8 @@ pytestmark = pytest.mark.xdist_group('fig20')
 
 @pytest.fixture(scope='module')
 def drawn(tmp_path_factory):
-    picture = tmp_path_factory.mktemp('fig20') / 'paths.png'
-    return reproduce_fig20(picture, seed=1, duration_s=3.0), picture
+    image = tmp_path_factory.mktemp('fig20') / 'paths.png'
+    return reproduce_fig20(image, seed=1, duration_s=3.0), image
 
 
 def test_two_players_are_followed(drawn):
@@ -21,7 +21,7 @@ def test_two_players_are_followed(drawn):
 
 
 def test_their_paths_are_drawn(drawn):
-    picture = imread(drawn[1])[..., :3]
-    coloured = np.ptp(picture, axis=2) > 0.3
-    assert coloured[: len(picture) // 2].any()
-    assert coloured[len(picture) // 2 :].any()
+    image = imread(drawn[1])[..., :3]
+    coloured = np.ptp(image, axis=2) > 0.3
+    assert coloured[: len(image) // 2].any()
+    assert coloured[len(image) // 2 :].any()

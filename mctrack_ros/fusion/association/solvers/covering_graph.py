@@ -21,9 +21,9 @@ class CoveringGraph:
     Every track by its primary sensor alone, as in the covering-graph paper.
 
     "Real time multiple target tracking using arrayed sensors", section IV. The covering graph C
-    has an edge where a track has a valid detection in a sensor's picture: a slot each. The flag
-    matrix F marks of each track's edges the one to the sensor of the highest priority; pictures
-    are in that order. In each picture the tracks that are flagged there share out its detections
+    has an edge where a track has a valid detection in a sensor's image: a slot each. The flag
+    matrix F marks of each track's edges the one to the sensor of the highest priority; images
+    are in that order. In each image the tracks that are flagged there share out its detections
     (`exchange`): who is likelier is cheaper, and how much likelier does not matter.
     """
 
@@ -35,18 +35,18 @@ class CoveringGraph:
         return chosen
 
 
-def covering(pairs: Pairs, pictures: int, tracks: int) -> Mask:
-    """Return the covering matrix C, (pictures, tracks): who has a valid detection where."""
-    matrix = np.zeros((pictures, tracks), np.bool_)
-    matrix[pairs.picture, pairs.track] = True
+def covering(pairs: Pairs, images: int, tracks: int) -> Mask:
+    """Return the covering matrix C, (images, tracks): who has a valid detection where."""
+    matrix = np.zeros((images, tracks), np.bool_)
+    matrix[pairs.image, pairs.track] = True
     return matrix
 
 
 def flags(pairs: Pairs) -> Mask:
-    """Return which pairs (k,) are in the primary picture of their track: the flag matrix F."""
+    """Return which pairs (k,) are in the primary image of their track: the flag matrix F."""
     primary = np.full(pairs.track.max(initial=NOTHING) + 1, np.iinfo(np.int64).max)
-    np.minimum.at(primary, pairs.track, pairs.picture)
-    return np.asarray(pairs.picture == primary[pairs.track])
+    np.minimum.at(primary, pairs.track, pairs.image)
+    return np.asarray(pairs.image == primary[pairs.track])
 
 
 def shared_out(pairs: Pairs, rows: Indices) -> Mask:

@@ -16,11 +16,11 @@ Indices = NDArray[np.int64]
 
 class Pairs(NamedTuple):
     """
-    Pairs of a track and a detection that pass the gate, of all pictures of one tick.
+    Pairs of a track and a detection that pass the gate, of all images of one tick.
 
-    In a picture a track has one detection at most, and a detection one track: a track in one
-    picture is a *slot*. Slots and detections with the pairs as edges are one sparse graph for the
-    whole tick, in which different pictures have nothing in common.
+    In an image a track has one detection at most, and a detection one track: a track in one
+    image is a *slot*. Slots and detections with the pairs as edges are one sparse graph for the
+    whole tick, in which different images have nothing in common.
 
     Attributes
     ----------
@@ -30,8 +30,8 @@ class Pairs(NamedTuple):
         Which slot each pair is of, ascending from 0; within a slot detections ascend.
     likelihood : (k,) array
         Of the pair, relative to the track being missed and the detection being false.
-    picture : (k,) int64 array
-        Which of the tick's pictures each pair is in, ascending.
+    image : (k,) int64 array
+        Which of the tick's images each pair is in, ascending.
 
     """
 
@@ -39,7 +39,7 @@ class Pairs(NamedTuple):
     detection: Indices
     slot: Indices
     likelihood: Floats
-    picture: Indices
+    image: Indices
 
 
 @inner

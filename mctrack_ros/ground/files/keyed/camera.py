@@ -20,7 +20,7 @@ from mctrack_ros.ground.files.keyed.stated import Stated, whole
 
 Floats = NDArray[np.float64]
 LARGEST_SKEW_PX = 1.0
-"""A skew that moves the pixels of a picture by less (root mean square) is left out."""
+"""A skew that moves the pixels of an image by less (root mean square) is left out."""
 _CLOSE = 1e-9
 
 
@@ -28,9 +28,9 @@ def camera_of(
     values: Mapping[Any, Any], where: str | Path, image_size: tuple[int, int] | None = None
 ) -> StoredCamera:
     """
-    Return the camera that a file states, for raw (not rectified) pictures.
+    Return the camera that a file states, for raw (not rectified) images.
 
-    Where it states binning or a region of interest, the pictures are those, as `image_geometry`
+    Where it states binning or a region of interest, the images are those, as `image_geometry`
     reads it.
 
     Parameters
@@ -40,7 +40,7 @@ def camera_of(
     where : str or Path
         What it is from, to name.
     image_size : (int, int), optional
-        Width and height of the pictures, px; needed if the file does not state it.
+        Width and height of the images, px; needed if the file does not state it.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def camera_of(
     matrix = stated.numbers('matrix', 9).reshape(3, 3)
     if 'lens' not in stated or not ('model' in stated or len(stated.numbers('lens'))):
         raise stated.error(
-            'a camera matrix, but no distortion_coefficients: write them, zeros if the pictures '
+            'a camera matrix, but no distortion_coefficients: write them, zeros if the images '
             'are without distortion'
         )
     if not matrix.any():
@@ -67,7 +67,7 @@ def camera_of(
         intrinsics /= window.across, window.down, window.across, window.down
         skew, image_size = skew / window.across, window.image_size
     if image_size is None:
-        raise stated.error('it does not say how large the pictures are')
+        raise stated.error('it does not say how large the images are')
     model = _model(stated)
     try:
         notes = (
@@ -82,14 +82,14 @@ def camera_of(
 
 
 def size_of(values: Mapping[Any, Any], where: str | Path) -> tuple[int, int] | None:
-    """Return the width and height, px, of the pictures that a camera sends, if it is stated."""
+    """Return the width and height, px, of the images that a camera sends, if it is stated."""
     window = _window(Stated(values, where))
     return None if window is None else window.image_size
 
 
 @dataclass(frozen=True, slots=True)
 class _Window:
-    """What of the sensor's pictures is sent: corner, width and height, px, and binning."""
+    """What of the sensor's images is sent: corner, width and height, px, and binning."""
 
     left: int
     top: int
@@ -100,12 +100,12 @@ class _Window:
 
     @property
     def image_size(self) -> tuple[int, int]:
-        """Width and height of the pictures that are sent, px."""
+        """Width and height of the images that are sent, px."""
         return self.width // self.across, self.height // self.down
 
 
 def _window(stated: Stated) -> _Window | None:
-    """Return what is sent of the sensor's pictures, if the file says how large they are."""
+    """Return what is sent of the sensor's images, if the file says how large they are."""
     size = _sensor_size(stated)
     region = stated.value('region') or {}
     if not isinstance(region, Mapping):
@@ -123,7 +123,7 @@ def _window(stated: Stated) -> _Window | None:
         raise stated.error('the camera is not calibrated')
     if left + width > size[0] or top + height > size[1]:
         raise stated.error(
-            f'{stated.key("region")} reaches out of the pictures of {size[0]} x {size[1]} px'
+            f'{stated.key("region")} reaches out of the images of {size[0]} x {size[1]} px'
         )
     window = _Window(left, top, width or size[0], height or size[1], across, down)
     if min(window.image_size) <= 0:
@@ -132,7 +132,7 @@ def _window(stated: Stated) -> _Window | None:
 
 
 def _sensor_size(stated: Stated) -> tuple[int, int] | None:
-    """Return the width and height of the sensor's pictures, px, if they are stated."""
+    """Return the width and height of the sensor's images, px, if they are stated."""
     sizes = set()
     if 'width' in stated or 'height' in stated:
         if not ('width' in stated and 'height' in stated):
@@ -144,7 +144,7 @@ def _sensor_size(stated: Stated) -> tuple[int, int] | None:
         name = f'{stated.where}: {stated.key("size")}'
         sizes.add((whole(width, name), whole(height, name)))
     if len(sizes) > 1:
-        raise stated.error(f'two sizes of pictures, {sorted(sizes)}: keep one')
+        raise stated.error(f'two sizes of images, {sorted(sizes)}: keep one')
     return sizes.pop() if sizes else None
 
 
@@ -216,11 +216,11 @@ def _skew_notes(skew: float, intrinsics: Floats, image_size: tuple[int, int]) ->
 
 
 def _centre_notes(intrinsics: Floats, image_size: tuple[int, int]) -> tuple[str, ...]:
-    """Return that the principal point lies outside the pictures, if it does."""
+    """Return that the principal point lies outside the images, if it does."""
     (x, y), (width, height) = intrinsics[2:].tolist(), image_size
     if 0 < x < width and 0 < y < height:
         return ()
     return (
-        f'its principal point ({x:.0f}, {y:.0f}) lies outside its pictures of {width} x {height} '
+        f'its principal point ({x:.0f}, {y:.0f}) lies outside its images of {width} x {height} '
         'px: is the matrix that of another size?',
     )

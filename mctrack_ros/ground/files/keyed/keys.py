@@ -48,7 +48,7 @@ MESSAGE: Mapping[str, tuple[str, ...]] = {
     'turn': CAMERA['turn'][:-1],
     'shift': CAMERA['shift'][:-1],
 }
-"""The same in a printed `sensor_msgs/CameraInfo`, where r and p are of rectified pictures."""
+"""The same in a printed `sensor_msgs/CameraInfo`, where r and p are of rectified images."""
 KALIBR: Mapping[str, tuple[str, ...]] = {
     'camera': ('cameramodel',),
     'intrinsics': ('intrinsics',),
@@ -76,14 +76,14 @@ _PASSED = re.compile(
     r'|rvecs|tvecs|extrinsicparameters|tcncnm1|tcamimu|timucam|timeshiftcamimu|camoverlaps|linedelay'
     r'|r|p|rectificationmatrix|projectionmatrix|(optimal)?newcameramatrix|timeoffset'
 )
-"""Keys without a word on where a raw picture shows things: dates, errors, boards."""
+"""Keys without a word on where a raw image shows things: dates, errors, boards."""
 _TELLING = re.compile(
     r'.*(lens|model|size|width|height|resolution|dist(?!ance)|fisheye|omni|skew|binning|roi|crop|'
     r'focal|intrinsic|extrinsic|matrix|pixel|sensor|scale|zoom|shear|rotat|translat|mirror|flip|'
     r'unit|pose|radial|tangential|prism|kappa|rectified|offset|decimat|subsampl|resiz|stretch).*'
     r'|xi|alpha|beta|gamma|rows|cols|columns|[kps][0-9]|f|f[xyuvc]?|[cs][xyuv]|[uv]0|tau[xy]?|[wh]'
 )
-"""Keys that may say where a picture shows things."""
+"""Keys that may say where an image shows things."""
 _LENS = re.compile(r'fish.?eye|equi(distant|solid)|stereographic|orthographic|omni|kannala|brown')
 """Values that name a lens, whatever their key is."""
 _MATRICES = (*CAMERA['matrix'], 'm')
@@ -151,7 +151,7 @@ def sorted_keys(
     telling = [key for key in strange if _tells(key, values[key])]
     if telling:
         raise CalibrationError(
-            f'{where}: {_listed(telling)}: not known here, and may say where a picture shows '
+            f'{where}: {_listed(telling)}: not known here, and may say where an image shows '
             'things: take it out of the file if it does not'
         )
     return found
@@ -168,7 +168,7 @@ def states_camera(values: Mapping[Any, Any]) -> bool:
 
 
 def _tells(key: object, value: object) -> bool:
-    """Tell whether a key, its value, or a key below it may say where a picture shows things."""
+    """Tell whether a key, its value, or a key below it may say where an image shows things."""
     if _TELLING.fullmatch(plain(key)):
         return True
     if isinstance(value, Mapping):

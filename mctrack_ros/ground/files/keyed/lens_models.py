@@ -90,7 +90,7 @@ def lens_of(
     coefficients : array_like
         In OpenCV's order; trailing zeros may be missing or too many.
     image_size : (int, int)
-        Width and height of the pictures, px.
+        Width and height of the images, px.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def mirror_lens(
     terms : (n,) array
         Up to k1, k2, p1, p2, of what lies behind (`omni-radtan`).
     image_size : (int, int)
-        Width and height of the pictures, px.
+        Width and height of the images, px.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from mctrack_ros.ground.files.keyed.keys import sorted_keys, spelling_table
 
 Floats = NDArray[np.float64]
 LARGEST_WHOLE = 1_000_000
-"""No picture is so wide, no matrix so large."""
+"""No image is so wide, no matrix so large."""
 
 
 class Stated:

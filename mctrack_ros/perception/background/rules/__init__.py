@@ -1,4 +1,4 @@
-"""How a background model learns from pictures: one module a rule."""
+"""How a background model learns from images: one module a rule."""
 
 from mctrack_ros.perception.background.rules.approximate_median import ApproximateMedian
 from mctrack_ros.perception.background.rules.buffered_median import BufferedMedian
@@ -6,12 +6,12 @@ from mctrack_ros.perception.background.rules.illumination import Light, relit
 from mctrack_ros.perception.background.rules.low_pass import LowPassRule, low_pass
 from mctrack_ros.perception.background.rules.mixture import Mixture
 from mctrack_ros.perception.background.rules.ranks import median_of_nine, smoother
-from mctrack_ros.perception.background.rules.rule import Lesson, Rule
+from mctrack_ros.perception.background.rules.rule import BackgroundUpdate, Rule
 
 __all__ = [
     'ApproximateMedian',
+    'BackgroundUpdate',
     'BufferedMedian',
-    'Lesson',
     'Light',
     'LowPassRule',
     'Mixture',

@@ -14,21 +14,21 @@ from mctrack_ros.perception.background.rules.ranks import (
     median_of_nine,
     smoother,
 )
-from mctrack_ros.perception.background.rules.rule import Image, Lesson
+from mctrack_ros.perception.background.rules.rule import BackgroundUpdate, Image
 
-PICTURE = types.Array(types.u1, 3, 'C')
+IMAGE = types.Array(types.u1, 3, 'C')
 BANDS = 16
 
 
-@compiled(types.void(PICTURE, BYTES_3D, BYTES_2D))
+@compiled(types.void(IMAGE, BYTES_3D, BYTES_2D))
 def approach(model: Image, image: Image, kept: Image) -> None:
     """
-    Move every pixel of a model by one grey level towards a picture.
+    Move every pixel of a model by one grey level towards an image.
 
     Parameters
     ----------
     model, image : (h, w, 3) uint8 array
-        The model, changed in place, and the picture.
+        The model, changed in place, and the image.
     kept : (h, w) uint8 array
         Not 0 where the model stays as it is.
 
@@ -44,10 +44,10 @@ def approach(model: Image, image: Image, kept: Image) -> None:
 
 class ApproximateMedian:
     """
-    Each lesson moves every pixel of the model one grey level to the picture.
+    Each lesson moves every pixel of the model one grey level to the image.
 
     Foreground moves in one lesson of some, tracked foreground in one of many. Medians of nine
-    pictures over longer times correct the model where they are smoother, so who stood still at
+    images over longer times correct the model where they are smoother, so who stood still at
     the start leaves no hole (event-tracking paper, sections 3.1 and 4.2).
 
     Parameters
@@ -76,7 +76,7 @@ class ApproximateMedian:
         """Have no test of its own."""
         return None
 
-    def learn(self, model: Image, lesson: Lesson) -> None:
+    def learn(self, model: Image, lesson: BackgroundUpdate) -> None:
         """Move the model; see `Rule`."""
         self._lessons += 1
         kept = lesson.mask
@@ -87,7 +87,7 @@ class ApproximateMedian:
         approach(model, lesson.image, kept)
 
     def attend(self, model: Image, image: Image, stamp_ns: int) -> None:
-        """Collect nine pictures, evenly in time, and take their median; then nine more."""
+        """Collect nine images, evenly in time, and take their median; then nine more."""
         if len(self._samples) == SAMPLES:
             self._renew_band(model)
         elif self._next_ns is None or stamp_ns >= self._next_ns:
@@ -103,7 +103,7 @@ class ApproximateMedian:
         """Have nothing to take over: the model is all there is."""
 
     def _renew_band(self, model: Image) -> None:
-        """Renew one band of the model: all at once would make this picture late."""
+        """Renew one band of the model: all at once would make this image late."""
         height, halo = len(model), WINDOW_PX
         top, bottom = (height * band // BANDS for band in (self._band, self._band + 1))
         low, high = max(top - halo, 0), min(bottom + halo, height)

@@ -1,4 +1,4 @@
-"""The median of a buffer of pictures: not recursive."""
+"""The median of a buffer of images: not recursive."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 
 from mctrack_ros.perception.background.rules.illumination import relit
 from mctrack_ros.perception.background.rules.ranks import SAMPLES, median_of_nine
-from mctrack_ros.perception.background.rules.rule import Image, Lesson
+from mctrack_ros.perception.background.rules.rule import BackgroundUpdate, Image
 
 BANDS = 16
 
 
 class BufferedMedian:
     """
-    The model is the median of the last nine pictures kept (event-tracking paper, section 3.1).
+    The model is the median of the last nine images kept (event-tracking paper, section 3.1).
 
     What is tracked is kept as the model has it, so that it does not burn in. A mistake in one
-    picture is gone when the picture is.
+    image is gone when the image is.
 
     Parameters
     ----------
@@ -34,15 +34,15 @@ class BufferedMedian:
         self._band = BANDS
 
     def begin(self, model: Image) -> None:
-        """Start from a picture; see `Rule`."""
+        """Start from an image; see `Rule`."""
         self._kept = deque([model.copy()] * SAMPLES, SAMPLES)
 
     def foreground(self, image: Image) -> Image | None:
         """Have no test of its own."""
         return None
 
-    def learn(self, model: Image, lesson: Lesson) -> None:
-        """Keep a picture, if it is time again; see `Rule`."""
+    def learn(self, model: Image, lesson: BackgroundUpdate) -> None:
+        """Keep an image, if it is time again; see `Rule`."""
         if self._next_ns is not None and lesson.stamp_ns < self._next_ns:
             return
         self._next_ns = lesson.stamp_ns + self._spacing_ns
@@ -52,7 +52,7 @@ class BufferedMedian:
         self._band = 0
 
     def attend(self, model: Image, image: Image, stamp_ns: int) -> None:
-        """Renew one band of the model: all at once would make this picture late."""
+        """Renew one band of the model: all at once would make this image late."""
         if self._band == BANDS:
             return
         top, bottom = (len(model) * band // BANDS for band in (self._band, self._band + 1))

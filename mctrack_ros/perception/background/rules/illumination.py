@@ -1,4 +1,4 @@
-"""How much brighter a picture is than another, and pictures made brighter."""
+"""How much brighter an image is than another, and images made brighter."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def has_changed(gain: Gains, least: float) -> bool:
 
 
 def explains(gain: Gains, image: Image, model: Image) -> bool:
-    """Tell whether, made brighter, a picture is at least twice as like another as before."""
+    """Tell whether, made brighter, an image is at least twice as like another as before."""
     new, old = samples(image).astype(np.float32), samples(model).astype(np.float32)
     after = np.median(np.abs(new - np.minimum(old * gain, 255.0)))
     return bool(2 * after <= np.median(np.abs(new - old)))
@@ -70,7 +70,7 @@ def samples(image: Image) -> Image:
 @compiled(types.f8[::1](BYTES_2D, BYTES_2D))
 def gains(image: Image, model: Image) -> Gains:
     """
-    Return by what factor each channel of one picture is brighter than another's, the median.
+    Return by what factor each channel of one image is brighter than another's, the median.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def gains(image: Image, model: Image) -> Gains:
 
 
 def relit(image: Image, gain: Gains) -> Image:
-    """Return a picture whose channels are brighter by (3,) factors, saturated at 255."""
+    """Return an image whose channels are brighter by (3,) factors, saturated at 255."""
     if (gain == 1.0).all():
         return image
     table = np.clip(np.rint(np.arange(256)[:, None] * gain), 0, 255).astype(np.uint8)

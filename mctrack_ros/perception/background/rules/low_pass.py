@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.perception.background.rules.rule import Image, Lesson
+from mctrack_ros.perception.background.rules.rule import BackgroundUpdate, Image
 
 
 def low_pass(
@@ -20,18 +20,18 @@ def low_pass(
     """
     Let a background learn: ``B += beta (I - B)`` (silhouettes paper, eq. (2)).
 
-    The share is that of the time between two pictures, so the filter is the same at every rate.
+    The share is that of the time between two images, so the filter is the same at every rate.
 
     Parameters
     ----------
     level : (h, w) or (h, w, 3) float32 array
         The background; changed in place.
     image : uint8 array of the same shape
-        A picture.
+        An image.
     where : (h, w) uint8 array
         0 where nothing is learned.
     seconds : float
-        Time since the last picture, s.
+        Time since the last image, s.
     beta, period_s : float
         Share of a difference that is learned in one period, and that, s.
 
@@ -55,15 +55,15 @@ class LowPassRule:
         self._beta, self._period_s = beta, period_s
 
     def begin(self, model: Image) -> None:
-        """Start from a picture; see `Rule`."""
+        """Start from an image; see `Rule`."""
         self._level = model.astype(np.float32)
 
     def foreground(self, image: Image) -> Image | None:
         """Have no test of its own."""
         return None
 
-    def learn(self, model: Image, lesson: Lesson) -> None:
-        """Learn the background of a picture; see `Rule`."""
+    def learn(self, model: Image, lesson: BackgroundUpdate) -> None:
+        """Learn the background of an image; see `Rule`."""
         where = np.asarray(cv2.bitwise_not(lesson.mask), np.uint8)
         low_pass(self._level, lesson.image, where, lesson.seconds, self._beta, self._period_s)
         cv2.convertScaleAbs(self._level, model)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.perception.background.rules.illumination import relit
-from mctrack_ros.perception.background.rules.rule import Image, Lesson
+from mctrack_ros.perception.background.rules.rule import BackgroundUpdate, Image
 
 
 class Mixture:
@@ -15,7 +15,7 @@ class Mixture:
     OpenCV's MOG2 (Zivkovic 2004), without its test for shadows.
 
     What is tracked is shown to it as the background, so that it does not burn in. It cannot be
-    made brighter, so pictures are shown to it in the light of its start.
+    made brighter, so images are shown to it in the light of its start.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Mixture:
         self._memory_s, self._threshold = memory_s, threshold_sigmas**2
 
     def begin(self, model: Image) -> None:
-        """Start from a picture; see `Rule`."""
+        """Start from an image; see `Rule`."""
         self._mixture = cv2.createBackgroundSubtractorMOG2(
             varThreshold=self._threshold, detectShadows=False
         )
@@ -41,8 +41,8 @@ class Mixture:
         """Return what no Gaussian of the background explains; see `Rule`."""
         return np.asarray(self._mixture.apply(self._unlit(image), learningRate=0.0), np.uint8)
 
-    def learn(self, model: Image, lesson: Lesson) -> None:
-        """Learn a picture, what is tracked left out; see `Rule`."""
+    def learn(self, model: Image, lesson: BackgroundUpdate) -> None:
+        """Learn an image, what is tracked left out; see `Rule`."""
         shown = lesson.image.copy()
         np.copyto(shown, model, where=lesson.tracked_mask()[..., None] > 0)
         share = 1 - np.exp(-lesson.seconds / self._memory_s)
@@ -54,7 +54,7 @@ class Mixture:
         """Do nothing between lessons."""
 
     def relight(self, model: Image, gain: NDArray[np.float64]) -> None:
-        """Show pictures in the light of the start, from now on; see `Rule`."""
+        """Show images in the light of the start, from now on; see `Rule`."""
         self._light = self._light * gain
 
     def accept(self, model: Image) -> None:

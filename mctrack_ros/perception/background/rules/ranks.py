@@ -1,4 +1,4 @@
-"""Medians of pictures, and which of two pictures of a place is the emptier."""
+"""Medians of images, and which of two images of a place is the emptier."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MEDIAN_OF_NINE = (
 
 
 def median_of_nine(images: list[Image]) -> Image:
-    """Return the pixel-wise median of nine pictures."""
+    """Return the pixel-wise median of nine images."""
     work: list[Image] = list(images)
     for low, high in MEDIAN_OF_NINE:
         smaller, larger = cv2.min(work[low], work[high]), cv2.max(work[low], work[high])

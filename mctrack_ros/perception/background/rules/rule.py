@@ -12,14 +12,14 @@ Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Lesson:
+class BackgroundUpdate:
     """
-    One picture to learn from.
+    One image to learn from.
 
     Attributes
     ----------
     image : (h, w, 3) uint8 array
-        The picture.
+        The image.
     mask : (h, w) uint8 array
         Its foreground, 255.
     tracked : (n, 4) int array
@@ -27,7 +27,7 @@ class Lesson:
     seconds : float
         Time since the last lesson, s; 0 at the first.
     stamp_ns : int
-        Time of the picture, ns.
+        Time of the image, ns.
 
     """
 
@@ -52,16 +52,16 @@ class Rule(Protocol):
     """How a model of the background (event-tracking paper, Definition 1) learns."""
 
     def begin(self, model: Image) -> None:
-        """Start from a (h, w, 3) uint8 picture without moving objects."""
+        """Start from a (h, w, 3) uint8 image without moving objects."""
 
     def foreground(self, image: Image) -> Image | None:
         """Return the (h, w) uint8 foreground by the rule's own test; None: it has none."""
 
-    def learn(self, model: Image, lesson: Lesson) -> None:
+    def learn(self, model: Image, lesson: BackgroundUpdate) -> None:
         """Change the model, in place, by one lesson."""
 
     def attend(self, model: Image, image: Image, stamp_ns: int) -> None:
-        """Look at a picture between lessons."""
+        """Look at an image between lessons."""
 
     def relight(self, model: Image, gain: NDArray[np.float64]) -> None:
         """Take notice that light changed by (3,) factors; the model shows it as of now."""

@@ -53,7 +53,7 @@ def uncovered(
     """
     Take an object that drives off out of the background again; beyond the paper.
 
-    Where the picture shows again what the object had hidden, it is leaving: at once there is
+    Where the image shows again what the object had hidden, it is leaving: at once there is
     neither a hole nor a vehicle that is half background.
 
     Parameters
@@ -63,7 +63,7 @@ def uncovered(
     background : LowPassBackground
         Is changed if it leaves.
     grey : (h, w) uint8 array
-        The smoothed picture.
+        The smoothed image.
     mask : (h, w) uint8 array
         Foreground; is changed if it leaves.
     share : float

@@ -17,7 +17,7 @@ from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.silhouettes.background.absorbed import Inserted, uncovered, window_of
 from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
-from mctrack_ros.perception.silhouettes.background.stationarity import StillPixels
+from mctrack_ros.perception.silhouettes.background.stationarity import Stationarity
 from mctrack_ros.perception.silhouettes.features import Floats
 from mctrack_ros.perception.silhouettes.objects import ObjectList
 
@@ -27,8 +27,8 @@ ROOM = 0.15  # about what is inserted, in its widths and heights
 
 
 @dataclass(frozen=True)
-class RestConfig:
-    """Parameters of `RestWatch`."""
+class AbsorptionConfig:
+    """Parameters of `Absorption`."""
 
     rest_s: float = parameter(
         4.0, 'time at rest after which a vehicle becomes background [s]', minimum=0.0
@@ -82,29 +82,29 @@ class _Rest:
     since_ns: int
 
 
-class RestWatch:
+class Absorption:
     """
     Puts what rests into the background and patches the holes that it leaves.
 
     Parameters
     ----------
-    config : RestConfig
+    config : AbsorptionConfig
         Parameters.
 
     Attributes
     ----------
     inserted : list of Inserted
         The recently inserted objects, oldest first.
-    still : StillPixels
+    still : Stationarity
         For how long the foreground has looked the same.
     looked : bool
-        Whether the last picture was looked at for that.
+        Whether the last image was looked at for that.
 
     """
 
-    def __init__(self, config: RestConfig) -> None:
+    def __init__(self, config: AbsorptionConfig) -> None:
         self._config = config
-        self.still = StillPixels(LOOK_S)
+        self.still = Stationarity(LOOK_S)
         self.restart()
 
     def restart(self) -> None:
@@ -116,18 +116,18 @@ class RestWatch:
 
     def watch(self, background: LowPassBackground, grey: Grey, mask: Grey, stamp_ns: int) -> None:
         """
-        Look at a picture: what in it is still, and who drives off.
+        Look at an image: what in it is still, and who drives off.
 
         Parameters
         ----------
         background : LowPassBackground
             Is changed where inserted objects leave.
         grey : (h, w) uint8 array
-            The smoothed picture.
+            The smoothed image.
         mask : (h, w) uint8 array
             Foreground; is changed there, too.
         stamp_ns : int
-            Time of the picture, ns.
+            Time of the image, ns.
 
         """
         self.looked = self.still.watch(grey, mask, stamp_ns, background.threshold)
@@ -152,11 +152,11 @@ class RestWatch:
         Parameters
         ----------
         objects : ObjectList
-            After this picture.
+            After this image.
         background : LowPassBackground
             Is changed.
         grey : (h, w) uint8 array
-            The smoothed picture.
+            The smoothed image.
         mask : (h, w) uint8 array
             Its foreground.
         labels : (h, w) uint16 array
@@ -210,7 +210,7 @@ class RestWatch:
             box = _widened(objects.box[row], labels.shape)
             taken = self.still.seconds[window_of(box)] >= patience / 2
             taken &= ~self._spared(objects, row, box, labels)
-            before = background.insert(self.still.picture, box, ~taken)
+            before = background.insert(self.still.image, box, ~taken)
             self.still.seconds[window_of(box)][taken] = 0.0
             if objects.class_id[row] == ClassCode.VEHICLE:
                 shown = np.where(taken, 255, 0).astype(np.uint8)
@@ -275,7 +275,7 @@ class RestWatch:
 
 
 def _widened(box: Floats, size: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return a box with some room about it, in whole pixels, within a (height, width) picture."""
+    """Return a box with some room about it, in whole pixels, within a (height, width) image."""
     room = np.round(ROOM * box[2:]).astype(np.int64)
     low = np.maximum(box[:2].astype(np.int64) - room, 0)
     high = np.minimum((box[:2] + box[2:]).astype(np.int64) + room, size[::-1])

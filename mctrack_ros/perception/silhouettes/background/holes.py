@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import BYTES_2D, INTS_1D, compiled, inner
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
-from mctrack_ros.perception.silhouettes.background.stationarity import StillPixels
+from mctrack_ros.perception.silhouettes.background.stationarity import Stationarity
 from mctrack_ros.perception.silhouettes.features import AREA
 from mctrack_ros.perception.silhouettes.foreground.components import (
     ComponentConfig,
@@ -31,8 +31,8 @@ class HoleConfig:
 
     edge_ratio: float = parameter(
         1.5,
-        'how much stronger the outline must be in the background than in the picture; 0: holes '
-        'are not looked for in the picture, as printed',
+        'how much stronger the outline must be in the background than in the image; 0: holes '
+        'are not looked for in the image, as printed',
         minimum=0.0,
     )
     still_s: float = parameter(
@@ -54,12 +54,12 @@ def patched(
 
     Whatever stood in the background when it was learned leaves a hole when it goes, without ever
     having been inserted. The outline of a hole is an edge of the background, that of a thing is
-    one of the picture.
+    one of the image.
 
     Parameters
     ----------
     silhouettes : Silhouettes
-        Of the picture.
+        Of the image.
     background : LowPassBackground
         Is changed.
     config : HoleConfig
@@ -85,7 +85,7 @@ def patched(
 def without_still_holes(
     mask: Grey,
     grey: Grey,
-    still: StillPixels,
+    still: Stationarity,
     background: LowPassBackground,
     components: ComponentConfig,
     config: HoleConfig,
@@ -101,8 +101,8 @@ def without_still_holes(
     mask : (h, w) uint8 array
         Foreground.
     grey : (h, w) uint8 array
-        The smoothed picture.
-    still : StillPixels
+        The smoothed image.
+    still : Stationarity
         For how long its pixels have looked the same.
     background : LowPassBackground
         Is changed.
@@ -130,7 +130,7 @@ def without_still_holes(
 def _is_hole(
     silhouettes: Silhouettes, row: int, background: LowPassBackground, config: HoleConfig
 ) -> bool:
-    """Tell whether a silhouette's outline is in the background rather than in the picture."""
+    """Tell whether a silhouette's outline is in the background rather than in the image."""
     assert background.model is not None
     left, top, width, height = silhouettes.shapes.box[row].astype(int).tolist()
     shown, known = _outline(
@@ -169,7 +169,7 @@ def _outline(
     label: int,
     box: NDArray[np.int64],
 ) -> tuple[float, float]:
-    """Return how strong edges are, in the picture and in the background, along an outline."""
+    """Return how strong edges are, in the image and in the background, along an outline."""
     shown, known = 0.0, 0.0
     left, top, width, height = box
     for y in range(max(top - 1, 1), min(top + height + 1, labels.shape[0] - 1)):

@@ -19,7 +19,7 @@ MEDIAN_OF_NORMAL = 0.6745  # median of a normal deviate's size, in standard devi
 SPARSE = np.s_[::5, ::5]  # where noise and light are measured
 NOISE_TIME_S = 2.0
 LEAP = 2.0  # grey levels by which the difference grows when the light leaps
-NOISIEST = 20  # grey levels; a larger median difference is another picture, not noise
+NOISIEST = 20  # grey levels; a larger median difference is another image, not noise
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class LowPassConfig:
         True, 'what is not learned follows the brightness of the rest; false: as printed'
     )
     smoothing_px: int = parameter(
-        3, 'pictures are averaged over squares of this side; 1: not', minimum=1, maximum=15
+        3, 'images are averaged over squares of this side; 1: not', minimum=1, maximum=15
     )
     beta: float = parameter(
         0.1, 'share of a difference that is learned in one period', minimum=0.0, maximum=1.0
@@ -61,7 +61,7 @@ class LowPassBackground:
     A low-pass filter for each pixel (silhouettes paper, section 2, eqs (1) and (2)).
 
     ``delta = |I - B|``; where it is not above the threshold, ``B += beta (I - B)``. The share is
-    that of the time between two pictures, so the filter is the same at every rate.
+    that of the time between two images, so the filter is the same at every rate.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class LowPassBackground:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything: the next picture is the background."""
+        """Forget everything: the next image is the background."""
         self.model: NDArray[np.float32] | None = None
         self.noise, self.light = 0.0, 1.0
         self._last_ns = self._next_ns = 0
@@ -90,25 +90,25 @@ class LowPassBackground:
         return max(self._config.threshold, self._config.threshold_sigmas * self.noise)
 
     def smoothed(self, grey: Grey) -> Grey:
-        """Return a picture as it is compared and learned."""
+        """Return an image as it is compared and learned."""
         side = self._config.smoothing_px
         return grey if side == 1 else cv2.blur(grey, (side, side))  # type: ignore[return-value]
 
     def apply(self, grey: Grey, stamp_ns: int) -> Grey | None:
         """
-        Learn from a smoothed picture and tell what in it is foreground.
+        Learn from a smoothed image and tell what in it is foreground.
 
         Parameters
         ----------
         grey : (h, w) uint8 array
-            The picture.
+            The image.
         stamp_ns : int
             Its time, ns; later than the last.
 
         Returns
         -------
         (h, w) uint8 array or None
-            255 where the picture differs; None if it has become the background.
+            255 where the image differs; None if it has become the background.
 
         """
         seconds, self._last_ns = (stamp_ns - self._last_ns) * 1e-9, stamp_ns
@@ -135,14 +135,14 @@ class LowPassBackground:
         return mask
 
     def restart_from(self, grey: Grey) -> None:
-        """Take a smoothed picture for the background."""
+        """Take a smoothed image for the background."""
         self.model = grey.astype(np.float32)
         self._saturated = np.zeros(grey.shape, np.bool_)
         self.light = 1.0
 
     def _leaps(self, grey: Grey) -> bool:
         """
-        Follow a sudden change of light or gain, if that explains how a picture differs.
+        Follow a sudden change of light or gain, if that explains how an image differs.
 
         How bright what was saturated truly is shows only when it gets darker.
         """
@@ -159,7 +159,7 @@ class LowPassBackground:
         return is_lit
 
     def _follow_light(self, grey: Grey, same: Grey) -> None:
-        """Scale the background by how much brighter the picture is where it is alike."""
+        """Scale the background by how much brighter the image is where it is alike."""
         assert self.model is not None
         shown = same[SPARSE] > 0
         known = float(self.model[SPARSE][shown].sum())
@@ -178,12 +178,12 @@ class LowPassBackground:
         spared: NDArray[np.bool_] | None = None,
     ) -> Grey:
         """
-        Copy a rectangle of a smoothed picture into the background.
+        Copy a rectangle of a smoothed image into the background.
 
         Parameters
         ----------
         grey : (h, w) uint8 or float32 array
-            The picture.
+            The image.
         box : (4,) int array
             Left, top, width, height, px.
         spared : (height, width) bool array, optional
@@ -204,7 +204,7 @@ class LowPassBackground:
         return before  # type: ignore[return-value]
 
     def learn(self, grey: Grey, where: Grey, seconds: float) -> None:
-        """Let the background follow a smoothed picture where a mask is not zero."""
+        """Let the background follow a smoothed image where a mask is not zero."""
         assert self.model is not None
         low_pass(self.model, grey, where, seconds, self._config.beta, self._config.period_s)
 
@@ -247,14 +247,14 @@ def _compare(
     grey: Grey, model: NDArray[np.float32], step: int, lit: float, same: Grey, mask: Grey
 ) -> int:
     """
-    Tell where a picture is as the background, and where it is neither that nor in shadow.
+    Tell where an image is as the background, and where it is neither that nor in shadow.
 
-    One pass over the picture, where OpenCV takes eight.
+    One pass over the image, where OpenCV takes eight.
 
     Parameters
     ----------
     grey : (h, w) uint8 array
-        The picture.
+        The image.
     model : (h, w) float32 array
         The background.
     step : int
@@ -262,7 +262,7 @@ def _compare(
     lit : float
         Share of the background's brightness down to which a pixel may be in shadow.
     same, mask : (h, w) uint8 arrays
-        Are written: 255 where the picture is as the background; where it is foreground.
+        Are written: 255 where the image is as the background; where it is foreground.
 
     Returns
     -------

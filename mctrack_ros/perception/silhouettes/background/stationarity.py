@@ -17,12 +17,12 @@ BLOCK = 32  # pixels of a row that are skipped at once where nothing happens
 FORGET = 1.0  # times as fast as it was learned is forgotten what was seen at a pixel
 
 
-class StillPixels:
+class Stationarity:
     """
     Remembers at every pixel of the foreground what was seen there most of late, and how long.
 
     Somebody who passes before a parked car does not undo what is known of the car: each pixel
-    holds one picture element and the time that speaks for it, which grows while it is seen and
+    holds one image element and the time that speaks for it, which grows while it is seen and
     shrinks while another is; at zero the other takes its place (majority vote of Boyer and Moore).
 
     Parameters
@@ -34,7 +34,7 @@ class StillPixels:
     ----------
     seconds : (h, w) float32 array
         Time that speaks for what is remembered, s.
-    picture : (h, w) float32 array
+    image : (h, w) float32 array
         What is remembered.
     passed_s : float
         Time between the last two looks, s.
@@ -48,19 +48,19 @@ class StillPixels:
     def restart(self) -> None:
         """Forget everything."""
         self.seconds: Seconds = np.zeros((0, 0), np.float32)
-        self.picture: NDArray[np.float32] = np.zeros((0, 0), np.float32)
+        self.image: NDArray[np.float32] = np.zeros((0, 0), np.float32)
         self.passed_s = 0.0
         self._most: Seconds = np.zeros((0, 0), np.float32)
         self._last_ns, self._tolerance = 0, 0.0
 
     def watch(self, grey: Grey, mask: Grey, stamp_ns: int, tolerance: float) -> bool:
         """
-        Look at a picture, unless the last look was a moment ago.
+        Look at an image, unless the last look was a moment ago.
 
         Parameters
         ----------
         grey : (h, w) uint8 array
-            The picture.
+            The image.
         mask : (h, w) uint8 array
             Not zero where foreground.
         stamp_ns : int
@@ -76,14 +76,14 @@ class StillPixels:
         """
         self._tolerance = tolerance
         if self.seconds.shape != grey.shape:
-            self.seconds, self.picture = np.zeros(grey.shape, np.float32), grey.astype(np.float32)
+            self.seconds, self.image = np.zeros(grey.shape, np.float32), grey.astype(np.float32)
             self._most = np.zeros((grey.shape[0], -(-grey.shape[1] // BLOCK)), np.float32)
             self._last_ns = stamp_ns
             return True
         if stamp_ns - self._last_ns < self._period_ns:
             return False
         self.passed_s, self._last_ns = (stamp_ns - self._last_ns) * 1e-9, stamp_ns
-        _look(grey, mask, self.picture, self.seconds, self._most, self.passed_s, tolerance)
+        _look(grey, mask, self.image, self.seconds, self._most, self.passed_s, tolerance)
         return True
 
     def still_for(
@@ -95,7 +95,7 @@ class StillPixels:
         Parameters
         ----------
         grey : (h, w) uint8 array
-            The picture.
+            The image.
         window : pair of slices
             Rows and columns to tell it of.
         least_s : float
@@ -104,7 +104,7 @@ class StillPixels:
         """
         old = self.seconds[window] >= least_s
         if old.any():
-            old &= np.abs(grey[window] - self.picture[window]) <= self._tolerance
+            old &= np.abs(grey[window] - self.image[window]) <= self._tolerance
         return np.asarray(old)
 
     def teach(self, background: LowPassBackground, grey: Grey, least_s: float) -> None:
@@ -113,7 +113,7 @@ class StillPixels:
         _learn(
             background.model,
             grey,
-            self.picture,
+            self.image,
             self.seconds,
             self._most,
             least_s,
@@ -135,7 +135,7 @@ class StillPixels:
 def _look(
     grey: Grey,
     mask: Grey,
-    picture: Seconds,
+    image: Seconds,
     seconds: Seconds,
     most: Seconds,
     passed: float,
@@ -161,13 +161,13 @@ def _look(
                 if mask[y, x] == 0:
                     if known > 0.0:
                         seconds[y, x] = max(known - FORGET * passed, 0.0)
-                elif known > 0.0 and abs(grey[y, x] - picture[y, x]) <= tolerance:
+                elif known > 0.0 and abs(grey[y, x] - image[y, x]) <= tolerance:
                     seconds[y, x] = known + passed
-                    picture[y, x] += AVERAGED * (grey[y, x] - picture[y, x])
+                    image[y, x] += AVERAGED * (grey[y, x] - image[y, x])
                 elif known > FORGET * passed:
                     seconds[y, x] = known - FORGET * passed
                 else:
-                    seconds[y, x], picture[y, x] = 1e-6, grey[y, x]
+                    seconds[y, x], image[y, x] = 1e-6, grey[y, x]
                 largest = max(largest, seconds[y, x])
             most[y, block] = largest
 
@@ -186,7 +186,7 @@ def _look(
 def _learn(
     model: NDArray[np.float32],
     grey: Grey,
-    picture: Seconds,
+    image: Seconds,
     seconds: Seconds,
     most: Seconds,
     least_s: float,
@@ -198,6 +198,6 @@ def _learn(
             if most[y, block] < least_s:
                 continue
             for x in range(block * BLOCK, min((block + 1) * BLOCK, model.shape[1])):
-                apart = abs(np.int64(grey[y, x]) - picture[y, x])
+                apart = abs(np.int64(grey[y, x]) - image[y, x])
                 if seconds[y, x] >= least_s and apart <= tolerance:
-                    model[y, x], seconds[y, x] = picture[y, x], 0.0
+                    model[y, x], seconds[y, x] = image[y, x], 0.0

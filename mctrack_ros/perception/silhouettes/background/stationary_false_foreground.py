@@ -15,14 +15,14 @@ from mctrack_ros.perception.blobs.extraction import overlap
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.silhouettes.background.absorbed import window_of
 from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
-from mctrack_ros.perception.silhouettes.background.stationarity import Seconds, StillPixels
+from mctrack_ros.perception.silhouettes.background.stationarity import Seconds, Stationarity
 from mctrack_ros.perception.silhouettes.features import Floats, Ints, Mask
 from mctrack_ros.perception.silhouettes.foreground.components import Silhouettes
 from mctrack_ros.perception.silhouettes.objects import ObjectList
 
 
 @dataclass(frozen=True)
-class StainConfig:
+class FalseForegroundConfig:
     """Parameters of `without_stains`."""
 
     still_s: float = parameter(
@@ -47,11 +47,11 @@ class StainConfig:
 
 def without_stains(
     silhouettes: Silhouettes,
-    still: StillPixels,
+    still: Stationarity,
     objects: ObjectList,
     sizes: SizeTable,
     background: LowPassBackground,
-    config: StainConfig,
+    config: FalseForegroundConfig,
 ) -> Silhouettes:
     """
     Put silhouettes that nobody made into the background and leave them out; beyond the paper.
@@ -63,8 +63,8 @@ def without_stains(
     Parameters
     ----------
     silhouettes : Silhouettes
-        Of the picture.
-    still : StillPixels
+        Of the image.
+    still : Stationarity
         For how long its pixels have looked the same.
     objects : ObjectList
         Where they are expected.
@@ -72,7 +72,7 @@ def without_stains(
         Of the camera.
     background : LowPassBackground
         Is changed.
-    config : StainConfig
+    config : FalseForegroundConfig
         Parameters.
 
     """
@@ -95,7 +95,7 @@ def without_stains(
     return silhouettes.without(rows) if rows else silhouettes
 
 
-def _may_rest(objects: ObjectList, sizes: SizeTable, config: StainConfig) -> Mask:
+def _may_rest(objects: ObjectList, sizes: SizeTable, config: FalseForegroundConfig) -> Mask:
     """Tell which objects, (n,), are vehicles or slow."""
     speed_px = np.hypot(objects.velocity[:, 0], objects.velocity[:, 1])
     metre_px = sizes.per_metre(sizes.foot_of(objects.box))[:, 1]

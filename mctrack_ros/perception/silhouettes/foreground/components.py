@@ -26,7 +26,7 @@ from mctrack_ros.perception.silhouettes.features import (
 
 Grey = NDArray[np.uint8]
 MOST = 1000
-"""Components of one picture; with more it shows nothing that could be tracked."""
+"""Components of one image; with more it shows nothing that could be tracked."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class ComponentConfig:
 @dataclass(frozen=True, eq=False, slots=True)
 class Silhouettes:
     """
-    The connected foreground of a picture (silhouettes paper, section 2).
+    The connected foreground of an image (silhouettes paper, section 2).
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Silhouettes:
     row_of : (c,) int64 array
         Row of the silhouette that a component is in; -1 for the background.
     grey : (h, w) uint8 array
-        The picture.
+        The image.
 
     """
 
@@ -89,7 +89,7 @@ def find_silhouettes(mask: Grey, grey: Grey, config: ComponentConfig) -> Silhoue
     mask : (h, w) uint8 array
         255 where foreground.
     grey : (h, w) uint8 array
-        The picture.
+        The image.
     config : ComponentConfig
         Parameters.
 

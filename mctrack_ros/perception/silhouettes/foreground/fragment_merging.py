@@ -25,7 +25,7 @@ SLACK = 0.2  # by how much an object may be larger than it is known to be
 
 
 @dataclass(frozen=True)
-class GatheringConfig:
+class FragmentMergingConfig:
     """Parameters of `gathered`."""
 
     person_height_m: float = parameter(
@@ -78,7 +78,7 @@ class GatheringConfig:
 
 
 def gathered(
-    silhouettes: Silhouettes, known: Shapes, sizes: SizeTable, config: GatheringConfig
+    silhouettes: Silhouettes, known: Shapes, sizes: SizeTable, config: FragmentMergingConfig
 ) -> Silhouettes:
     """
     Join fragments, the closest first, while the union is no larger than one body or one group.
@@ -94,12 +94,12 @@ def gathered(
     Parameters
     ----------
     silhouettes : Silhouettes
-        Of a picture.
+        Of an image.
     known : Shapes
         Objects that have been tracked for a while, where they are expected.
     sizes : SizeTable
         Of the camera.
-    config : GatheringConfig
+    config : FragmentMergingConfig
         Parameters.
 
     Returns
@@ -123,7 +123,7 @@ def gathered(
 
 
 def without_crumbs(
-    silhouettes: Silhouettes, sizes: SizeTable, config: GatheringConfig
+    silhouettes: Silhouettes, sizes: SizeTable, config: FragmentMergingConfig
 ) -> Silhouettes:
     """
     Leave out what is too small to be seen of anybody there; beyond the paper.
@@ -134,10 +134,10 @@ def without_crumbs(
     Parameters
     ----------
     silhouettes : Silhouettes
-        Of a picture, gathered.
+        Of an image, gathered.
     sizes : SizeTable
         Of the camera.
-    config : GatheringConfig
+    config : FragmentMergingConfig
         Parameters.
 
     """

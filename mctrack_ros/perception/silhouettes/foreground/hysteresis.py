@@ -11,7 +11,7 @@ from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
 from mctrack_ros.perception.silhouettes.features import AREA, BINS, HISTOGRAM, Ints, Shapes
 from mctrack_ros.perception.silhouettes.foreground.components import Silhouettes
-from mctrack_ros.perception.silhouettes.foreground.fragment_merging import GatheringConfig
+from mctrack_ros.perception.silhouettes.foreground.fragment_merging import FragmentMergingConfig
 
 Grey = NDArray[np.uint8]
 
@@ -20,7 +20,7 @@ def with_faint(
     silhouettes: Silhouettes,
     background: LowPassBackground,
     sizes: SizeTable,
-    config: GatheringConfig,
+    config: FragmentMergingConfig,
     small_px: float,
 ) -> Silhouettes:
     """
@@ -33,12 +33,12 @@ def with_faint(
     Parameters
     ----------
     silhouettes : Silhouettes
-        Of a picture, gathered.
+        Of an image, gathered.
     background : LowPassBackground
         Of the camera.
     sizes : SizeTable
         Of the camera.
-    config : GatheringConfig
+    config : FragmentMergingConfig
         How large a person is, and what is faint.
     small_px : float
         Area below which a silhouette is small, px².

@@ -95,7 +95,7 @@ def without_shrunk(match: Mask, vehicle: Mask, person_like: Mask) -> Mask:
     """
     Take from vehicles silhouettes that are no larger than a pedestrian's.
 
-    Whoever comes into the picture where a car has just left it would become that car. Beyond the
+    Whoever comes into the image where a car has just left it would become that car. Beyond the
     paper.
 
     Parameters
@@ -105,7 +105,7 @@ def without_shrunk(match: Mask, vehicle: Mask, person_like: Mask) -> Mask:
     vehicle : (n,) bool array
         Objects that were seen whole and alone, and are vehicles.
     person_like : (m,) bool array
-        Silhouettes as small as pedestrians, wholly in the picture.
+        Silhouettes as small as pedestrians, wholly in the image.
 
     """
     return match & ~(vehicle[:, None] & person_like[None])

@@ -1,4 +1,4 @@
-"""Whether people of different activities come together in the picture."""
+"""Whether people of different activities come together in the image."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _BREADTH = 0.55
 
 
 def people_meet(actors: list[Actor], others: list[Actor], camera: Camera) -> bool:
-    """Return whether anybody's box in the picture meets one of others' at some time."""
+    """Return whether anybody's box in the image meets one of others' at some time."""
     mine, theirs = (
         [actor for actor in some if actor.class_id != ClassCode.VEHICLE]
         for some in (actors, others)
@@ -36,7 +36,7 @@ def _meet(one: Floats, other: Floats) -> bool:
 
 
 def _boxes(person: Actor, first: int, last: int, camera: Camera) -> Floats:
-    """Return where somebody is in the picture, (steps, 4) px."""
+    """Return where somebody is in the image, (steps, 4) px."""
     place = person.course.position[first - person.first : last - person.first]
     foot = np.pad(place, ((0, 0), (0, 1)))
     head = foot + np.array([0, 0, person.size[2]])

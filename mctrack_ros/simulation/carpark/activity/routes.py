@@ -23,7 +23,7 @@ class Routes:
     Parameters
     ----------
     camera : Camera
-        People come into its picture from outside and leave it.
+        People come into its image from outside and leave it.
     rng : Generator
         Draws places.
 
@@ -33,23 +33,23 @@ class Routes:
         self._camera, self._rng = camera, rng
 
     def half_width(self, y: float) -> float:
-        """Return how far left and right of the middle the picture reaches, m."""
+        """Return how far left and right of the middle the image reaches, m."""
         middle = layout.LENGTH_M / 2
         depth = float(self._camera.depth([middle, y, 0.0]))
         return self._camera.size[0] / 2 / self._camera.focal_px * depth
 
     def outside(self, corridor: int, side: int) -> Floats:
-        """Return a place on a corridor beyond the picture's left (-1) or right (+1) edge."""
+        """Return a place on a corridor beyond the image's left (-1) or right (+1) edge."""
         y = self._rng.uniform(*CORRIDORS[corridor])
         return np.array([layout.LENGTH_M / 2 + side * (self.half_width(y) + _OUT_M), y])
 
     def anywhere_outside(self) -> tuple[int, Floats]:
-        """Return a corridor and a place on it beyond the picture."""
+        """Return a corridor and a place on it beyond the image."""
         corridor = int(self._rng.integers(len(CORRIDORS)))
         return corridor, self.outside(corridor, int(self._rng.choice((-1, 1))))
 
     def inside(self, corridor: int, reach: float = 0.7) -> Floats:
-        """Return a place on a corridor well inside the picture."""
+        """Return a place on a corridor well inside the image."""
         y = self._rng.uniform(*CORRIDORS[corridor])
         half = reach * self.half_width(y)
         return np.array([layout.LENGTH_M / 2 + self._rng.uniform(-half, half), y])
@@ -67,7 +67,7 @@ class Routes:
         return np.array([start, bend, end])
 
     def _gap_near(self, x: float, y: float) -> float:
-        """Return one of the gaps about a place that the picture shows."""
+        """Return one of the gaps about a place that the image shows."""
         gaps = layout.gaps_x()
         seen = gaps[np.abs(gaps - layout.LENGTH_M / 2) < 0.85 * self.half_width(y)]
         weight = np.exp(-(((seen - x) / 8.0) ** 2))

@@ -19,7 +19,7 @@ _PAUSE_S = (4.5, 8.5)
 _OCCUPIED = 0.6
 _TRIES = 24
 _MINGLE = 0.06
-"""How often people are let into others' way in the picture, each time that is drawn."""
+"""How often people are let into others' way in the image, each time that is drawn."""
 _SETTLED_S = 15.0
 
 _SHARES = {
@@ -117,7 +117,7 @@ class _Schedule:
         return True
 
     def _watched(self) -> list[int]:
-        """Return the bays that the picture shows with room about them."""
+        """Return the bays that the image shows with room about them."""
         middle = layout.LENGTH_M / 2
         return [
             index

@@ -25,8 +25,8 @@ def empty_ground(camera: Camera, rng: np.random.Generator) -> NDArray[np.float32
     rows = (np.arange(height)[:, None] + offsets).ravel()
     place = camera.ground(np.stack(np.meshgrid(columns, rows), axis=-1))
     fine = _surface(place).reshape(height, _SUBPIXELS, width, _SUBPIXELS)
-    picture = fine.mean(axis=(1, 3)).astype(np.float32)
-    return np.asarray(picture + _wear(height, width, rng), np.float32)
+    image = fine.mean(axis=(1, 3)).astype(np.float32)
+    return np.asarray(image + _wear(height, width, rng), np.float32)
 
 
 def _surface(place: Floats) -> Floats:

@@ -20,7 +20,7 @@ def far_first(
     """
     Return indices in the order in which bodies must be drawn so that near ones hide far ones.
 
-    Of two whose boxes in the picture meet, the one on the camera's side of a line that parts
+    Of two whose boxes in the image meet, the one on the camera's side of a line that parts
     their places on the ground is nearer. Two convex places always have such a line.
     """
     who = np.array(sorted(bodies), np.int64)

@@ -1,4 +1,4 @@
-"""Grey pictures of the car park: light, shadows, bodies, reflections and noise."""
+"""Grey images of the car park: light, shadows, bodies, reflections and noise."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class CarParkRenderer:
         self._reflects = rng.random(len(world.ids)) < _REFLECTIVE
 
     def frame(self, step: int) -> tuple[Grey, CarParkView]:
-        """Return the (height, width) picture of a step and its truth."""
+        """Return the (height, width) image of a step and its truth."""
         layers, shadows = self._sight.layers(step)
         parked = self._world.parked[step]
         image = self._composed(layers, shadows)
@@ -118,7 +118,7 @@ class CarParkRenderer:
         return columns
 
     def _view(self, layers: Layers, image: Floats, behind: Floats, step: int) -> CarParkView:
-        """Return the truth of a picture; touching are only those who are active."""
+        """Return the truth of an image; touching are only those who are active."""
         owner = owners(layers, (image.shape[1], image.shape[0]))
         active = self._world.active[step]
         seen, moving = View.of(layers, owner), View.of(_only(layers, active), owner)

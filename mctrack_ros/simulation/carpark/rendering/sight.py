@@ -40,7 +40,7 @@ class CarParkSight:
         self._still: dict[tuple[int, bytes], tuple[Silhouette | None, Silhouette | None]] = {}
 
     def layers(self, step: int) -> tuple[Layers, Layers]:
-        """Return everybody in the picture, far ones first, and the shadows they throw."""
+        """Return everybody in the image, far ones first, and the shadows they throw."""
         bodies, shadows = {}, []
         for index, body, shadow in [*self._people(step), *self._riders(step), *self._cars(step)]:
             if body is not None:
@@ -51,7 +51,7 @@ class CarParkSight:
         return [(index, bodies[index]) for index in order], shadows
 
     def _near(self, step: int, kind: ClassCode) -> NDArray[np.int64]:
-        """Return those of a class who are there and not far outside the picture."""
+        """Return those of a class who are there and not far outside the image."""
         world = self._world
         index = np.flatnonzero(world.present[step] & (world.class_id == kind))
         place = np.pad(world.motion.position[step, index], ((0, 0), (0, 1)))

@@ -7,14 +7,14 @@ from mctrack_ros.fusion.association.solvers.covering_graph import covering, exch
 
 
 @st.composite
-def ticks(draw, pictures=3, tracks=5, detections=4):
-    """Return the pairs of several pictures, each with detections of its own."""
+def ticks(draw, images=3, tracks=5, detections=4):
+    """Return the pairs of several images, each with detections of its own."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    allowed = rng.random((pictures, tracks, detections)) < draw(st.sampled_from([0.2, 0.5, 1.0]))
-    picture, track, column = map(np.ascontiguousarray, np.nonzero(allowed))
-    slot = np.unique(picture * tracks + track, return_inverse=True)[1]
+    allowed = rng.random((images, tracks, detections)) < draw(st.sampled_from([0.2, 0.5, 1.0]))
+    image, track, column = map(np.ascontiguousarray, np.nonzero(allowed))
+    slot = np.unique(image * tracks + track, return_inverse=True)[1]
     likelihood = np.exp(rng.normal(0, 3, len(slot)))
-    return Pairs(track, picture * detections + column, slot, likelihood, picture)
+    return Pairs(track, image * detections + column, slot, likelihood, image)
 
 
 def cheapest_first(pairs, rows):
@@ -34,7 +34,7 @@ def test_the_flags_give_every_covered_track_its_first_sensor_and_no_other(pairs)
     matrix = covering(pairs, 3, 5)
     flagged = np.zeros_like(matrix)
     is_flagged = flags(pairs)
-    flagged[pairs.picture[is_flagged], pairs.track[is_flagged]] = True
+    flagged[pairs.image[is_flagged], pairs.track[is_flagged]] = True
     first = np.zeros_like(matrix)
     for track in np.flatnonzero(matrix.any(axis=0)):
         first[np.flatnonzero(matrix[:, track])[0], track] = True

@@ -15,8 +15,8 @@ def pairs_of(allowed, likelihood):
     """Return the pairs of a (slots, detections) mask, and their (slots, detections) indices."""
     slot, detection = map(np.ascontiguousarray, np.nonzero(allowed))
     numbered = np.unique(slot, return_inverse=True)[1]
-    picture = np.zeros(len(slot), np.int64)
-    return Pairs(slot, detection, numbered, np.ascontiguousarray(likelihood[allowed]), picture)
+    image = np.zeros(len(slot), np.int64)
+    return Pairs(slot, detection, numbered, np.ascontiguousarray(likelihood[allowed]), image)
 
 
 @st.composite
@@ -80,7 +80,7 @@ def test_the_detections_order_does_not_matter(name, pairs, seed):
         names[pairs.detection][order],
         pairs.slot,
         pairs.likelihood[order],
-        pairs.picture,
+        pairs.image,
     )
     first = ASSOCIATORS[name]().probabilities(pairs)
     np.testing.assert_allclose(

@@ -51,7 +51,7 @@ SAMPLE = {
     'per_view_reprojection_errors': np.ones((20, 1)), 'extrinsic_parameters': np.ones((20, 6)),
     'image_points': np.ones((20, 54)), 'grid_points': np.ones((54, 3)),
 }  # fmt: skip
-"""What OpenCV's sample writes beside the camera; none of it says where pictures show things."""
+"""What OpenCV's sample writes beside the camera; none of it says where images show things."""
 SPELLED = {
     'calibration.cpp': {
         'image_width': SIZE[0], 'image_height': SIZE[1], 'camera_matrix': MATRIX,
@@ -92,7 +92,7 @@ def test_what_says_nothing_of_the_camera_is_let_pass(read):
 @pytest.mark.parametrize(
     'tool', ['calibration.cpp', 'the sample of OpenCV 2', 'interactive calibration', 'short ones']
 )
-def test_every_spelling_of_the_pictures_size_is_held_against_them(read, tool):
+def test_every_spelling_of_the_images_size_is_held_against_them(read, tool):
     with pytest.raises(CalibrationError, match='of 1280 x 720 px, not of 640 x 360 px'):
         read(opencv_yaml(**SPELLED[tool]), (640, 360))
 
@@ -257,7 +257,7 @@ def test_binning_and_a_region_of_interest_are_used(tmp_path, read, make):
     [
         (
             {'roi': {'x_offset': 900, 'width': 600, 'height': 600}},
-            'roi reaches out of the picture',
+            'roi reaches out of the image',
         ),
         ({'binning_x': 2000}, 'binning by 2000 x 1 leaves no pixel'),
         ({'binning_y': -1}, 'binning_y is -1, expected a whole number'),
@@ -295,7 +295,7 @@ REFUSED = {
     'a width alone': (BARE | {'image_width': 1280}, 'image_width alone'),
     'two sizes': (
         BARE | {'image_width': 1280, 'image_height': 720, 'imageSize': '[ 640, 360 ]'},
-        'two sizes of pictures',
+        'two sizes of images',
     ),
     'two lenses': (BARE | {'D': np.zeros((1, 5))}, 'distortion_coefficients and D differ'),
     'two models': (
@@ -449,7 +449,7 @@ def test_poses_that_are_none_or_ambiguous_are_refused_by_name(tmp_path, text, re
 @pytest.mark.parametrize(
     ('x', 'is_said'), [(320.0, False), (40.0, False), (640.0, True), (871.2, True)]
 )
-def test_a_principal_point_outside_the_pictures_is_said(tmp_path, x, is_said):
+def test_a_principal_point_outside_the_images_is_said(tmp_path, x, is_said):
     path = tmp_path / 'camera.yaml'
     path.write_text(
         'image_width: 640\nimage_height: 480\ndistortion_model: plumb_bob\n'
@@ -458,4 +458,4 @@ def test_a_principal_point_outside_the_pictures_is_said(tmp_path, x, is_said):
     )
     notes = read_camera(path, (640, 480)).notes
     assert len(notes) == is_said
-    assert all('lies outside its pictures of 640 x 480 px' in note for note in notes)
+    assert all('lies outside its images of 640 x 480 px' in note for note in notes)

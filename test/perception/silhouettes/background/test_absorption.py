@@ -3,7 +3,7 @@ import pytest
 
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.silhouettes import as_printed
-from mctrack_ros.perception.silhouettes.background.absorption import RestConfig, RestWatch
+from mctrack_ros.perception.silhouettes.background.absorption import Absorption, AbsorptionConfig
 from mctrack_ros.perception.silhouettes.background.model import LowPassBackground, LowPassConfig
 from mctrack_ros.perception.silhouettes.foreground.components import (
     ComponentConfig,
@@ -22,7 +22,7 @@ class Scene:
     def __init__(self, config):
         self.background = LowPassBackground(LowPassConfig())
         self.background.restart_from(np.full(SIZE, 100, np.uint8))
-        self.watch = RestWatch(config)
+        self.watch = Absorption(config)
         self.index = 0
         self.objects = ObjectList(ObjectConfig())
 
@@ -53,7 +53,7 @@ class Scene:
 
 @pytest.fixture(params=['by pixels', 'as printed'])
 def scene(request):
-    return Scene(RestConfig() if request.param == 'by pixels' else as_printed().rest)
+    return Scene(AbsorptionConfig() if request.param == 'by pixels' else as_printed().rest)
 
 
 def rest_of(scene, *things, seconds):
@@ -69,13 +69,13 @@ def test_a_vehicle_is_background_after_four_seconds(scene):
 
 
 def test_a_pedestrian_is_not_so_soon():
-    scene = Scene(RestConfig())
+    scene = Scene(AbsorptionConfig())
 
     assert not any(rest_of(scene, (DRIVER, 60, ClassCode.PERSON), seconds=9))
 
 
 def test_whoever_stands_for_long_is_background():
-    scene = Scene(RestConfig())
+    scene = Scene(AbsorptionConfig())
 
     assert any(rest_of(scene, (DRIVER, 60, ClassCode.PERSON), seconds=14))
 
@@ -90,7 +90,7 @@ def test_a_vehicle_that_moves_is_not(scene):
 
 
 def test_somebody_who_gets_out_neither_delays_it_nor_stays_in_the_background():
-    scene, gone = Scene(RestConfig()), []
+    scene, gone = Scene(AbsorptionConfig()), []
     for step in range(22):
         driver = (82 - step, 26, 6, 18)  # in one silhouette with the car
         gone.append(
@@ -102,7 +102,7 @@ def test_somebody_who_gets_out_neither_delays_it_nor_stays_in_the_background():
 
 
 def test_a_vehicle_that_leaves_leaves_no_hole():
-    scene = Scene(RestConfig())
+    scene = Scene(AbsorptionConfig())
     rest_of(scene, (CAR, 60, ClassCode.VEHICLE), seconds=5)
 
     for step in range(8):

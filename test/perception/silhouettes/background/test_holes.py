@@ -7,7 +7,7 @@ from mctrack_ros.perception.silhouettes.background.holes import (
     without_still_holes,
 )
 from mctrack_ros.perception.silhouettes.background.model import LowPassBackground, LowPassConfig
-from mctrack_ros.perception.silhouettes.background.stationarity import StillPixels
+from mctrack_ros.perception.silhouettes.background.stationarity import Stationarity
 from mctrack_ros.perception.silhouettes.foreground.components import (
     ComponentConfig,
     find_silhouettes,
@@ -25,19 +25,19 @@ def ground():
 
 
 def with_box(ground, window, grey=60):
-    picture = ground.copy()
-    picture[window] = grey
-    return picture
+    image = ground.copy()
+    image[window] = grey
+    return image
 
 
-def background_of(picture):
+def background_of(image):
     background = LowPassBackground(LowPassConfig())
-    background.restart_from(picture)
+    background.restart_from(image)
     return background
 
 
-def difference(picture, background):
-    return np.where(np.abs(picture - background.model) > 12, 255, 0).astype(np.uint8)
+def difference(image, background):
+    return np.where(np.abs(image - background.model) > 12, 255, 0).astype(np.uint8)
 
 
 def test_a_hole_is_patched_and_left_out(ground):
@@ -52,8 +52,8 @@ def test_a_hole_is_patched_and_left_out(ground):
 
 
 def test_a_thing_is_not(ground):
-    background, picture = background_of(ground), with_box(ground, BOX)
-    found = find_silhouettes(difference(picture, background), picture, COMPONENTS)
+    background, image = background_of(ground), with_box(ground, BOX)
+    found = find_silhouettes(difference(image, background), image, COMPONENTS)
 
     assert len(patched(found, background, HoleConfig()).shapes) == 1
     assert (background.model == ground).all()
@@ -67,13 +67,13 @@ def test_as_printed_holes_are_not_looked_for(ground):
 
 
 def test_a_hole_that_touches_what_moves_is_patched_when_it_has_been_still(ground):
-    background, still = background_of(with_box(ground, BOX)), StillPixels(0.2)
+    background, still = background_of(with_box(ground, BOX)), Stationarity(0.2)
     areas = []
     for index in range(8):
-        picture = with_box(ground, BESIDE, grey=130 + 20 * (index % 2))
-        mask, stamp_ns = difference(picture, background), index * 250_000_000
-        still.watch(picture, mask, stamp_ns, 7.0)
-        kept = without_still_holes(mask, picture, still, background, COMPONENTS, HoleConfig())
+        image = with_box(ground, BESIDE, grey=130 + 20 * (index % 2))
+        mask, stamp_ns = difference(image, background), index * 250_000_000
+        still.watch(image, mask, stamp_ns, 7.0)
+        kept = without_still_holes(mask, image, still, background, COMPONENTS, HoleConfig())
         areas.append(int((kept[BOX] > 0).sum()))
         assert (kept[20:44, 72:100] > 0).all()
 

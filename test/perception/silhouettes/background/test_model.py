@@ -15,22 +15,22 @@ def flat(value):
     return np.full(SHAPE, value, np.uint8)
 
 
-def learned(pictures, config=PRINTED, period_ns=PERIOD_NS):
+def learned(images, config=PRINTED, period_ns=PERIOD_NS):
     background = LowPassBackground(config)
-    masks = [background.apply(one, (k + 1) * period_ns) for k, one in enumerate(pictures)]
+    masks = [background.apply(one, (k + 1) * period_ns) for k, one in enumerate(images)]
     return background, masks
 
 
-def test_the_first_picture_is_the_background():
+def test_the_first_image_is_the_background():
     background, masks = learned([flat(100)])
     assert masks == [None]
     assert (background.model == 100).all()
 
 
 def test_background_pixels_follow_by_beta_and_foreground_pixels_do_not():
-    picture = flat(110)
-    picture[:, 32:] = 113
-    background, masks = learned([flat(100), picture])
+    image = flat(110)
+    image[:, 32:] = 113
+    background, masks = learned([flat(100), image])
     assert (masks[1][:, :32] == 0).all()
     assert (masks[1][:, 32:] == 255).all()
     assert np.allclose(background.model[:, :32], 101.0)
@@ -43,12 +43,12 @@ def test_a_difference_of_the_threshold_is_not_foreground():
 
 
 @pytest.mark.parametrize(('rows', 'resets'), [(28, False), (29, True)])
-def test_more_than_60_per_cent_of_the_picture_resets_the_background(rows, resets):
-    picture = flat(100)
-    picture[:rows] = 200
-    background, masks = learned([flat(100), picture])
+def test_more_than_60_per_cent_of_the_image_resets_the_background(rows, resets):
+    image = flat(100)
+    image[:rows] = 200
+    background, masks = learned([flat(100), image])
     assert (masks[1] is None) == resets
-    assert (background.model == picture).all() == resets
+    assert (background.model == image).all() == resets
 
 
 def test_the_filter_is_the_same_at_every_rate():
@@ -59,16 +59,16 @@ def test_the_filter_is_the_same_at_every_rate():
 
 def test_the_threshold_follows_the_noise_if_asked_to():
     rng = np.random.default_rng(1)
-    pictures = [rng.normal(100, 6, SHAPE).astype(np.uint8) for _ in range(40)]
-    background, _ = learned(pictures, replace(PRINTED, threshold=5.0, threshold_sigmas=5.0))
+    images = [rng.normal(100, 6, SHAPE).astype(np.uint8) for _ in range(40)]
+    background, _ = learned(images, replace(PRINTED, threshold=5.0, threshold_sigmas=5.0))
     assert background.noise == pytest.approx(6.0, rel=0.15)
     assert background.threshold == pytest.approx(5 * background.noise)
 
 
 def test_an_inserted_rectangle_is_background_and_can_be_taken_out_again():
     background, _ = learned([flat(100)])
-    picture, box = flat(150), np.array([10, 5, 20, 12])
-    before = background.insert(picture, box)
+    image, box = flat(150), np.array([10, 5, 20, 12])
+    before = background.insert(image, box)
     assert (background.model[5:17, 10:30] == 150).all()
     assert (background.model == 150).sum() == 240
     inside = np.zeros((12, 20), np.uint8)
@@ -78,10 +78,10 @@ def test_an_inserted_rectangle_is_background_and_can_be_taken_out_again():
 
 
 def test_what_may_be_a_shadow_is_neither_foreground_nor_learned():
-    picture = flat(100)
-    picture[:, :10], picture[:, 10:20] = 90, 80
+    image = flat(100)
+    image[:, :10], image[:, 10:20] = 90, 80
     background, masks = learned(
-        [flat(100), picture], replace(PRINTED, threshold=5.0, shadow_share=0.15)
+        [flat(100), image], replace(PRINTED, threshold=5.0, shadow_share=0.15)
     )
     assert not masks[1][:, :10].any()
     assert masks[1][:, 10:20].all()
@@ -89,10 +89,10 @@ def test_what_may_be_a_shadow_is_neither_foreground_nor_learned():
 
 
 def test_what_is_hidden_follows_the_light_of_the_rest():
-    pictures = [np.full(SHAPE, round(100 * 1.01**step), np.uint8) for step in range(20)]
-    for picture in pictures[1:]:
-        picture[:10] = 250
-    background, masks = learned(pictures, replace(PRINTED, follow_light=True))
+    images = [np.full(SHAPE, round(100 * 1.01**step), np.uint8) for step in range(20)]
+    for image in images[1:]:
+        image[:10] = 250
+    background, masks = learned(images, replace(PRINTED, follow_light=True))
     assert np.allclose(background.model[:10], 119, atol=2.5)
     assert background.light == pytest.approx(1.19, abs=0.03)
     assert (masks[-1][10:] == 0).all()

@@ -1,14 +1,14 @@
 import numpy as np
 
 from mctrack_ros.perception.silhouettes.background.model import LowPassBackground, LowPassConfig
-from mctrack_ros.perception.silhouettes.background.stationarity import StillPixels
+from mctrack_ros.perception.silhouettes.background.stationarity import Stationarity
 
 PERIOD_NS = 250_000_000
 ALL = np.s_[:, :]
 
 
 def watched(values, mask=255):
-    still = StillPixels(0.2)
+    still = Stationarity(0.2)
     for index, value in enumerate(values):
         grey = np.full((4, 6), value, np.uint8)
         still.watch(grey, np.full((4, 6), mask, np.uint8), index * PERIOD_NS, 5.0)
@@ -26,7 +26,7 @@ def test_time_grows_while_a_pixel_looks_the_same():
 def test_somebody_who_passes_does_not_undo_it():
     still, grey = watched([80] * 14 + [120] * 3 + [80])
 
-    assert (still.picture == 80).all()
+    assert (still.image == 80).all()
     assert still.still_for(grey, ALL, 2.0).all()
 
 
@@ -39,7 +39,7 @@ def test_what_is_hidden_just_now_is_not_still():
 def test_what_stays_takes_the_place_of_what_was():
     still, _ = watched([80] * 6 + [120] * 20)
 
-    assert (still.picture == 120).all()
+    assert (still.image == 120).all()
 
 
 def test_background_is_never_still():
@@ -48,8 +48,8 @@ def test_background_is_never_still():
     assert (still.seconds == 0.0).all()
 
 
-def test_pictures_that_come_sooner_are_not_looked_at():
-    still = StillPixels(0.2)
+def test_images_that_come_sooner_are_not_looked_at():
+    still = Stationarity(0.2)
     grey, mask = np.zeros((4, 6), np.uint8), np.full((4, 6), 255, np.uint8)
 
     looked = [still.watch(grey, mask, index * 40_000_000, 5.0) for index in range(11)]
@@ -60,7 +60,7 @@ def test_pictures_that_come_sooner_are_not_looked_at():
 def test_old_pixels_alone_are_taught():
     background = LowPassBackground(LowPassConfig())
     background.restart_from(np.full((4, 6), 100, np.uint8))
-    still, mask = StillPixels(0.2), np.zeros((4, 6), np.uint8)
+    still, mask = Stationarity(0.2), np.zeros((4, 6), np.uint8)
     mask[1] = 255
     grey = np.full((4, 6), 100, np.uint8)
     grey[1] = 60
@@ -78,23 +78,23 @@ def test_old_pixels_alone_are_taught():
 
 def test_skipping_what_is_quiet_changes_nothing():
     rng, shape = np.random.default_rng(3), (9, 75)
-    still, seconds, picture = StillPixels(0.2), np.zeros(shape, np.float32), None
+    still, seconds, image = Stationarity(0.2), np.zeros(shape, np.float32), None
     for index in range(40):
         grey = rng.integers(60, 70, shape).astype(np.uint8)
         mask = np.zeros(shape, np.uint8)
         mask[2:4, 30:40] = mask[rng.integers(9)] = 255 * (index % 3 > 0)
         still.watch(grey, mask, index * PERIOD_NS, 5.0)
-        if picture is None:
-            picture = grey.astype(np.float32)
+        if image is None:
+            image = grey.astype(np.float32)
             continue
-        shown, same = mask > 0, (seconds > 0) & (np.abs(grey - picture) <= 5.0)
+        shown, same = mask > 0, (seconds > 0) & (np.abs(grey - image) <= 5.0)
         longer, shorter = seconds + 0.25, np.float32(seconds - 0.25)
         fresh = shown & ~same & (seconds <= 0.25)
-        picture = np.where(shown & same, picture + 0.25 * (grey - picture), picture)
-        picture = np.where(fresh, grey, picture).astype(np.float32)
+        image = np.where(shown & same, image + 0.25 * (grey - image), image)
+        image = np.where(fresh, grey, image).astype(np.float32)
         seconds = np.where(shown & same, longer, np.maximum(shorter, 0)).astype(np.float32)
         seconds[fresh] = 1e-6
 
     assert np.array_equal(still.seconds, seconds)
-    assert np.allclose(still.picture, picture)
+    assert np.allclose(still.image, image)
     assert seconds.max() > 1.0

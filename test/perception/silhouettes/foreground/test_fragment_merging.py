@@ -8,7 +8,7 @@ from mctrack_ros.perception.silhouettes.foreground.components import (
     find_silhouettes,
 )
 from mctrack_ros.perception.silhouettes.foreground.fragment_merging import (
-    GatheringConfig,
+    FragmentMergingConfig,
     gathered,
 )
 
@@ -38,7 +38,9 @@ def drawn(parts, metre):
 
 
 def boxes_after(parts, metre, sizes, known=None, config=None):
-    found = gathered(drawn(parts, metre), known or NOBODY, sizes, config or GatheringConfig())
+    found = gathered(
+        drawn(parts, metre), known or NOBODY, sizes, config or FragmentMergingConfig()
+    )
     assert found.shapes.area.sum() == (found.labels > 0).sum()
     assert set(found.row_of[1:].tolist()) == set(range(len(found.shapes)))
     return found.shapes.box
@@ -47,7 +49,10 @@ def boxes_after(parts, metre, sizes, known=None, config=None):
 def test_head_belt_and_shoes_are_one_person(metre, sizes):
     parts = [(0, 1.5, 0.25, 0.25), (-0.1, 0.9, 0.5, 0.2), (0, 0, 0.4, 0.15)]
     assert len(boxes_after(parts, metre, sizes)) == 1
-    assert len(boxes_after(parts, metre, sizes, config=GatheringConfig(person_height_m=0.0))) == 3
+    assert (
+        len(boxes_after(parts, metre, sizes, config=FragmentMergingConfig(person_height_m=0.0)))
+        == 3
+    )
 
 
 def test_two_people_apart_stay_two(metre, sizes):

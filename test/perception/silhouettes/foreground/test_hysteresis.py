@@ -9,7 +9,7 @@ from mctrack_ros.perception.silhouettes.foreground.components import (
     find_silhouettes,
 )
 from mctrack_ros.perception.silhouettes.foreground.fragment_merging import (
-    GatheringConfig,
+    FragmentMergingConfig,
     gathered,
 )
 from mctrack_ros.perception.silhouettes.foreground.hysteresis import with_faint
@@ -33,7 +33,7 @@ def background():
 
 
 def somebody(foot_row=380, left=300, shown=4):
-    """Return a picture of one whose coat is like the ground, and what is foreground of him."""
+    """Return an image of one whose coat is like the ground, and what is foreground of him."""
     grey, mask = np.full(SIZE, GROUND, np.uint8), np.zeros(SIZE, np.uint8)
     grey[foot_row - 40 : foot_row, left : left + 10] = COAT
     for row in (foot_row - 40, foot_row - shown):
@@ -49,7 +49,7 @@ def found(grey, mask, background, sizes, config):
 
 
 def test_a_coat_like_the_ground_counts_between_head_and_feet(background, sizes):
-    before, after = found(*somebody(shown=2), background, sizes, GatheringConfig())
+    before, after = found(*somebody(shown=2), background, sizes, FragmentMergingConfig())
     assert before.shapes.area.tolist() == [40]
     assert after.shapes.area.tolist() == [400]
     assert after.shapes.vector[0, HISTOGRAM].sum() == 400
@@ -60,13 +60,13 @@ def test_a_coat_like_the_ground_counts_between_head_and_feet(background, sizes):
 
 
 def test_a_coat_counts_only_for_who_is_small(background, sizes):
-    before, after = found(*somebody(shown=4), background, sizes, GatheringConfig())
+    before, after = found(*somebody(shown=4), background, sizes, FragmentMergingConfig())
     assert before.shapes.area.tolist() == after.shapes.area.tolist() == [80]
 
 
 def test_what_is_no_more_than_noise_does_not_count(background, sizes):
     background.noise = 2.5
-    _, after = found(*somebody(shown=2), background, sizes, GatheringConfig())
+    _, after = found(*somebody(shown=2), background, sizes, FragmentMergingConfig())
     assert after.shapes.area.tolist() == [40]
 
 
@@ -74,11 +74,13 @@ def test_another_silhouette_in_the_box_keeps_its_own(background, sizes):
     grey, mask = somebody(shown=2)
     grey[352:368, 304:306] = SKIN
     mask[352:368, 304:306] = 255
-    config = GatheringConfig(person_height_m=0.0)  # nothing is gathered
+    config = FragmentMergingConfig(person_height_m=0.0)  # nothing is gathered
     _, after = found(grey, mask, background, sizes, config)
     assert after.shapes.area.sum() == 40 + 32
 
 
 def test_the_paper_counts_nothing_faint(background, sizes):
-    before, after = found(*somebody(shown=2), background, sizes, GatheringConfig(faint_sigmas=0.0))
+    before, after = found(
+        *somebody(shown=2), background, sizes, FragmentMergingConfig(faint_sigmas=0.0)
+    )
     assert after is before

@@ -54,7 +54,7 @@ def test_principal_axis_is_that_of_largest_spread(angle):
 
 
 def drawn(boxes):
-    """Return the silhouettes of rectangles (left, top, width, height, grey) in one picture."""
+    """Return the silhouettes of rectangles (left, top, width, height, grey) in one image."""
     grey, mask = np.zeros((120, 160), np.uint8), np.zeros((120, 160), np.uint8)
     for left, top, width, height, value in boxes:
         grey[top : top + height, left : left + width] = value

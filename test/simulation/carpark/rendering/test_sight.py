@@ -43,7 +43,7 @@ def test_pixels_change_only_inside_the_true_box(scene, kind):
     assert top <= rows.min() <= rows.max() < top + height
 
 
-def test_pictures_are_grey_and_do_not_depend_on_the_order(scene):
+def test_images_are_grey_and_do_not_depend_on_the_order(scene):
     given = [(CAR, PLACE, 0.0), (PERSON, PLACE - [0, 3.0], 0.0)]
     forwards, backwards = (CarParkRenderer(scene(*given), 0) for _ in range(2))
     first = [forwards.frame(step)[0] for step in (1, 5)]

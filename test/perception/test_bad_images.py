@@ -1,4 +1,4 @@
-"""What a camera makes of pictures that show nothing; docs/perception.md states the same."""
+"""What a camera makes of images that show nothing; docs/perception.md states the same."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def walked(stage):
 
 @pytest.mark.parametrize('level', [0, 255])
 @pytest.mark.parametrize('count', [1, 50])
-def test_black_or_white_pictures_count_as_none(walked, level, count):
+def test_black_or_white_images_count_as_none(walked, level, count):
     known = set(walking(walked).detections.local_id.tolist())
     for _ in range(count):
         assert not len(shown(walked, np.full(SHAPE, level, np.uint8)).detections)
@@ -55,8 +55,8 @@ def test_all_noise_is_nobody_and_a_second_later_all_is_well(walked):
     assert len(output.detections) == 1
 
 
-def test_a_frozen_picture_shows_whom_it_shows_and_no_more(walked):
-    frozen = walked.picture([((0.0, 0.0), RED), ((2.0, 1.5), BLUE)])
+def test_a_frozen_image_shows_whom_it_shows_and_no_more(walked):
+    frozen = walked.image([((0.0, 0.0), RED), ((2.0, 1.5), BLUE)])
     counts = [len(shown(walked, frozen).detections) for _ in range(150)]
     assert max(counts) <= 4
     assert max(counts[50:]) <= 2
@@ -65,8 +65,8 @@ def test_a_frozen_picture_shows_whom_it_shows_and_no_more(walked):
     assert not len(walked.show([]).detections)
 
 
-def test_another_size_is_refused_and_the_next_picture_is_as_ever(walked):
-    with pytest.raises(ValueError, match='picture is 640 x 480'):
+def test_another_size_is_refused_and_the_next_image_is_as_ever(walked):
+    with pytest.raises(ValueError, match='image is 640 x 480'):
         shown(walked, np.zeros((480, 640, 3), np.uint8))
     assert len(walking(walked).detections) == 2
 
@@ -82,9 +82,9 @@ def test_whoever_stands_after_a_gap_is_not_taken_for_background(new_stage, model
     assert sum(count == 1 for count in seen) > 45
 
 
-@pytest.mark.parametrize('pictures', [25, 60])
-def test_a_dropped_second_costs_at_most_ids(walked, pictures):
-    walked.index += pictures
+@pytest.mark.parametrize('images', [25, 60])
+def test_a_dropped_second_costs_at_most_ids(walked, images):
+    walked.index += images
     for _ in range(10):
         output = walking(walked)
         assert len(output.detections) <= 4
@@ -117,7 +117,7 @@ def test_the_silhouettes_tracker_takes_black_and_white_for_none_too(mapping, new
 
 @pytest.mark.parametrize('tracker', ['groups', 'silhouettes'])
 @pytest.mark.parametrize(('black', 'after'), [(range(20, 100), 100), (range(91, 200), 85)])
-def test_a_clip_that_begins_again_with_black_pictures_is_tracked_again(
+def test_a_clip_that_begins_again_with_black_images_is_tracked_again(
     mapping, new_stage, tracker, black, after
 ):
     stage = new_stage()

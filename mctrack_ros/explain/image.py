@@ -1,4 +1,4 @@
-"""An explanation as a picture: the ground around the track, and what its candidates cost."""
+"""An explanation as an image: the ground around the track, and what its candidates cost."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ CAMERA_COLOURS = ('#c1121f', '#2b6cb0', '#2b8a3e', '#e07a00', '#7b2cbf', '#0b728
 SIGMAS = 2.0
 """Ellipses are drawn so large, in standard deviations."""
 SMALLEST_M, LARGEST_M = 1.5, 5.0
-"""How far from the track the picture reaches, at least and at most, m."""
+"""How far from the track the image reaches, at least and at most, m."""
 LIKELY = 0.01
-"""A candidate of less probability need not be in the picture."""
+"""A candidate of less probability need not be in the image."""
 _GHOST = '#8a94a3'
 _LABEL = {'boxstyle': 'round,pad=0.12', 'facecolor': 'white', 'alpha': 0.8, 'linewidth': 0}
 

@@ -1,4 +1,4 @@
-"""A site's coverage as a picture: who sees what, and how well."""
+"""A site's coverage as an image: who sees what, and how well."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def draw_coverage(coverage: Coverage, title: str, path: Path) -> None:
     coverage : Coverage
         As computed.
     title : str
-        Above the picture.
+        Above the image.
     path : Path
         The file; its ending names the format.
 

@@ -1,4 +1,4 @@
-"""Which topic of many holds a camera's pictures."""
+"""Which topic of many holds a camera's images."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ _TAKEN = 'image_raw'
 """Part of the name of what a camera takes, by ROS's custom; others are drawn or derived."""
 
 
-def picture_topics(topics: Mapping[str, str], camera: str) -> list[str]:
+def image_topics(topics: Mapping[str, str], camera: str) -> list[str]:
     """
-    Return the topics that may hold a camera's pictures; exactly one if it is clear which.
+    Return the topics that may hold a camera's images; exactly one if it is clear which.
 
     Those with the camera's name in theirs, of these those that are called ``image_raw``; of a
     topic and its compressed twin the twin, which gets through more surely.

@@ -1,4 +1,4 @@
-"""Camera pictures with the recorded detections drawn in."""
+"""Camera images with the recorded detections drawn in."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from mctrack_ros.codec import jpeg_from_image
 from mctrack_ros.interfaces import Events
 from mctrack_ros.perception.overlay import Overlay
-from mctrack_ros.report.session import Session, detections_near, picture_at
+from mctrack_ros.report.session import Session, detections_near, image_at
 
 Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, slots=True)
-class CameraPicture:
+class CameraImage:
     """
-    One camera's picture for the page.
+    One camera's image for the page.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class CameraPicture:
     caption : str
         What is in it.
     jpeg : str
-        The picture as a ``data:`` address.
+        The image as a ``data:`` address.
 
     """
 
@@ -37,13 +37,13 @@ class CameraPicture:
     jpeg: str
 
 
-def camera_pictures(session: Session, stamp_ns: int) -> list[CameraPicture]:
-    """Return the pictures of all cameras that have one near a stamp, detections drawn in."""
-    pictures = []
+def camera_images(session: Session, stamp_ns: int) -> list[CameraImage]:
+    """Return the images of all cameras that have one near a stamp, detections drawn in."""
+    images = []
     for camera in session.cameras:
         detections = detections_near(session, camera, stamp_ns)
         stamp = stamp_ns if detections is None else detections.stamp_ns
-        image = picture_at(session, camera, stamp)
+        image = image_at(session, camera, stamp)
         if image is None:
             continue
         if detections is None:
@@ -52,11 +52,11 @@ def camera_pictures(session: Session, stamp_ns: int) -> list[CameraPicture]:
             image = Overlay().draw(image, detections, Events.build(stamp))
             known = int((detections.track_id > 0).sum())
             caption = f'{len(detections)} detections, {known} with a global id'
-        pictures.append(CameraPicture(camera, caption, data_address(image)))
-    return pictures
+        images.append(CameraImage(camera, caption, data_address(image)))
+    return images
 
 
 def data_address(image: Image, quality: int = 82) -> str:
-    """Return a (height, width, 3) picture as a JPEG ``data:`` address."""
+    """Return a (height, width, 3) image as a JPEG ``data:`` address."""
     encoded = base64.b64encode(jpeg_from_image(image, quality).tobytes()).decode()
     return f'data:image/jpeg;base64,{encoded}'

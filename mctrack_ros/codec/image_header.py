@@ -1,4 +1,4 @@
-"""The size that a compressed picture states, read without decompressing it."""
+"""The size that a compressed image states, read without decompressing it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One picture of a camera: from a picture file, a video, a bag or the running graph."""
+"""One image of a camera: from an image file, a video, a bag or the running graph."""
 
 from __future__ import annotations
 
@@ -12,43 +12,43 @@ from numpy.typing import NDArray
 
 from mctrack_ros.codec import image_from_message
 from mctrack_ros.recording import BagReader, is_bag
-from mctrack_ros.web.picture_topic import IMAGE_TYPES, picture_topics
+from mctrack_ros.web.image_topic import IMAGE_TYPES, image_topics
 
 if TYPE_CHECKING:
-    from mctrack_ros.ros.topics.live_images import LivePictures
+    from mctrack_ros.ros.topics.live_images import LiveImages
 
 Image = NDArray[np.uint8]
 LIVE = 'live'
 """The source that is the running graph."""
 PATIENCE_S = 10.0
-"""How long a live topic, and then its next picture, is waited for, s."""
+"""How long a live topic, and then its next image, is waited for, s."""
 
 
-class PictureError(ValueError):
-    """A source that gives no picture; names it and says why."""
+class ImageError(ValueError):
+    """A source that gives no image; names it and says why."""
 
 
-def read_picture(
+def read_image(
     source: str | Path, camera: str, topic: str = '', patience_s: float = PATIENCE_S
 ) -> Image:
     """
-    Return the first picture, (height, width, 3) blue, green, red, of a source.
+    Return the first image, (height, width, 3) blue, green, red, of a source.
 
     Parameters
     ----------
     source : str or Path
-        A picture file, a video file, a bag, or ``live`` for the running graph.
+        An image file, a video file, a bag, or ``live`` for the running graph.
     camera : str
-        Whose topic is read, if there are several of pictures.
+        Whose topic is read, if there are several of images.
     topic : str
         The topic of the bag or the graph; found by its type and the camera's name unless given.
     patience_s : float
-        How long a live topic, and then its next picture, is waited for, s.
+        How long a live topic, and then its next image, is waited for, s.
 
     Raises
     ------
-    PictureError, BagError
-        If there is no picture.
+    ImageError, BagError
+        If there is no image.
 
     """
     if str(source) == LIVE:
@@ -57,20 +57,20 @@ def read_picture(
     if is_bag(path):
         return _from_bag(path, camera, topic)
     if not path.exists():
-        raise PictureError(f'{path} does not exist')
+        raise ImageError(f'{path} does not exist')
     if topic:
-        raise PictureError(f'{path} is no bag, so it has no topic {topic}')
-    picture = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    return _from_video(path) if picture is None else _bytes(picture)
+        raise ImageError(f'{path} is no bag, so it has no topic {topic}')
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    return _from_video(path) if image is None else _bytes(image)
 
 
 def _from_video(path: Path) -> Image:
     from mctrack_ros.recording.video.file import VideoError, open_video
 
     try:
-        return next(open_video(path, rate_hz=1.0).pictures())  # whatever its times
+        return next(open_video(path, rate_hz=1.0).images())  # whatever its times
     except VideoError as error:
-        raise PictureError(f'{path} is neither a picture nor a video: {error}') from error
+        raise ImageError(f'{path} is neither an image nor a video: {error}') from error
 
 
 def _from_bag(path: Path, camera: str, topic: str) -> Image:
@@ -78,58 +78,58 @@ def _from_bag(path: Path, camera: str, topic: str) -> Image:
         name = topic or _topic_of(bag.topics, camera, str(bag.path))
         message = next(bag.messages([name]), None)
     if message is None:
-        raise PictureError(f'{path}: {name} holds no message')
+        raise ImageError(f'{path}: {name} holds no message')
     _check_kind(message[1].__msgtype__, f'{path}: {name}')
     return image_from_message(message[1])
 
 
 def _from_graph(camera: str, topic: str, patience_s: float) -> Image:
-    from mctrack_ros.ros.topics.live_images import LivePictures
+    from mctrack_ros.ros.topics.live_images import LiveImages
 
-    with LivePictures() as graph:
+    with LiveImages() as graph:
         name = '/' + topic.lstrip('/') if topic else _live_topic(graph, camera, patience_s)
         kind = graph.wait_for(name, patience_s)
         if kind is None:
-            raise PictureError(
+            raise ImageError(
                 f'{graph.name}: nobody publishes {name} within {patience_s:g} s: start the '
                 "camera's node, or look for the topic's true name"
             )
         _check_kind(kind, name)
         message = graph.next(name, kind, patience_s)
     if message is None:
-        raise PictureError(
-            f'{name} is published, but no picture came within {patience_s:g} s: see whether the '
-            'camera runs; raw pictures often get lost on the way, a compressed topic seldom'
+        raise ImageError(
+            f'{name} is published, but no image came within {patience_s:g} s: see whether the '
+            'camera runs; raw images often get lost on the way, a compressed topic seldom'
         )
     return image_from_message(message)
 
 
-def _live_topic(graph: LivePictures, camera: str, patience_s: float) -> str:
+def _live_topic(graph: LiveImages, camera: str, patience_s: float) -> str:
     topics = graph.topics(patience_s)
     if not topics:
-        raise PictureError(
-            f'{graph.name}: nobody publishes pictures within {patience_s:g} s: start the '
-            "camera's node, or name a picture file, a video or a bag"
+        raise ImageError(
+            f'{graph.name}: nobody publishes images within {patience_s:g} s: start the '
+            "camera's node, or name an image file, a video or a bag"
         )
     return _topic_of(topics, camera, graph.name)
 
 
 def _topic_of(topics: Mapping[str, str], camera: str, where: str) -> str:
-    """Return the topic of pictures that is the camera's, or the only one."""
-    fitting = picture_topics(topics, camera)
+    """Return the topic of images that is the camera's, or the only one."""
+    fitting = image_topics(topics, camera)
     if len(fitting) != 1:
         found = ', '.join(sorted(n for n, kind in topics.items() if kind in IMAGE_TYPES)) or 'none'
-        raise PictureError(
-            f'{where}: which topic holds the pictures of {camera}? Name it by --topic '
-            f'(topics of pictures: {found})'
+        raise ImageError(
+            f'{where}: which topic holds the images of {camera}? Name it by --topic '
+            f'(topics of images: {found})'
         )
     return fitting[0]
 
 
 def _check_kind(kind: str, where: str) -> None:
     if kind not in IMAGE_TYPES:
-        raise PictureError(f'{where} holds no pictures but {kind}')
+        raise ImageError(f'{where} holds no images but {kind}')
 
 
-def _bytes(picture: NDArray[np.generic]) -> Image:
-    return np.asarray(picture, np.uint8)
+def _bytes(image: NDArray[np.generic]) -> Image:
+    return np.asarray(image, np.uint8)
