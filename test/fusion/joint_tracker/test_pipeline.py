@@ -197,7 +197,7 @@ def test_whom_a_slow_camera_sees_in_a_group_stays_published():
     assert all(sorted(published(output)) == ids for output in run(slow, 25, pipeline, 250))
 
 
-def test_one_false_detection_in_a_image_by_itself_does_not_bring_back_who_has_gone():
+def test_one_false_detection_in_an_image_by_itself_does_not_bring_back_who_has_gone():
     pipeline = FusionPipeline(FusionConfig(), tuple(well_seen(0)))
     run(well_seen, 260, pipeline)
     assert not published(run(lambda index: {'one': [[0, 0]]}, 1, pipeline, 260)[-1])
@@ -510,7 +510,7 @@ def test_a_flood_of_detections_is_bounded():
     assert max(len(output.tracks) for output in spot) <= 2 * MOST_TOGETHER
 
 
-def test_of_a_image_the_highest_scores_are_used():
+def test_of_an_image_the_highest_scores_are_used():
     count = MOST_DETECTIONS + 5
     flood = Detections.build(
         0, position=np.zeros((count, 3)), covariance=np.tile(np.eye(2), (count, 1, 1)),

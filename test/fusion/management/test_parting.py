@@ -29,7 +29,7 @@ def tracks(beside=8, age_s=1.0, confirmed=(True, True, True)):
 
 
 def doubts(*pairs, began_s=98.0):
-    return {pair: Doubt(0.5, round(began_s * 1e9), told=False) for pair in pairs}
+    return {pair: Doubt(0.5, round(began_s * 1e9), reported=False) for pair in pairs}
 
 
 def test_a_new_track_beside_two_that_seem_one_is_the_one_that_it_began_beside():
