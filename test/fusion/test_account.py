@@ -176,6 +176,15 @@ def test_who_is_hidden_by_a_group_is_told():
     assert why.decisions.reason.tolist() == [Reason.HIDDEN] * 2
 
 
+def test_a_group_that_hides_nobody_is_told_as_unused():
+    group = detections(PERIOD_NS // 2, [[7, 3]], member_count=[2])
+    _, why = explained(lambda _: {'one': [], 'two': group}, 1)[0]
+    assert why.candidates.choice.tolist() == [Choice.UNUSED]
+    assert why.candidates.track_id.tolist() == [0]
+    assert why.candidates.camera.tolist() == [1]
+    np.testing.assert_allclose(why.candidates.position[0, :2], [7, 3])
+
+
 def test_a_step_back_in_time_ends_all_and_says_so():
     pipeline = FusionPipeline(CONFIG, CAMERAS)
     explained(lambda _: {'one': [[0, 0]], 'two': [[0, 0]]}, 20, pipeline, 100)
