@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.fusion.gating import gated_pairs
+from mctrack_ros.fusion.gating import distances, gated_pairs
 from mctrack_ros.fusion.measured import measured
 
 GATE = 13.8
@@ -53,6 +53,18 @@ def test_the_cells_find_what_trying_all_pairs_finds(seed):
     assert list(zip(picture, track, detection)) == every_pair(*given)
     names = sorted(set(zip(picture, track)))
     assert [names[number] for number in slot] == list(zip(picture, track))
+
+
+def test_distances_are_those_from_where_each_track_is_so_much_later():
+    rng = np.random.default_rng(3)
+    mean, covariance, _, position, noise, _ = scene(rng, 4, 6, 1, 5.0)
+    seconds = rng.uniform(-1.0, 1.0, len(position))
+    found = distances(mean, covariance, seconds, position, noise)
+    for row, track in np.ndindex(found.shape):
+        matrix = np.hstack([np.eye(2), seconds[row] * np.eye(2)])
+        gap = position[row] - matrix @ mean[track]
+        spread = matrix @ covariance[track] @ matrix.T + noise[row]
+        assert found[row, track] == pytest.approx(gap @ np.linalg.solve(spread, gap))
 
 
 def test_without_tracks_or_detections_there_are_no_pairs():
