@@ -363,6 +363,19 @@ def test_a_group_keeps_its_members_alive_and_moves_none_of_them_far():
     assert splits.sum() == 2
 
 
+@pytest.mark.parametrize(('gap', 'code'), [(0.8, EventCode.SPLIT), (3.0, EventCode.NEW)])
+def test_who_begins_beside_a_track_has_come_out_of_it(gap, code):
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    alone, both = [[0, 0]], [[0, 0], [gap, 0]]
+    (first,) = published(run(lambda _: {'one': alone, 'two': alone}, 25, pipeline)[-1])
+    outputs = run(lambda _: {'one': both, 'two': both}, 50, pipeline, 25)
+    (second,) = published(outputs[-1]).keys() - {first}
+    (events,) = [out.events for out in outputs if len(out.events)]
+    assert events.event.tolist() == [code]
+    assert events.track_id.tolist() == [second]
+    assert events.old_id.tolist() == [first if code == EventCode.SPLIT else 0]
+
+
 def test_a_member_whom_nobody_sees_turns_with_the_one_beside_him():
     def pair(index):
         gone = 0.06 * np.array([min(index, 25), max(index - 25, 0)])
