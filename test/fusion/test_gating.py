@@ -55,6 +55,20 @@ def test_the_cells_find_what_trying_all_pairs_finds(seed):
     assert [names[number] for number in slot] == list(zip(picture, track))
 
 
+def test_who_is_fast_is_found_where_he_was():
+    rng = np.random.default_rng(4)
+    mean, _, _, position, _, picture = scene(rng, 20, 60, 4, 50.0)
+    seconds = np.array([-1.0, -0.5, -0.25, 0.0])
+    mean[:, 2:] = rng.normal(0, 10, (20, 2))
+    mean[:, :2] = position[:20] - seconds[picture[:20], None] * mean[:, 2:]
+    covariance, noise = np.zeros((20, 4, 4)), np.tile(0.04 * np.eye(2), (60, 1, 1))
+    covariance[:, [0, 1], [0, 1]] = 0.04
+    given = mean, covariance, seconds, position, noise, picture
+    track, detection, where, _ = gated(*given)
+    assert list(zip(where, track, detection)) == every_pair(*given)
+    assert len(track) >= 20
+
+
 def test_distances_are_those_from_where_each_track_is_so_much_later():
     rng = np.random.default_rng(3)
     mean, covariance, _, position, noise, _ = scene(rng, 4, 6, 1, 5.0)
