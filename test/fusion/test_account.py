@@ -12,7 +12,7 @@ from mctrack_ros.fusion.costs import prior_costs
 from mctrack_ros.fusion.covering import COSTS, CoveringAssociation
 from mctrack_ros.fusion.joint import JointAssociation
 from mctrack_ros.fusion.looks import Looks
-from mctrack_ros.fusion.parameters import AssociationConfig
+from mctrack_ros.fusion.parameters import AssociationConfig, LifeConfig
 from mctrack_ros.fusion.portraits import Look, Portraits
 from mctrack_ros.fusion.recognition import Recognition
 from mctrack_ros.fusion.table import TrackTable
@@ -190,6 +190,13 @@ def test_a_group_that_hides_nobody_is_told_as_unused():
     assert why.candidates.track_id.tolist() == [0]
     assert why.candidates.camera.tolist() == [1]
     np.testing.assert_allclose(why.candidates.position[0, :2], [7, 3])
+
+
+def test_a_detection_that_there_is_no_room_for_is_told_as_unused():
+    pipeline = FusionPipeline(FusionConfig(life=LifeConfig(most_tracks=1)), CAMERAS)
+    _, why = explained(lambda index: {'one': [[0, 0], [9, 0]][: index + 1]}, 2, pipeline)[-1]
+    told = dict(zip(why.candidates.choice.tolist(), why.candidates.track_id.tolist()))
+    assert told == {Choice.TAKEN: 1, Choice.UNUSED: 0}
 
 
 def test_a_step_back_in_time_ends_all_and_says_so():
