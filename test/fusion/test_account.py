@@ -238,13 +238,16 @@ def test_what_is_known_of_each_track_goes_with_its_decision():
     table.group[:], table.cameras[:] = [3, 0], [0, 2]
     for name, seconds in (('first_ns', [60, 9]), ('seen_ns', [4, 2]), ('kept_ns', [0.25, 0.5])):
         setattr(table, name, now_ns - np.array(seconds) * 1e9)
-    predicted = table.select(np.array([1]))
+    predicted, recognition = table.select(np.array([1])), Recognition(CONFIG)
+    predicted.track_id[:] = table.previous_id[1] = 1
+    recognition.portraits.learn(5, Look(np.zeros(48), 1.0))
     predicted.mean[:], predicted.covariance[:] = 7.0, rng.normal(size=(4, 4))
     told, _ = decisions_of(
         *(table, TrackTable.blank(0, 2), predicted, np.zeros(0, np.uint32)),
-        *(Recognition(CONFIG), now_ns, CONFIG),
+        *(recognition, now_ns, CONFIG),
     )
     expected = {
+        'previous_id': [0, 1],
         'velocity': table.mean[:, 2:],
         'covariance': table.covariance[:, :2, :2],
         'age': [60, 9],
