@@ -9,11 +9,14 @@ from mctrack_ros.fusion.admission import MOST_DETECTIONS, Admitted, usable_rows
 from mctrack_ros.fusion.initiation import MOST_TOGETHER
 from mctrack_ros.fusion.parameters import LifeConfig
 from mctrack_ros.interfaces import (
+    CameraDetections,
     ClassCode,
     Detections,
     EventCode,
     FeedbackFlag,
     Rows,
+    Tick,
+    Ticks,
     TrackStatus,
 )
 
@@ -361,6 +364,17 @@ def test_a_group_keeps_its_members_alive_and_moves_none_of_them_far():
     assert sorted(published(after[-1])) == ids
     splits = np.concatenate([out.events.event for out in after]) == EventCode.SPLIT
     assert splits.sum() == 2
+
+
+def test_of_two_pictures_of_a_camera_the_last_one_begins_tracks():
+    pictures = [
+        detections(PERIOD_NS - 9_000_000, [[9, 0], [0, 0]]),
+        detections(PERIOD_NS, [[0, 0]]),
+    ]
+    frames = tuple(CameraDetections('one', rows) for rows in pictures)
+    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
+    tracks = pipeline.step(Tick(PERIOD_NS, frames, Ticks.build(PERIOD_NS))).tracks
+    np.testing.assert_allclose(tracks.position, [[0, 0, 0]], atol=1e-6)
 
 
 @pytest.mark.parametrize(('gap', 'code'), [(0.8, EventCode.SPLIT), (3.0, EventCode.NEW)])
