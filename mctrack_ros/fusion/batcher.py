@@ -167,6 +167,8 @@ class Batcher:
             self._started_ns = self._admitted_ns = now_ns
         are_others_right = abs(reference_ns - self._reference_ns) > self._sync_ns
         self._reference_ns = reference_ns
+        if are_others_right:
+            self._leave_out(reference_ns)
         if self._has_begun_anew(camera, detections.stamp_ns, now_ns, are_others_right):
             closed += self.begin_anew()
         self._admit(camera, detections, now_ns, early_ns, added_ns)
@@ -192,6 +194,16 @@ class Batcher:
     def feedback_missed(self, camera: str, count: int) -> None:
         """Record that a camera went without feedback for so many images."""
         self._cameras[camera].feedback_missed += count
+
+    def _leave_out(self, reference_ns: int) -> None:
+        """Take out of what is pending the cameras that a new reference shows to be wrong."""
+        for index, pending in list(self._pending.items()):
+            for camera, stamp_ns in list(pending.messages):
+                if self.clocks.disagrees(camera, reference_ns):
+                    del pending.messages[camera, stamp_ns]
+                    self._cameras[camera].left_out += 1
+            if not pending.messages:
+                del self._pending[index]
 
     def _has_begun_anew(
         self, camera: str, stamp_ns: int, now_ns: int, are_others_right: bool

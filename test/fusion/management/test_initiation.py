@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mctrack_ros.fusion.motion.models import motion_of
 
 from fusion_scenes import PERIOD_NS
 from mctrack_ros.fusion import FusionConfig
@@ -15,7 +16,6 @@ from mctrack_ros.fusion.management.initiation import (
     with_room,
 )
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.motion.models import motion_of
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE, Detections
@@ -133,6 +133,17 @@ def test_what_begins_near_a_confirmed_track_knows_it_and_very_near_needs_more_ev
     note_beside(fresh, known, CONFIG)
     assert fresh.beside.tolist() == [2, 2, 2, 0, 0]
     assert fresh.evidence.tolist() == [-CONFIG.life.crowd_evidence, 0, 0, 0, 0]
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_who_begins_beside_others_is_near_one_there_or_one_before(seed):
+    known, fresh = np.random.default_rng(seed).uniform(0, 6, (2, 8, 2))
+    kept, beside = with_room(tracks(fresh), tracks(known), CONFIG)
+    gaps = [
+        np.linalg.norm(np.vstack([known, fresh[:row]]) - fresh[row], axis=1) for row in range(8)
+    ]
+    assert len(kept) == 8
+    assert beside.tolist() == [row for row, gap in enumerate(gaps) if gap.min() < CROWD]
 
 
 def test_no_more_begin_than_there_is_room_for_and_none_in_a_dense_crowd():

@@ -35,6 +35,9 @@ def doubts(*pairs, began_s=98.0):
 def test_a_new_track_beside_two_that_seem_one_is_the_one_that_it_began_beside():
     assert parted(tracks(beside=8), doubts((7, 8)), (), STAMP_NS) == [(1, 2)]
     assert parted(tracks(beside=7), doubts((7, 8)), (), STAMP_NS) == [(0, 2)]
+    table = tracks(beside=1)
+    table.track_id[0] = 1
+    assert parted(table, doubts((1, 8)), (), STAMP_NS) == [(0, 2)]
 
 
 @pytest.mark.parametrize(

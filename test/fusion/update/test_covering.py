@@ -2,11 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mctrack_ros.fusion.motion.information import updated
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.motion.information import updated
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.covering import COSTS, CoveringAssociation
@@ -69,6 +69,14 @@ def test_what_is_near_a_track_of_another_sensor_is_consumed(config):
     images = [[[0.0, 0.0]], [[0.1, 0.0], [0.5, 0.0], [9.0, 9.0]]]
     association, _ = associated(tracks([[0.0, 0.0]]), images, config)
     assert association.consumed.tolist() == [1, 2]
+
+
+def test_who_is_covered_by_another_sensor_takes_what_is_left_there(config):
+    """In the second image the other one's detection is nearer to him."""
+    images = [[[-0.5, 0.0]], [[1.0, 0.0], [-1.1, 0.0]]]
+    association, _ = associated(tracks([[0.0, 0.0], [2.0, 0.0]]), images, config)
+    track, row = association.pairs()
+    assert list(zip(track.tolist(), row.tolist())) == [(0, 0), (0, 2), (1, 1)]
 
 
 def test_consumed_detections_start_no_track(config):
