@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
-from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 
 from mctrack_ros.codec import (
     CodecError,
@@ -17,6 +16,7 @@ from mctrack_ros.codec import (
     stamp_ns_of,
 )
 from mctrack_ros.recording import ROSBAGS_CLASSES
+from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 
 BOTH = pytest.mark.parametrize(
     'classes', [RCLPY_CLASSES, ROSBAGS_CLASSES], ids=['rclpy', 'rosbags']

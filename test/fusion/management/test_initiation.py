@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from mctrack_ros.fusion.motion.models import motion_of
 
 from fusion_scenes import PERIOD_NS
 from mctrack_ros.fusion import FusionConfig
@@ -16,6 +15,7 @@ from mctrack_ros.fusion.management.initiation import (
     with_room,
 )
 from mctrack_ros.fusion.measurements.batch import Batch
+from mctrack_ros.fusion.motion.models import motion_of
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE, Detections

@@ -7,8 +7,6 @@ from filterpy.common import Q_continuous_white_noise
 from filterpy.kalman import IMMEstimator, KalmanFilter
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mctrack_ros.fusion.motion.information import gathered
-from mctrack_ros.fusion.motion.models import MODELS, ConstantVelocity, InteractingModels
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
@@ -17,6 +15,8 @@ from mctrack_ros.config import parameters_of
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.management.duplicates import absorb
 from mctrack_ros.fusion.measurements.packed import measured
+from mctrack_ros.fusion.motion.information import gathered
+from mctrack_ros.fusion.motion.models import MODELS, ConstantVelocity, InteractingModels
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import REPORTED
 from mctrack_ros.tracking.kalman import position_matrix, transition_matrix

@@ -2,11 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mctrack_ros.fusion.motion.information import updated
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.measurements.batch import Batch
+from mctrack_ros.fusion.motion.information import updated
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.covering import COSTS, CoveringAssociation
