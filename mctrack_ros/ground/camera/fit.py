@@ -114,7 +114,7 @@ def fit_camera(
 
     """
     places, image = points_of(ground), points_of(image)
-    origin = places.mean(axis=0)
+    origin: Floats = places.mean(axis=0)
     ground = places - origin
     _check(ground, image, click_noise_px)
     prior = LensPrior(image_size)
