@@ -7,7 +7,27 @@ from mctrack_experiments.results import read_results, results_page
 from mctrack_experiments.targets import TARGETS
 from mctrack_ros.evaluation.figures import Figures, FiguresError
 
-DOCS = Path(__file__).resolve().parents[2] / 'docs'
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / 'docs'
+README_FIGURES = {
+    'EPFL terrace, four cameras': (
+        'terrace4', 'terrace4.mota', 'terrace4.idf1', 'terrace4.gate_half_metre.moda'
+    ),
+    'EPFL terrace, two videos': ('terrace', 'terrace.mota', 'terrace.idf1'),
+    'PETS S2.L1, one camera': (
+        'pets', 'pets.pixels.moda', 'pets.pixels.mota', 'pets.pixels.idf1'
+    ),
+    'PETS S2.L1, six views': (
+        'pets', 'pets.multiview.moda', 'pets.multiview.mota', 'pets.multiview.idf1'
+    ),
+    'WILDTRACK': (
+        'wildtrack', 'wildtrack.mota', 'wildtrack.idf1', 'wildtrack.perfect.mota',
+        'wildtrack.perfect.idf1',
+    ),
+    'EPFL laboratory': ('lab6p', 'lab6p.mota', 'lab6p.idf1'),
+    'CMC1; CMC2': ('cmc', 'cmc1.mota', 'cmc1.idf1', 'cmc2.mota', 'cmc2.idf1'),
+    'synthetic pitch, live': ('demo', 'mota', 'idf1'),
+}  # fmt: skip
 
 
 def lab6p(moda):
@@ -16,6 +36,16 @@ def lab6p(moda):
 
 def test_shipped_page_is_what_the_shipped_figures_give():
     assert (DOCS / 'results.md').read_text() == results_page(read_results(DOCS / 'results'))
+
+
+@pytest.mark.parametrize('data', README_FIGURES)
+def test_figures_of_the_readme_are_those_measured(data):
+    name, *wanted = README_FIGURES[data]
+    figures = Figures.read(DOCS / 'results' / f'{name}.json').figures
+    lines = (ROOT / 'README.md').read_text().splitlines()
+    cells = next(line for line in lines if line.startswith(f'| {data}')).split(' | ')
+    shown = re.findall(r'\.\d{3}', cells[2])
+    assert shown == [f'{figures[each]:.3f}'.lstrip('0') for each in wanted]
 
 
 def test_figure_stands_beside_its_target_its_peers_and_its_file():

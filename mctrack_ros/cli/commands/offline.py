@@ -125,7 +125,7 @@ def track(
         'for example north=north.mp4 south=south.mp4.',
     ),
     out: Path | None = typer.Option(
-        None, help='Folder for the bag of results, tracks.txt and tracks.csv.  [required]'
+        None, help='Folder for the bag of results, tracks.txt and tracks.csv; must be given.'
     ),
     site: str = typer.Option(
         '', help=f'Site YAML, or the name of a shipped site; unless given, {_USUAL_SITE}.'
