@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mctrack_ros.fusion import FusionPipeline
 from mctrack_ros.fusion.camera_clocks import Jump
+from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.interfaces import REPORTED
 from mctrack_ros.recording import (
     BagReader,
@@ -21,7 +21,8 @@ from mctrack_ros.recording import (
     stated_origin,
 )
 from mctrack_ros.replay.camera_source import CameraTask, Debug, topic_of
-from mctrack_ros.replay.lockstep import ReplayError, TickOutput, camera_tasks, run_lockstep
+from mctrack_ros.replay.drive import TickOutput
+from mctrack_ros.replay.lockstep import ReplayError, Results, camera_tasks, run_lockstep
 from mctrack_ros.replay.quality import JUMP_REMEDY, LEFT_OUT, Stamps, complaints, figures
 from mctrack_ros.replay.stamps import judge, read_entries
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
@@ -129,7 +130,7 @@ def track_bag(
         tasks, seconds, total, jumps = _bag(bag, site, namespace, log_times)
     tasks = [replace(task, debug=debug) for task in tasks]
     log = _LogTimes(tasks[0].period_ns)
-    summary, fusion = TrackSummary(seconds), FusionPipeline(site.fusion, site.camera_names)
+    summary, bias = TrackSummary(seconds), CameraBias(len(site.camera_names))
     out = Path(out)
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
@@ -137,23 +138,23 @@ def track_bag(
         TrackTableWriter(out / 'tracks.csv', tasks[0].period_ns, site.origin) as table,
         closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
     ):
-        for ticked in run_lockstep(workers, site, fusion=fusion, explain=explain):
+        for results, ticked in run_lockstep(workers, site, explain=explain):
             if summary.ticks == 0:
                 began_ns = ticked.tick.stamp_ns
                 writer.write_text('/site', site.description(began_ns), began_ns)
-            _write(writer, ticked, site.ground_frame, log.time_ns(ticked))
+            _write(writer, results, ticked, site.ground_frame, log.time_ns(results, ticked))
             text.write(ticked.output.tracks)
             table.write(ticked.output.tracks)
             summary.ticks += 1
-            summary.images += len(ticked.results)
-            tracks = ticked.output.tracks
+            summary.images += len(results)
+            tracks, bias = ticked.output.tracks, ticked.bias
             confirmed = tracks.track_id[np.isin(tracks.status, REPORTED)]
             summary.confirmed_ids.update(confirmed.tolist())
             progress(summary.images, total)
     summary.peak_memory_mb = max(peak_memory_mb(), workers.peak_memory_mb)
     summary.notes, summary.faults = sorted(workers.notes), sorted(workers.faults)
     summary.notes += [f'{jump}: {JUMP_REMEDY}' for jump in jumps]
-    offsets = dict(zip(site.camera_names, np.hypot(*fusion.bias.offset.T).tolist()))
+    offsets = dict(zip(site.camera_names, np.hypot(*bias.offset.T).tolist()))
     stamps = {task.camera: task.stamps or Stamps() for task in tasks}
     for each in sorted(workers.quality, key=lambda quality: quality.camera):
         summary.notes += complaints(each, stamps[each.camera], offsets[each.camera])
@@ -206,9 +207,9 @@ class _LogTimes:
         self._period_ns = period_ns
         self._last_ns = self._added_ns = self._session = 0
 
-    def time_ns(self, ticked: TickOutput) -> int:
+    def time_ns(self, results: Results, ticked: TickOutput) -> int:
         """Return the log time of a tick, ns."""
-        stamp_ns, session = ticked.tick.stamp_ns, ticked.results[0].session
+        stamp_ns, session = ticked.tick.stamp_ns, results[0].session
         if session > self._session:
             self._session = session
             self._added_ns = self._last_ns + self._period_ns - stamp_ns
@@ -216,13 +217,15 @@ class _LogTimes:
         return self._last_ns
 
 
-def _write(writer: BagWriter, ticked: TickOutput, frame_id: str, now_ns: int) -> None:
+def _write(
+    writer: BagWriter, results: Results, ticked: TickOutput, frame_id: str, now_ns: int
+) -> None:
     """
     Append everything of one tick, in a fixed order, logged at a time, ns.
 
     As from the nodes there is no message where nothing happened.
     """
-    for result in ticked.results:
+    for result in results:
         if len(result.events):
             writer.write_rows(f'/{result.camera}/events', result.events, frame_id, now_ns)
         writer.write_rows(f'/{result.camera}/detections', result.detections, frame_id, now_ns)

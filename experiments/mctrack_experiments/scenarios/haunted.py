@@ -92,7 +92,7 @@ def haunted(match: Path, seed: int, windows: int) -> list[bool]:
     with closing(HauntedWorkers(tasks, len(tasks))) as workers:
         workers.ghosts, workers.first_ns = ghosts, first_ns
         tracked = islice(run_lockstep(workers, site), ticks)
-        return dead(ghosts, [ticked.output.tracks for ticked in tracked], first_ns)
+        return dead(ghosts, [ticked.output.tracks for _, ticked in tracked], first_ns)
 
 
 def dead(ghosts: Sequence[Floats], instants: Iterable[Tracks], first_ns: int) -> list[bool]:
