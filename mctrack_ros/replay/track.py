@@ -135,7 +135,7 @@ def track_bag(
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
         MotTextWriter(out / 'tracks.txt', tasks[0].period_ns, origin=site.origin) as text,
-        TrackTableWriter(out / 'tracks.csv', tasks[0].period_ns, site.origin) as table,
+        TrackTableWriter(out / 'tracks.csv', tasks[0].period_ns, origin=site.origin) as table,
         closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
     ):
         for results, ticked in run_lockstep(workers, site, explain=explain):
