@@ -17,7 +17,7 @@ from mctrack_ros.interfaces import Candidates, Decisions, Explanation, Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.replay.drive import drive
 from mctrack_ros.replay.recorded import recorded_ticks
-from mctrack_ros.replay.track import CANDIDATES_TOPIC, DECISIONS_TOPIC
+from mctrack_ros.replay.results import CANDIDATES_TOPIC, DECISIONS_TOPIC
 from mctrack_ros.site.site import SiteConfig
 
 TRACKS_TOPIC = '/tracks'
