@@ -1,4 +1,4 @@
-"""What is open until it is closed."""
+"""Base of readers and writers that must be closed."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ class Closing(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Finish it."""
+        """Close it."""
 
     def __enter__(self) -> Self:
-        """Return it."""
+        """Return the object itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Finish it."""
+        """Close it."""
         self.close()

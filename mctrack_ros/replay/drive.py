@@ -1,4 +1,4 @@
-"""Fusion over ticks, one after another, wherever they come from."""
+"""Fusion of a sequence of ticks from any source."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from mctrack_ros.interfaces import Explanation, Feedback, Tick
 @dataclass(frozen=True, eq=False, slots=True)
 class TickOutput:
     """
-    Everything that came of one tick.
+    Input and output of fusion for one tick.
 
     Attributes
     ----------
     tick : Tick
-        What fusion was given.
+        The input.
     output : FusionOutput
-        What fusion made of it.
+        Tracks and events.
     feedback : Feedback
-        What it tells the cameras.
+        Predictions for the cameras.
     explanation : Explanation, optional
-        Why, if that was asked.
+        Why fusion decided so, if that was asked.
     bias : CameraBias
-        How the cameras disagree, in the site's order; it goes on changing with the next tick.
+        How the cameras disagree, in the site's order; updated in place by the next tick.
 
     """
 
@@ -44,7 +44,7 @@ def drive(
     is_asked_why: Callable[[Tick], bool] = lambda tick: False,
 ) -> Iterator[TickOutput]:
     """
-    Take ticks through a new fusion pipeline.
+    Step a new fusion pipeline over ticks.
 
     Parameters
     ----------
@@ -53,10 +53,10 @@ def drive(
     cameras : tuple of str
         Names in the site's order.
     ticks : iterable of Tick
-        As `FusionPipeline.step` takes them. None is taken before the last one's output has been
-        dealt with: a generator can use the feedback of all before.
+        As `FusionPipeline.step` takes them. Each is taken only after the caller has dealt with
+        the output of the one before: a generator can use the feedback of all earlier ticks.
     is_asked_why : callable
-        Tells for which ticks it is taken down why fusion decides as it does.
+        Whether a tick is explained.
 
     Yields
     ------

@@ -21,7 +21,7 @@ from mctrack_ros.replay.workers import NEVER, CameraWorkers, Progress
 from mctrack_ros.site.site import SiteConfig
 
 Results = tuple[CameraResult, ...]
-"""What the cameras publish in a period, by camera and stamp."""
+"""Results of all cameras in one period, by camera and stamp."""
 
 
 class ReplayError(RuntimeError):
@@ -75,9 +75,9 @@ def run_lockstep(
     Yields
     ------
     results : tuple of CameraResult
-        What the cameras published in a period, by camera and stamp.
+        Results of all cameras in a period, by camera and stamp.
     ticked : TickOutput
-        What came of it; one a tick, in order.
+        One for each tick, in order.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def run_lockstep(
 
 class _Periods:
     """
-    What the cameras publish, period by period.
+    Results of the cameras, period by period.
 
     Parameters
     ----------
@@ -107,9 +107,9 @@ class _Periods:
     Attributes
     ----------
     results : tuple of CameraResult
-        Of the last complete period, by camera and stamp.
+        Those of the last complete period.
     feedback : list of (int, Feedback)
-        What the cameras are to be told of it, by session.
+        Feedback since the last announcement, by session; the caller appends.
 
     """
 

@@ -1,4 +1,4 @@
-"""What a run leaves: a bag, and its tracks as text."""
+"""Output files of a run: a bag, and the tracks as text."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class RunFiles(Closing):
     Parameters
     ----------
     folder : Path
-        Where.
+        Folder of the files.
     site : SiteConfig
         Cameras and settings.
     overwrite : bool
@@ -44,7 +44,7 @@ class RunFiles(Closing):
             self._opened = opened.pop_all()
 
     def write(self, results: Results, ticked: TickOutput) -> None:
-        """Append everything of one tick, and before the first one what the site is."""
+        """Append one tick; before the first one, the description of the site."""
         stamp_ns = ticked.tick.stamp_ns
         if self._is_empty:
             self._bag.write_text('/site', self._site.description(stamp_ns), stamp_ns)
@@ -61,7 +61,7 @@ class RunFiles(Closing):
 
 
 class _LogTimes:
-    """When ticks are logged: at their stamps, which go on where they begin anew."""
+    """Log times of ticks: their stamps, continued where time begins anew."""
 
     def __init__(self, period_ns: int) -> None:
         self._period_ns = period_ns
@@ -80,7 +80,7 @@ def _topics(results: Results, ticked: TickOutput) -> Iterator[tuple[str, Rows]]:
     """
     Yield topics and rows of one tick, in a fixed order.
 
-    As from the nodes there is no message where nothing happened.
+    Like the nodes, write no message of events where there are none.
     """
     for result in results:
         if len(result.events):

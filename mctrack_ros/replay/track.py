@@ -70,18 +70,18 @@ class TrackSummary:
 @dataclass(frozen=True, slots=True)
 class _Input:
     """
-    What is tracked.
+    A bag or videos to track.
 
     Attributes
     ----------
     tasks : list of CameraTask
-        One a camera.
+        One for each camera.
     seconds : float
-        How long it is, s.
+        Duration, s.
     messages : int
-        How many of the cameras there are; of videos about.
+        Number of camera messages; of videos an estimate.
     jumps : list of Jump
-        Of all clocks.
+        Jumps of all cameras' clocks.
 
     """
 
@@ -168,7 +168,7 @@ def track_bag(
 def _conclude(
     summary: TrackSummary, given: _Input, workers: CameraWorkers, offsets: Mapping[str, float]
 ) -> None:
-    """Add what is known at the end; offsets: how far cameras lie from the others, m."""
+    """Add notes and counts of the whole run; offsets: distance of cameras from the others, m."""
     summary.peak_memory_mb = max(peak_memory_mb(), workers.peak_memory_mb)
     summary.notes, summary.faults = sorted(workers.notes), sorted(workers.faults)
     summary.notes += [f'{jump}: {JUMP_REMEDY}' for jump in given.jumps]
@@ -180,7 +180,7 @@ def _conclude(
 
 
 def _check_origin(reader: BagReader, site: SiteConfig) -> None:
-    """Refuse detections that are told from elsewhere than the site's positions."""
+    """Refuse detections whose origin differs from the site's."""
     told = stated_origin(reader)
     if told is not None and told != site.origin:
         raise ReplayError(
@@ -190,7 +190,7 @@ def _check_origin(reader: BagReader, site: SiteConfig) -> None:
 
 
 def _bag(bag: str | Path, site: SiteConfig, namespace: str, log_times: bool) -> _Input:
-    """Look over a bag and judge its stamps."""
+    """Return the input of a bag, its stamps judged."""
     tasks = camera_tasks(bag, site, namespace)
     with BagReader(bag, namespace) as reader:
         topics = {topic_of(task, reader): task.camera for task in tasks}
@@ -205,7 +205,7 @@ def _bag(bag: str | Path, site: SiteConfig, namespace: str, log_times: bool) -> 
 
 
 def _videos(videos: Mapping[str, Video], site: SiteConfig) -> _Input:
-    """Look over videos: they span the time from the first image of all to the last."""
+    """Return the input of videos, from the first image of all to the last."""
     from mctrack_ros.replay.video_tasks import video_tasks
 
     tasks = video_tasks(videos, site)

@@ -55,7 +55,7 @@ def read(node: Node, kind: type[Config]) -> Config:
 
 
 def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[], bool]) -> None:
-    """Let parameters change only while the node is not configured, and only to what is valid."""
+    """Let parameters change only while the node is not configured, and only to valid values."""
     known = {parameter.name: parameter for parameter in parameters_of(kind)}
 
     def judge(changes: list[Any]) -> SetParametersResult:
@@ -110,7 +110,7 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
 
 
 def _suggestion(name: str, known: list[str]) -> str:
-    """Return what may have been meant."""
+    """Return the names that are most like a wrong one."""
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.7)
     if near:
         return f'was {" or ".join(near)} meant?'

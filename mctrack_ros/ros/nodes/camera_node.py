@@ -17,7 +17,7 @@ from mctrack_ros.codec import (
     stamp_ns_of,
 )
 from mctrack_ros.config import parameter
-from mctrack_ros.interfaces import Feedback, Rows
+from mctrack_ros.interfaces import RESTART_NS, Feedback, Rows
 from mctrack_ros.perception import (
     CameraShift,
     FeedbackBuffer,
@@ -38,9 +38,6 @@ from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.names import check_camera_name, named_image_topic
 
-_RESTART_NS = 1_000_000_000
-"""Stamps that step back by more than this are a new run, not late images."""
-
 
 @dataclass(frozen=True, slots=True)
 class CameraNodeConfig:
@@ -51,12 +48,12 @@ class CameraNodeConfig:
     ground_frame: str = parameter('map', 'frame_id of positions on the ground')
     period: float = parameter(0.04, "the fusion node's period [s]", minimum=0.001, maximum=10.0)
     feedback_delay: float = parameter(
-        0.08, 'age of the feedback that an image uses [s]', minimum=0.0, maximum=10.0
+        0.08, 'age of the feedback that an image uses; two periods [s]', minimum=0.0, maximum=10.0
     )
-    reliable: bool = parameter(False, 'ask again for images that got lost')
+    reliable: bool = parameter(False, 'reliable transport: lost images are sent again')
     depth: int = parameter(
         2,
-        'images that may queue; the oldest are passed over when the node falls behind',
+        'length of the queue of images; when the node falls behind, the oldest are dropped',
         minimum=1,
         maximum=1000,
     )
@@ -191,7 +188,7 @@ class CameraNode(GraphNode):
         """Refuse an image that is no newer than the last; a long step back is a new run."""
         if stamp_ns > self.last_stamp_ns:
             return
-        if self.last_stamp_ns - stamp_ns <= _RESTART_NS:
+        if self.last_stamp_ns - stamp_ns <= RESTART_NS:
             word = 'again' if stamp_ns == self.last_stamp_ns else 'backwards'
             raise ValueError(f'its stamp {stamp_ns} ns comes {word} after {self.last_stamp_ns}')
         self.get_logger().warning('stamps step back by more than a second: the camera begins anew')
