@@ -5,17 +5,19 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mctrack_ros.config import ConfigError, config_from
-from mctrack_ros.fusion import DecisionRecorder, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.interfaces import Candidates, Decisions, Explanation, Tracks
 from mctrack_ros.recording import BagReader
+from mctrack_ros.replay.drive import drive
 from mctrack_ros.replay.recorded import recorded_ticks
-from mctrack_ros.replay.track import CANDIDATES_TOPIC, DECISIONS_TOPIC
+from mctrack_ros.replay.results import CANDIDATES_TOPIC, DECISIONS_TOPIC
 from mctrack_ros.site.site import SiteConfig
 
 TRACKS_TOPIC = '/tracks'
@@ -183,14 +185,11 @@ def _replayed(
     end_ns: int,
 ) -> Iterator[Explanation]:
     """Fuse the bag's detections from its start on, and yield why, of some time."""
-    pipeline = FusionPipeline(config, cameras)
-    for tick in recorded_ticks(reader, cameras, config):
-        if tick.stamp_ns > end_ns:
-            return
-        recorder = DecisionRecorder() if tick.stamp_ns >= begin_ns else None
-        pipeline.step(tick, recorder)
-        if recorder is not None:
-            yield recorder.explanation
+    recorded = recorded_ticks(reader, cameras, config)
+    ticks = takewhile(lambda tick: tick.stamp_ns <= end_ns, recorded)
+    for ticked in drive(config, cameras, ticks, lambda tick: tick.stamp_ns >= begin_ns):
+        if ticked.explanation is not None:
+            yield ticked.explanation
 
 
 def _nearest(reported: list[Explanation], at_ns: int) -> int | None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,3 +113,10 @@ class Tick:
     stamp_ns: int
     messages: tuple[CameraDetections, ...]
     record: Ticks
+
+    @classmethod
+    def of(cls, messages: Iterable[CameraDetections]) -> Self:
+        """Return a tick of messages, at least one; nothing is recorded of them."""
+        ordered = sorted(messages, key=lambda one: (one.camera, one.detections.stamp_ns))
+        stamp_ns = max(message.detections.stamp_ns for message in ordered)
+        return cls(stamp_ns, tuple(ordered), Ticks.build(stamp_ns))

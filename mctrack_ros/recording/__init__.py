@@ -7,12 +7,12 @@ from mctrack_ros.recording.errors import BagError, CutBagWarning
 from mctrack_ros.recording.tables.mot_text import (
     MotTextError,
     MotTextWriter,
-    frame_origin_ns,
     mot_text_place,
     read_mot_text,
     write_mot_text,
 )
 from mctrack_ros.recording.tables.track_table import TrackTableWriter
+from mctrack_ros.recording.tables.track_writer import frame_origin_ns
 
 __all__ = [
     'ROSBAGS_CLASSES',

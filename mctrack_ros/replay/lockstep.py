@@ -10,52 +10,22 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
-from mctrack_ros.fusion import (
-    Batcher,
-    DecisionRecorder,
-    FusionConfig,
-    FusionOutput,
-    FusionPipeline,
-)
-from mctrack_ros.interfaces import Explanation, Feedback, Tick
+from mctrack_ros.fusion import Batcher, FusionConfig
+from mctrack_ros.interfaces import Feedback, Tick
 from mctrack_ros.replay.camera_source import CameraResult, CameraTask
+from mctrack_ros.replay.drive import TickOutput, drive
 from mctrack_ros.replay.workers import NEVER, CameraWorkers, Progress
 from mctrack_ros.site.site import SiteConfig
+
+Results = tuple[CameraResult, ...]
+"""Results of all cameras in one period, by camera and stamp."""
 
 
 class ReplayError(RuntimeError):
     """A replay that cannot go on."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class TickOutput:
-    """
-    Everything that came of one tick.
-
-    Attributes
-    ----------
-    tick : Tick
-        What fusion was given.
-    results : tuple of CameraResult
-        What the cameras published in this period, by camera and stamp.
-    output : FusionOutput
-        What fusion made of it.
-    feedback : Feedback
-        What it tells the cameras.
-    explanation : Explanation, optional
-        Why, if that was asked.
-
-    """
-
-    tick: Tick
-    results: tuple[CameraResult, ...]
-    output: FusionOutput
-    feedback: Feedback
-    explanation: Explanation | None
 
 
 def camera_tasks(bag: str | Path, site: SiteConfig, namespace: str = '') -> list[CameraTask]:
@@ -88,12 +58,8 @@ def tick_ns(site: SiteConfig) -> tuple[int, int]:
 
 
 def run_lockstep(
-    workers: CameraWorkers,
-    site: SiteConfig,
-    *,
-    fusion: FusionPipeline | None = None,
-    explain: bool = False,
-) -> Iterator[TickOutput]:
+    workers: CameraWorkers, site: SiteConfig, *, explain: bool = False
+) -> Iterator[tuple[Results, TickOutput]]:
     """
     Run the cameras and the fusion of a site over a bag; fusion runs in the caller's process.
 
@@ -103,15 +69,15 @@ def run_lockstep(
         Processes with the `camera_tasks` of the bag.
     site : SiteConfig
         Cameras and settings.
-    fusion : FusionPipeline, optional
-        A new one of the site, for who looks at it afterwards.
     explain : bool
         Whether it is taken down why fusion decides as it does.
 
     Yields
     ------
-    TickOutput
-        One a tick, in order.
+    results : tuple of CameraResult
+        Results of all cameras in a period, by camera and stamp.
+    ticked : TickOutput
+        One for each tick, in order.
 
     Raises
     ------
@@ -119,36 +85,63 @@ def run_lockstep(
         If the input cannot be used.
 
     """
-    period_ns = round(site.fusion.batching.period * 1e9)
     batches = Batches(site.fusion, site.camera_names)
-    fusion = fusion or FusionPipeline(site.fusion, site.camera_names)
-    pending: dict[int, list[CameraResult]] = defaultdict(list)
-    complete_to = -1
-    next_tick = dict.fromkeys(workers.connections, -1)
-    open_connections = list(workers.connections)
-    while open_connections or pending:
-        for connection in wait(open_connections):
-            assert isinstance(connection, Connection)
-            progress = _received(connection)
-            for result in progress.results:
-                pending[result.tick(period_ns)].append(result)
-            next_tick[connection] = progress.next_tick
-            if progress.next_tick == NEVER:
-                open_connections.remove(connection)
-                workers.ended(progress)
-        passed = min(next_tick.values()) - 1
-        feedback = []
-        for index in sorted(index for index in pending if index <= passed):
-            results = in_order(pending.pop(index))
-            for tick in batches.ticks(results):
-                recorder = DecisionRecorder() if explain else None
-                output = fusion.step(tick, recorder)
-                feedback.append((batches.session, fusion.feedback()))
-                explanation = recorder.explanation if recorder else None
-                yield TickOutput(tick, results, output, feedback[-1][1], explanation)
-        if passed > complete_to:
-            complete_to = passed
-            workers.announce(complete_to, feedback)
+    periods = _Periods(workers, round(site.fusion.batching.period * 1e9))
+    ticks = (tick for results in periods.complete() for tick in batches.ticks(results))
+    for ticked in drive(site.fusion, site.camera_names, ticks, lambda tick: explain):
+        periods.feedback.append((batches.session, ticked.feedback))
+        yield periods.results, ticked
+
+
+class _Periods:
+    """
+    Results of the cameras, period by period.
+
+    Parameters
+    ----------
+    workers : CameraWorkers
+        Processes with the cameras.
+    period_ns : int
+        Length of a period, ns.
+
+    Attributes
+    ----------
+    results : tuple of CameraResult
+        Those of the last complete period.
+    feedback : list of (int, Feedback)
+        Feedback since the last announcement, by session; the caller appends.
+
+    """
+
+    def __init__(self, workers: CameraWorkers, period_ns: int) -> None:
+        self._workers, self._period_ns = workers, period_ns
+        self.results: Results = ()
+        self.feedback: list[tuple[int, Feedback]] = []
+
+    def complete(self) -> Iterator[Results]:
+        """Yield the results of each period that all cameras have passed; announce feedback."""
+        pending: dict[int, list[CameraResult]] = defaultdict(list)
+        complete_to = -1
+        next_tick = dict.fromkeys(self._workers.connections, -1)
+        open_connections = list(self._workers.connections)
+        while open_connections:
+            for connection in wait(open_connections):
+                assert isinstance(connection, Connection)
+                progress = _received(connection)
+                for result in progress.results:
+                    pending[result.tick(self._period_ns)].append(result)
+                next_tick[connection] = progress.next_tick
+                if progress.next_tick == NEVER:
+                    open_connections.remove(connection)
+                    self._workers.ended(progress)
+            passed = min(next_tick.values()) - 1
+            for index in sorted(index for index in pending if index <= passed):
+                self.results = in_order(pending.pop(index))
+                yield self.results
+            if passed > complete_to:
+                complete_to = passed
+                self._workers.announce(complete_to, self.feedback)
+                self.feedback = []
 
 
 def _received(connection: Connection) -> Progress:
@@ -163,7 +156,7 @@ def _received(connection: Connection) -> Progress:
     return report
 
 
-def in_order(results: list[CameraResult]) -> tuple[CameraResult, ...]:
+def in_order(results: list[CameraResult]) -> Results:
     """Return results of one period by camera and stamp."""
     return tuple(sorted(results, key=lambda r: (r.camera, r.detections.stamp_ns)))
 
@@ -190,7 +183,7 @@ class Batches:
         self._batcher = Batcher(config, cameras)
         self.session = 0
 
-    def ticks(self, results: tuple[CameraResult, ...]) -> list[Tick]:
+    def ticks(self, results: Results) -> list[Tick]:
         """Return the ticks of the results of one period, which are in order."""
         if results[0].session > self.session:
             self.session = results[0].session

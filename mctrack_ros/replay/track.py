@@ -10,19 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mctrack_ros.fusion import FusionPipeline
 from mctrack_ros.fusion.camera_clocks import Jump
-from mctrack_ros.interfaces import REPORTED
-from mctrack_ros.recording import (
-    BagReader,
-    BagWriter,
-    MotTextWriter,
-    TrackTableWriter,
-    stated_origin,
-)
+from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
+from mctrack_ros.interfaces import REPORTED, Tracks
+from mctrack_ros.recording import BagReader, stated_origin
 from mctrack_ros.replay.camera_source import CameraTask, Debug, topic_of
-from mctrack_ros.replay.lockstep import ReplayError, TickOutput, camera_tasks, run_lockstep
+from mctrack_ros.replay.lockstep import ReplayError, Results, camera_tasks, run_lockstep
 from mctrack_ros.replay.quality import JUMP_REMEDY, LEFT_OUT, Stamps, complaints, figures
+from mctrack_ros.replay.results import RunFiles
 from mctrack_ros.replay.stamps import judge, read_entries
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
 from mctrack_ros.site.site import SiteConfig
@@ -30,9 +25,6 @@ from mctrack_ros.site.stated_origin import origin_text
 
 if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
     from mctrack_ros.recording.video.videos import Video
-
-CANDIDATES_TOPIC = '/explanation/candidates'
-DECISIONS_TOPIC = '/explanation/decisions'
 
 
 @dataclass(slots=True)
@@ -67,6 +59,36 @@ class TrackSummary:
     notes: list[str] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)
     cameras: dict[str, float] = field(default_factory=dict)
+
+    def add(self, results: Results, tracks: Tracks) -> None:
+        """Count a tick."""
+        self.ticks += 1
+        self.images += len(results)
+        self.confirmed_ids.update(tracks.track_id[np.isin(tracks.status, REPORTED)].tolist())
+
+
+@dataclass(frozen=True, slots=True)
+class _Input:
+    """
+    A bag or videos to track.
+
+    Attributes
+    ----------
+    tasks : list of CameraTask
+        One for each camera.
+    seconds : float
+        Duration, s.
+    messages : int
+        Number of camera messages; of videos an estimate.
+    jumps : list of Jump
+        Jumps of all cameras' clocks.
+
+    """
+
+    tasks: list[CameraTask]
+    seconds: float
+    messages: int
+    jumps: list[Jump]
 
 
 def track_bag(
@@ -124,42 +146,37 @@ def track_bag(
 
     """
     if isinstance(bag, Mapping):
-        (tasks, seconds, total), jumps = _videos(bag, site), list[Jump]()
+        given = _videos(bag, site)
     else:
-        tasks, seconds, total, jumps = _bag(bag, site, namespace, log_times)
-    tasks = [replace(task, debug=debug) for task in tasks]
-    log = _LogTimes(tasks[0].period_ns)
-    summary, fusion = TrackSummary(seconds), FusionPipeline(site.fusion, site.camera_names)
-    out = Path(out)
+        given = _bag(bag, site, namespace, log_times)
+    tasks = [replace(task, debug=debug) for task in given.tasks]
+    summary, bias = TrackSummary(given.seconds), CameraBias(len(site.camera_names))
     with (
-        BagWriter(out / 'bag', overwrite=overwrite) as writer,
-        MotTextWriter(out / 'tracks.txt', tasks[0].period_ns, origin=site.origin) as text,
-        TrackTableWriter(out / 'tracks.csv', tasks[0].period_ns, site.origin) as table,
+        RunFiles(Path(out), site, overwrite=overwrite) as files,
         closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
     ):
-        for ticked in run_lockstep(workers, site, fusion=fusion, explain=explain):
-            if summary.ticks == 0:
-                began_ns = ticked.tick.stamp_ns
-                writer.write_text('/site', site.description(began_ns), began_ns)
-            _write(writer, ticked, site.ground_frame, log.time_ns(ticked))
-            text.write(ticked.output.tracks)
-            table.write(ticked.output.tracks)
-            summary.ticks += 1
-            summary.images += len(ticked.results)
-            tracks = ticked.output.tracks
-            confirmed = tracks.track_id[np.isin(tracks.status, REPORTED)]
-            summary.confirmed_ids.update(confirmed.tolist())
-            progress(summary.images, total)
+        for results, ticked in run_lockstep(workers, site, explain=explain):
+            files.write(results, ticked)
+            summary.add(results, ticked.output.tracks)
+            bias = ticked.bias
+            progress(summary.images, given.messages)
+    offsets = dict(zip(site.camera_names, np.hypot(*bias.offset.T).tolist()))
+    _conclude(summary, given, workers, offsets)
+    return summary
+
+
+def _conclude(
+    summary: TrackSummary, given: _Input, workers: CameraWorkers, offsets: Mapping[str, float]
+) -> None:
+    """Add notes and counts of the whole run; offsets: distance of cameras from the others, m."""
     summary.peak_memory_mb = max(peak_memory_mb(), workers.peak_memory_mb)
     summary.notes, summary.faults = sorted(workers.notes), sorted(workers.faults)
-    summary.notes += [f'{jump}: {JUMP_REMEDY}' for jump in jumps]
-    offsets = dict(zip(site.camera_names, np.hypot(*fusion.bias.offset.T).tolist()))
-    stamps = {task.camera: task.stamps or Stamps() for task in tasks}
+    summary.notes += [f'{jump}: {JUMP_REMEDY}' for jump in given.jumps]
+    stamps = {task.camera: task.stamps or Stamps() for task in given.tasks}
     for each in sorted(workers.quality, key=lambda quality: quality.camera):
         summary.notes += complaints(each, stamps[each.camera], offsets[each.camera])
         for name, count in figures(each, stamps[each.camera]).items():
             summary.cameras[f'{each.camera}.{name}'] = count
-    return summary
 
 
 def _check_origin(reader: BagReader, site: SiteConfig) -> None:
@@ -172,10 +189,8 @@ def _check_origin(reader: BagReader, site: SiteConfig) -> None:
         )
 
 
-def _bag(
-    bag: str | Path, site: SiteConfig, namespace: str, log_times: bool
-) -> tuple[list[CameraTask], float, int, list[Jump]]:
-    """Return tasks over a bag, its length, s, their number of messages, and clocks' jumps."""
+def _bag(bag: str | Path, site: SiteConfig, namespace: str, log_times: bool) -> _Input:
+    """Return the input of a bag, its stamps judged."""
     tasks = camera_tasks(bag, site, namespace)
     with BagReader(bag, namespace) as reader:
         topics = {topic_of(task, reader): task.camera for task in tasks}
@@ -186,51 +201,15 @@ def _bag(
     stamps, jumps = judge(entries, site.camera_names, site.fusion.batching)
     unused = sum(each.stamp_ns.count(LEFT_OUT) for each in stamps.values())
     tasks = [replace(task, stamps=stamps[task.camera]) for task in tasks]
-    return tasks, seconds, len(entries) - unused, jumps
+    return _Input(tasks, seconds, len(entries) - unused, jumps)
 
 
-def _videos(videos: Mapping[str, Video], site: SiteConfig) -> tuple[list[CameraTask], float, int]:
-    """Return the tasks over videos, the time they span, s, and about how many images."""
+def _videos(videos: Mapping[str, Video], site: SiteConfig) -> _Input:
+    """Return the input of videos, from the first image of all to the last."""
     from mctrack_ros.replay.video_tasks import video_tasks
 
     tasks = video_tasks(videos, site)
     begin_s = min(video.begin_s for video in videos.values())
     end_s = max(video.begin_s + video.length_s for video in videos.values())
-    return tasks, end_s - begin_s, sum(video.stated for video in videos.values())
-
-
-class _LogTimes:
-    """Log times of ticks: their stamps, continued where time begins anew."""
-
-    def __init__(self, period_ns: int) -> None:
-        self._period_ns = period_ns
-        self._last_ns = self._added_ns = self._session = 0
-
-    def time_ns(self, ticked: TickOutput) -> int:
-        """Return the log time of a tick, ns."""
-        stamp_ns, session = ticked.tick.stamp_ns, ticked.results[0].session
-        if session > self._session:
-            self._session = session
-            self._added_ns = self._last_ns + self._period_ns - stamp_ns
-        self._last_ns = stamp_ns + self._added_ns
-        return self._last_ns
-
-
-def _write(writer: BagWriter, ticked: TickOutput, frame_id: str, now_ns: int) -> None:
-    """
-    Append everything of one tick, in a fixed order, logged at a time, ns.
-
-    As from the nodes there is no message where nothing happened.
-    """
-    for result in ticked.results:
-        if len(result.events):
-            writer.write_rows(f'/{result.camera}/events', result.events, frame_id, now_ns)
-        writer.write_rows(f'/{result.camera}/detections', result.detections, frame_id, now_ns)
-    writer.write_rows('/ticks', ticked.tick.record, frame_id, now_ns)
-    writer.write_rows('/tracks', ticked.output.tracks, frame_id, now_ns)
-    if len(ticked.output.events):
-        writer.write_rows('/events', ticked.output.events, frame_id, now_ns)
-    writer.write_rows('/feedback', ticked.feedback, frame_id, now_ns)
-    if ticked.explanation is not None:
-        writer.write_rows(CANDIDATES_TOPIC, ticked.explanation.candidates, frame_id, now_ns)
-        writer.write_rows(DECISIONS_TOPIC, ticked.explanation.decisions, frame_id, now_ns)
+    stated = sum(video.stated for video in videos.values())
+    return _Input(tasks, end_s - begin_s, stated, [])

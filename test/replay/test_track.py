@@ -6,10 +6,11 @@ import pytest
 
 from drawn_hall import walkers, write_hall
 from mctrack_ros.codec import rows_from_cloud
-from mctrack_ros.fusion import FusionPipeline
-from mctrack_ros.interfaces import REPORTED, CameraDetections, Detections, Tick, Ticks, Tracks
+from mctrack_ros.interfaces import REPORTED, Ticks, Tracks
 from mctrack_ros.recording import BagError, BagReader, BagWriter
+from mctrack_ros.replay.drive import drive
 from mctrack_ros.replay.lockstep import ReplayError
+from mctrack_ros.replay.recorded import recorded_ticks
 from mctrack_ros.replay.track import track_bag
 
 pytestmark = pytest.mark.xdist_group('replay')
@@ -86,16 +87,13 @@ def test_replaying_the_recorded_detections_gives_the_same_tracks(hall, tracked, 
 
 def test_the_record_of_ticks_repeats_the_fusion(hall, tracked):
     _, site = hall
-    fusion = FusionPipeline(site.fusion, site.camera_names)
     tracks = rows_of(tracked / 'bag', '/tracks', Tracks)
-    detections = {
-        name: rows_of(tracked / 'bag', f'/{name}/detections', Detections) for name in site.cameras
-    }
-    for index, record in enumerate(rows_of(tracked / 'bag', '/ticks', Ticks)):
-        assert record.admitted.tolist() == [1, 1]
-        frames = tuple(CameraDetections(name, detections[name][index]) for name in site.cameras)
-        again = fusion.step(Tick(record.stamp_ns, frames, record)).tracks
-        recorded = tracks[index]
+    with BagReader(tracked / 'bag') as reader:
+        ticks = list(recorded_ticks(reader, site.camera_names, site.fusion))
+    assert all(tick.record.admitted.tolist() == [1, 1] for tick in ticks)
+    repeated = drive(site.fusion, site.camera_names, ticks)
+    for again, recorded in zip(repeated, tracks, strict=True):
+        again = again.output.tracks
         assert again.position.tobytes() == recorded.position.tobytes()
         assert again.track_id.tolist() == recorded.track_id.tolist()
 

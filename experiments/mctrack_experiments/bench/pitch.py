@@ -13,19 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.codec import compressed_message, image_from_message, jpeg_from_image
-from mctrack_ros.fusion import Batcher, FusionPipeline
+from mctrack_ros.interfaces import CameraDetections, Tick
 from mctrack_ros.perception import FeedbackBuffer
 from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.blobs.extraction import clean_mask, find_blobs
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftMonitor
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.recording import ROSBAGS_CLASSES
+from mctrack_ros.replay.drive import drive
+from mctrack_ros.replay.lockstep import tick_ns
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import CameraRenderer, Scenario, World
 from mctrack_ros.simulation.pitch.players import Motion
 from mctrack_ros.simulation.rendering.appearance import Appearance
 from mctrack_ros.simulation.world import feet_in_view
-from mctrack_ros.site.site import SiteConfig, load_site
+from mctrack_ros.site.site import load_site
 
 Image = NDArray[np.uint8]
 CAMERA = 'cam5'
@@ -61,13 +63,25 @@ class PitchBench:
 
     def whole(self) -> dict[str, float]:
         """Return processor time of decoding and of all the rest, ms, and persons an image."""
-        clock, loop, persons = Stopwatch(), _Loop(self._site), 0
-        for step, message in enumerate(self._messages):
-            if step == WARM_UP:
-                clock, persons = Stopwatch(), 0
-            with clock.on('decoding'):
-                image = image_from_message(message)
-            persons += loop.step(image, self._world.scenario.stamp_ns(step), clock)
+        camera, clock, persons = self._site.cameras[CAMERA].open(), Stopwatch(), 0
+        buffer = FeedbackBuffer(*tick_ns(self._site))
+
+        def ticks() -> Iterator[Tick]:
+            nonlocal clock, persons
+            for step, message in enumerate(self._messages):
+                if step == WARM_UP:
+                    clock, persons = Stopwatch(), 0
+                with clock.on('decoding'):
+                    image = image_from_message(message)
+                stamp_ns = self._world.scenario.stamp_ns(step)
+                feedback, _ = buffer.select(stamp_ns)
+                with clock.on('camera'):
+                    detections = camera.step(image, stamp_ns, feedback).detections
+                persons += len(detections)
+                yield Tick.of([CameraDetections(CAMERA, detections)])
+
+        for ticked in drive(self._site.fusion, (CAMERA,), ticks()):
+            buffer.push(ticked.feedback)
         return clock.ms(self._count) | {'persons': persons / self._count}
 
     def stages(self) -> dict[str, float]:
@@ -120,28 +134,6 @@ class Stopwatch:
     def ms(self, count: int) -> dict[str, float]:
         """Return the time of each name for one of so many, ms."""
         return {f'{name}_ms': 1e3 * spent / count for name, spent in self._spent_s.items()}
-
-
-class _Loop:
-    """One camera and the fusion that gives it feedback; only the camera is timed."""
-
-    def __init__(self, site: SiteConfig) -> None:
-        self._pipeline = site.cameras[CAMERA].open()
-        self._batcher = Batcher(site.fusion, (CAMERA,))
-        self._fusion = FusionPipeline(site.fusion, (CAMERA,))
-        period_ns = round(site.fusion.batching.period * 1e9)
-        self._buffer = FeedbackBuffer(period_ns, round(site.feedback_delay * 1e9))
-
-    def step(self, image: Image, stamp_ns: int, clock: Stopwatch) -> int:
-        """Take one image and return how many persons were seen."""
-        feedback, _ = self._buffer.select(stamp_ns)
-        with clock.on('camera'):
-            output = self._pipeline.step(image, stamp_ns, feedback)
-        ticks = [*self._batcher.add(CAMERA, output.detections, stamp_ns), *self._batcher.flush()]
-        for tick in ticks:
-            self._fusion.step(tick)
-            self._buffer.push(self._fusion.feedback())
-        return len(output.detections)
 
 
 def crowd(matches: int, steps: int, seed: int) -> World:

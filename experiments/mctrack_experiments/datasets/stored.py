@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.interfaces import ClassCode, Detections
+from mctrack_ros.interfaces import CameraDetections, ClassCode, Detections, Tick
 
 Floats = NDArray[np.float64]
 Area = tuple[tuple[float, float], tuple[float, float]]
@@ -43,6 +44,11 @@ class StoredScene:
     def cameras(self) -> tuple[str, ...]:
         """Names of the cameras."""
         return tuple(self.detections)
+
+    def ticks(self, cameras: Iterable[str]) -> Iterator[Tick]:
+        """Yield what fusion is given of some cameras, instant by instant."""
+        for index in range(len(self.frame)):
+            yield Tick.of(CameraDetections(name, self.detections[name][index]) for name in cameras)
 
 
 def inside(position: Floats, area: Area) -> NDArray[np.bool_]:

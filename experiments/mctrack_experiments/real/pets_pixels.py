@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation import Scores, Trajectories, evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
-from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.ground import ProjectiveMapping, read_tsai
-from mctrack_ros.interfaces import Tracks
+from mctrack_ros.interfaces import CameraDetections, Tick, Tracks
 from mctrack_ros.perception import CameraConfig, CameraPipeline, FeedbackBuffer
 from mctrack_ros.recording.video.videos import open_video
+from mctrack_ros.replay.drive import drive
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -125,17 +126,16 @@ def track(
     """
     camera = CameraPipeline(camera_config, mapping)
     buffer = FeedbackBuffer(PERIOD_NS, FEEDBACK_DELAY_NS)
-    batcher = Batcher(fusion_config, (CAMERA,))
-    fusion = FusionPipeline(fusion_config, (CAMERA,))
-    for frame, image in source:
-        stamp_ns = stamp_of(frame)
-        feedback, missed = buffer.select(stamp_ns)
-        batcher.feedback_missed(CAMERA, int(missed))
-        detections = camera.step(image, stamp_ns, feedback).detections
-        for tick in [*batcher.add(CAMERA, detections, stamp_ns), *batcher.flush()]:
-            output = fusion.step(tick)
-            buffer.push(fusion.feedback())
-            yield output.tracks
+
+    def ticks() -> Iterator[Tick]:
+        for frame, image in source:
+            feedback, _ = buffer.select(stamp_of(frame))
+            detections = camera.step(image, stamp_of(frame), feedback).detections
+            yield Tick.of([CameraDetections(CAMERA, detections)])
+
+    for ticked in drive(fusion_config, (CAMERA,), ticks()):
+        buffer.push(ticked.feedback)
+        yield ticked.output.tracks
 
 
 def read_truth(folder: Path) -> Trajectories:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from mctrack_experiments.datasets.stored import StoredScene
 from mctrack_ros.config import config_from, nested
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
-from mctrack_ros.interfaces import Tick
+from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.replay.drive import drive
 
 
 def track_stored(
@@ -35,17 +36,11 @@ def track_stored(
     """
     cameras = scene.cameras if cameras is None else cameras
     config = config_from(FusionConfig, nested({'batching.period': 1 / scene.rate, **settings}))
-    pipeline = FusionPipeline(config, cameras)
-    outputs = [pipeline.step(tick).tracks for tick in ticks(scene, config, cameras)]
-    rows = Trajectories.from_tracks(outputs, round(1e9 / scene.rate))
-    return Trajectories(frame=scene.frame[rows.frame], id=rows.id, position=rows.position)
+    return fused(scene, config, cameras)
 
 
-def ticks(scene: StoredScene, config: FusionConfig, cameras: tuple[str, ...]) -> Iterator[Tick]:
-    """Yield the scene's ticks; every message arrives when its image is taken."""
-    batcher = Batcher(config, cameras)
-    for index in range(len(scene.frame)):
-        for camera in cameras:
-            detections = scene.detections[camera][index]
-            yield from batcher.add(camera, detections, detections.stamp_ns)
-    yield from batcher.flush()
+def fused(scene: StoredScene, config: FusionConfig, cameras: tuple[str, ...]) -> Trajectories:
+    """Do the same with a configuration whose period is the scene's."""
+    instants = (ticked.output.tracks for ticked in drive(config, cameras, scene.ticks(cameras)))
+    rows = Trajectories.from_tracks(instants, round(1e9 / scene.rate))
+    return replace(rows, frame=scene.frame[rows.frame])

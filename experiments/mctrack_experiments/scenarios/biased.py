@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,14 +14,13 @@ from mctrack_experiments.bench.fusion.adapter import (
     camera_names,
     messages_of,
     reported,
-    stamp_of,
     told_config,
 )
 from mctrack_experiments.bench.fusion.toolkit import Scene, Toolkit
 from mctrack_experiments.bench.workers import run_spread
 from mctrack_ros.evaluation.figures import Figures
-from mctrack_ros.fusion import FusionPipeline
-from mctrack_ros.interfaces import CameraDetections, Tick, Ticks
+from mctrack_ros.interfaces import CameraDetections, Tick
+from mctrack_ros.replay.drive import drive
 
 Floats = NDArray[np.float64]
 Scores = Mapping[str, float]
@@ -130,21 +129,23 @@ def _scored(job: tuple[Path, str, int]) -> Scores:
 
 def run(scene: Scene, fault: Fault, camera: int, compared: bool) -> Course:
     """Track a scene in whose middle a camera is wrong, with cameras compared or not."""
-    scenario = scene.scenario
-    config = told_config(scenario)
-    motion = replace(config.motion, compare_cameras=compared)
-    pipeline = FusionPipeline(replace(config, motion=motion), camera_names(scenario))
+    config = told_config(scene.scenario)
+    config = replace(config, motion=replace(config.motion, compare_cameras=compared))
     told, doubted = [], []
-    for frame in range(scenario.frames):
-        messages, stamp_ns = messages_of(scenario, frame), stamp_of(scenario, frame)
-        if _ticks(BEGINS_S) <= frame < _ticks(ENDS_S):
-            place = scenario.sensors.camera_position[camera]
-            messages[camera] = spoiled(messages[camera], fault, place, float(camera))
-        output = pipeline.step(Tick(stamp_ns, tuple(messages), Ticks.build(stamp_ns)))
-        told.append(reported(output.tracks))
-        bias = pipeline.bias
-        doubted.append(bias.offset.any(axis=1) | (bias.variance > 0))
+    for ticked in drive(config, camera_names(scene.scenario), _seen(scene, fault, camera)):
+        told.append(reported(ticked.output.tracks))
+        doubted.append(ticked.bias.offset.any(axis=1) | (ticked.bias.variance > 0))
     return Course(told, np.array(doubted))
+
+
+def _seen(scene: Scene, fault: Fault, camera: int) -> Iterator[Tick]:
+    """Yield a scene's ticks; a camera is wrong in its middle."""
+    place = scene.scenario.sensors.camera_position[camera]
+    for frame in range(scene.scenario.frames):
+        messages = messages_of(scene.scenario, frame)
+        if _ticks(BEGINS_S) <= frame < _ticks(ENDS_S):
+            messages[camera] = spoiled(messages[camera], fault, place, float(camera))
+        yield Tick.of(messages)
 
 
 def spoiled(

@@ -15,7 +15,8 @@ from mctrack_experiments.scenarios.rates import rate_figures
 from mctrack_ros.evaluation import Trajectories, evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.evaluation.instants import TRUTH_TOPIC, read_instants
-from mctrack_ros.replay.lockstep import TickOutput, camera_tasks, run_lockstep
+from mctrack_ros.interfaces import Tracks
+from mctrack_ros.replay.lockstep import camera_tasks, run_lockstep
 from mctrack_ros.replay.workers import CameraWorkers
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import Scenario
@@ -93,9 +94,9 @@ def both(match: Path) -> dict[str, dict[str, float]]:
     truth = read_instants(match, (TRUTH_TOPIC,))
     scores = {}
     for name, kind in {ON: CameraWorkers, OFF: Unheard}.items():
-        instants = [ticked.output.tracks for ticked in track(match, kind)]
         true, tracks = (
-            Trajectories.from_tracks(each, truth.period_ns) for each in (truth.instants, instants)
+            Trajectories.from_tracks(each, truth.period_ns)
+            for each in (truth.instants, track(match, kind))
         )
         scores[name] = evaluate_ground(true, tracks, GATE_M).figures()
     return scores
@@ -109,9 +110,9 @@ class Unheard(CameraWorkers):
         super().announce(tick_index, ())
 
 
-def track(match: Path, kind: type[CameraWorkers]) -> Iterator[TickOutput]:
-    """Yield what comes of every tick of a match, with cameras of some kind."""
+def track(match: Path, kind: type[CameraWorkers]) -> Iterator[Tracks]:
+    """Yield the tracks of every tick of a match, with cameras of some kind."""
     site = load_site(config_file('pitch5.yaml'))
     tasks = camera_tasks(match, site)
     with closing(kind(tasks, len(tasks))) as workers:
-        yield from run_lockstep(workers, site)
+        yield from (ticked.output.tracks for _, ticked in run_lockstep(workers, site))

@@ -48,7 +48,9 @@ class HauntedWorkers(CameraWorkers):
 
     def announce(self, tick_index: int, feedback: Sequence[Any]) -> None:
         """Add this window's ghosts to the feedback of its first part."""
-        super().announce(tick_index, [self._haunted(each) for each in feedback])
+        super().announce(
+            tick_index, [(session, self._haunted(each)) for session, each in feedback]
+        )
 
     def _haunted(self, feedback: Feedback) -> Feedback:
         window, since_s = divmod((feedback.stamp_ns - self.first_ns) / SECOND_NS, WINDOW_S)
@@ -92,7 +94,7 @@ def haunted(match: Path, seed: int, windows: int) -> list[bool]:
     with closing(HauntedWorkers(tasks, len(tasks))) as workers:
         workers.ghosts, workers.first_ns = ghosts, first_ns
         tracked = islice(run_lockstep(workers, site), ticks)
-        return dead(ghosts, [ticked.output.tracks for ticked in tracked], first_ns)
+        return dead(ghosts, [ticked.output.tracks for _, ticked in tracked], first_ns)
 
 
 def dead(ghosts: Sequence[Floats], instants: Iterable[Tracks], first_ns: int) -> list[bool]:

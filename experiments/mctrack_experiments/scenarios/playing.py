@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_experiments.bench.fusion.adapter import Reported, camera_names, reported, stamp_of
+from mctrack_experiments.bench.fusion.adapter import Reported, camera_names, reported
 from mctrack_experiments.bench.fusion.synthetic_cameras import KITS, SyntheticCameras
 from mctrack_experiments.scenarios.stage import TICK_S, Stage, scene_of
 from mctrack_ros.evaluation.frames import ground_distance, matched
-from mctrack_ros.fusion import FusionConfig, FusionOutput, FusionPipeline
+from mctrack_ros.fusion import FusionConfig, FusionOutput
 from mctrack_ros.interfaces import (
     CameraDetections,
     Detections,
     EventCode,
     Feedback,
     Tick,
-    Ticks,
 )
+from mctrack_ros.replay.drive import drive
 
 Floats = NDArray[np.float64]
 
@@ -123,19 +123,20 @@ def play(
     scene = scene_of(stage, np.random.default_rng([seed, 2]))
     kit = np.append(stage.kit, KITS - 1)
     cameras = SyntheticCameras(scene, seed, kit, stage.personal, TEMPLATE_PIXELS)
-    pipeline = FusionPipeline(_timed(config or FusionConfig()), camera_names(scene.scenario))
     on_its_way = deque([Feedback.build(0)] * FEEDBACK_DELAY, FEEDBACK_DELAY)
+
+    def ticks() -> Iterator[Tick]:
+        for tick in range(len(stage.paths)):
+            messages: Sequence[CameraDetections] = cameras.messages(tick, on_its_way[0])
+            if places_only:
+                messages = [_places(message) for message in messages]
+            yield Tick.of(haunting.seen(messages, on_its_way[0]) if haunting else messages)
+
     outputs = []
-    for tick in range(len(stage.paths)):
-        stamp_ns = stamp_of(scene.scenario, tick)
-        messages: Sequence[CameraDetections] = cameras.messages(tick, on_its_way[0])
-        if places_only:
-            messages = [_places(message) for message in messages]
-        if haunting:
-            messages = haunting.seen(messages, on_its_way[0])
-        outputs.append(pipeline.step(Tick(stamp_ns, tuple(messages), Ticks.build(stamp_ns))))
-        feedback = pipeline.feedback()
-        on_its_way.append(haunting.told(tick, feedback) if haunting else feedback)
+    config = _timed(config or FusionConfig())
+    for tick, ticked in enumerate(drive(config, camera_names(scene.scenario), ticks())):
+        outputs.append(ticked.output)
+        on_its_way.append(haunting.told(tick, ticked.feedback) if haunting else ticked.feedback)
     return Played(stage.paths, outputs)
 
 

@@ -1,7 +1,16 @@
 import numpy as np
 
-from mctrack_experiments.scenarios.haunted import SECOND_NS, TOLD_S, WINDOW_S, dead
+from mctrack_experiments.scenarios.haunted import (
+    AT_A_TIME,
+    SECOND_NS,
+    TOLD_S,
+    WINDOW_S,
+    dead,
+    haunted,
+)
 from mctrack_ros.interfaces import Tracks, TrackStatus
+from mctrack_ros.simulation import Scenario
+from mctrack_ros.simulation.recording import simulate
 
 GHOSTS = [np.array([[10.0, 10.0], [50.0, 50.0]])]
 
@@ -22,3 +31,8 @@ def test_a_ghost_that_is_reported_later_lives():
 def test_what_is_not_stood_for_and_other_windows_do_not_count():
     tentative = reported(TOLD_S + 1.5, (10.0, 10.0), TrackStatus.TENTATIVE)
     assert dead(GHOSTS, [tentative, reported(WINDOW_S + 3.5, (10.0, 10.0))], 0) == [True, True]
+
+
+def test_cameras_that_are_told_of_ghosts_go_on(tmp_path):
+    simulate(Scenario(duration_s=0.4), tmp_path / 'match')
+    assert len(haunted(tmp_path / 'match', 1, 1)) == AT_A_TIME

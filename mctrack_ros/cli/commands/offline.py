@@ -17,7 +17,10 @@ from mctrack_ros.processes import prepare_workers
 from mctrack_ros.site.names import namespace_of, resolved
 
 if TYPE_CHECKING:
+    from mctrack_ros.evaluation.figures import Figures
     from mctrack_ros.recording.video.videos import Video
+    from mctrack_ros.replay.track import TrackSummary
+    from mctrack_ros.site.site import SiteConfig
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 _USUAL_SITE = 'pitch5'
@@ -154,23 +157,16 @@ def track(
     """Track a bag, or video files, offline, in lock step; the same input gives the same bytes."""
     prepare_workers()
     from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.cli.sites import calibration_doubts, named_site
-    from mctrack_ros.evaluation.figures import Figures
     from mctrack_ros.replay.camera_source import Debug
     from mctrack_ros.replay.track import track_bag
-    from mctrack_ros.site.stated_origin import origin_text
 
     bag, name = _source(sources, later, rate)
     if namespace and not isinstance(bag, Path):
         raise ValueError('--namespace is for bags, which have topics: videos have none')
     if out is None:
         raise typer.BadParameter('name a folder for the results', param_hint='--out')
-    if not site:
-        typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
-    config = named_site(site or _USUAL_SITE)
+    config = _site(site)
     processes = processes or len(config.cameras)
-    for line in calibration_doubts(config):
-        typer.echo(line, err=True)
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
         summary = track_bag(
@@ -185,11 +181,38 @@ def track(
             debug=Debug(debug_images, debug_every) if debug_images else None,
             progress=progress,
         )
-    wall_seconds = time.perf_counter() - started
-    figures = Figures(
+    figures = _figures(summary, name, config, processes, time.perf_counter() - started)
+    _tell(figures, out, config)
+    if json_file is not None:
+        figures.write(json_file)
+    for note in summary.notes:
+        warn(note)
+    if summary.faults:
+        raise ValueError(f'{"; ".join(summary.faults)}; {out} holds what was read')
+
+
+def _site(name: str) -> SiteConfig:
+    """Return the site of that name, or the usual one; say so, and what is doubtful in it."""
+    from mctrack_ros.cli.sites import calibration_doubts, named_site
+
+    if not name:
+        typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
+    site = named_site(name or _USUAL_SITE)
+    for line in calibration_doubts(site):
+        typer.echo(line, err=True)
+    return site
+
+
+def _figures(
+    summary: TrackSummary, source: str, site: SiteConfig, processes: int, wall_seconds: float
+) -> Figures:
+    """Return the figures of a run."""
+    from mctrack_ros.evaluation.figures import Figures
+
+    return Figures(
         name='track',
-        command=f'mctrack track {name} --site {config.name} --processes {processes}',
-        protocol={'site': config.name, 'cameras': len(config.cameras), 'processes': processes},
+        command=f'mctrack track {source} --site {site.name} --processes {processes}',
+        protocol={'site': site.name, 'cameras': len(site.cameras), 'processes': processes},
         figures={
             'ticks': summary.ticks,
             'images': summary.images,
@@ -201,17 +224,17 @@ def track(
             **summary.cameras,
         },
     )
+
+
+def _tell(figures: Figures, out: Path, site: SiteConfig) -> None:
+    """Print the figures of a run and where its results are."""
+    from mctrack_ros.site.stated_origin import origin_text
+
     typer.echo(figures.table())
     typer.echo(f'wrote {out / "bag"}, {out / "tracks.txt"} and {out / "tracks.csv"}')
-    if any(config.origin):
-        told = origin_text(config.origin)
+    if any(site.origin):
+        told = origin_text(site.origin)
         typer.echo(f"the bag tells positions from the origin {told}, the text as the site's files")
-    if json_file is not None:
-        figures.write(json_file)
-    for note in summary.notes:
-        warn(note)
-    if summary.faults:
-        raise ValueError(f'{"; ".join(summary.faults)}; {out} holds what was read')
 
 
 def _source(

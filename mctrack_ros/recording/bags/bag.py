@@ -6,8 +6,7 @@ import shutil
 from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from rosbags.interfaces import Connection, ConnectionExtRosbag2, Qos
@@ -25,6 +24,7 @@ from mctrack_ros.recording.bags.definitions import (
 )
 from mctrack_ros.recording.bags.files import one_line, open_bag
 from mctrack_ros.recording.bags.qos import OF_ROWS, OF_TYPES, USUAL
+from mctrack_ros.recording.closing import Closing
 from mctrack_ros.recording.errors import BagError
 
 _NO_HASH = f'RIHS00_{0:064}'
@@ -44,7 +44,7 @@ ROSBAGS_CLASSES = MessageClasses(
 """The message classes of rosbags, for the codec."""
 
 
-class BagWriter:
+class BagWriter(Closing):
     """
     Write a rosbag2 directory (MCAP), one message at a time.
 
@@ -168,21 +168,8 @@ class BagWriter:
         """Finish the bag; what is not closed cannot be read."""
         self._writer.close()
 
-    def __enter__(self) -> Self:
-        """Return the writer itself."""
-        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Finish the bag, after an error too, so that nothing written is lost."""
-        self.close()
-
-
-class BagReader:
+class BagReader(Closing):
     """
     Read a bag (MCAP or SQLite), in the order of logging.
 
@@ -326,19 +313,6 @@ class BagReader:
         """Close the files."""
         for storage in self._storages:
             storage.close()
-
-    def __enter__(self) -> Self:
-        """Return the reader itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Close the files."""
-        self.close()
 
     def _connections(self, topic: str | None = None) -> list[Connection]:
         """Return the connections of a topic, or of all, over all files."""

@@ -10,12 +10,12 @@ import math
 from collections.abc import Iterable, Iterator
 from itertools import groupby
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mctrack_ros.interfaces import REPORTED, Tracks
+from mctrack_ros.interfaces import Tracks
+from mctrack_ros.recording.tables.track_writer import TrackWriter
 
 _FIELDS = 10
 
@@ -24,59 +24,14 @@ class MotTextError(ValueError):
     """A file that is not MOT text with ground positions; names file, line and reason."""
 
 
-class MotTextWriter:
-    """
-    Write the confirmed, coasting and grouped tracks, one instant at a time.
+class MotTextWriter(TrackWriter):
+    """Write MOT text."""
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, replaced if it is there; its parents are made.
-    period_ns : int
-        Period of the ticks, ns.
-    origin_ns : int, optional
-        Where frame 1 begins, ns; by default half a period before the first instant.
-    origin : (float, float)
-        What the tracks' positions are told from: the file has positions in its coordinates, m.
-
-    """
-
-    def __init__(
-        self,
-        path: str | Path,
-        period_ns: int,
-        origin_ns: int | None = None,
-        origin: tuple[float, float] = (0.0, 0.0),
-    ) -> None:
-        self._period_ns, self._origin = period_ns, origin
-        self._origin_ns = origin_ns
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        self._file = Path(path).open('w', newline='\n')  # noqa: SIM115
-
-    def write(self, rows: Tracks) -> None:
-        """Append one instant; its frame is the period that its stamp falls in."""
-        if self._origin_ns is None:
-            self._origin_ns = frame_origin_ns(rows.stamp_ns, self._period_ns)
-        frame = (rows.stamp_ns - self._origin_ns) // self._period_ns + 1
-        reported = rows.select(np.isin(rows.status, REPORTED))
-        self._file.writelines(_lines(frame, reported, self._origin))
-
-    def close(self) -> None:
-        """Finish the file."""
-        self._file.close()
-
-    def __enter__(self) -> Self:
-        """Return the writer itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Finish the file."""
-        self.close()
+    def _lines(self, frame: int, rows: Tracks, position: NDArray[np.float64]) -> Iterator[str]:
+        for track_id, score, (x, y, z) in zip(
+            rows.track_id.tolist(), rows.score.tolist(), position.tolist()
+        ):
+            yield f'{frame},{track_id},-1,-1,-1,-1,{score:.3f},{x:.4f},{y:.4f},{z:.4f}\n'
 
 
 def write_mot_text(
@@ -129,19 +84,6 @@ def read_mot_text(
 def mot_text_place(path: str | Path) -> tuple[float, float] | None:
     """Return the first position in a file, m; None if it has none. Raises as `read_mot_text`."""
     return next(((row[7], row[8]) for row in _rows(path)), None)
-
-
-def frame_origin_ns(stamp_ns: int, period_ns: int) -> int:
-    """Return where the period begins whose middle is the stamp, for stamps of any phase."""
-    return stamp_ns - period_ns // 2
-
-
-def _lines(frame: int, rows: Tracks, origin: tuple[float, float]) -> Iterator[str]:
-    position = rows.position + np.array([*origin, 0.0])
-    for track_id, score, (x, y, z) in zip(
-        rows.track_id.tolist(), rows.score.tolist(), position.tolist()
-    ):
-        yield f'{frame},{track_id},-1,-1,-1,-1,{score:.3f},{x:.4f},{y:.4f},{z:.4f}\n'
 
 
 def _rows(path: str | Path) -> Iterator[list[float]]:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import csv
+from collections.abc import Iterator
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.interfaces import REPORTED, ClassCode, Tracks, TrackStatus
+from mctrack_ros.interfaces import ClassCode, Tracks, TrackStatus
 from mctrack_ros.recording.tables.class_names import CLASS_NAMES
 from mctrack_ros.recording.tables.columns import TIMES, Spellings, Table, TableError, read_table
-from mctrack_ros.recording.tables.mot_text import frame_origin_ns
+from mctrack_ros.recording.tables.track_writer import TrackWriter
 
 COLUMNS: Spellings = {
     **TIMES,
@@ -25,70 +23,25 @@ COLUMNS: Spellings = {
     'score': ('conf', 'confidence', 'probability'),
 }
 """Columns that are read, each with other names for the same."""
-_WRITTEN = ('time', 'frame', 'track_id', 'x', 'y', 'vx', 'vy', 'class', 'status', 'score', 'group')
 _STATUS = {status.name.lower(): int(status) for status in TrackStatus}
 
 
-class TrackTableWriter:
-    """
-    Write the confirmed, coasting and grouped tracks, one instant at a time.
+class TrackTableWriter(TrackWriter):
+    """Write a table whose times are exact to the nanosecond."""
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, replaced if it is there; its parents are made.
-    period_ns : int
-        Period of the ticks, ns: frame 1 is the first instant, as in `MotTextWriter`.
-    origin : (float, float)
-        What the tracks' positions are told from: the file has positions in its coordinates, m.
+    HEADER = 'time,frame,track_id,x,y,vx,vy,class,status,score,group\n'
 
-    """
-
-    def __init__(
-        self, path: str | Path, period_ns: int, origin: tuple[float, float] = (0.0, 0.0)
-    ) -> None:
-        self._period_ns, self._origin_ns, self._origin = period_ns, -1, origin
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        self._file = Path(path).open('w', newline='')  # noqa: SIM115
-        self._rows = csv.writer(self._file, lineterminator='\n')
-        self._rows.writerow(_WRITTEN)
-
-    def write(self, rows: Tracks) -> None:
-        """Append one instant; its time is exact to the nanosecond."""
-        if self._origin_ns < 0:
-            self._origin_ns = frame_origin_ns(rows.stamp_ns, self._period_ns)
-        frame = (rows.stamp_ns - self._origin_ns) // self._period_ns + 1
+    def _lines(self, frame: int, rows: Tracks, position: NDArray[np.float64]) -> Iterator[str]:
         seconds, rest = divmod(rows.stamp_ns, 10**9)
-        rows = rows.select(np.isin(rows.status, REPORTED))
-        position = rows.position[:, :2] + np.array(self._origin)
         for row in range(len(rows)):
-            (x, y), (vx, vy) = position[row].tolist(), rows.velocity[row].tolist()
-            self._rows.writerow(
-                (
-                    f'{seconds}.{rest:09d}', frame, rows.track_id[row],
-                    f'{x:.4f}', f'{y:.4f}', f'{vx:.3f}', f'{vy:.3f}',
-                    ClassCode(rows.class_id[row]).name.lower(),
-                    TrackStatus(rows.status[row]).name.lower(),
-                    f'{rows.score[row]:.3f}', rows.group[row],
-                )
-            )  # fmt: skip
-
-    def close(self) -> None:
-        """Finish the file."""
-        self._file.close()
-
-    def __enter__(self) -> Self:
-        """Return the writer itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Finish the file."""
-        self.close()
+            (x, y, _), (vx, vy) = position[row].tolist(), rows.velocity[row].tolist()
+            yield (
+                f'{seconds}.{rest:09d},{frame},{rows.track_id[row]},'
+                f'{x:.4f},{y:.4f},{vx:.3f},{vy:.3f},'
+                f'{ClassCode(rows.class_id[row]).name.lower()},'
+                f'{TrackStatus(rows.status[row]).name.lower()},'
+                f'{rows.score[row]:.3f},{rows.group[row]}\n'
+            )
 
 
 def read_track_table(

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from fusion_scenes import detections
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
 from mctrack_ros.fusion.sensor_bias.camera_bias import SURE, judged
-from mctrack_ros.interfaces import CameraDetections, Tick, Ticks
+from mctrack_ros.interfaces import CameraDetections, Tick
 
 CAMERAS = ('cam1', 'cam2', 'cam3', 'cam4')
 PEOPLE = np.array([[8.0 * column, 8.0 * row] for column in range(4) for row in range(3)])
@@ -34,8 +34,7 @@ class Site:
                 places += (shift or {}).get(camera, 0.0)
                 places += self.rng.normal(0, (scatter or {}).get(camera, 0.0), PEOPLE.shape)
                 frames.append(CameraDetections(camera, detections(self.stamp_ns, places, SIGMA)))
-            tick = Tick(self.stamp_ns, tuple(frames), Ticks.build(self.stamp_ns))
-            self.tracks = self.pipeline.step(tick).tracks
+            self.tracks = self.pipeline.step(Tick.of(frames)).tracks
         apart = np.linalg.norm(self.tracks.position[:, None, :2] - PEOPLE, axis=2)
         return apart.min(axis=0).mean()
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion import FusionConfig, FusionPipeline
-from mctrack_ros.interfaces import REPORTED, CameraDetections, Detections, Tick, Ticks, Tracks
+from mctrack_ros.interfaces import REPORTED, CameraDetections, Detections, Tick, Tracks
 
 Reported = tuple[list[int], NDArray[np.float64]]
 
@@ -47,8 +47,7 @@ class CoreTracker:
 
     def prepare(self, frame: int) -> None:
         """Bring a tick's detections into the project's types; not timed."""
-        messages, stamp_ns = messages_of(self._scenario, frame), stamp_of(self._scenario, frame)
-        self._tick = Tick(stamp_ns, tuple(messages), Ticks.build(stamp_ns))
+        self._tick = Tick.of(messages_of(self._scenario, frame))
 
     def step(self, frame: int) -> Reported:
         """Process the tick."""

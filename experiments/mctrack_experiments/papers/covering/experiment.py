@@ -23,7 +23,6 @@ from mctrack_experiments.papers.covering.protocol import protocol
 from mctrack_experiments.papers.covering.scenes import CoveringScene
 from mctrack_experiments.papers.covering.trackers import NAMES, PROPOSED, config_of, run
 from mctrack_experiments.real.continuity import isolated_breaks
-from mctrack_experiments.real.stored_tracking import ticks
 from mctrack_ros.evaluation import evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.fusion import FusionPipeline
@@ -148,7 +147,7 @@ def assignment(label: str, scene: CoveringScene, cameras: tuple[str, ...]) -> Me
     for name, method in PROPOSED.items():
         pipeline = FusionPipeline(config_of(name, scene.fusion), cameras)
         with recorded(method) as kept:
-            given = list(ticks(scene.stored, scene.fusion, cameras))
+            given = list(scene.stored.ticks(cameras))
             began = time.process_time()
             for tick in given:
                 pipeline.step(tick)

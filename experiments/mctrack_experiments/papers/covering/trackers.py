@@ -12,9 +12,9 @@ from mctrack_experiments.papers.covering.joint_particles import JointParticleTra
 from mctrack_experiments.papers.covering.mean_shift import MeanShiftTracker
 from mctrack_experiments.papers.covering.scenes import CoveringScene
 from mctrack_experiments.papers.covering.targets import PointTracker, Sight
-from mctrack_experiments.real.stored_tracking import ticks
+from mctrack_experiments.real.stored_tracking import fused
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.fusion import FusionConfig, FusionPipeline
+from mctrack_ros.fusion import FusionConfig
 
 PROPOSED = {'covering_text': 'covering_graph', 'covering_code': 'covering_graph_code'}
 """The paper's method with the cost of its text and of its code."""
@@ -44,10 +44,7 @@ def run(name: str, scene: CoveringScene, cameras: tuple[str, ...]) -> Trajectori
     """Return the tracks that one makes of what some cameras of a scene detect."""
     if name in WHOLE:
         return _alone(WHOLE[name](scene.fusion), scene, cameras)
-    pipeline = FusionPipeline(config_of(name, scene.fusion), cameras)
-    outputs = [pipeline.step(tick).tracks for tick in ticks(scene.stored, scene.fusion, cameras)]
-    rows = Trajectories.from_tracks(outputs, round(1e9 / scene.stored.rate))
-    return Trajectories(scene.stored.frame[rows.frame], rows.id, rows.position)
+    return fused(scene.stored, config_of(name, scene.fusion), cameras)
 
 
 def config_of(name: str, fusion: FusionConfig) -> FusionConfig:
@@ -57,7 +54,7 @@ def config_of(name: str, fusion: FusionConfig) -> FusionConfig:
 
 def _alone(tracker: PointTracker, scene: CoveringScene, cameras: tuple[str, ...]) -> Trajectories:
     frame, ids, place = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 2))]
-    for tick in ticks(scene.stored, scene.fusion, cameras):
+    for tick in scene.stored.ticks(cameras):
         told, where = tracker.step(Sight.of(tick, scene.fusion), 1 / scene.stored.rate)
         index = int(tick.stamp_ns * scene.stored.rate // 1e9)
         frame.append(np.full(len(told), scene.stored.frame[index]))
