@@ -7,9 +7,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := setup.py setup.cfg package.xml pyproject.toml \
 	$(shell find mctrack_ros experiments config launch resource -type f -not -name '*.pyc')
+QUICK := $(addprefix test/,codec evaluation fusion ground interfaces recording site tracking test_config.py test_layers.py)
 RESULTS := lab6p cmc wildtrack pets terrace4 terrace cameras
 
-.PHONY: all demo test check unit jazzy same lock results reference clean help
+.PHONY: all demo test check unit quick jazzy same lock results reference clean help
 
 all: $(VENV)/.package ## install into .venv
 
@@ -26,6 +27,9 @@ check: all ## style, types
 unit: all ## the tests; those that follow nodes at their pace alone, so that nothing holds them up
 	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup -m 'not live'
 	ROS_PYTHON_CHECK_FIELDS=1 env -u MCTRACK_REQUIRE_DATA $(BIN)/python -m pytest -m live
+
+quick: all ## the tests of arithmetic and files, in a minute: no node, no page, no real data
+	$(BIN)/python -m pytest -q -n 2 -m 'not live and not browser and not real_data' $(QUICK)
 
 jazzy: ## the tests on the versions of Ubuntu 24.04, which ROS 2 Jazzy is built on
 	$(MAKE) VENV=.venv-jazzy .venv-jazzy/.requirements

@@ -23,7 +23,7 @@ from mctrack_ros.ros.topics.quality import reliable
 from walker import IMAGE_FROM_WORLD, PERIOD_NS, walker_image
 
 ROOT = Path(__file__).resolve().parents[2]
-PATIENCE_S = 20.0
+PATIENCE_S = 90.0
 
 
 @pytest.fixture

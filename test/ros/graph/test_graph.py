@@ -124,7 +124,7 @@ def test_a_bag_is_tracked_live_and_recorded(bench, site, supervised, walker_bag,
         player_node(walker_bag, restamp=True, wait_for=awaited_topics(site, True)),
     ]
     supervisor, thread, lines = supervised(nodes)
-    thread.join(timeout=90)
+    thread.join(timeout=240)
     assert not thread.is_alive(), lines
     assert not supervisor.failed, '\n'.join(lines)
     with BagReader(tmp_path / 'out') as bag:
@@ -155,7 +155,7 @@ def test_a_killed_camera_node_does_not_stop_fusion_and_comes_back(bench, site, s
     bench.until(lambda: tracks and len(tracks[-1]) == 1)
     os.kill(supervisor.pids()['cam2_camera'], signal.SIGKILL)
     del ticks[:], tracks[:], returned[:]
-    bench.until(lambda: ticks and ticks[-1].alive.tolist() == [1, 0])
+    bench.until(lambda: any(tick.alive.tolist() == [1, 0] for tick in ticks))
     seen_before = len(tracks)
     bench.until(lambda: sum(len(one) > 0 for one in tracks[seen_before:]) >= 5)
     bench.until(lambda: ticks[-1].alive.tolist() == [1, 1] and returned)
@@ -174,7 +174,7 @@ def test_nodes_on_simulated_time_track_a_bag(bench, site, supervised, walker_bag
         player_node(walker_bag, wait_for=awaited_topics(site, True)),
     ]
     _, thread, lines = supervised(nodes)
-    thread.join(timeout=90)
+    thread.join(timeout=240)
     assert not thread.is_alive(), lines
     with BagReader(tmp_path / 'out') as bag:
         times = [time_ns for _, _, time_ns in bag.messages(['/tracks'])]
@@ -235,6 +235,6 @@ def test_a_graph_runs_in_a_namespace_and_leaves_nothing_when_its_terminal_closes
         bench.until(lambda: bench.observer.count_publishers('/hall/tracks') == 1, patience_s=60)
         assert list(folder.glob('mctrack_*'))
         graph.send_signal(signal.SIGHUP)
-        said, _ = graph.communicate(timeout=60)
+        said, _ = graph.communicate(timeout=200)
     assert graph.returncode == 0, said
     assert not list(folder.glob('mctrack_*'))

@@ -43,7 +43,7 @@ class Run:
 
     def stop(self):
         self.supervisor.stop()
-        self.thread.join(timeout=15)
+        self.thread.join(timeout=90)
         assert not self.thread.is_alive()
         return self.code
 
@@ -95,7 +95,7 @@ def test_pauses_grow_while_a_process_keeps_dying(run):
 
 def test_a_wrong_configuration_is_not_tried_again_and_ends_all(run):
     started = run(python('one', 'raise SystemExit(2)'), python('two', FOREVER))
-    started.thread.join(timeout=15)
+    started.thread.join(timeout=90)
     assert started.code == 1
     assert started.supervisor.starts()['one'] == 1
     assert '[one] failed with 2' in started.lines
@@ -103,7 +103,7 @@ def test_a_wrong_configuration_is_not_tried_again_and_ends_all(run):
 
 def test_all_ends_with_the_process_it_is_about(run):
     started = run(python('one', 'pass', restart=False, ends=True), python('two', FOREVER))
-    started.thread.join(timeout=15)
+    started.thread.join(timeout=90)
     assert started.code == 0
     assert started.supervisor.codes()['one'] == 0
 
@@ -128,7 +128,7 @@ def test_what_does_not_listen_is_ended_by_force(run, monkeypatch):
 
 def test_a_program_that_is_not_there_is_a_failure(run):
     started = run(Process('one', ('/nowhere/program',)))
-    started.thread.join(timeout=15)
+    started.thread.join(timeout=90)
     assert started.code == 1
     assert 'cannot start' in started.lines[0]
 
