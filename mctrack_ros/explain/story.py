@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mctrack_ros.config import ConfigError, config_from
-from mctrack_ros.fusion import DecisionRecorder, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import FUSION, FusionConfig, JointConfig, open_fusion, open_recorder
 from mctrack_ros.interfaces import Candidates, Decisions, Explanation, Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.replay.recorded import recorded_ticks
@@ -135,8 +135,17 @@ def tell(
     )
 
 
-def _settings(reader: BagReader, site: SiteConfig | None) -> tuple[tuple[str, ...], FusionConfig]:
-    """Return the cameras' names and how fusion was set."""
+def _settings(reader: BagReader, site: SiteConfig | None) -> tuple[tuple[str, ...], JointConfig]:
+    """Return the cameras' names and how fusion was set; only the joint tracker explains."""
+    cameras, config = _recorded_settings(reader, site)
+    if not isinstance(config, JointConfig):
+        raise ConfigError(f'fusion.tracker is {config.tracker}: it does not say why; joint does')
+    return cameras, config
+
+
+def _recorded_settings(
+    reader: BagReader, site: SiteConfig | None
+) -> tuple[tuple[str, ...], FusionConfig]:
     said: dict[str, Any] = {}
     if reader.count('/site'):
         said = next(json.loads(message.data) for _, message, _ in reader.messages(['/site']))
@@ -153,7 +162,7 @@ def _settings(reader: BagReader, site: SiteConfig | None) -> tuple[tuple[str, ..
             f'{reader.path} does not say how fusion was set: name the site, for example '
             '--site pitch5'
         )
-    return tuple(said['cameras']), config_from(FusionConfig, said['fusion'])
+    return tuple(said['cameras']), config_from(FUSION, said['fusion'])
 
 
 def _first_tick_ns(reader: BagReader, cameras: tuple[str, ...], config: FusionConfig) -> int:
@@ -183,12 +192,12 @@ def _replayed(
     end_ns: int,
 ) -> Iterator[Explanation]:
     """Fuse the bag's detections from its start on, and yield why, of some time."""
-    pipeline = FusionPipeline(config, cameras)
+    tracker = open_fusion(config, cameras)
     for tick in recorded_ticks(reader, cameras, config):
         if tick.stamp_ns > end_ns:
             return
-        recorder = DecisionRecorder() if tick.stamp_ns >= begin_ns else None
-        pipeline.step(tick, recorder)
+        recorder = open_recorder(config) if tick.stamp_ns >= begin_ns else None
+        tracker.step(tick, recorder)
         if recorder is not None:
             yield recorder.explanation
 

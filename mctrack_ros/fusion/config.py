@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mctrack_ros.config import parameter
+from mctrack_ros.config import OneOf, parameter, tag
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS
 
 MISSED_IMAGES = 2.5
@@ -46,37 +46,23 @@ class BatchingConfig:
 
 @dataclass(frozen=True)
 class MotionConfig:
-    """How targets move and how well they are measured."""
+    """
+    How targets move and how well they are measured; each model has a subclass of its own.
 
-    model: str = parameter(
-        'constant_velocity',
-        'One constant-velocity filter a target, or two that interact: calm and manoeuvring',
-        choices=('constant_velocity', 'interacting'),
-    )
+    Attributes
+    ----------
+    model : str
+        Which model it is of.
+
+    """
+
+    model: str
     acceleration_density: float = parameter(
         2.0,
         'Power spectral density of the acceleration; if models interact, where none is known '
         '[m^2/s^3]',
         minimum=1e-4,
         maximum=1000.0,
-    )
-    calm_density: float = parameter(
-        0.2,
-        'The same of the calm mode, if models interact [m^2/s^3]',
-        minimum=1e-4,
-        maximum=1000.0,
-    )
-    manoeuvre_density: float = parameter(
-        4.0,
-        'The same of the manoeuvring one [m^2/s^3]',
-        minimum=1e-4,
-        maximum=1000.0,
-    )
-    calm_time: float = parameter(
-        2.0, 'How long a target is calm in the mean [s]', minimum=0.001, maximum=10000.0
-    )
-    manoeuvre_time: float = parameter(
-        0.7, 'How long a manoeuvre lasts in the mean [s]', minimum=0.001, maximum=10000.0
     )
     initial_speed_sigma: float = parameter(
         2.0,
@@ -94,6 +80,47 @@ class MotionConfig:
         True,
         'Correct and weigh down a camera whose detections lie off those of two or more others',
     )
+
+
+@dataclass(frozen=True)
+class ConstantVelocityConfig(MotionConfig):
+    """Parameters of `ConstantVelocity`."""
+
+    model: str = tag('constant_velocity')
+
+
+@dataclass(frozen=True)
+class InteractingConfig(MotionConfig):
+    """Parameters of `InteractingModels`."""
+
+    model: str = tag('interacting')
+    calm_density: float = parameter(
+        0.2,
+        'Power spectral density of the acceleration of the calm mode [m^2/s^3]',
+        minimum=1e-4,
+        maximum=1000.0,
+    )
+    manoeuvre_density: float = parameter(
+        4.0,
+        'The same of the manoeuvring one [m^2/s^3]',
+        minimum=1e-4,
+        maximum=1000.0,
+    )
+    calm_time: float = parameter(
+        2.0, 'How long a target is calm in the mean [s]', minimum=0.001, maximum=10000.0
+    )
+    manoeuvre_time: float = parameter(
+        0.7, 'How long a manoeuvre lasts in the mean [s]', minimum=0.001, maximum=10000.0
+    )
+
+
+MOTION: OneOf[MotionConfig] = OneOf(
+    'model',
+    'constant_velocity',
+    'One constant-velocity filter a target, or two that interact: calm and manoeuvring',
+    {'constant_velocity': ConstantVelocityConfig, 'interacting': InteractingConfig},
+)
+"""The choice of how targets move."""
 
 
 @dataclass(frozen=True)
@@ -360,10 +387,26 @@ class ReidConfig:
 
 @dataclass(frozen=True)
 class FusionConfig:
-    """Parameters of fusion."""
+    """
+    Parameters of fusion; each tracker has a subclass of its own.
 
+    Attributes
+    ----------
+    tracker : str
+        Which tracker they are of.
+
+    """
+
+    tracker: str
     batching: BatchingConfig = BatchingConfig()
-    motion: MotionConfig = MotionConfig()
+
+
+@dataclass(frozen=True)
+class JointConfig(FusionConfig):
+    """Parameters of `FusionPipeline`."""
+
+    tracker: str = tag('joint')
+    motion: MotionConfig = MOTION.field()
     association: AssociationConfig = AssociationConfig()
     life: LifeConfig = LifeConfig()
     kits: ClothingConfig = ClothingConfig()

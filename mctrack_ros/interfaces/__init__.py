@@ -24,7 +24,7 @@ from mctrack_ros.interfaces.limits import (
     LARGEST_VARIANCE,
 )
 from mctrack_ros.interfaces.rows import Column, Rows
-from mctrack_ros.interfaces.ticks import CameraDetections, Tick, Ticks
+from mctrack_ros.interfaces.ticks import CameraDetections, CameraRows, RowsTick, Tick, Ticks
 from mctrack_ros.interfaces.tracks import Tracks
 
 __all__ = [
@@ -38,6 +38,7 @@ __all__ = [
     'REPORTED',
     'TEMPLATE_SIZE',
     'CameraDetections',
+    'CameraRows',
     'Candidates',
     'Choice',
     'ClassCode',
@@ -51,6 +52,7 @@ __all__ = [
     'FeedbackFlag',
     'Reason',
     'Rows',
+    'RowsTick',
     'Tick',
     'Ticks',
     'TrackStatus',

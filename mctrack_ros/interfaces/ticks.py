@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,23 +11,29 @@ from numpy.typing import NDArray
 from mctrack_ros.interfaces.detections import Detections
 from mctrack_ros.interfaces.rows import POSITION, Column, Rows
 
+R = TypeVar('R', bound=Rows)
 
-@dataclass(frozen=True, eq=False, slots=True)
-class CameraDetections:
+
+@dataclass(frozen=True, eq=False)
+class CameraRows(Generic[R]):
     """
-    Detections with the name of the camera they come from.
+    What a camera says of one image, with its name.
 
     Attributes
     ----------
     camera : str
         Name in the site's list of cameras.
-    detections : Detections
+    rows : Rows
         Stamped with the image's capture time.
 
     """
 
     camera: str
-    detections: Detections
+    rows: R
+
+
+CameraDetections = CameraRows[Detections]
+"""What a camera detects in one image, with its name."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,7 +50,7 @@ class Ticks(Rows):
     admitted : (n,) uint32 array
         Messages admitted to this tick.
     detections : (n,) uint32 array
-        Detections in them.
+        Detections, or other rows, in them.
     late : (n,) uint32 array
         Messages that came too late since the last tick, dropped.
     dropped_detections : (n,) uint32 array
@@ -93,8 +99,8 @@ class Ticks(Rows):
     age_us: NDArray[np.uint32]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Tick:
+@dataclass(frozen=True, eq=False)
+class RowsTick(Generic[R]):
     """
     Everything that fusion is given for one period, in canonical order.
 
@@ -102,7 +108,7 @@ class Tick:
     ----------
     stamp_ns : int
         The latest stamp admitted; what fusion makes of the tick carries it.
-    messages : tuple of CameraDetections
+    messages : tuple of CameraRows
         Sorted by camera name, then stamp.
     record : Ticks
         What was admitted, late and missing.
@@ -110,5 +116,9 @@ class Tick:
     """
 
     stamp_ns: int
-    messages: tuple[CameraDetections, ...]
+    messages: tuple[CameraRows[R], ...]
     record: Ticks
+
+
+Tick = RowsTick[Detections]
+"""What a tracker of detections is given for one period."""

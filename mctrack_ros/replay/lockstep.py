@@ -13,15 +13,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
+from typing import Any
 
 from mctrack_ros.fusion import (
-    Batcher,
-    DecisionRecorder,
     FusionConfig,
     FusionOutput,
-    FusionPipeline,
+    FusionTracker,
+    fusion_method,
+    open_batcher,
+    open_fusion,
+    open_recorder,
 )
-from mctrack_ros.interfaces import Explanation, Feedback, Tick
+from mctrack_ros.interfaces import Explanation, Rows, RowsTick
 from mctrack_ros.replay.camera_source import CameraResult, CameraTask
 from mctrack_ros.replay.workers import NEVER, CameraWorkers, Progress
 from mctrack_ros.site.site import SiteConfig
@@ -38,31 +41,32 @@ class TickOutput:
 
     Attributes
     ----------
-    tick : Tick
+    tick : RowsTick
         What fusion was given.
     results : tuple of CameraResult
         What the cameras published in this period, by camera and stamp.
     output : FusionOutput
         What fusion made of it.
-    feedback : Feedback
+    feedback : Rows
         What it tells the cameras.
     explanation : Explanation, optional
         Why, if that was asked.
 
     """
 
-    tick: Tick
+    tick: RowsTick[Any]
     results: tuple[CameraResult, ...]
     output: FusionOutput
-    feedback: Feedback
+    feedback: Rows
     explanation: Explanation | None
 
 
 def camera_tasks(bag: str | Path, site: SiteConfig, namespace: str = '') -> list[CameraTask]:
     """Return the tasks of a site's cameras over a bag."""
     period_ns, delay_ns = tick_ns(site)
+    told = fusion_method(site.fusion).messages
     return [
-        CameraTask(Path(bag), name, settings, period_ns, delay_ns, namespace)
+        CameraTask(Path(bag), name, settings, period_ns, delay_ns, namespace, told=told)
         for name, settings in site.cameras.items()
     ]
 
@@ -91,7 +95,7 @@ def run_lockstep(
     workers: CameraWorkers,
     site: SiteConfig,
     *,
-    fusion: FusionPipeline | None = None,
+    fusion: FusionTracker | None = None,
     explain: bool = False,
 ) -> Iterator[TickOutput]:
     """
@@ -103,7 +107,7 @@ def run_lockstep(
         Processes with the `camera_tasks` of the bag.
     site : SiteConfig
         Cameras and settings.
-    fusion : FusionPipeline, optional
+    fusion : FusionTracker, optional
         A new one of the site, for who looks at it afterwards.
     explain : bool
         Whether it is taken down why fusion decides as it does.
@@ -121,7 +125,7 @@ def run_lockstep(
     """
     period_ns = round(site.fusion.batching.period * 1e9)
     batches = Batches(site.fusion, site.camera_names)
-    fusion = fusion or FusionPipeline(site.fusion, site.camera_names)
+    fusion = fusion or open_fusion(site.fusion, site.camera_names)
     pending: dict[int, list[CameraResult]] = defaultdict(list)
     complete_to = -1
     next_tick = dict.fromkeys(workers.connections, -1)
@@ -141,7 +145,7 @@ def run_lockstep(
         for index in sorted(index for index in pending if index <= passed):
             results = in_order(pending.pop(index))
             for tick in batches.ticks(results):
-                recorder = DecisionRecorder() if explain else None
+                recorder = open_recorder(site.fusion) if explain else None
                 output = fusion.step(tick, recorder)
                 feedback.append((batches.session, fusion.feedback()))
                 explanation = recorder.explanation if recorder else None
@@ -165,7 +169,7 @@ def _received(connection: Connection) -> Progress:
 
 def in_order(results: list[CameraResult]) -> tuple[CameraResult, ...]:
     """Return results of one period by camera and stamp."""
-    return tuple(sorted(results, key=lambda r: (r.camera, r.detections.stamp_ns)))
+    return tuple(sorted(results, key=lambda r: (r.camera, r.stamp_ns)))
 
 
 class Batches:
@@ -187,17 +191,18 @@ class Batches:
     """
 
     def __init__(self, config: FusionConfig, cameras: tuple[str, ...]) -> None:
-        self._batcher = Batcher(config, cameras)
+        self._batcher = open_batcher(config, cameras)
+        self._topic = fusion_method(config).messages.TOPIC
         self.session = 0
 
-    def ticks(self, results: tuple[CameraResult, ...]) -> list[Tick]:
+    def ticks(self, results: tuple[CameraResult, ...]) -> list[RowsTick[Any]]:
         """Return the ticks of the results of one period, which are in order."""
         if results[0].session > self.session:
             self.session = results[0].session
             self._batcher.begin_anew()
-        now_ns = min(result.detections.stamp_ns for result in results)
+        now_ns = min(result.stamp_ns for result in results)
         ticks = []
         for result in results:
             self._batcher.feedback_missed(result.camera, int(result.feedback_missed))
-            ticks += self._batcher.add(result.camera, result.detections, now_ns)
+            ticks += self._batcher.add(result.camera, result.messages[self._topic], now_ns)
         return ticks + self._batcher.flush()

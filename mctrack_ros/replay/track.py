@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mctrack_ros.fusion import FusionPipeline
+from mctrack_ros.fusion import open_fusion
 from mctrack_ros.fusion.camera_clocks import Jump
 from mctrack_ros.interfaces import REPORTED
 from mctrack_ros.recording import (
@@ -129,7 +129,7 @@ def track_bag(
         tasks, seconds, total, jumps = _bag(bag, site, namespace, log_times)
     tasks = [replace(task, debug=debug) for task in tasks]
     log = _LogTimes(tasks[0].period_ns)
-    summary, fusion = TrackSummary(seconds), FusionPipeline(site.fusion, site.camera_names)
+    summary, fusion = TrackSummary(seconds), open_fusion(site.fusion, site.camera_names)
     out = Path(out)
     with (
         BagWriter(out / 'bag', overwrite=overwrite) as writer,
@@ -153,7 +153,9 @@ def track_bag(
     summary.peak_memory_mb = max(peak_memory_mb(), workers.peak_memory_mb)
     summary.notes, summary.faults = sorted(workers.notes), sorted(workers.faults)
     summary.notes += [f'{jump}: {JUMP_REMEDY}' for jump in jumps]
-    offsets = dict(zip(site.camera_names, np.hypot(*fusion.bias.offset.T).tolist()))
+    offsets = dict.fromkeys(site.camera_names, 0.0)
+    if fusion.bias is not None:
+        offsets = dict(zip(site.camera_names, np.hypot(*fusion.bias.offset.T).tolist()))
     stamps = {task.camera: task.stamps or Stamps() for task in tasks}
     for each in sorted(workers.quality, key=lambda quality: quality.camera):
         summary.notes += complaints(each, stamps[each.camera], offsets[each.camera])
@@ -179,7 +181,7 @@ def _bag(
     tasks = camera_tasks(bag, site, namespace)
     with BagReader(bag, namespace) as reader:
         topics = {topic_of(task, reader): task.camera for task in tasks}
-        if any(task.detections_topic in topics for task in tasks):
+        if any(task.told_topic in topics for task in tasks):
             _check_origin(reader, site)
         entries = read_entries(reader, topics, log_times)
         seconds = reader.duration_s
@@ -225,7 +227,8 @@ def _write(writer: BagWriter, ticked: TickOutput, frame_id: str, now_ns: int) ->
     for result in ticked.results:
         if len(result.events):
             writer.write_rows(f'/{result.camera}/events', result.events, frame_id, now_ns)
-        writer.write_rows(f'/{result.camera}/detections', result.detections, frame_id, now_ns)
+        for topic, rows in result.messages.items():
+            writer.write_rows(f'/{result.camera}/{topic}', rows, frame_id, now_ns)
     writer.write_rows('/ticks', ticked.tick.record, frame_id, now_ns)
     writer.write_rows('/tracks', ticked.output.tracks, frame_id, now_ns)
     if len(ticked.output.events):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import ConfigError, config_from, parameter, values_of
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import FUSION, FusionConfig
 from mctrack_ros.ground import CalibrationError
 from mctrack_ros.ground.coverage.coverage import area_from
 from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
@@ -97,7 +97,7 @@ class _SiteScalars:
         'x,y from which positions are told inside and on topics, in the coordinates of the '
         "site's files; empty: 0,0, or whole kilometres near cameras that are far from it [m]",
     )
-    fusion: FusionConfig = FusionConfig()
+    fusion: FusionConfig = FUSION.field()
 
 
 def load_site(path: str | Path) -> SiteConfig:

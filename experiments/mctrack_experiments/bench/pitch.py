@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.codec import compressed_message, image_from_message, jpeg_from_image
-from mctrack_ros.fusion import Batcher, FusionPipeline
-from mctrack_ros.perception import FeedbackBuffer
+from mctrack_ros.fusion import FusionPipeline, JointConfig, open_batcher
+from mctrack_ros.perception import EventTrackerConfig, FeedbackBuffer
 from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.blobs.extraction import clean_mask, find_blobs
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftMonitor
@@ -74,6 +74,7 @@ class PitchBench:
         """Return what background, blobs and watchdog cost, each alone, ms an image."""
         settings = self._site.cameras[CAMERA]
         config, mapping = settings.pipeline, settings.mapping()
+        assert isinstance(config, EventTrackerConfig)
         background, sizes = Background(config.background), SizeTable(mapping)
         watchdog, clock = CameraShiftMonitor(config.watchdog), Stopwatch()
         for step, message in enumerate(self._messages):
@@ -127,7 +128,8 @@ class _Loop:
 
     def __init__(self, site: SiteConfig) -> None:
         self._pipeline = site.cameras[CAMERA].open()
-        self._batcher = Batcher(site.fusion, (CAMERA,))
+        self._batcher = open_batcher(site.fusion, (CAMERA,))
+        assert isinstance(site.fusion, JointConfig)
         self._fusion = FusionPipeline(site.fusion, (CAMERA,))
         period_ns = round(site.fusion.batching.period * 1e9)
         self._buffer = FeedbackBuffer(period_ns, round(site.feedback_delay * 1e9))

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation import Scores, Trajectories, evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
-from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import FusionPipeline, JointConfig, open_batcher
 from mctrack_ros.ground import ProjectiveMapping, read_tsai
 from mctrack_ros.interfaces import Tracks
-from mctrack_ros.perception import CameraConfig, CameraPipeline, FeedbackBuffer
+from mctrack_ros.perception import CameraPipeline, EventTrackerConfig, FeedbackBuffer
 from mctrack_ros.recording.video.videos import open_video
 
 Floats = NDArray[np.float64]
@@ -100,8 +100,8 @@ def stamp_of(frame: int) -> int:
 def track(
     source: Iterable[tuple[int, Image]],
     mapping: ProjectiveMapping,
-    camera_config: CameraConfig,
-    fusion_config: FusionConfig,
+    camera_config: EventTrackerConfig,
+    fusion_config: JointConfig,
 ) -> Iterator[Tracks]:
     """
     Take one camera's images through perception and fusion, feedback included.
@@ -112,9 +112,9 @@ def track(
         Frame numbers and images.
     mapping : ProjectiveMapping
         Of the camera.
-    camera_config : CameraConfig
+    camera_config : EventTrackerConfig
         Parameters of perception.
-    fusion_config : FusionConfig
+    fusion_config : JointConfig
         Parameters of fusion.
 
     Yields
@@ -125,7 +125,7 @@ def track(
     """
     camera = CameraPipeline(camera_config, mapping)
     buffer = FeedbackBuffer(PERIOD_NS, FEEDBACK_DELAY_NS)
-    batcher = Batcher(fusion_config, (CAMERA,))
+    batcher = open_batcher(fusion_config, (CAMERA,))
     fusion = FusionPipeline(fusion_config, (CAMERA,))
     for frame, image in source:
         stamp_ns = stamp_of(frame)
@@ -179,8 +179,8 @@ def pets_pixels(folder: Path) -> Figures:
     tracks = track(
         images(folder, camera),
         camera.mapping,
-        config_from(CameraConfig, CAMERA_SETTINGS),
-        config_from(FusionConfig, FUSION_SETTINGS),
+        config_from(EventTrackerConfig, CAMERA_SETTINGS),
+        config_from(JointConfig, FUSION_SETTINGS),
     )
     scores = score(tracks, read_truth(folder), REPORTED_FRAMES)
     protocol = {

@@ -8,7 +8,7 @@ from typing import Any
 from mctrack_experiments.datasets.stored import StoredScene
 from mctrack_ros.config import config_from, nested
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import FusionPipeline, JointConfig, open_batcher
 from mctrack_ros.interfaces import Tick
 
 
@@ -23,7 +23,7 @@ def track_stored(
     scene : StoredScene
         Its truth is not looked at.
     settings : dict
-        What differs from the default `FusionConfig`, by dotted name; the period is set.
+        What differs from the default `JointConfig`, by dotted name; the period is set.
     cameras : tuple of str, optional
         Which cameras; left out: all.
 
@@ -34,16 +34,16 @@ def track_stored(
 
     """
     cameras = scene.cameras if cameras is None else cameras
-    config = config_from(FusionConfig, nested({'batching.period': 1 / scene.rate, **settings}))
+    config = config_from(JointConfig, nested({'batching.period': 1 / scene.rate, **settings}))
     pipeline = FusionPipeline(config, cameras)
     outputs = [pipeline.step(tick).tracks for tick in ticks(scene, config, cameras)]
     rows = Trajectories.from_tracks(outputs, round(1e9 / scene.rate))
     return Trajectories(frame=scene.frame[rows.frame], id=rows.id, position=rows.position)
 
 
-def ticks(scene: StoredScene, config: FusionConfig, cameras: tuple[str, ...]) -> Iterator[Tick]:
+def ticks(scene: StoredScene, config: JointConfig, cameras: tuple[str, ...]) -> Iterator[Tick]:
     """Yield the scene's ticks; every message arrives when its image is taken."""
-    batcher = Batcher(config, cameras)
+    batcher = open_batcher(config, cameras)
     for index in range(len(scene.frame)):
         for camera in cameras:
             detections = scene.detections[camera][index]

@@ -151,7 +151,7 @@ def spoiled(
     message: CameraDetections, fault: Fault, camera: Floats, heading: float
 ) -> CameraDetections:
     """Return what a camera at a place, (2,) m, detects with a fault; displaced by a heading."""
-    rows = message.detections
+    rows = message.rows
     turn = np.radians(fault.turn_deg)
     cos, sin = np.cos(turn), np.sin(turn)
     position = rows.position.copy()

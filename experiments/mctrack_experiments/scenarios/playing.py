@@ -14,7 +14,7 @@ from mctrack_experiments.bench.fusion.adapter import Reported, camera_names, rep
 from mctrack_experiments.bench.fusion.synthetic_cameras import KITS, SyntheticCameras
 from mctrack_experiments.scenarios.stage import TICK_S, Stage, scene_of
 from mctrack_ros.evaluation.frames import ground_distance, matched
-from mctrack_ros.fusion import FusionConfig, FusionOutput, FusionPipeline
+from mctrack_ros.fusion import FusionOutput, FusionPipeline, JointConfig
 from mctrack_ros.interfaces import (
     CameraDetections,
     Detections,
@@ -99,7 +99,7 @@ def keeps(before: Sequence[int], after: Sequence[int]) -> bool:
 def play(
     stage: Stage,
     seed: int,
-    config: FusionConfig | None = None,
+    config: JointConfig | None = None,
     places_only: bool = False,
     haunting: Haunting | None = None,
 ) -> Played:
@@ -112,7 +112,7 @@ def play(
         The scene.
     seed : int
         Of noise, misses and colours.
-    config : FusionConfig, optional
+    config : JointConfig, optional
         Unless given, fusion as it comes.
     places_only : bool
         Cameras tell places alone: no colours, no ids, no groups.
@@ -123,7 +123,7 @@ def play(
     scene = scene_of(stage, np.random.default_rng([seed, 2]))
     kit = np.append(stage.kit, KITS - 1)
     cameras = SyntheticCameras(scene, seed, kit, stage.personal, TEMPLATE_PIXELS)
-    pipeline = FusionPipeline(_timed(config or FusionConfig()), camera_names(scene.scenario))
+    pipeline = FusionPipeline(_timed(config or JointConfig()), camera_names(scene.scenario))
     on_its_way = deque([Feedback.build(0)] * FEEDBACK_DELAY, FEEDBACK_DELAY)
     outputs = []
     for tick in range(len(stage.paths)):
@@ -140,10 +140,10 @@ def play(
 
 
 def _places(message: CameraDetections) -> CameraDetections:
-    rows = message.detections
+    rows = message.rows
     bare = Detections.build(rows.stamp_ns, position=rows.position, covariance=rows.covariance)
     return CameraDetections(message.camera, bare)
 
 
-def _timed(config: FusionConfig) -> FusionConfig:
+def _timed(config: JointConfig) -> JointConfig:
     return replace(config, batching=replace(config.batching, period=TICK_S))

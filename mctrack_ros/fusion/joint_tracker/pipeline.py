@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.existence.evidence import Evidence
 from mctrack_ros.fusion.joint_tracker.output import EventLog, FusionOutput, feedback_of, tracks_of
 from mctrack_ros.fusion.management import lifecycle
@@ -50,7 +50,7 @@ class FusionPipeline:
 
     Parameters
     ----------
-    config : FusionConfig
+    config : JointConfig
         Parameters.
     cameras : tuple of str
         Names in the site's order, at most 32.
@@ -71,7 +71,7 @@ class FusionPipeline:
 
     """
 
-    def __init__(self, config: FusionConfig, cameras: tuple[str, ...], first_id: int = 1) -> None:
+    def __init__(self, config: JointConfig, cameras: tuple[str, ...], first_id: int = 1) -> None:
         if len(cameras) > MAX_CAMERAS or len(set(cameras)) != len(cameras):
             raise ValueError(f'cameras are {cameras!r}, expected at most {MAX_CAMERAS}, distinct')
         self._config = config
@@ -136,7 +136,7 @@ class FusionPipeline:
     def _observe(self, tick: Tick, events: EventLog) -> tuple[Batch, TrackTable]:
         """Take up the images of a tick and predict the tracks to it; return who ends by that."""
         ended = self._begin(tick.stamp_ns, events)
-        images = [message.detections for message in tick.messages]
+        images = [message.rows for message in tick.messages]
         gallery = self._reassignment.gallery
         batch = Batch(images, self._cameras(tick), tick.stamp_ns, self._config, gallery)
         self.bias.correct(batch)

@@ -48,9 +48,9 @@ class Agreement:
         )
 
 
-def agreements(cameras: Sequence[str], bias: CameraBias) -> dict[str, Agreement]:
-    """Return what is reported of each camera; nothing of so few that nobody can say."""
-    if len(cameras) < LEAST_CAMERAS:
+def agreements(cameras: Sequence[str], bias: CameraBias | None) -> dict[str, Agreement]:
+    """Return what is reported of each camera; nothing where nobody can say, or of too few."""
+    if bias is None or len(cameras) < LEAST_CAMERAS:
         return {}
     return {f'{camera} agreement': Agreement(bias, row) for row, camera in enumerate(cameras)}
 

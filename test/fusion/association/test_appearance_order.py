@@ -1,7 +1,7 @@
 import numpy as np
 
 from fusion_scenes import PERIOD_NS, detections
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.association.appearance_order import MOST, OVERLAPPED_SHARE, likeness_costs
 from mctrack_ros.fusion.config import AssociationConfig, ReidConfig
 from mctrack_ros.fusion.measurements.batch import Batch
@@ -39,7 +39,7 @@ def costs(table, *people, boxes=APART, template=None, config=CONFIG, gallery=POR
         box=boxes[: len(people)],
         template=colours(*people) if template is None else template,
     )
-    batch = Batch([seen], [0], PERIOD_NS, FusionConfig(), gallery)
+    batch = Batch([seen], [0], PERIOD_NS, JointConfig(), gallery)
     track, row = np.indices((len(table), len(people))).reshape(2, -1)
     is_known = table.template.any(axis=1)[track] & batch.is_described[row]
     return likeness_costs(table, batch, track, row, is_known, config).reshape(len(table), -1)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from fusion_scenes import PERIOD_NS, detections
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.config import AssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
@@ -11,7 +11,7 @@ from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import position_matrix, update
 
-CONFIG = FusionConfig()
+CONFIG = JointConfig()
 SURE = AssociationConfig(false_density=1e-9)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fusion_scenes import PERIOD_NS, detections
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.association.likelihood import clutter_cost, cost_parts, prior_costs
 from mctrack_ros.fusion.config import AssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
@@ -22,7 +22,7 @@ def scene(**columns):
     table.local_id[:, 1] = 0, 3
     count = len(next(iter(columns.values())))
     seen = detections(PERIOD_NS, np.zeros((count, 2)), **columns)
-    fusion = FusionConfig()
+    fusion = JointConfig()
     batch = Batch([seen], [1], PERIOD_NS, fusion, Gallery(fusion.recognition))
     return table, batch, *np.indices((2, count)).reshape(2, -1)
 

@@ -5,7 +5,7 @@ import pytest
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.fusion import DecisionRecorder, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import DecisionRecorder, FusionPipeline, JointConfig
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.association.likelihood import prior_costs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
@@ -19,7 +19,7 @@ from mctrack_ros.fusion.update.covering import COSTS, CoveringAssociation
 from mctrack_ros.interfaces import Candidates, Choice, Decisions, Reason
 from mctrack_ros.recording import ROSBAGS_CLASSES
 
-CONFIG = FusionConfig()
+CONFIG = JointConfig()
 CAMERAS = ('one', 'two')
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_experiments.papers.covering.targets import Roster, Sight, beginnings
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
@@ -31,14 +31,14 @@ class JointParticleTracker:
 
     Parameters
     ----------
-    config : FusionConfig
+    config : JointConfig
         Its motion, its times and its density of false detections.
     seed : int
         Of all that is drawn.
 
     """
 
-    def __init__(self, config: FusionConfig, seed: int = 1) -> None:
+    def __init__(self, config: JointConfig, seed: int = 1) -> None:
         self._config, self._rng = config, np.random.default_rng(seed)
         self._roster = Roster(config.life)
         self._state = np.empty((PARTICLES, 0, 4))

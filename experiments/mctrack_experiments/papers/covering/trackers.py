@@ -14,7 +14,7 @@ from mctrack_experiments.papers.covering.scenes import CoveringScene
 from mctrack_experiments.papers.covering.targets import PointTracker, Sight
 from mctrack_experiments.real.stored_tracking import ticks
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.fusion import FusionConfig, FusionPipeline
+from mctrack_ros.fusion import FusionPipeline, JointConfig
 
 PROPOSED = {'covering_text': 'covering_graph', 'covering_code': 'covering_graph_code'}
 """The paper's method with the cost of its text and of its code."""
@@ -32,7 +32,7 @@ ASSOCIATED: Mapping[str, Mapping[str, Any]] = {
     'jpda': {'method': 'jpda'},
 }
 """What of the site's association differs; all else of fusion is the same."""
-WHOLE: Mapping[str, Callable[[FusionConfig], PointTracker]] = {
+WHOLE: Mapping[str, Callable[[JointConfig], PointTracker]] = {
     'ms_mt': MeanShiftTracker,
     'pf_js': JointParticleTracker,
 }
@@ -50,7 +50,7 @@ def run(name: str, scene: CoveringScene, cameras: tuple[str, ...]) -> Trajectori
     return Trajectories(scene.stored.frame[rows.frame], rows.id, rows.position)
 
 
-def config_of(name: str, fusion: FusionConfig) -> FusionConfig:
+def config_of(name: str, fusion: JointConfig) -> JointConfig:
     """Return a site's fusion with another association."""
     return replace(fusion, association=replace(fusion.association, **ASSOCIATED[name]))
 

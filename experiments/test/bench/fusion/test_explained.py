@@ -4,11 +4,11 @@ import pytest
 from fusion_scenes import PERIOD_NS, detections
 from mctrack_experiments.bench.fusion.hostile_input import SPOILERS
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.fusion import Batcher, DecisionRecorder, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import DecisionRecorder, FusionPipeline, JointConfig, open_batcher
 from mctrack_ros.interfaces import CameraDetections, Candidates, Decisions
 from mctrack_ros.recording import ROSBAGS_CLASSES
 
-CONFIG = FusionConfig()
+CONFIG = JointConfig()
 CAMERAS = ('one', 'two')
 
 
@@ -22,7 +22,7 @@ def crowd(index):
 @pytest.mark.parametrize('name', ['bad_covariances', 'infinite_positions', 'twice', 'wild_ids'])
 def test_whatever_comes_can_be_explained_and_travels(name):
     rng = np.random.default_rng(1)
-    batcher, pipeline = Batcher(CONFIG, CAMERAS), FusionPipeline(CONFIG, CAMERAS)
+    batcher, pipeline = open_batcher(CONFIG, CAMERAS), FusionPipeline(CONFIG, CAMERAS)
     for index in range(30):
         stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
         messages = [
@@ -33,7 +33,7 @@ def test_whatever_comes_can_be_explained_and_travels(name):
             messages = SPOILERS[name](messages, index - 10, rng)
         ticks = []
         for each in messages:
-            ticks += batcher.add(each.camera, each.detections, stamp_ns)
+            ticks += batcher.add(each.camera, each.rows, stamp_ns)
         for each in [*ticks, *batcher.flush()]:
             recorder = DecisionRecorder()
             pipeline.step(each, recorder)
