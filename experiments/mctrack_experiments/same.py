@@ -86,7 +86,7 @@ def _tracked(tree: Path, bag: Path, case: str, out: Path) -> dict[str, list[Mess
     done = subprocess.run(
         [sys.executable, '-m', 'mctrack_ros.cli.main', *command],
         cwd=tree,
-        env={**os.environ, 'PYTHONPATH': str(tree)},
+        env={**os.environ, 'PYTHONPATH': f'{tree}{os.pathsep}{tree / "experiments"}'},
         capture_output=True,
         text=True,
     )

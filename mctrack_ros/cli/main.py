@@ -73,7 +73,10 @@ app.command('check-calibration')(calibration.check_calibration)
 app.command('convert-calibration')(calibration.convert_calibration)
 app.add_typer(bag.app, name='bag', help='Mend recordings.')
 for plugin in entry_points(group='mctrack_ros.commands'):
-    plugin.load()(app)
+    try:
+        plugin.load()(app)
+    except ImportError as error:
+        print(f'warning: no commands of {plugin.value}: {error}', file=sys.stderr)
 
 
 def _show_warning(

@@ -12,13 +12,11 @@ import numpy as np
 
 from mctrack_ros.fusion.camera_clocks import CameraClocks
 from mctrack_ros.fusion.config import FusionConfig
-from mctrack_ros.interfaces import CameraRows, Rows, RowsTick, Ticks
+from mctrack_ros.interfaces import RESTART_NS, CameraRows, Rows, RowsTick, Ticks
 
 R = TypeVar('R', bound=Rows)
 
 SECOND_NS = 1_000_000_000
-RESET_NS = SECOND_NS
-"""Stamps that step back by more than this, of all live cameras, have begun anew, ns."""
 
 INTERVALS = 5
 """Over how many of its last images a camera's interval is judged."""
@@ -53,7 +51,7 @@ class _Camera:
         last = self.last_stamp_ns
         if last is None or last >= end_ns:
             return last is not None
-        if last + self.interval_ns < start_ns - max(RESET_NS, end_ns - start_ns):
+        if last + self.interval_ns < start_ns - max(RESTART_NS, end_ns - start_ns):
             return True
         if not self.intervals_ns:
             return last >= start_ns
@@ -181,6 +179,8 @@ class Batcher(Generic[R]):
             self._started_ns = self._admitted_ns = now_ns
         are_others_right = abs(reference_ns - self._reference_ns) > self._sync_ns
         self._reference_ns = reference_ns
+        if are_others_right:
+            self._leave_out(reference_ns)
         if self._has_begun_anew(camera, rows.stamp_ns, now_ns, are_others_right):
             closed += self.begin_anew()
         self._admit(camera, rows, now_ns, early_ns, added_ns)
@@ -207,6 +207,16 @@ class Batcher(Generic[R]):
         """Record that a camera went without feedback for so many images."""
         self._cameras[camera].feedback_missed += count
 
+    def _leave_out(self, reference_ns: int) -> None:
+        """Take out of what is pending the cameras that a new reference shows to be wrong."""
+        for index, pending in list(self._pending.items()):
+            for camera, stamp_ns in list(pending.messages):
+                if self.clocks.disagrees(camera, reference_ns):
+                    del pending.messages[camera, stamp_ns]
+                    self._cameras[camera].left_out += 1
+            if not pending.messages:
+                del self._pending[index]
+
     def _has_begun_anew(
         self, camera: str, stamp_ns: int, now_ns: int, are_others_right: bool
     ) -> bool:
@@ -220,14 +230,16 @@ class Batcher(Generic[R]):
         """
         state = self._cameras[camera]
         is_starved = now_ns - self._admitted_ns >= self._timeout_ns
-        steps_back = state.last_stamp_ns is not None and stamp_ns < state.last_stamp_ns - RESET_NS
+        steps_back = (
+            state.last_stamp_ns is not None and stamp_ns < state.last_stamp_ns - RESTART_NS
+        )
         if not (is_starved or steps_back or are_others_right) or stamp_ns >= self._oldest_ns():
             return False
         if is_starved or are_others_right:
             return True
         state.step_back()
         return all(
-            other.last_stamp_ns is None or other.last_stamp_ns <= stamp_ns + RESET_NS
+            other.last_stamp_ns is None or other.last_stamp_ns <= stamp_ns + RESTART_NS
             for other in self._cameras.values()
             if other is not state and self._is_live(other, now_ns)
         )
@@ -236,7 +248,7 @@ class Batcher(Generic[R]):
         """Return before which stamp time would begin anew."""
         known = [stamp_ns for one in self._pending.values() for _, stamp_ns in one.messages]
         known += [] if self._closed_ns is None else [self._closed_ns]
-        return max(known, default=0) - RESET_NS - self.period_ns
+        return max(known, default=0) - RESTART_NS - self.period_ns
 
     def _is_closed(self, stamp_ns: int) -> bool:
         closed = self._closed_index

@@ -171,7 +171,7 @@ class CameraClocks:
         self._note_doubts()
         reference_ns = self._reference_ns()
         clock.offset_ns = reference_ns - clock.lag_ns
-        clock.is_left_out = not -BEHIND_NS <= clock.offset_ns <= self._limit_ns
+        clock.is_left_out = self._is_beyond(clock, reference_ns)
         if abs(clock.offset_ns) <= self._limit_ns:
             self._settle(clock)
         agrees = abs(lag_ns - reference_ns) <= self._limit_ns
@@ -191,6 +191,10 @@ class CameraClocks:
         """Tell whether a camera's stamps cannot be used, and no other's have followed."""
         return self._clocks[camera].is_left_out and not self.is_settling
 
+    def disagrees(self, camera: str, reference_ns: int) -> bool:
+        """Tell whether a camera that was heard is left out where lags are held against another."""
+        return self._is_beyond(self._clocks[camera], reference_ns)
+
     def has_jumped(self, camera: str) -> bool:
         """Tell whether the last message proves that a camera's clock has jumped."""
         jump = self._clocks[camera].jump
@@ -201,6 +205,9 @@ class CameraClocks:
         """Whether a clock has jumped, or may have, so shortly ago that others may follow."""
         since_ns = self._unsure_since_ns
         return since_ns is not None and self._now_ns - since_ns <= 2 * self._patience_ns
+
+    def _is_beyond(self, clock: _Clock, reference_ns: int) -> bool:
+        return not -BEHIND_NS <= reference_ns - clock.lag_ns <= self._limit_ns
 
     def _note_doubts(self) -> None:
         """Note since when a live camera has strange stamps, or a clock that has just jumped."""

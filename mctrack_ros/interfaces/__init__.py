@@ -22,6 +22,7 @@ from mctrack_ros.interfaces.limits import (
     LARGEST_EXTENT,
     LARGEST_SPEED,
     LARGEST_VARIANCE,
+    RESTART_NS,
 )
 from mctrack_ros.interfaces.rows import Column, Rows
 from mctrack_ros.interfaces.ticks import CameraDetections, CameraRows, RowsTick, Tick, Ticks
@@ -36,6 +37,7 @@ __all__ = [
     'MEMBERS',
     'NO_CAMERA',
     'REPORTED',
+    'RESTART_NS',
     'TEMPLATE_SIZE',
     'CameraDetections',
     'CameraRows',

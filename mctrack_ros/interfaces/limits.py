@@ -1,4 +1,4 @@
-"""What a target is at most: what says more is not believed."""
+"""What a target is at most: what says more is not believed; and when time begins anew."""
 
 LARGEST_DISTANCE = 1e6
 """Nobody is farther than this from the origin, m."""
@@ -8,3 +8,6 @@ LARGEST_SPEED = 1e3
 """Nobody is faster, m/s."""
 LARGEST_EXTENT = 100.0
 """Nobody is larger, m."""
+
+RESTART_NS = 1_000_000_000
+"""A stamp that lies before the last one by more than this begins time anew, ns."""

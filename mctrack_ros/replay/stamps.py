@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion.camera_clocks import JUMPED, KEPT, CameraClocks, Jump
 from mctrack_ros.fusion.config import BatchingConfig
+from mctrack_ros.interfaces import RESTART_NS
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.quality import LEFT_OUT, SECOND_NS, Stamps
 
@@ -165,7 +166,7 @@ class _Sessions:
     def place(self, camera: str, stamp_ns: int) -> int | None:
         """Return the session of a camera's next message; None: it comes again or is late."""
         session, last_ns = self._last.get(camera, (self._session, stamp_ns - 1))
-        if last_ns - SECOND_NS <= stamp_ns <= last_ns:
+        if last_ns - RESTART_NS <= stamp_ns <= last_ns:
             return None
         if stamp_ns < last_ns:
             session += 1

@@ -275,11 +275,17 @@ def claimed_jpeg(width, height):
     return bytes(data)
 
 
+def padded_jpeg(width, height):
+    """Return the same with a marker that nothing follows, and a fill byte before the next one."""
+    data = claimed_jpeg(width, height)
+    return data[:2] + b'\xff\x01\xff' + data[2:]
+
+
 @pytest.mark.parametrize('size', [(320, 240), None])
 @pytest.mark.parametrize(
     'data',
-    [claimed_png(60000, 60000), claimed_jpeg(60000, 60000)],
-    ids=['png', 'jpeg'],
+    [claimed_png(60000, 60000), claimed_jpeg(60000, 60000), padded_jpeg(60000, 60000)],
+    ids=['png', 'jpeg', 'padded jpeg'],
 )
 def test_a_huge_image_is_refused_before_anything_is_allocated(data, size):
     message = SimpleNamespace(format='', data=data)

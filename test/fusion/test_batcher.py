@@ -275,7 +275,7 @@ def test_whatever_the_clocks_do_fusion_can_take_the_ticks(period, messages):
         fusion.step(tick)
 
 
-def test_cameras_that_send_a_image_every_two_seconds_are_waited_for():
+def test_cameras_that_send_an_image_every_two_seconds_are_waited_for():
     config = JointConfig(batching=BatchingConfig(period=2.0))
     batcher = open_batcher(config, CAMERAS)
     messages = [

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from fusion_scenes import detections
 from mctrack_ros.fusion import FusionPipeline, JointConfig, open_batcher
+from mctrack_ros.fusion.camera_clocks import CameraClocks
 from mctrack_ros.fusion.config import BatchingConfig
 
 MS = 1_000_000
@@ -101,6 +102,8 @@ KINDS = (constant, jump, single, drift)
 @example(constant, np.log10(0.05), True, 5, 0, 0.02, 0)
 @example(single, np.log10(5.0), True, 5, 2, 0.02, 0)
 @example(constant, np.log10(3600.0), True, 3, 0, 0.0, 0)
+@example(constant, 0.0, True, 3, 0, 0.0, 2)
+@example(constant, np.log10(0.4), True, 3, 0, 0.0, 2)
 def test_one_camera_with_whatever_clock_costs_the_others_nothing(
     kind, size, ahead, cameras, which, phase_s, seed
 ):
@@ -140,6 +143,14 @@ def test_of_two_cameras_the_one_near_the_arrival_is_kept(offset_s, wrong):
 def test_a_single_stamp_of_a_single_camera_is_left_out_and_ends_nothing(offset_s):
     ticks, _ = assert_nobody_right_loses({'cam1': single(offset_s)}, ['cam1'])
     assert sum(int(tick.record.left_out[0]) for tick in ticks) == 1
+
+
+def test_stamps_that_are_strange_one_at_a_time_are_left_out_however_many_there_are():
+    clocks = CameraClocks(BatchingConfig(), ('cam1',))
+    for index in range(20):
+        stamp_ns, is_strange = START_NS + index * 40 * MS, index % 4 == 3
+        verdict = clocks.judge('cam1', stamp_ns + 5 * SECOND_NS * is_strange, stamp_ns + 10 * MS)
+        assert verdict.is_used != is_strange
 
 
 def test_all_clocks_that_step_back_together_begin_anew():

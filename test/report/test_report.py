@@ -110,7 +110,7 @@ def test_report_lists_the_switches_and_how_to_ask_why(match, results):
     assert f'mctrack explain {match.recorded} --track 12 --at 2.40' in text
 
 
-def test_video_has_a_image_for_every_other_instant(match, results):
+def test_video_has_an_image_for_every_other_instant(match, results):
     video = cv2.VideoCapture(str(match.folder / 'birdseye.webm'))
     images = []
     while True:

@@ -93,7 +93,7 @@ class Bench:
     def spawn(self, node, *arguments, name=None, **parameters):
         """Start a node as a process; its output goes to a file."""
         name = name or node
-        command = [sys.executable, '-X', 'faulthandler', '-m', f'mctrack_ros.ros.{node}']
+        command = [sys.executable, '-X', 'faulthandler', '-m', f'mctrack_ros.ros.nodes.{node}']
         command += ['--ros-args', *arguments]
         command += ['-r', f'__node:={name}']
         if parameters:

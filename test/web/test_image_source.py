@@ -21,7 +21,7 @@ def bag(tmp_path):
     return path
 
 
-def test_a_image_file_is_read(tmp_path):
+def test_an_image_file_is_read(tmp_path):
     cv2.imwrite(str(tmp_path / 'cam1.png'), IMAGE)
     np.testing.assert_array_equal(read_image(tmp_path / 'cam1.png', 'cam1'), IMAGE)
 

@@ -177,7 +177,7 @@ def _likelihoods(
 
     Returns
     -------
-    told : (n, 13) array
+    reported : (n, 13) array
         What the pairs tell of the tracks, see `gathered`.
     near : (5, m) int64 array
         Those of the pairs that pass the gate; their track, detection, slot and image, see

@@ -193,7 +193,7 @@ def _weighed(
     -------
     newly : (n,) bool array
         Who was confirmed.
-    seen, told : (n, cameras) bool arrays
+    seen, reported : (n, cameras) bool arrays
         Which cameras saw each track, and which could have as another one did.
 
     """

@@ -38,7 +38,7 @@ class ClosePairs(NamedTuple):
         Rows of the table.
     gain : (k,) array
         By how much the tick brings them nearer to being one target, s.
-    told : (k,) bool array
+    reported : (k,) bool array
         Whether an image of the tick shows both.
     grouped : (k,) bool array
         Whether either is in a group.
@@ -66,7 +66,7 @@ class Doubt(NamedTuple):
         What has come together of the time after which they are one, s.
     began_ns : int
         Stamp of the tick since which they are in doubt, ns.
-    told : bool
+    reported : bool
         Whether an image of the last tick shows both.
 
     """

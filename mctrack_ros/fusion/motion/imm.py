@@ -144,7 +144,7 @@ def judge(
         Predicted; become the moments of the mixtures of who was measured.
     mode_mean, mode_covariance, mode_probability : (n, 2, 4), (n, 2, 4, 4), (n, 2) arrays
         Of the modes, predicted; changed in place.
-    told : (n, 13) array
+    reported : (n, 13) array
         What was measured, see `gathered`.
 
     """

@@ -34,7 +34,7 @@ def joined(
 
     Returns
     -------
-    told : bool
+    reported : bool
         Whether they say anything.
     xx, xy, yy : float
         Their information, 1/m².

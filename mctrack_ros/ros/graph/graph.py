@@ -60,7 +60,7 @@ class NodeSpec:
         if namespace:
             arguments += ['-r', f'__ns:={namespace}']
         arguments += ['--params-file', str(self.write(directory))]
-        module = f'mctrack_ros.ros.{self.executable}'
+        module = f'mctrack_ros.ros.nodes.{self.executable}'
         # -P: the package that runs here, not one that lies in the current directory
         command = (sys.executable, '-P', '-m', module, *arguments)
         return Process(self.name, command, self.restart, self.ends)

@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.lifecycle import LifecyclePublisher
 
 from mctrack_ros.codec import header
+from mctrack_ros.interfaces import RESTART_NS
 from mctrack_ros.ros.node.lifecycle import GraphNode
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.ros.topics.quality import reliable
@@ -19,8 +20,6 @@ from mctrack_ros.ros.topics.quality import reliable
 _PERIOD_S = 1.0
 _PAUSE_NS = 10_000_000_000
 """A stream that is silent for so long has stopped; it has not lost all that."""
-_STEP_BACK_NS = 1_000_000_000
-"""What is stamped by so much earlier is of a new run, not late."""
 _GAPS = 25
 """The interval of a stream is the median of so many gaps between its messages."""
 _FEWEST_GAPS = 3
@@ -62,7 +61,7 @@ class StreamHealth:
         self.latency_ns += now_ns - stamp_ns
         self.worst_ns = max(self.worst_ns, now_ns - stamp_ns)
         gap_ns = _PAUSE_NS if self.last_stamp_ns is None else stamp_ns - self.last_stamp_ns
-        if -_STEP_BACK_NS < gap_ns <= 0:
+        if -RESTART_NS < gap_ns <= 0:
             return
         self.last_stamp_ns = stamp_ns
         if 0 < gap_ns < _PAUSE_NS:

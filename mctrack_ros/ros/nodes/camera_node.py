@@ -17,7 +17,7 @@ from mctrack_ros.codec import (
     stamp_ns_of,
 )
 from mctrack_ros.config import parameter
-from mctrack_ros.interfaces import Rows
+from mctrack_ros.interfaces import RESTART_NS, Rows
 from mctrack_ros.perception import (
     CameraShift,
     ImageState,
@@ -38,9 +38,6 @@ from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.names import check_camera_name, named_image_topic
-
-_RESTART_NS = 1_000_000_000
-"""Stamps that step back by more than this are a new run, not late images."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +194,7 @@ class CameraNode(GraphNode):
         """Refuse an image that is no newer than the last; a long step back is a new run."""
         if stamp_ns > self.last_stamp_ns:
             return
-        if self.last_stamp_ns - stamp_ns <= _RESTART_NS:
+        if self.last_stamp_ns - stamp_ns <= RESTART_NS:
             word = 'again' if stamp_ns == self.last_stamp_ns else 'backwards'
             raise ValueError(f'its stamp {stamp_ns} ns comes {word} after {self.last_stamp_ns}')
         self.get_logger().warning('stamps step back by more than a second: the camera begins anew')

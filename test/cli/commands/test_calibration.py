@@ -9,7 +9,7 @@ from far_hall import write_far_hall
 from mctrack_ros.cli.main import app
 from mctrack_ros.ground import read_calibration, read_grid, write_grid
 
-GRID = Path(__file__).resolve().parents[2] / 'config' / 'pitch5' / 'cam5.xml'
+GRID = Path(__file__).resolve().parents[3] / 'config' / 'pitch5' / 'cam5.xml'
 
 
 def run(*arguments):

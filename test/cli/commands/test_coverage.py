@@ -15,7 +15,7 @@ def mctrack(*arguments):
     return result.output
 
 
-def test_coverage_prints_a_table_and_writes_figures_and_a_image(tmp_path):
+def test_coverage_prints_a_table_and_writes_figures_and_an_image(tmp_path):
     figures, image = tmp_path / 'coverage.json', tmp_path / 'coverage.png'
     output = mctrack('coverage', 'pitch5', '--cell', 2, '--json', figures, '--image', image)
     assert 'share.at_least_1' in output

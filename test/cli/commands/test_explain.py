@@ -11,7 +11,7 @@ from mctrack_ros.config import ConfigError
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import BagWriter
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 SITE = """
 name: hall

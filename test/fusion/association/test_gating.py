@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.fusion.association.gating import gated_pairs
+from mctrack_ros.fusion.association.gating import distances, gated_pairs
 from mctrack_ros.fusion.measurements.packed import measured
 
 GATE = 13.8
@@ -53,6 +53,32 @@ def test_the_cells_find_what_trying_all_pairs_finds(seed):
     assert list(zip(image, track, detection)) == every_pair(*given)
     names = sorted(set(zip(image, track)))
     assert [names[number] for number in slot] == list(zip(image, track))
+
+
+def test_who_is_fast_is_found_where_he_was():
+    rng = np.random.default_rng(4)
+    mean, _, _, position, _, image = scene(rng, 20, 60, 4, 50.0)
+    seconds = np.array([-1.0, -0.5, -0.25, 0.0])
+    mean[:, 2:] = rng.normal(0, 10, (20, 2))
+    mean[:, :2] = position[:20] - seconds[image[:20], None] * mean[:, 2:]
+    covariance, noise = np.zeros((20, 4, 4)), np.tile(0.04 * np.eye(2), (60, 1, 1))
+    covariance[:, [0, 1], [0, 1]] = 0.04
+    given = mean, covariance, seconds, position, noise, image
+    track, detection, where, _ = gated(*given)
+    assert list(zip(where, track, detection)) == every_pair(*given)
+    assert len(track) >= 20
+
+
+def test_distances_are_those_from_where_each_track_is_so_much_later():
+    rng = np.random.default_rng(3)
+    mean, covariance, _, position, noise, _ = scene(rng, 4, 6, 1, 5.0)
+    seconds = rng.uniform(-1.0, 1.0, len(position))
+    found = distances(mean, covariance, seconds, position, noise)
+    for row, track in np.ndindex(found.shape):
+        matrix = np.hstack([np.eye(2), seconds[row] * np.eye(2)])
+        gap = position[row] - matrix @ mean[track]
+        spread = matrix @ covariance[track] @ matrix.T + noise[row]
+        assert found[row, track] == pytest.approx(gap @ np.linalg.solve(spread, gap))
 
 
 def test_without_tracks_or_detections_there_are_no_pairs():

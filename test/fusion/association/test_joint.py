@@ -61,7 +61,7 @@ def test_where_no_pair_is_in_doubt_the_update_is_the_filters_one_after_the_other
     np.testing.assert_allclose(covariance, expected[1], atol=1e-6)
 
 
-def test_the_others_correct_a_image_that_prediction_alone_misleads():
+def test_the_others_correct_an_image_that_prediction_alone_misleads():
     table = tracks([[0.0, 0.0], [0.7, 0.0]])
     moved = [[0.45, 0.0], [1.15, 0.0]]
     clear = [look([place], camera) for camera, place in ((1, moved[0]), (2, moved[1]))]
@@ -91,7 +91,7 @@ def test_the_order_of_the_cameras_does_not_matter(seed):
     np.testing.assert_allclose(mean, again, atol=1e-9)
 
 
-def test_a_image_without_detections_and_no_tracks_are_no_trouble():
+def test_an_image_without_detections_and_no_tracks_are_no_trouble():
     pairs, mean, _ = assigned(tracks([[0.0, 0.0]]), [look([]), look([[9.0, 9.0]], 1)])
     assert pairs == [{}, {}]
     np.testing.assert_array_equal(mean[:, :2], [[0.0, 0.0]])

@@ -122,7 +122,7 @@ def test_whom_the_latest_image_of_a_slow_camera_shows_has_not_gone():
     assert table.missed[0] > 0.0
 
 
-def test_a_image_of_a_slow_camera_counts_for_all_the_time_since_its_last_up_to_a_look():
+def test_an_image_of_a_slow_camera_counts_for_all_the_time_since_its_last_up_to_a_look():
     weigher, table = Evidence(CAMERAS, CONFIG), one_track(0.0)
     count(weigher, table, 1, present=EVERY)
     gains = []

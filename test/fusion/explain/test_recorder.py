@@ -9,14 +9,20 @@ from mctrack_ros.fusion import DecisionRecorder, FusionPipeline, JointConfig
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.association.likelihood import prior_costs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
-from mctrack_ros.fusion.config import AssociationConfig
+from mctrack_ros.fusion.config import AssociationConfig, LifeConfig
 from mctrack_ros.fusion.explain.decisions import decisions_of
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
 from mctrack_ros.fusion.reid.reassignment import Reassignment
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.covering import COSTS, CoveringAssociation
-from mctrack_ros.interfaces import Candidates, Choice, Decisions, Reason
+from mctrack_ros.interfaces import (
+    Candidates,
+    Choice,
+    Decisions,
+    Reason,
+    TrackStatus,
+)
 from mctrack_ros.recording import ROSBAGS_CLASSES
 
 CONFIG = JointConfig()
@@ -173,6 +179,22 @@ def test_who_is_hidden_by_a_group_is_told():
     assert why.decisions.reason.tolist() == [Reason.HIDDEN] * 2
 
 
+def test_a_group_that_hides_nobody_is_told_as_unused():
+    group = detections(PERIOD_NS // 2, [[7, 3]], member_count=[2])
+    _, why = explained(lambda _: {'one': [], 'two': group}, 1)[0]
+    assert why.candidates.choice.tolist() == [Choice.UNUSED]
+    assert why.candidates.track_id.tolist() == [0]
+    assert why.candidates.camera.tolist() == [1]
+    np.testing.assert_allclose(why.candidates.position[0, :2], [7, 3])
+
+
+def test_a_detection_that_there_is_no_room_for_is_told_as_unused():
+    pipeline = FusionPipeline(JointConfig(life=LifeConfig(most_tracks=1)), CAMERAS)
+    _, why = explained(lambda index: {'one': [[0, 0], [9, 0]][: index + 1]}, 2, pipeline)[-1]
+    told = dict(zip(why.candidates.choice.tolist(), why.candidates.track_id.tolist()))
+    assert told == {Choice.TAKEN: 1, Choice.UNUSED: 0}
+
+
 def test_a_step_back_in_time_ends_all_and_says_so():
     pipeline = FusionPipeline(CONFIG, CAMERAS)
     explained(lambda _: {'one': [[0, 0]], 'two': [[0, 0]]}, 20, pipeline, 100)
@@ -201,6 +223,59 @@ def test_renamed_and_joined_tracks_name_the_other():
     assert decisions.previous_id.tolist() == [0, 8, 0, 0]
     assert decisions.other_id.tolist() == [0, 8, 9, 8]
     assert decisions.predicted[:, 0].tolist() == [3, 8, 8, 9]
+
+
+def test_what_is_known_of_each_track_goes_with_its_decision():
+    rng, now_ns = np.random.default_rng(3), 90_000_000_000
+    table = TrackTable.blank(2, 2)
+    table.track_id[:], table.confirmed[:] = [3, 5], True
+    table.mean[:], table.covariance[:] = rng.normal(size=(2, 4)), rng.normal(size=(2, 4, 4))
+    table.evidence[:], table.missed[:] = rng.normal(size=(2, 2))
+    table.group[:], table.cameras[:] = [3, 0], [0, 2]
+    for name, seconds in (('first_ns', [60, 9]), ('seen_ns', [4, 2]), ('kept_ns', [0.25, 0.5])):
+        setattr(table, name, now_ns - np.array(seconds) * 1e9)
+    predicted, recognition = table.select(np.array([1])), Reassignment(CONFIG)
+    predicted.track_id[:] = table.previous_id[1] = 1
+    recognition.gallery.learn(5, AppearanceSample(np.zeros(48), 1.0))
+    predicted.mean[:], predicted.covariance[:] = 7.0, rng.normal(size=(4, 4))
+    told, _ = decisions_of(
+        *(table, TrackTable.blank(0, 2), predicted, np.zeros(0, np.uint32)),
+        *(recognition, now_ns, CONFIG),
+    )
+    expected = {
+        'previous_id': [0, 1],
+        'velocity': table.mean[:, 2:],
+        'covariance': table.covariance[:, :2, :2],
+        'age': [60, 9],
+        'unseen': [4, 2],
+        'unsupported': [0.25, 0.5],
+        'group': [3, 0],
+        'cameras': [0, 2],
+        'status': [TrackStatus.GROUPED, TrackStatus.CONFIRMED],
+        'evidence': table.evidence,
+        'missed': table.missed,
+        'predicted': [[np.nan, np.nan], [7, 7]],
+        'predicted_covariance': [np.full((2, 2), np.nan), predicted.covariance[0, :2, :2]],
+    }
+    for name, values in expected.items():
+        np.testing.assert_allclose(getattr(told, name), values, rtol=1e-6, err_msg=name)
+    np.testing.assert_allclose(told.position[:, :2], table.mean[:, :2], rtol=1e-6)
+
+
+def test_who_ended_was_silent_or_not_seen_where_he_should_have_been():
+    """By evidence below nothing of one who was confirmed, by silence else."""
+    now_ns, nobody = 90_000_000_000, TrackTable.blank(0, 2)
+    ended = TrackTable.blank(4, 2)
+    ended.track_id[:], ended.kept_ns[:] = [1, 2, 3, 4], now_ns - 5_000_000_000
+    ended.confirmed[:], ended.evidence[:] = [True, True, True, False], [-0.5, 0, 3, -0.5]
+    reset = np.zeros(0, np.uint32)
+    told, _ = decisions_of(nobody, ended, nobody, reset, Reassignment(CONFIG), now_ns, CONFIG)
+    assert told.reason.tolist() == [Reason.UNSEEN, *[Reason.SILENT] * 3]
+    assert told.value.tolist() == [-0.5, 5, 5, 5]
+    coast, tentative = CONFIG.life.coast_time, CONFIG.life.tentative_time
+    np.testing.assert_allclose(told.limit, [0, coast, coast, tentative], rtol=1e-6)
+    assert told.status.tolist() == [TrackStatus.DELETED] * 4
+    assert told.is_published.all()
 
 
 def test_who_was_lost_and_is_found_where_he_would_be_by_now_is_told():

@@ -3,7 +3,8 @@
 import numpy as np
 from scipy.special import expit
 
-from mctrack_ros.fusion.joint_tracker.output import EventLog, feedback_of, status_of, tracks_of
+from mctrack_ros.fusion.joint_tracker.output import feedback_of, status_of, tracks_of
+from mctrack_ros.fusion.management.event_log import EventLog
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import MEMBERS, EventCode, FeedbackFlag, TrackStatus
 

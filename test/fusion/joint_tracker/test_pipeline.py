@@ -9,11 +9,14 @@ from mctrack_ros.fusion.config import LifeConfig
 from mctrack_ros.fusion.management.initiation import MOST_TOGETHER
 from mctrack_ros.fusion.measurements.admission import MOST_DETECTIONS, Admitted, usable_rows
 from mctrack_ros.interfaces import (
+    CameraDetections,
     ClassCode,
     Detections,
     EventCode,
     FeedbackFlag,
     Rows,
+    Tick,
+    Ticks,
     TrackStatus,
 )
 
@@ -197,7 +200,7 @@ def test_whom_a_slow_camera_sees_in_a_group_stays_published():
     assert all(sorted(published(output)) == ids for output in run(slow, 25, pipeline, 250))
 
 
-def test_one_false_detection_in_a_image_by_itself_does_not_bring_back_who_has_gone():
+def test_one_false_detection_in_an_image_by_itself_does_not_bring_back_who_has_gone():
     pipeline = FusionPipeline(JointConfig(), tuple(well_seen(0)))
     run(well_seen, 260, pipeline)
     assert not published(run(lambda index: {'one': [[0, 0]]}, 1, pipeline, 260)[-1])
@@ -363,6 +366,30 @@ def test_a_group_keeps_its_members_alive_and_moves_none_of_them_far():
     assert splits.sum() == 2
 
 
+def test_of_two_images_of_a_camera_the_last_one_begins_tracks():
+    images = [
+        detections(PERIOD_NS - 9_000_000, [[9, 0], [0, 0]]),
+        detections(PERIOD_NS, [[0, 0]]),
+    ]
+    frames = tuple(CameraDetections('one', rows) for rows in images)
+    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    tracks = pipeline.step(Tick(PERIOD_NS, frames, Ticks.build(PERIOD_NS))).tracks
+    np.testing.assert_allclose(tracks.position, [[0, 0, 0]], atol=1e-6)
+
+
+@pytest.mark.parametrize(('gap', 'code'), [(0.8, EventCode.SPLIT), (3.0, EventCode.NEW)])
+def test_who_begins_beside_a_track_has_come_out_of_it(gap, code):
+    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    alone, both = [[0, 0]], [[0, 0], [gap, 0]]
+    (first,) = published(run(lambda _: {'one': alone, 'two': alone}, 25, pipeline)[-1])
+    outputs = run(lambda _: {'one': both, 'two': both}, 50, pipeline, 25)
+    (second,) = published(outputs[-1]).keys() - {first}
+    (events,) = [out.events for out in outputs if len(out.events)]
+    assert events.event.tolist() == [code]
+    assert events.track_id.tolist() == [second]
+    assert events.old_id.tolist() == [first if code == EventCode.SPLIT else 0]
+
+
 def test_a_member_whom_nobody_sees_turns_with_the_one_beside_him():
     def pair(index):
         gone = 0.06 * np.array([min(index, 25), max(index - 25, 0)])
@@ -510,7 +537,7 @@ def test_a_flood_of_detections_is_bounded():
     assert max(len(output.tracks) for output in spot) <= 2 * MOST_TOGETHER
 
 
-def test_of_a_image_the_highest_scores_are_used():
+def test_of_an_image_the_highest_scores_are_used():
     count = MOST_DETECTIONS + 5
     flood = Detections.build(
         0, position=np.zeros((count, 3)), covariance=np.tile(np.eye(2), (count, 1, 1)),

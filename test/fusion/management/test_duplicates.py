@@ -10,13 +10,13 @@ PERIOD_S = 0.04
 LIMIT_M, LIMIT_S = 1.0, 1.0
 
 
-def two_tracks(distance=0.0, confirmed=(True, True), told=False):
+def two_tracks(distance=0.0, confirmed=(True, True), reported=False):
     """Return tracks 7 and 8, of which two cameras see one each, or one sees both."""
     table = TrackTable.blank(2, 2)
     table.track_id, table.confirmed = [7, 8], confirmed
     table.mean[:, 0] = [0.0, distance]
-    table.cameras = [0b01, 0b01 if told else 0b10]
-    table.seen_by_ns[0, 0] = table.seen_by_ns[1, 0 if told else 1] = SECOND_NS
+    table.cameras = [0b01, 0b01 if reported else 0b10]
+    table.seen_by_ns[0, 0] = table.seen_by_ns[1, 0 if reported else 1] = SECOND_NS
     return table
 
 
@@ -50,12 +50,12 @@ def test_only_pairs_nearer_than_the_limit_are_close():
     assert len(pairs_of(two_tracks(1.01)).one) == 0
 
 
-def test_a_image_of_both_tells_them_apart_unless_it_is_an_old_one():
-    table = two_tracks(0.3, told=True)
-    assert pairs_of(table).told.tolist() == [True]
+def test_an_image_of_both_tells_them_apart_unless_it_is_an_old_one():
+    table = two_tracks(0.3, reported=True)
+    assert pairs_of(table).reported.tolist() == [True]
     table.seen_by_ns[1, 0] -= SECOND_NS
-    assert pairs_of(table).told.tolist() == [False]
-    assert pairs_of(two_tracks(0.3)).told.tolist() == [False]
+    assert pairs_of(table).reported.tolist() == [False]
+    assert pairs_of(two_tracks(0.3)).reported.tolist() == [False]
 
 
 def test_who_is_in_a_group_is_said():
@@ -83,21 +83,21 @@ def test_who_is_confirmed_is_kept_else_the_first(watched):
     assert watched.found == [(1, 0)]
 
 
-def test_a_image_of_both_takes_away_five_ticks(watched):
+def test_an_image_of_both_takes_away_five_ticks(watched):
     watched.ticks(21)
-    watched.ticks(2, told=True)
+    watched.ticks(2, reported=True)
     assert watched.ticks(200) == pytest.approx(25 - 10, abs=1)
 
 
 def test_with_nothing_left_they_begin_anew(watched):
     watched.ticks(21)
-    watched.ticks(10, told=True)
+    watched.ticks(10, reported=True)
     assert watched.ticks(200) == pytest.approx(26, abs=1)
 
 
 def test_two_that_a_camera_shows_are_never_found_while_it_does(watched):
     watched.ticks(25)
-    watched.ticks(1, told=True, over=(True, False))
+    watched.ticks(1, reported=True, over=(True, False))
     assert watched.found == []
 
 
@@ -130,7 +130,7 @@ def test_who_has_been_near_another_for_a_while_is_in_doubt(watched):
     assert watched.watch.doubts(0.19).keys() == {(7, 8)}
     assert not watched.watch.doubts(0.21)
     watched.ticks(20)
-    watched.ticks(1, told=True)
+    watched.ticks(1, reported=True)
     assert not watched.watch.doubts(0.19)
 
 

@@ -135,6 +135,17 @@ def test_what_begins_near_a_confirmed_track_knows_it_and_very_near_needs_more_ev
     assert fresh.evidence.tolist() == [-CONFIG.life.crowd_evidence, 0, 0, 0, 0]
 
 
+@pytest.mark.parametrize('seed', range(5))
+def test_who_begins_beside_others_is_near_one_there_or_one_before(seed):
+    known, fresh = np.random.default_rng(seed).uniform(0, 6, (2, 8, 2))
+    kept, beside = with_room(tracks(fresh), tracks(known), CONFIG)
+    gaps = [
+        np.linalg.norm(np.vstack([known, fresh[:row]]) - fresh[row], axis=1) for row in range(8)
+    ]
+    assert len(kept) == 8
+    assert beside.tolist() == [row for row, gap in enumerate(gaps) if gap.min() < CROWD]
+
+
 def test_no_more_begin_than_there_is_room_for_and_none_in_a_dense_crowd():
     known = tracks([[0, 0], [10, 0]])
     fresh, beside = with_room(tracks([[5, 0], [0.5, 0], [5.5, 0], [9, 9]]), known, CONFIG)

@@ -56,7 +56,7 @@ def test_a_confirmed_track_ends_when_the_evidence_is_against_it():
     ('pace_s', 'longest_s', 'config'),
     [(0.0, 0.5, CONFIG), (0.2, 0.5, CONFIG), (1.0, 1.5, CONFIG), (0.0, 3.0, SLOW_TICKS)],
 )
-def test_a_target_is_expected_and_told_of_for_a_image_and_a_half(pace_s, longest_s, config):
+def test_a_target_is_expected_and_told_of_for_an_image_and_a_half(pace_s, longest_s, config):
     for silent_s, told in ((longest_s, True), (longest_s + 0.001, False)):
         table = silent_for(silent_s, pace_s=pace_s)
         assert is_expected(table, NOW_NS, config)[0] == told

@@ -29,12 +29,15 @@ def tracks(beside=8, age_s=1.0, confirmed=(True, True, True)):
 
 
 def doubts(*pairs, began_s=98.0):
-    return {pair: Doubt(0.5, round(began_s * 1e9), told=False) for pair in pairs}
+    return {pair: Doubt(0.5, round(began_s * 1e9), reported=False) for pair in pairs}
 
 
 def test_a_new_track_beside_two_that_seem_one_is_the_one_that_it_began_beside():
     assert parted(tracks(beside=8), doubts((7, 8)), (), STAMP_NS) == [(1, 2)]
     assert parted(tracks(beside=7), doubts((7, 8)), (), STAMP_NS) == [(0, 2)]
+    table = tracks(beside=1)
+    table.track_id[0] = 1
+    assert parted(table, doubts((1, 8)), (), STAMP_NS) == [(0, 2)]
 
 
 @pytest.mark.parametrize(

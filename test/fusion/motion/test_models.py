@@ -176,9 +176,15 @@ def test_of_whom_nothing_is_told_the_modes_are_only_predicted():
 
 def test_modes_follow_a_state_that_was_changed_otherwise():
     table = tracks(3, 9)
+    others = table.mode_covariance[[0, 2]]
     table.mean[1] += 1.0
+    table.covariance[1] *= 2.0
     MOTION.follow(table, np.array([1]))
     np.testing.assert_array_equal(table.mode_mean[1], np.tile(table.mean[1], (2, 1)))
+    np.testing.assert_array_equal(
+        table.mode_covariance[1], np.tile(table.covariance[1], (2, 1, 1))
+    )
+    np.testing.assert_array_equal(table.mode_covariance[[0, 2]], others)
     MOTION.predict(table, 0.0)
     np.testing.assert_allclose(table.mode_mean[1, 0], table.mean[1])
 

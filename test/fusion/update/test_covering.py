@@ -71,6 +71,14 @@ def test_what_is_near_a_track_of_another_sensor_is_consumed(config):
     assert association.consumed.tolist() == [1, 2]
 
 
+def test_who_is_covered_by_another_sensor_takes_what_is_left_there(config):
+    """In the second image the other one's detection is nearer to him."""
+    images = [[[-0.5, 0.0]], [[1.0, 0.0], [-1.1, 0.0]]]
+    association, _ = associated(tracks([[0.0, 0.0], [2.0, 0.0]]), images, config)
+    track, row = association.pairs()
+    assert list(zip(track.tolist(), row.tolist())) == [(0, 0), (0, 2), (1, 1)]
+
+
 def test_consumed_detections_start_no_track(config):
     def frames(index):
         return {'one': [[0.06 * index, 0]], 'two': [[0.06 * index, 0.3], [0.06 * index, -0.5]]}

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,6 +13,7 @@ from mctrack_ros.ground import (
     TransformationGrid,
     grid_from_points,
 )
+from mctrack_ros.ground.support import OUTSIDE_SHARE
 
 
 def grid_of(mapping, spacing=4.0):
@@ -98,6 +100,25 @@ def test_a_point_beside_the_grid_is_extrapolated_from_the_nearest_cell(mapping, 
     assert mapping.is_extrapolated(pixel).all()
     assert not mapping.is_extrapolated(STRAIGHT.image_from_ground(near + 1.0)).any()
     np.testing.assert_allclose(mapping.ground_from_image(pixel), place, atol=off)
+
+
+def test_beside_the_grid_a_pixel_is_believed_less_in_both_directions():
+    """By a share of its distance from the nearest cell; within the grid as it is seen."""
+    mapping, noise = METHODS[0], np.array([[2.0, 0.5], [0.5, 1.0]])
+    outline = shapely.union_all([shapely.Polygon(corners) for corners in CELLS.image])
+    middle = CELLS.image.mean(axis=(0, 1))
+    pixel = middle + np.array([[0.0, 0.0], [-380, 30], [400, 80], [20, 330], [-300, 300]])
+    away = shapely.distance(outline, shapely.points(pixel))
+    assert (away > 0).tolist() == [False, True, True, True, True]
+    _, covariance = mapping.locate(pixel, noise)
+    slopes, step = np.empty((len(pixel), 2, 2)), 1e-4
+    for axis in range(2):
+        moved = np.eye(2)[axis] * step
+        ahead, behind = (mapping.ground_from_image(pixel + sign * moved) for sign in (1, -1))
+        slopes[:, :, axis] = (ahead - behind) / (2 * step)
+    seen = noise + ((OUTSIDE_SHARE * away) ** 2)[:, None, None] * np.eye(2)
+    expected = slopes @ seen @ slopes.swapaxes(1, 2)
+    np.testing.assert_allclose(covariance, expected, rtol=1e-4)
 
 
 def test_the_paper_stops_a_pixel_away():

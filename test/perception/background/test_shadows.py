@@ -143,7 +143,7 @@ def test_in_grey_images_it_may_as_well_be_somebody(mapping):
     assert not Shadows(ShadowConfig(), mapping, 1.0).alone(grey, yard.ground, *seen, 2.0).any()
 
 
-def test_how_colourful_a_image_is_does_not_depend_on_which_channel_is_larger():
+def test_how_colourful_an_image_is_does_not_depend_on_which_channel_is_larger():
     image = np.zeros((32, 48, 3), np.uint8)
     image[:16] = (250, 9, 10)
     image[16:] = (10, 9, 130)

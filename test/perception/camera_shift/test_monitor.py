@@ -169,7 +169,7 @@ def test_a_camera_that_moved_while_it_was_covered_is_found_in_time(camera, moved
     assert camera.show(5.0, **moved)[-1].state is ShiftState.MOVED
 
 
-def test_a_image_without_texture_is_never_judged():
+def test_an_image_without_texture_is_never_judged():
     said = Camera().show(20.0, lambda image, time_s: np.full_like(image, 90))
     assert {shift.state for shift in said} == {ShiftState.SETTLING}
 

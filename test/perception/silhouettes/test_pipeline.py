@@ -161,7 +161,7 @@ def test_images_that_show_nothing_give_one_detection_each_at_most(new_park, conf
     ],
     ids=['size', 'grey', 'type'],
 )
-def test_a_image_of_another_size_or_type_is_refused(mapping, image, reason):
+def test_an_image_of_another_size_or_type_is_refused(mapping, image, reason):
     with pytest.raises(ValueError, match=reason):
         SilhouettePipeline(OURS, mapping).step(image, 1, None)
 

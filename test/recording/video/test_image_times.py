@@ -18,7 +18,7 @@ def test_a_missing_time_is_one_period_after_the_last():
     assert notes == ['2 images without a time, put one period after the image before']
 
 
-def test_a_image_that_is_no_later_is_left_out():
+def test_an_image_that_is_no_later_is_left_out():
     found, notes = times_of([0.0, 0.04, 0.04, 0.02, 0.08])
     assert found == [0.0, 0.04, None, None, 0.08]
     assert notes == ['2 images left out: their times are not later than those before']

@@ -44,7 +44,7 @@ def test_a_raw_topic_is_read_whatever_quality_it_offers(bench, film, is_reliable
     assert abs(image.mean() - 90) < 2
 
 
-def test_without_a_image_it_is_said_what_to_do(bench):
+def test_without_an_image_it_is_said_what_to_do(bench):
     with pytest.raises(ImageError, match=r'nobody publishes /north/image_raw within 0\.1 s'):
         read_image('live', 'north', '/north/image_raw', patience_s=0.1)
     with pytest.raises(ImageError, match=r'nobody publishes images .* start the camera'):

@@ -35,7 +35,7 @@ def test_each_camera_has_a_source_of_its_own_or_that_of_all(site, tmp_path):
     assert means[3:] == [{'cam1': 120}, {}]
 
 
-def test_a_image_that_cannot_be_the_camera_s_is_refused(site, tmp_path):
+def test_an_image_that_cannot_be_the_camera_s_is_refused(site, tmp_path):
     cv2.imwrite(str(tmp_path / 'small.png'), image(120, width=700))
     with pytest.raises(ImageError, match='has 700 x 576 px, the site says 768 x 576'):
         site_images(site, [f'cam1={tmp_path / "small.png"}'])

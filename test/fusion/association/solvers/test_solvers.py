@@ -1,4 +1,8 @@
 import itertools
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -138,3 +142,17 @@ def test_what_tells_nobody_apart_is_shared_by_jpda_and_weighs_little_otherwise()
     np.testing.assert_allclose(sorted(shares['weighed_gnn']), [0, 0.5], atol=1e-3)
     assert sorted(shares['gnn']) == [0, 1]
     assert list(shares['nearest']) == [1, 1]
+
+
+def test_no_associator_looks_beyond_its_pairs():
+    """Compiled code would read there and say nothing: uncompiled, numpy refuses to."""
+    command = [sys.executable, '-m', 'pytest', '-q', '-k', 'sum_to_one']
+    done = subprocess.run(
+        [*command, '-p', 'no:cacheprovider', Path(__file__).parent],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+        env={**os.environ, 'NUMBA_DISABLE_JIT': '1'},
+    )
+    assert not done.returncode, done.stdout

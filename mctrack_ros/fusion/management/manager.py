@@ -1,0 +1,229 @@
+"""Tracks begin, join and end: one object that owns ids, past and doubts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.management import lifecycle
+from mctrack_ros.fusion.management.duplicates import DuplicateWatch, absorb, alone, close_pairs
+from mctrack_ros.fusion.management.event_log import EventLog
+from mctrack_ros.fusion.management.initiation import (
+    MOST_STARTS,
+    new_tracks,
+    note_beside,
+    with_room,
+)
+from mctrack_ros.fusion.management.lineage import Lineage
+from mctrack_ros.fusion.management.parting import DOUBT, go_on_as, parted
+from mctrack_ros.fusion.measurements.batch import Batch
+from mctrack_ros.fusion.motion.models import Motion
+from mctrack_ros.fusion.neighbours import NearPairs
+from mctrack_ros.fusion.reid.reassignment import Reassignment
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.interfaces import EventCode
+
+LARGEST_ID = 2**32 - 1
+"""Ids travel as 32 bits."""
+
+Mask = NDArray[np.bool_]
+
+
+class TrackManager:
+    """
+    Begins, joins and ends tracks, and notes the events of it.
+
+    Parameters
+    ----------
+    config : JointConfig
+        Parameters.
+    cameras : int
+        How many there are.
+    motion : Motion
+        How tracks move.
+    first_id : int
+        Id of the first track; those of later ones ascend from it.
+
+    Attributes
+    ----------
+    next_id : int
+        Id of the next track that begins.
+
+    """
+
+    def __init__(self, config: JointConfig, cameras: int, motion: Motion, first_id: int) -> None:
+        self._config = config
+        self._cameras = cameras
+        self._motion = motion
+        self._lineage = Lineage(config)
+        self._duplicates = DuplicateWatch(config.life.merge_time)
+        self._twins = DuplicateWatch(config.life.twin_time)
+        self.next_id = first_id
+
+    def check_ids(self) -> None:
+        """Raise OverflowError if there may be no ids left for the tracks that begin in a tick."""
+        if self.next_id + MOST_STARTS > LARGEST_ID:
+            raise OverflowError(f'ids have run out: the next is {self.next_id}; start anew')
+
+    def begin(
+        self, table: TrackTable, batch: Batch, left: NDArray[np.intp], stamp_ns: int
+    ) -> None:
+        """
+        Begin tracks from what no track took.
+
+        Parameters
+        ----------
+        table : TrackTable
+            The tracks; new ones are appended.
+        batch : Batch
+            The tick's detections.
+        left : (k,) array
+            Those that no track took.
+        stamp_ns : int
+            The tick's stamp, ns.
+
+        """
+        if len(left) == 0:
+            return
+        site = self._cameras, self._config, self._motion
+        fresh = new_tracks(batch, left, stamp_ns, self.next_id, *site)
+        self.next_id += len(fresh)
+        fresh, beside = with_room(fresh, table, self._config)
+        if len(beside):
+            fresh.origin[beside] = self._lineage.origins(fresh.mean[beside], table, stamp_ns)
+        note_beside(fresh, table, self._config)
+        table.append(fresh)
+
+    def note_groups(
+        self, table: TrackTable, before: NDArray[np.uint32], stamp_ns: int, events: EventLog
+    ) -> None:
+        """Note who has come into a group and who has left one; `before` holds the (n,) groups."""
+        if not (np.count_nonzero(before) or np.count_nonzero(table.group)):
+            return
+        lifecycle.leave_groups(table, stamp_ns)
+        for row in np.flatnonzero((before == 0) & (table.group > 0)).tolist():
+            group = table.group[row]
+            members = table.track_id[(table.group == group) | (table.track_id == group)]
+            events.add(EventCode.MERGE, table, row, others=members)
+        events.add_all(EventCode.SPLIT, table, (before > 0) & (table.group == 0))
+
+    def announce(self, table: TrackTable, confirmed: Mask, events: EventLog) -> None:
+        """Note the (n,) newly confirmed: as new, or split from a track whose past they share."""
+        if not np.count_nonzero(confirmed):
+            return
+        events.add_all(EventCode.NEW, table, confirmed & (table.origin == 0))
+        for row in np.flatnonzero(confirmed & (table.origin > 0)).tolist():
+            events.add(EventCode.SPLIT, table, row, old_id=int(table.origin[row]))
+
+    def note_found(self, names: Iterable[int]) -> None:
+        """Note that ids that were lost have been given to tracks again."""
+        self._lineage.note_found(names)
+
+    def join(
+        self,
+        table: TrackTable,
+        near: NearPairs,
+        reid: Reassignment,
+        stamp_ns: int,
+        seconds: float,
+        events: EventLog,
+    ) -> TrackTable:
+        """
+        Join two tracks of one target; let a target that has parted go on as another track.
+
+        Parameters
+        ----------
+        table : TrackTable
+            The tracks; those that are joined to others are taken out.
+        near : pair of (k,) int arrays
+            Rows of those near each other, by `merge_distance` at least.
+        reid : Reassignment
+            Is told whom it need not remember.
+        stamp_ns : int
+            The tick's stamp, ns.
+        seconds : float
+            Time since the last tick, s.
+        events : EventLog
+            Takes the corrections and exits.
+
+        Returns
+        -------
+        TrackTable
+            The tracks that ended.
+
+        """
+        joined = self._duplicate_pairs(table, near, reid, stamp_ns, seconds)
+        for keep, drop in joined:
+            absorb(table, keep, drop)
+            reid.forget(int(table.track_id[drop]))
+        busy = {row for pair in joined for row in pair}
+        gone_on = parted(table, self._duplicates.doubts(DOUBT), busy, stamp_ns)
+        for keep, drop in gone_on:
+            go_on_as(table, keep, drop)
+            reid.pass_on(int(table.track_id[drop]), int(table.track_id[keep]))
+            self._duplicates.forget(int(table.track_id[keep]))
+        duplicates = table.track_id[[drop for _, drop in joined]]
+        ended = self._correct(table, joined + gone_on, events)
+        if joined:
+            reid.note_joined(ended.select(np.isin(ended.track_id, duplicates)), stamp_ns)
+        return ended
+
+    def delete(
+        self, table: TrackTable, reid: Reassignment, stamp_ns: int, events: EventLog
+    ) -> TrackTable:
+        """Delete the tracks that nothing has supported for long; return them."""
+        lost = _removed(table, lifecycle.is_over(table, stamp_ns, self._config), events)
+        if np.count_nonzero(lost.confirmed):
+            self._lineage.note_lost(lost, stamp_ns)
+            reid.note_lost(lost, table, stamp_ns)
+        return lost
+
+    def delete_all(self, table: TrackTable, events: EventLog) -> TrackTable:
+        """Delete all tracks, since time begins anew; return them."""
+        return _removed(table, np.ones(len(table), bool), events)
+
+    def _duplicate_pairs(
+        self,
+        table: TrackTable,
+        near: NearPairs,
+        reid: Reassignment,
+        stamp_ns: int,
+        seconds: float,
+    ) -> list[tuple[int, int]]:
+        """Return pairs of rows (kept, dropped) that are one; two who are known only if alone."""
+        close = close_pairs(table, *near, self._config.life.merge_distance, seconds)
+        if not len(close.one):
+            self._duplicates.clear()
+            self._twins.clear()
+            return []
+        known = reid.knows(table.track_id[close.one], table.track_id[close.other])
+        fresh = close.select(~(known | close.grouped))
+        over = lifecycle.is_over(table, stamp_ns, self._config)
+        pairs = self._duplicates.find(table, fresh, over, stamp_ns)
+        twins = alone(table, close.select(known & ~close.reported), stamp_ns)
+        twins = twins._replace(gain=np.full(len(twins.one), seconds))
+        return pairs + self._twins.find(table, twins, np.zeros(len(table), bool), stamp_ns)
+
+    def _correct(
+        self, table: TrackTable, pairs: list[tuple[int, int]], events: EventLog
+    ) -> TrackTable:
+        """Take the second of each pair (kept, dropped) of rows out; return those."""
+        dropped = np.zeros(len(table), bool)
+        for keep, drop in pairs:
+            dropped[drop] = True
+            if table.confirmed[drop]:
+                old_id = int(table.track_id[drop])
+                events.add(EventCode.CORRECTION, table, keep, old_id=old_id)
+        return _removed(table, dropped, events)
+
+
+def _removed(table: TrackTable, mask: Mask, events: EventLog) -> TrackTable:
+    """Take the tracks of a mask out of the table, note their exit, and return them."""
+    if not np.count_nonzero(mask):
+        return table.select(mask)
+    removed = table.remove(mask)
+    events.add_all(EventCode.EXIT, removed, removed.confirmed)
+    return removed
