@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import ConfigError, config_from, parameter, values_of
-from mctrack_ros.fusion import FUSION, FusionConfig
+from mctrack_ros.fusion import FUSION, FusionConfig, fusion_method
 from mctrack_ros.ground import CalibrationError
 from mctrack_ros.ground.coverage.coverage import area_from
 from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
 from mctrack_ros.ground.yaml_files import read_yaml_file
 from mctrack_ros.interfaces import MAX_CAMERAS
+from mctrack_ros.perception import camera_method
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.description import offline_run, site_description
 from mctrack_ros.site.names import check_camera_name
@@ -160,6 +161,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
             raise ConfigError(f'cameras.{name}.origin: the origin is one for the whole site')
         camera = config_from(CameraSettings, merged, f'cameras.{name}.')
         settings[name] = _with_paths(camera, directory)
+    _check_messages(settings, scalars.fusion)
     stated = scalars.origin
     origin = origin_from(stated) if stated else chosen_origin(_places(settings.values()))
     return SiteConfig(
@@ -174,6 +176,19 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         fusion=scalars.fusion,
         origin=origin,
     )
+
+
+def _check_messages(cameras: Mapping[str, CameraSettings], fusion: FusionConfig) -> None:
+    """Refuse cameras that do not tell what the tracker of fusion is to be told."""
+    wanted = fusion_method(fusion).messages
+    for name, camera in cameras.items():
+        told = camera_method(camera.pipeline).messages
+        if wanted not in told:
+            topics = ' and '.join(rows.TOPIC for rows in told)
+            raise ConfigError(
+                f'cameras.{name}.pipeline.local_tracker is {camera.pipeline.local_tracker}, which '
+                f'tells {topics}; fusion.tracker {fusion.tracker} takes {wanted.TOPIC}'
+            )
 
 
 def _check_area(text: str) -> None:

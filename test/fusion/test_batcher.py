@@ -3,8 +3,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from foot_points import FootPoints
 from fusion_scenes import PERIOD_NS, detections
-from mctrack_ros.fusion import FusionPipeline, JointConfig, open_batcher
+from mctrack_ros.fusion import Batcher, FusionPipeline, JointConfig, open_batcher
 from mctrack_ros.fusion.config import BatchingConfig
 from mctrack_ros.interfaces import Detections
 
@@ -285,3 +286,17 @@ def test_cameras_that_send_an_image_every_two_seconds_are_waited_for():
     ]
     ticks = [*feed(batcher, messages), *batcher.flush()]
     assert [len(tick.messages) for tick in ticks] == 6 * [3]
+
+
+def test_messages_of_any_row_type_are_sorted_into_ticks():
+    batcher = Batcher(JointConfig(), ('one', 'two'), unusable=lambda rows: int(rows.area[0] < 0))
+    ticks = []
+    for index in range(4):
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        for camera, area in (('one', 5.0), ('two', -1.0)):
+            rows = FootPoints.build(stamp_ns, position=[[1, 2, 0]], area=[area])
+            ticks += batcher.add(camera, rows, stamp_ns)
+    ticks += batcher.flush()
+    assert [tick.messages[0].rows.area.tolist() for tick in ticks] == 4 * [[5.0]]
+    assert [tick.record.detections.tolist() for tick in ticks] == 4 * [[1, 1]]
+    assert sum(tick.record.dropped_detections for tick in ticks).tolist() == [0, 4]
