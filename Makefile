@@ -9,7 +9,7 @@ SOURCES := setup.py setup.cfg package.xml pyproject.toml \
 	$(shell find mctrack_ros experiments config launch resource -type f -not -name '*.pyc')
 RESULTS := lab6p cmc wildtrack pets terrace4 terrace cameras
 
-.PHONY: all demo test check unit jazzy same lock results clean help
+.PHONY: all demo test check unit jazzy same lock results reference clean help
 
 all: $(VENV)/.package ## install into .venv
 
@@ -40,6 +40,12 @@ results: all ## measure the real-data figures again; writes docs/results
 
 same: all ## compare the bytes that the golden recordings give with those of the version before
 	$(BIN)/python -m mctrack_experiments.same
+
+reference: all ## write the parameter files and the references of parameters and commands again
+	$(BIN)/python -m mctrack_ros.ros.default_files config
+	$(BIN)/python -m mctrack_ros.ros.parameter_table docs/reference/parameters.md
+	$(BIN)/python -m typer mctrack_ros.cli.main utils docs --name mctrack \
+		--output docs/reference/command_line.md
 
 lock: all ## resolve requirements.in into requirements.lock again
 	$(BIN)/pip install -q uv

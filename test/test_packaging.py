@@ -32,7 +32,6 @@ ROSDEP_KEY_OF_IMPORT = {
     'compression': 'python3-rosbags-pip',
     'cv2': 'python3-opencv',
     'defusedxml': 'python3-defusedxml',
-    'h5py': 'python3-h5py',
     'jinja2': 'python3-jinja2',
     'lxml': 'python3-lxml',
     'lz4': 'python3-rosbags-pip',
@@ -47,6 +46,13 @@ ROSDEP_KEY_OF_IMPORT = {
     'typer': 'python3-typer',
     'yaml': 'python3-yaml',
 }
+REQUIREMENT_OF_IMPORT = {
+    'cv2': 'opencv-python-headless',
+    'jinja2': 'Jinja2',
+    'yaml': 'PyYAML',
+}
+OF_THE_GRAPH = {'ros-jazzy-rclpy', 'ros-jazzy-common-interfaces'}
+BY_NAME = {'tf2_msgs'}
 WITHOUT_KEY = {'av', 'motmetrics', 'nicegui', 'simplejpeg', 'starlette'}
 
 
@@ -85,19 +91,32 @@ def test_manifest_and_setup_state_the_same_version():
     assert f"version='{version}'" in (ROOT / 'setup.py').read_text()
 
 
-def test_manifest_depends_on_all_that_is_imported():
-    manifest = ElementTree.parse(ROOT / 'package.xml').getroot()
-    stated = {element.text for element in manifest.findall('exec_depend')}
+def imported_by(*folders):
+    """Return the top-level packages that the modules of folders import."""
     imported = set()
-    for path in (ROOT / 'mctrack_ros').rglob('*.py'):
+    for path in (path for folder in folders for path in (ROOT / folder).rglob('*.py')):
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Import):
                 imported |= {alias.name.split('.')[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom):
                 imported.add(node.module.split('.')[0])
-    imported -= set(sys.stdlib_module_names) | {'mctrack_ros'} | WITHOUT_KEY
-    needed = {ROSDEP_KEY_OF_IMPORT.get(name, name) for name in imported}
-    assert needed <= stated
+    return imported - set(sys.stdlib_module_names) - {'mctrack_ros', 'mctrack_experiments'}
+
+
+def test_manifest_depends_on_what_is_imported_and_on_nothing_else():
+    manifest = ElementTree.parse(ROOT / 'package.xml').getroot()
+    stated = {element.text for element in manifest.findall('exec_depend')}
+    imported = imported_by('mctrack_ros', 'launch') - WITHOUT_KEY
+    assert {ROSDEP_KEY_OF_IMPORT.get(name, name) for name in imported} == stated - BY_NAME
+
+
+def test_every_requirement_is_imported_or_builds_and_tests():
+    runs, tests = (ROOT / 'requirements.in').read_text().split('# What builds and tests it.')
+    names = [set(re.findall(r'^[\w-]+', text, re.MULTILINE)) for text in (runs, tests)]
+    imported = imported_by('mctrack_ros', 'launch', 'experiments/mctrack_experiments')
+    imported = {REQUIREMENT_OF_IMPORT.get(name, name) for name in imported}
+    assert names[0] - OF_THE_GRAPH <= imported
+    assert not names[1] & imported
 
 
 def test_wheel_holds_what_ros2_run_and_launch_look_for(wheel):

@@ -1,14 +1,23 @@
-"""The page of results: every measured figure beside its target and what others reach."""
+"""The page of results: one table of measured figures, their targets and what peers reach."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from mctrack_experiments.targets import TARGETS
 from mctrack_ros.evaluation.figures import Figures, text_of
 from mctrack_ros.report.targets import Target
 
+_INTRODUCTION = """# Results
+
+Measured figures, their targets, and what other trackers reach on the same data. Each experiment
+links to a JSON file with the command that makes the figures, the protocol (frames, gate, area,
+settings, what was tuned on what) and all other figures of the run. Where the protocol of a peer
+differs, the table says so. `mctrack results` makes this page from those files; do not edit it."""
+
+_TITLES = ('experiment', 'figure', 'value', 'target', 'met', 'peers')
 _MARKS = {True: 'yes', False: '**no**', None: ''}
 
 
@@ -35,17 +44,13 @@ def results_page(results: Sequence[Figures]) -> str:
         One for each experiment.
 
     """
-    parts = [
-        '# Results',
-        'Made by `mctrack results` from the files in `docs/results/`; do not edit. Each section '
-        'names the command that makes its figures again, and what they hold for. Peers are '
-        'anchors on the same data; where their protocol differs the anchor says so.',
-        '## Targets',
-        *_target_table(results),
-    ]
-    for figures in results:
-        parts += _section(figures)
-    return '\n\n'.join(parts) + '\n'
+    measured = {
+        (figures.name, name): value
+        for figures in results
+        for name, value in figures.figures.items()
+    }
+    rows = [_row(target, measured) for target in TARGETS if target.text or target.anchor]
+    return f'{_INTRODUCTION}\n\n{_table(rows)}\n'
 
 
 def write_results(folder: str | Path, page: str | Path) -> None:
@@ -53,49 +58,29 @@ def write_results(folder: str | Path, page: str | Path) -> None:
     Path(page).write_text(results_page(read_results(folder)), encoding='utf-8')
 
 
-def _target_table(results: Sequence[Figures]) -> list[str]:
-    """Return the table of what has a bound, measured or not."""
-    measured = {
-        (figures.name, name): value
-        for figures in results
-        for name, value in figures.figures.items()
-    }
-    rows = []
-    for target in TARGETS:
-        if not target.text:
-            continue
-        value = measured.get((target.experiment, target.figure))
-        shown = 'not measured' if value is None else text_of(value)
-        met = '' if value is None else _MARKS[target.is_met(value)]
-        rows.append((target.experiment, target.label, shown, target.text, met))
-    return [_table(('experiment', 'figure', 'value', 'target', 'met'), rows)]
+def _row(target: Target, measured: Mapping[tuple[str, str], float]) -> tuple[str, ...]:
+    """Return the cells of a target; a figure that the anchor names is shown by its value."""
+
+    def value_of(figure: str, otherwise: str) -> str:
+        value = measured.get((target.experiment, figure))
+        return otherwise if value is None else text_of(value)
+
+    value = measured.get((target.experiment, target.figure))
+    return (
+        f'[{target.experiment}](results/{target.experiment}.json)',
+        target.label,
+        value_of(target.figure, 'not measured'),
+        target.text,
+        '' if value is None else _MARKS[target.is_met(value)],
+        re.sub('`(.+?)`', lambda match: value_of(match[1], match[0]), target.anchor),
+    )
 
 
-def _section(figures: Figures) -> list[str]:
-    targets = {t.figure: t for t in TARGETS if t.experiment == figures.name}
-    rows = [
-        _row(name, value, targets.get(name, Target(figures.name, name, '')))
-        for name, value in figures.figures.items()
-    ]
-    protocol = '; '.join(f'{name}: {_text(value)}' for name, value in figures.protocol.items())
-    return [
-        f'## {figures.name}',
-        f'`{figures.command}`',
-        f'{protocol}.',
-        _table(('figure', 'value', 'target', 'met', 'anchor'), rows),
-    ]
-
-
-def _row(name: str, value: float, target: Target) -> tuple[str, ...]:
-    met = _MARKS[target.is_met(value)]
-    return f'`{name}`', text_of(value), target.text, met, target.anchor
-
-
-def _table(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [titles, ['---'] * len(titles), *rows]
+def _table(rows: Iterable[Sequence[str]]) -> str:
+    lines = [_TITLES, ['---'] * len(_TITLES), *rows]
     return '\n'.join('| ' + ' | '.join(_text(cell) for cell in line) + ' |' for line in lines)
 
 
-def _text(value: object) -> str:
+def _text(value: str) -> str:
     """Return a value as it may stand in a table."""
-    return str(value).replace('|', '\\|').replace('\n', ' ')
+    return value.replace('|', '\\|').replace('\n', ' ')

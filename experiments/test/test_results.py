@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import pytest
@@ -6,7 +7,27 @@ from mctrack_experiments.results import read_results, results_page
 from mctrack_experiments.targets import TARGETS
 from mctrack_ros.evaluation.figures import Figures, FiguresError
 
-DOCS = Path(__file__).resolve().parents[2] / 'docs'
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / 'docs'
+README_FIGURES = {
+    'EPFL terrace, four cameras': (
+        'terrace4', 'terrace4.mota', 'terrace4.idf1', 'terrace4.gate_half_metre.moda'
+    ),
+    'EPFL terrace, two videos': ('terrace', 'terrace.mota', 'terrace.idf1'),
+    'PETS S2.L1, one camera': (
+        'pets', 'pets.pixels.moda', 'pets.pixels.mota', 'pets.pixels.idf1'
+    ),
+    'PETS S2.L1, six views': (
+        'pets', 'pets.multiview.moda', 'pets.multiview.mota', 'pets.multiview.idf1'
+    ),
+    'WILDTRACK': (
+        'wildtrack', 'wildtrack.mota', 'wildtrack.idf1', 'wildtrack.perfect.mota',
+        'wildtrack.perfect.idf1',
+    ),
+    'EPFL laboratory': ('lab6p', 'lab6p.mota', 'lab6p.idf1'),
+    'CMC1; CMC2': ('cmc', 'cmc1.mota', 'cmc1.idf1', 'cmc2.mota', 'cmc2.idf1'),
+    'synthetic pitch, live': ('demo', 'mota', 'idf1'),
+}  # fmt: skip
 
 
 def lab6p(moda):
@@ -17,11 +38,21 @@ def test_shipped_page_is_what_the_shipped_figures_give():
     assert (DOCS / 'results.md').read_text() == results_page(read_results(DOCS / 'results'))
 
 
-def test_figure_stands_beside_its_target_and_anchor():
+@pytest.mark.parametrize('data', README_FIGURES)
+def test_figures_of_the_readme_are_those_measured(data):
+    name, *wanted = README_FIGURES[data]
+    figures = Figures.read(DOCS / 'results' / f'{name}.json').figures
+    lines = (ROOT / 'README.md').read_text().splitlines()
+    cells = next(line for line in lines if line.startswith(f'| {data}')).split(' | ')
+    shown = re.findall(r'\.\d{3}', cells[2])
+    assert shown == [f'{figures[each]:.3f}'.lstrip('0') for each in wanted]
+
+
+def test_figure_stands_beside_its_target_its_peers_and_its_file():
     page = results_page([lab6p(0.961)])
-    assert '| `lab6p.moda` | 0.961 | ≥ 0.95 | yes | clustering and norfair: MOTA .947' in page
-    assert '`mctrack reproduce lab6p`' in page
-    assert 'gate_m: 0.5' in page
+    row = next(line for line in page.splitlines() if 'MODA at 0.5 m' in line and 'lab6p' in line)
+    assert row.startswith('| [lab6p](results/lab6p.json) |')
+    assert '| 0.961 | ≥ 0.95 | yes | clustering and norfair: MOTA .947' in row
 
 
 def test_figure_that_falls_short_says_so():
@@ -31,14 +62,19 @@ def test_figure_that_falls_short_says_so():
 
 def test_target_without_a_figure_is_not_forgotten():
     page = results_page([])
-    bounds = [target for target in TARGETS if target.text]
-    assert page.count('not measured') == len(bounds)
+    assert page.count('not measured') == sum(bool(one.text or one.anchor) for one in TARGETS)
 
 
-def test_figures_without_a_target_are_listed_too():
-    page = results_page([Figures('other', 'made | up', {'area': 'a|b'}, {'x': 3})])
-    assert '| `x` | 3 |  |  |  |' in page
-    assert 'area: a\\|b' in page
+def test_peer_that_was_measured_in_the_same_run_is_shown_by_its_value():
+    peer = {'base.mota': 0.999, 'base.norfair.mota': 0.997}
+    page = results_page([Figures('bench_fusion', 'mctrack bench fusion', {}, peer)])
+    assert '| 0.999 | ≥ 0.998 | yes | norfair: 0.997 |' in page
+
+
+def test_every_experiment_of_the_page_has_its_file():
+    page = (DOCS / 'results.md').read_text()
+    assert 'not measured' not in page
+    assert all((DOCS / name).exists() for name in re.findall(r'results/\w+\.json', page))
 
 
 def test_targets_are_named_once_and_bounded_on_one_side():

@@ -1,4 +1,4 @@
-"""Which errors are the user's to mend: they are shown as one line."""
+"""Errors that the user can mend; they are shown as one line."""
 
 
 def expected_errors() -> tuple[type[BaseException], ...]:

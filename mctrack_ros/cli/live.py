@@ -1,4 +1,4 @@
-"""Run the nodes of a measurement until they end; what they say goes into a file."""
+"""Run the nodes of a measurement until they end; their output goes into a file."""
 
 from __future__ import annotations
 

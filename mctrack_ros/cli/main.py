@@ -71,7 +71,7 @@ app.command('coverage')(coverage.coverage)
 app.command('doctor')(doctor.doctor)
 app.command('check-calibration')(calibration.check_calibration)
 app.command('convert-calibration')(calibration.convert_calibration)
-app.add_typer(bag.app, name='bag', help='Mend recordings.')
+app.add_typer(bag.app, name='bag', help='Repair recordings.')
 for plugin in entry_points(group='mctrack_ros.commands'):
     try:
         plugin.load()(app)
@@ -87,7 +87,7 @@ def _show_warning(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    """Show what the package warns of as one line; of others what Python would show."""
+    """Show a warning of the package as one line, others as Python does."""
     text = warnings.formatwarning(message, category, filename, lineno, line)
     if category.__module__.startswith('mctrack_ros.'):
         text = f'warning: {message}\n'

@@ -1,4 +1,4 @@
-"""What options are checked for before the work begins."""
+"""Checks of options before the work begins."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ IMAGES = ('.png', '.svg', '.pdf')
 
 
 def finite(value: float) -> float:
-    """Refuse a number that is none, or without end."""
+    """Refuse NaN and infinity."""
     if not math.isfinite(value):
         raise typer.BadParameter(f'{value} is no time, expected a number of seconds')
     return value
 
 
 def image_file(path: Path | None) -> Path | None:
-    """Refuse an image that could not be written, by its ending and its folder."""
+    """Refuse an image file with an unknown ending or a missing folder."""
     if path is not None and path.suffix.lower() not in IMAGES:
         raise typer.BadParameter(f'{path} ends in {path.suffix!r}, expected {", ".join(IMAGES)}')
     if path is not None and not path.resolve().parent.is_dir():

@@ -1,4 +1,4 @@
-"""What one camera gives at each stamp: from images of a bag or video, or as recorded."""
+"""The output of one camera at each stamp: from images of a bag or video, or as recorded."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _IMAGES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
 
 SESSION = 1 << 44
-"""Ticks of a session of time are numbered from its multiple of this."""
+"""Ticks of session n are numbered from n times this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +163,7 @@ def topic_of(task: CameraTask, reader: BagReader) -> str:
 
 
 def _where_to_look(task: CameraTask, reader: BagReader) -> str:
-    """Return what a bag has instead of a camera's topics, and how that is tracked."""
+    """Return what a bag holds instead of a camera's topics, and how to track that."""
     filled = [topic for topic in reader.topics if reader.count(topic)]
     for wanted in (task.image_topic, task.told_topic):
         for topic in filled:
@@ -231,11 +231,11 @@ class CameraSource:
         return open_buffer(task.settings.pipeline, task.period_ns, task.delay_ns)
 
     def notes(self) -> list[str]:
-        """Return what the video left open so far, a line each."""
+        """Return the notes about the video so far, a line each."""
         return self._reading.notes() if self._reading else []
 
     def fault(self) -> str:
-        """Return why a video that was read to its end is not whole; empty: it is."""
+        """Return why a video that was read to its end is incomplete; empty: it is complete."""
         return self._reading.fault() if self._reading else ''
 
     @property
@@ -279,7 +279,7 @@ class CameraSource:
         return result
 
     def _draw(self, output: CameraOutput) -> None:
-        """Write the image with what is seen in it, if it is time for one."""
+        """Write the image with its detections, if one is due."""
         debug, stamp_ns = self._task.debug, output.events.stamp_ns
         if debug is None or 0 <= self._next_debug_ns - stamp_ns < debug.every_s * SECOND_NS:
             return
@@ -293,7 +293,7 @@ class CameraSource:
         (folder / f'{stamp_ns}.jpg').write_bytes(jpeg_from_image(drawn))
 
     def _advance(self) -> None:
-        """Read ahead by one message; what the camera node refuses is passed over."""
+        """Read ahead by one message; skip what the camera node would refuse."""
         session = self.session
         for _, message, _ in self._messages:
             stamp_ns = self._judged(message)
@@ -322,7 +322,7 @@ class CameraSource:
         return stamps.stamp_ns[index]
 
     def _is_usable(self, message: object) -> bool:
-        """Decode a message; tell whether it can be, and an image has the camera's size."""
+        """Decode a message; tell whether this succeeds and an image has the camera's size."""
         settings = self._task.settings
         try:
             if self._from_images:

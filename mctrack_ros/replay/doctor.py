@@ -23,10 +23,10 @@ from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.site import SiteConfig
 
 SAMPLED = 8
-"""So many images of a camera are looked at."""
+"""Number of images of a camera that are checked."""
 
 RATE_SLACK = 1.25
-"""Rates that differ by less from the site's are as good as equal."""
+"""Relative difference below which a rate counts as the site's."""
 
 
 class Severity(StrEnum):
@@ -119,7 +119,7 @@ def examine_bag(path: str | Path, site: SiteConfig, namespace: str = '') -> Iter
 
 
 def _examine_stamps(entries: list[Entry], site: SiteConfig) -> Iterator[Finding]:
-    """Look at clocks, gaps and rates."""
+    """Check clocks, gaps and rates."""
     if not logged_on_arrival(entries):
         what = 'the times of recording tell nothing of when messages came: clocks are not compared'
         yield Finding(Severity.NOTE, site.name, what, 'none is needed if all stamps are right')
@@ -139,7 +139,7 @@ def _examine_stamps(entries: list[Entry], site: SiteConfig) -> Iterator[Finding]
 
 
 def _examine_rates(intervals: dict[str, float], site: SiteConfig) -> Iterator[Finding]:
-    """Hold the period against the interval of the fastest camera."""
+    """Compare the period with the interval of the fastest camera."""
     if not intervals:
         return
     period, fastest = site.fusion.batching.period, min(intervals.values())
@@ -157,7 +157,7 @@ def _examine_rates(intervals: dict[str, float], site: SiteConfig) -> Iterator[Fi
 def _examine_images(
     reader: BagReader, task: CameraTask, entries: list[Entry]
 ) -> Iterator[Finding]:
-    """Look at some images: their size, and whether they show anything."""
+    """Check some images: their size, and whether they show anything."""
     count = sum(entry.camera == task.camera for entry in entries)
     wanted = set(np.linspace(0, count - 1, min(count, SAMPLED)).astype(int).tolist())
     settings, states = task.settings, []

@@ -1,4 +1,4 @@
-"""What somebody's own detectors saw, on the ground and in a bag, as if cameras had sent it."""
+"""Detections of other detectors, put on the ground and into a bag like those of cameras."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def import_detections(
 
 
 def _mapping_of(site: SiteConfig, camera: str) -> GroundMapping:
-    """Return the calibration of a site's camera; one that it has not is a `TableError`."""
+    """Return the calibration of a site's camera; raise `TableError` for an unknown one."""
     if camera not in site.cameras:
         raise TableError(
             f'{camera} is no camera of the site {site.name}: they are '
@@ -152,7 +152,7 @@ def _messages(
     done: Imported,
     least_score: float,
 ) -> Iterator[tuple[str, Detections]]:
-    """Yield what is to be written for each image; count what becomes of the rows."""
+    """Yield the detections of each image; count used and refused rows."""
     stranger = code == _LEFT_OUT
     done.classes.update(sightings.label[stranger].tolist())
     box, size = sightings.box, np.array(mapping.image_size)
@@ -182,7 +182,7 @@ def _located(
     mapping: GroundMapping,
     stamp_ns: int,
 ) -> Detections:
-    """Return the detections of some rows: a position counts before a box."""
+    """Return the detections of some rows; a position takes precedence over a box."""
     placed = np.isfinite(sightings.position[row, 0])
     at, boxed = row[placed], row[~placed]
     parts = [

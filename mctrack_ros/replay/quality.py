@@ -1,4 +1,4 @@
-"""What was made of the data of a run, camera by camera, as `/diagnostics` says it live."""
+"""Use of the data of a run, camera by camera, as `/diagnostics` reports it live."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 
 SECOND_NS = 1_000_000_000
 LEFT_OUT = -1
-"""Stands for the stamp of a message that is not used."""
+"""Stamp of a message that is not used."""
 
 JUMP_REMEDY = 'keep the clocks in step by NTP or PTP, or track recordings one by one'
 """What to do about a jump of all cameras' stamps."""
 
 _PAUSE_NS = 10 * SECOND_NS
-"""A camera that is silent for so long has stopped; it has not lost all that."""
+"""A longer silence is a pause, not a loss of messages."""
 
 
 @dataclass
@@ -52,7 +52,7 @@ class Stamps:
     added_s: float = 0.0
 
     def lost(self) -> int:
-        """Return how many messages the gaps between the stamps show to be lost."""
+        """Return how many messages were lost in the gaps between the stamps."""
         stamps = np.array(self.stamp_ns, np.int64)
         (used,) = np.nonzero(stamps != LEFT_OUT)
         gaps = np.diff(stamps[used])

@@ -1,4 +1,4 @@
-"""The ticks of a bag again, from what its cameras told: detections, for example."""
+"""Ticks rebuilt from what the cameras of a bag told: detections, for example."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def recorded_ticks(
 def _judged(
     messages: list[Message], cameras: tuple[str, ...], config: FusionConfig
 ) -> Iterator[RowsTick[Any]]:
-    """Yield ticks as the offline runner makes them: by the stamps that can be believed."""
+    """Yield ticks as the offline runner makes them, from plausible stamps."""
     period_ns, batches = round(config.batching.period * 1e9), Batches(config, cameras)
     entries = [Entry(camera, rows.stamp_ns, time_ns) for time_ns, camera, rows in messages]
     judged = {
@@ -92,7 +92,7 @@ def _admitted(
     period_ns: int,
     reader: BagReader,
 ) -> Iterator[RowsTick[Any]]:
-    """Yield the ticks that were recorded, each message under the stamp that it was given."""
+    """Yield the recorded ticks, each message with the stamp that fusion gave it."""
     waiting: dict[tuple[str, int], list[Rows]] = defaultdict(list)
     for _, camera, rows in messages:
         waiting[camera, rows.stamp_ns // period_ns].append(rows)

@@ -17,14 +17,14 @@ from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.quality import LEFT_OUT, SECOND_NS, Stamps
 
 _ALIKE = 2.0
-"""Log times tell of arrival if they pass up to so many times faster or slower than stamps."""
+"""Largest ratio of the pace of log times to that of stamps at which they tell the arrival."""
 
 _HEADER = 12
-"""Octets up to the end of a header's stamp, which stands first in a serialised message."""
+"""Bytes up to the end of a header's stamp, the first field of a serialised message."""
 
 
 class Entry(NamedTuple):
-    """One message: whose it is, its stamp and its log time, ns."""
+    """One message: its camera, its stamp and its log time, ns."""
 
     camera: str
     stamp_ns: int
@@ -126,7 +126,7 @@ def judge(
 
 
 def _beginning(entries: Sequence[Entry]) -> list[Entry]:
-    """Return the first messages of every camera by which its clock is judged."""
+    """Return the first messages of every camera, from which its clock is judged."""
     counts: dict[str, int] = defaultdict(int)
     first = []
     for entry in entries:
@@ -137,7 +137,7 @@ def _beginning(entries: Sequence[Entry]) -> list[Entry]:
 
 
 def logged_on_arrival(entries: Sequence[Entry]) -> bool:
-    """Tell whether log times pass as stamps do: else they tell nothing of arrival."""
+    """Tell whether log times advance like stamps; otherwise they do not tell the arrival."""
     by_camera: dict[str, list[tuple[int, int]]] = defaultdict(list)
     for camera, stamp_ns, log_ns in entries:
         by_camera[camera].append((stamp_ns, log_ns))

@@ -165,7 +165,7 @@ def track_bag(
 
 
 def _check_origin(reader: BagReader, site: SiteConfig) -> None:
-    """Refuse detections that are told from elsewhere than the site's positions."""
+    """Refuse detections whose origin differs from the site's."""
     told = stated_origin(reader)
     if told is not None and told != site.origin:
         raise ReplayError(
@@ -202,7 +202,7 @@ def _videos(videos: Mapping[str, Video], site: SiteConfig) -> tuple[list[CameraT
 
 
 class _LogTimes:
-    """When ticks are logged: at their stamps, which go on where they begin anew."""
+    """Log times of ticks: their stamps, continued where time begins anew."""
 
     def __init__(self, period_ns: int) -> None:
         self._period_ns = period_ns

@@ -21,7 +21,7 @@ from mctrack_ros.replay.camera_source import CameraResult, CameraSource, CameraT
 from mctrack_ros.replay.quality import CameraQuality
 
 EXPECTED_ERRORS = (BagError, CalibrationError, ConfigError, ValueError)
-"""What bad input raises: told in one line instead of a trace."""
+"""Exceptions of bad input, shown as one line instead of a trace."""
 
 
 NEVER = 1 << 62
@@ -98,7 +98,7 @@ class CameraWorkers:
             self._processes.append(process)
 
     def announce(self, tick_index: int, feedback: Sequence[Any]) -> None:
-        """Tell all the feedback made since, by session, and up to which tick it is complete."""
+        """Send all new feedback, by session, and the tick up to which it is complete."""
         message = pickle.dumps((tick_index, list(feedback)))
         for connection in self.connections:
             try:
@@ -107,7 +107,7 @@ class CameraWorkers:
                 continue
 
     def ended(self, last: Progress) -> None:
-        """Keep what a process says at its end."""
+        """Keep the last report of a process."""
         self.peak_memory_mb = max(self.peak_memory_mb, last.peak_memory_mb)
         self.notes += last.notes
         self.faults += last.faults

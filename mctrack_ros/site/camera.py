@@ -34,8 +34,8 @@ class CameraSettings:
 
     image_topic: str = parameter(
         'image_raw/compressed',
-        'images, below the name of the camera, or with a leading slash a whole name; one that '
-        'ends in /compressed holds JPEG or PNG',
+        'topic of images, below the name of the camera; with a leading slash a whole name. One '
+        'that ends in /compressed holds JPEG or PNG',
     )
     image_width: int = parameter(768, 'width of the images [px]', minimum=16, maximum=16384)
     image_height: int = parameter(576, 'height of the images [px]', minimum=16, maximum=16384)
@@ -46,18 +46,18 @@ class CameraSettings:
     )
     calibration: str = parameter(
         '',
-        'instead of a grid: file with a matrix, a ROS camera info, or a camera of OpenCV, Kalibr '
-        'or Tsai',
+        'calibration file instead of a grid: a matrix, a ROS camera info, or a camera of OpenCV, '
+        'Kalibr or Tsai',
     )
     calibration_camera: str = parameter(
-        '', 'which camera of a calibration with several: its key there (cam1), or its topic'
+        '', 'camera in a calibration file of several: its key there (cam1), or its topic'
     )
     extrinsics: str = parameter('', "file with the camera's pose, if the calibration has none")
-    length_unit: str = parameter('m', 'of lengths in the calibration', choices=tuple(METRES))
+    length_unit: str = parameter('m', 'unit of lengths in the calibration', choices=tuple(METRES))
     origin: str = parameter(
         '0,0',
         "x,y of the site's local origin, in the coordinates of the calibration: detections are "
-        'told from there [m]',
+        'relative to it [m]',
     )
     mask: str = parameter('', 'image whose black pixels are ignored; empty: none')
     background: str = parameter(

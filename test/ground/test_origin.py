@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from lens_cameras import SIZE, camera, seen_grid
@@ -95,6 +95,8 @@ def test_every_mapping_moves_with_its_ground(method, offset):
 @given(
     st.floats(-1e7, 1e7), st.floats(-1e7, 1e7), st.sampled_from(METHODS), st.integers(0, 2**32 - 1)
 )
+@example(8645558.0, 0.0, 'fitted', 0)
+@example(73539.58401157893, 5068930.771678103, 'fitted', 0)
 def test_a_place_and_back_is_the_place_wherever_the_site_is(x, y, method, seed):
     mapping = mapping_from_grid(clicked_grid((x, y)), SIZE, method)
     inside = np.random.default_rng(seed).uniform((-5, -10), (5, 12), (5, 2))

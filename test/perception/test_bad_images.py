@@ -1,4 +1,4 @@
-"""What a camera makes of images that show nothing; docs/perception.md states the same."""
+"""What a camera makes of images that show nothing; docs/reference/images.md states the same."""
 
 import numpy as np
 import pytest

@@ -34,7 +34,12 @@ def test_boxes_of_an_own_detector_are_published_and_tracked(bench, projection, t
         f'image_height: {SIZE[1]}}}}}\n'
     )
     bench.make(FusionNode, cameras=['cam1'])
-    command = [sys.executable, ROOT / 'docs' / 'detector_node.py', tmp_path / 'hall.yaml', 'cam1']
+    command = [
+        sys.executable,
+        ROOT / 'docs' / 'examples' / 'detector_node.py',
+        tmp_path / 'hall.yaml',
+        'cam1',
+    ]
     with open(tmp_path / 'detector.log', 'w') as log:
         bench.processes.append(subprocess.Popen(command, cwd=ROOT, stdout=log, stderr=log))
     found, tracks = bench.rows(Detections, '/cam1/detections'), bench.rows(Tracks, '/tracks')

@@ -1,5 +1,5 @@
 """
-From two video files to tracks in metres, as docs/calibrating.md tells a person to.
+From two video files to tracks in metres, as docs/tutorials/own_cameras.md tells a person to.
 
 Its commands and its site are taken from there, word for word; only the points are others. The
 machine's time is measured, the person's is counted: so many seconds for each click, command
@@ -34,7 +34,7 @@ CAMERAS = {'north': 1, 'south': 0}
 COLUMNS, ROWS = (8.0, 16.0, 24.0, 32.0), (18.0, 34.0, 50.0)
 POINTS = {f'{"ABC"[j]}{i + 1}': (x, y) for j, y in enumerate(ROWS) for i, x in enumerate(COLUMNS)}
 
-PAGE = (Path(__file__).resolve().parents[2] / 'docs/calibrating.md').read_text()
+PAGE = (Path(__file__).resolve().parents[2] / 'docs/tutorials/own_cameras.md').read_text()
 
 pytestmark = [pytest.mark.browser, pytest.mark.xdist_group('browser')]
 

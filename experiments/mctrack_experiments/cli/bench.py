@@ -49,7 +49,7 @@ def fusion(
         '11-34', help='Scenes whose accuracy is measured: 11-34 are held out, 1-3 for tuning.'
     ),
     quick: bool = typer.Option(False, '--quick', help='Time fewer ticks, no slow trackers.'),
-    alone: bool = typer.Option(False, '--alone', help='Run no other trackers beside.'),
+    alone: bool = typer.Option(False, '--alone', help='Run no other trackers.'),
     folder: Path | None = typer.Option(
         None, help='The benchmark; unless given, MCTRACK_BENCH or ../shared/bench.'
     ),

@@ -61,7 +61,7 @@ def reproduce(
         help='table3, fig18, fig20: also draw them, as .png, .svg or .pdf.',
     ),
     live: bool = typer.Option(
-        False, '--live', help='terrace: play its videos to the nodes, at their pace, instead.'
+        False, '--live', help='terrace: play its videos into the running nodes instead.'
     ),
 ) -> None:
     """

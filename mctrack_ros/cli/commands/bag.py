@@ -16,11 +16,11 @@ def _root() -> None:
 
 @app.command('repair')
 def repair(
-    bag: Path = typer.Argument(..., help='The bag, or one of its files; it stays as it is.'),
+    bag: Path = typer.Argument(..., help='The bag, or one of its files; it is not changed.'),
     out: Path = typer.Argument(..., help='The bag to write.'),
     overwrite: bool = typer.Option(False, '--overwrite', help='Replace an earlier bag.'),
 ) -> None:
-    """Write a finished bag, with all that can be read of one that was cut off or is damaged."""
+    """Write a finished bag with all that can be read of a cut or damaged one."""
     from mctrack_ros.recording.bags.repair import repair_bag
 
     count, seconds = repair_bag(bag, out, overwrite=overwrite)

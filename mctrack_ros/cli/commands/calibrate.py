@@ -14,14 +14,14 @@ def calibrate(
     scene: Path = typer.Argument(..., help="Scene XML: the points' names and metres."),
     camera: str = typer.Option(..., help="The camera's name."),
     out: Path = typer.Option(
-        ..., help='Grid XML to write; one that is there is continued and then replaced.'
+        ..., help='Grid XML to write; an existing one is continued and replaced.'
     ),
     topic: str = typer.Option(
         '', help='Topic of images in the bag or the graph; found by its name unless given.'
     ),
     host: str = typer.Option('127.0.0.1', help='Address to serve at; any other needs --token.'),
     port: int = typer.Option(8080, min=1, max=65535, help='Port to serve at.'),
-    token: str = typer.Option('', help='What every request must bring.'),
+    token: str = typer.Option('', help='Token that every request must carry.'),
     browser: bool = typer.Option(True, '--browser/--no-browser', help='Open the page.'),
 ) -> None:
     """Calibrate a camera in the browser: click points on a plan and in its image."""

@@ -34,7 +34,7 @@ def convert_calibration(
         '', help='Width and height of the images, px, as 1920x1080, if the file lacks them.'
     ),
     extrinsics: Path | None = typer.Option(
-        None, help="File with the camera's pose, if it is another; in place of TF."
+        None, help="File with the camera's pose, if the calibration has none; replaces TF."
     ),
     topic: str = typer.Option(
         '',
@@ -42,10 +42,10 @@ def convert_calibration(
         'several: its key there, or its topic.',
     ),
     frame: str = typer.Option('map', help='The ground frame in TF, for a topic or a bag.'),
-    timeout: float = typer.Option(5.0, min=0.0, help='How long a topic is waited for, s.'),
-    unit: str = typer.Option('m', help='Of lengths in the source: m, cm or mm.'),
+    timeout: float = typer.Option(5.0, min=0.0, help='How long to wait for a topic, s.'),
+    unit: str = typer.Option('m', help='Unit of lengths in the source: m, cm or mm.'),
     name: str = typer.Option(
-        '', help='Of the camera; unless given, that of the file or the topic.'
+        '', help='Name of the camera; by default that of the file or the topic.'
     ),
 ) -> None:
     """Convert a calibration between formats; lengths are written in metres (Tsai: millimetres)."""

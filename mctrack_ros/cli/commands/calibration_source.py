@@ -24,7 +24,7 @@ _TOPIC = re.compile(r'(/[A-Za-z_]\w*)+')
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """How a camera is heard: its topic in a bag or file, the ground frame, how long to wait, s."""
+    """How to receive a camera: its topic in a bag or file, the ground frame, the timeout, s."""
 
     topic: str
     frame: str
@@ -98,5 +98,5 @@ def _heard(source: str, is_topic: bool, extrinsics: str | Path, heard: Heard) ->
 
 
 def _name(topic: str) -> str:
-    """Return the camera that a topic belongs to: what its last part hangs on."""
+    """Return the camera that a topic belongs to: the topic without its last part."""
     return topic.strip('/').rpartition('/')[0].rpartition('/')[2] or 'camera'

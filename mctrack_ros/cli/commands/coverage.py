@@ -20,7 +20,7 @@ def coverage(
         0.5, min=0.01, max=100.0, help='Edge of a cell of the error map, m.'
     ),
     reach: float = typer.Option(
-        200.0, min=1.0, max=10000.0, help='How far from its foot a camera is of use, m.'
+        200.0, min=1.0, max=10000.0, help='Range of a camera, from its foot, m.'
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
     image: Path | None = typer.Option(
@@ -40,7 +40,7 @@ def coverage(
     ),
     host: str = typer.Option('127.0.0.1', help='Address of the page; any other needs --token.'),
     port: int = typer.Option(8080, min=1, max=65535, help='Port of the page.'),
-    token: str = typer.Option('', help='What every request must bring.'),
+    token: str = typer.Option('', help='Token that every request must carry.'),
     browser: bool = typer.Option(True, '--browser/--no-browser', help='Open the page.'),
 ) -> None:
     """Show what a site's cameras see: overlaps, blind areas, hand-overs, predicted errors."""

@@ -26,7 +26,7 @@ def demo(
     seconds: float = typer.Option(60.0, min=1.0, help='Length of the match, s.'),
     cameras: int = typer.Option(5, min=1, max=5, help='How many of the five cameras.'),
     offline: bool = typer.Option(False, '--offline', help='Track without ROS, in lock step.'),
-    seed: int = typer.Option(1, min=0, help='Of the simulation.'),
+    seed: int = typer.Option(1, min=0, help='Seed of the simulation.'),
     out: Path = _OUT,
     domain: int | None = _DOMAIN,
     json_file: Path | None = _JSON,
@@ -79,7 +79,7 @@ def _settings(site: SiteConfig) -> dict[str, Any]:
 
 
 def _track_offline(options: DemoOptions, site: SiteConfig) -> float:
-    """Track in lock step; return how long it took, s."""
+    """Track in lock step; return the time that it took, s."""
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.replay.track import track_bag
 
@@ -90,7 +90,7 @@ def _track_offline(options: DemoOptions, site: SiteConfig) -> float:
 
 
 def _track_live(options: DemoOptions, site: SiteConfig, domain: int | None) -> None:
-    """Play the bag into the real graph, and record what it says."""
+    """Play the bag into the real graph and record what it publishes."""
     from mctrack_ros.cli.live import run_to_end
     from mctrack_ros.ros.graph.site_graph import site_nodes
 

@@ -13,13 +13,13 @@ from mctrack_ros.site.names import namespace_of
 
 def doctor(
     site: str = typer.Argument(..., help='Site YAML, or the name of a shipped site.'),
-    bag: Path | None = typer.Argument(None, help='A bag that is to be tracked with it.'),
+    bag: Path | None = typer.Argument(None, help='A bag to be tracked with it.'),
     namespace: str = typer.Option(
-        '', callback=namespace_of, help='Where the topics of the cameras lie in the bag.'
+        '', callback=namespace_of, help='Namespace of the cameras in the bag.'
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the findings here.'),
 ) -> None:
-    """Say what is wrong with a site, and a bag for it, and what to do; exit code 1: an error."""
+    """Report what is wrong with a site and a bag, and what to do; exit code 1: an error."""
     from mctrack_ros.cli.sites import named_site
     from mctrack_ros.replay.doctor import Severity, examine_bag, examine_site
 

@@ -24,7 +24,7 @@ def evaluate(
     gate: float = typer.Option(1.0, min=1e-6, help='Largest distance of a match, m.'),
     area: str = typer.Option(
         '',
-        help='Score only what stands here: x0,y0,x1,y1 or the corners x,y of a polygon, m '
+        help='Score only this area: x0,y0,x1,y1 or the corners x,y of a polygon, m '
         '(--area=-1,0,5,9 where it begins with a minus).',
     ),
     start: float | None = typer.Option(
@@ -40,7 +40,7 @@ def evaluate(
         None,
         min=0.001,
         max=1000.0,
-        help='Frames a second of text; unless given, those of the other file, else 25.',
+        help='Frames a second of text; by default those of the other file, or 25.',
     ),
     json_file: Path | None = _JSON,
 ) -> None:
@@ -62,7 +62,7 @@ def evaluate(
 
 
 def _selection(area: str, start: float | None, stop: float | None, kind: str) -> Selection:
-    """Return what the options select."""
+    """Return the selection that the options describe."""
     from mctrack_ros.evaluation.selection import Selection
     from mctrack_ros.ground.coverage.coverage import area_from
     from mctrack_ros.interfaces import ClassCode

@@ -19,20 +19,24 @@ def explain(
         ..., '--at', callback=finite, help="When, since the bag's first tick, s."
     ),
     length: float = typer.Option(
-        0.0, '--for', min=0.0, callback=finite, help='Also what changed in that time, s.'
+        0.0,
+        '--for',
+        min=0.0,
+        callback=finite,
+        help='Also tell what changed in the time after it, s.',
     ),
     site: str = typer.Option(
         '', help='Site YAML, or the name of a shipped site; unless given, what the bag says.'
     ),
     namespace: str = typer.Option(
-        '', callback=namespace_of, help='Where the topics lie in the bag, for example /hall.'
+        '', callback=namespace_of, help='Namespace of the topics in the bag, for example /hall.'
     ),
     out: Path | None = typer.Option(
         None, callback=image_file, help='Image to write, for example why.png.'
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write all numbers here.'),
 ) -> None:
-    """Say why a track took what it took, coasted, changed its id, began or ended."""
+    """Say why a track took its detections, coasted, changed its id, began or ended."""
     from rich import box
     from rich.console import Console
     from rich.table import Table

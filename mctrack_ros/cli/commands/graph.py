@@ -26,7 +26,7 @@ def run(
     namespace: str = typer.Option(
         '', callback=namespace_of, help='Namespace of all nodes, for example hall.'
     ),
-    use_sim_time: bool = typer.Option(False, '--use-sim-time', help='Take time from /clock.'),
+    use_sim_time: bool = typer.Option(False, '--use-sim-time', help='Use the time of /clock.'),
     own_detections: bool = typer.Option(
         False,
         '--own-detections',
@@ -51,11 +51,11 @@ def record(
     namespace: str = typer.Option(
         '',
         callback=namespace_of,
-        help='Only topics in this namespace; --topic then says how their names go on.',
+        help='Only topics in this namespace; --topic then matches the rest of the name.',
     ),
     overwrite: bool = typer.Option(False, '--overwrite', help='Replace an earlier bag.'),
     explain: bool = typer.Option(
-        False, '--explain', help='Record why fusion decided as it did, too.'
+        False, '--explain', help='Also record the explanations of fusion.'
     ),
     domain: int | None = _DOMAIN,
 ) -> None:
@@ -76,7 +76,7 @@ def play(
     namespace: str = typer.Option(
         '',
         callback=namespace_of,
-        help='Namespace to play into; topics that lie in it already stay as they are.',
+        help='Namespace to play into; topics already in it keep their names.',
     ),
     rate: float = typer.Option(1.0, min=0.001, max=1000.0, help='Speed; 1: as recorded.'),
     start: float = typer.Option(0.0, min=0.0, help='Where in the bag to begin, s.'),
@@ -100,7 +100,7 @@ def play(
 
 
 def _run_nodes(nodes: Sequence[NodeSpec], namespace: str, domain: int | None) -> None:
-    """Run nodes as processes until they end or a signal comes; leave with their verdict."""
+    """Run nodes as processes until they end or a signal comes; exit with their code."""
     from mctrack_ros.ros.graph.graph import ENVIRONMENT
     from mctrack_ros.ros.graph.supervise import Supervisor
 

@@ -31,22 +31,21 @@ def import_detections(
     ),
     site: str = typer.Option(..., help='Site YAML, or the name of a shipped site.'),
     rate: float = typer.Option(
-        0.0, min=0.0, max=1000.0, help='Images a second: of files that count frames.'
+        0.0, min=0.0, max=1000.0, help='Images a second, for files that count frames.'
     ),
     first_frame: list[str] = typer.Option(
         [_FIRST_FRAME],
-        help='Number of the first image, of files that count frames; camera=number for one.',
+        help='First frame number of files that count frames; camera=number for one.',
     ),
     later: list[str] = typer.Option(
-        [], help='camera=seconds, for a text whose first image came so long after the first.'
+        [], help='camera=seconds: the first image of this text came so much later.'
     ),
     score_range: list[str] = typer.Option(
         [_SCORE_RANGE],
-        help='LOW,HIGH: the scores of the texts that stand for 0 and for 1; camera=LOW,HIGH for '
-        'one.',
+        help='LOW,HIGH: scores in the texts that mean 0 and 1; camera=LOW,HIGH for one.',
     ),
     least_score: float = typer.Option(
-        0.0, min=0.0, max=1.0, help='Leave out what has a lower score, after --score-range.'
+        0.0, min=0.0, max=1.0, help='Leave out lower scores, after --score-range.'
     ),
     classes: list[str] = typer.Option(
         [],
@@ -106,7 +105,7 @@ def import_detections(
 def _of_each(
     option: str, texts: list[str], usual: str, files: Mapping[str, str]
 ) -> dict[str, str]:
-    """Return what an option says of each camera; what names no camera is for all the others."""
+    """Return an option's values by camera; one without a camera holds for all others."""
     plain = [text for text in texts if '=' not in text]
     if len(plain) > 1:
         raise ValueError(f'{option} is given twice without a camera: {", ".join(plain)}')
@@ -174,7 +173,7 @@ def _classes(texts: list[str]) -> Mapping[str, ClassCode]:
 
 
 def _report(name: str, imported: Imported, site_size: tuple[int, int]) -> Iterator[str]:
-    """Yield what is to be said of a camera: what was left out is never silent."""
+    """Yield the lines to print about a camera, each row left out included."""
     yield (
         f'{name}: {imported.written} detections of {imported.rows} in {imported.images} '
         f'images, {imported.empty} of them empty'

@@ -38,18 +38,20 @@ class SceneName(StrEnum):
 def simulate(
     out: Path = typer.Argument(..., help='The bag to write.'),
     scene: SceneName = typer.Option(
-        SceneName.PITCH5, help='Five cameras about a football pitch, or one over a car park.'
+        SceneName.PITCH5, help='Five cameras around a football pitch, or one over a car park.'
     ),
     seconds: float | None = typer.Option(
         None, min=0.04, help='Length, s; unless given, 120 of the match, 600 of the car park.'
     ),
-    seed: int = typer.Option(1, min=0, help='The same seed gives the same bytes.'),
+    seed: int = typer.Option(1, min=0, help='Seed; the same seed gives the same bytes.'),
     cameras: int | None = typer.Option(None, min=1, max=5, help='How many of the five cameras.'),
     noise: float | None = typer.Option(
         None, min=0.1, max=50.0, help='Sensor noise, grey levels; pitch5: 2, carpark: 2.6.'
     ),
     shadows: bool | None = typer.Option(
-        None, '--shadows/--no-shadows', help='Whether shadows fall: on the car park they do.'
+        None,
+        '--shadows/--no-shadows',
+        help='Whether to draw shadows; by default only on the car park.',
     ),
     distortion: float = typer.Option(
         0.0, min=-0.5, max=0.5, help='First radial coefficient of the lenses.'
@@ -65,7 +67,7 @@ def simulate(
     ),
     step_at: float = typer.Option(20.0, min=0.0, help='When light or gain change, s.'),
     bicycles: bool = typer.Option(
-        False, '--bicycles', help='Whether people ride through the car park on bicycles, too.'
+        False, '--bicycles', help='Also let bicycles ride through the car park.'
     ),
     processes: int = _PROCESSES,
     overwrite: bool = _OVERWRITE,
@@ -125,23 +127,23 @@ def track(
         'for example north=north.mp4 south=south.mp4.',
     ),
     out: Path | None = typer.Option(
-        None, help='Folder for the bag of results, tracks.txt and tracks.csv.  [required]'
+        None, help='Folder for the bag of results, tracks.txt and tracks.csv; must be given.'
     ),
     site: str = typer.Option(
         '', help=f'Site YAML, or the name of a shipped site; unless given, {_USUAL_SITE}.'
     ),
     namespace: str = typer.Option(
-        '', callback=namespace_of, help='Where the topics of the cameras lie in the bag.'
+        '', callback=namespace_of, help='Namespace of the cameras in the bag.'
     ),
     later: list[str] = LATER,
     rate: float = RATE,
     processes: int | None = _WORKERS,
     overwrite: bool = _OVERWRITE,
     explain: bool = typer.Option(
-        False, '--explain', help='Also write why each tick was decided as it was.'
+        False, '--explain', help='Also write the explanations of each tick.'
     ),
     log_times: bool = typer.Option(
-        False, '--log-times', help='Take the times of recording instead of the stamps of a bag.'
+        False, '--log-times', help='Use the times of recording instead of the stamps of a bag.'
     ),
     debug_images: Path | None = typer.Option(
         None, help='Folder for images with boxes, ids, groups and predictions, by camera.'
@@ -162,7 +164,7 @@ def track(
     if namespace and not isinstance(bag, Path):
         raise ValueError('--namespace is for bags, which have topics: videos have none')
     if out is None:
-        raise typer.BadParameter('a folder for the results is missing', param_hint='--out')
+        raise typer.BadParameter('name a folder for the results', param_hint='--out')
     if not site:
         typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
     config = named_site(site or _USUAL_SITE)
@@ -249,7 +251,7 @@ def echo(
     count: int = typer.Option(0, min=0, help='Stop after so many messages; 0: go on.'),
     as_json: bool = typer.Option(False, '--json', help='One JSON object a message.'),
 ) -> None:
-    """Print any of the clouds as a table."""
+    """Print a topic of rows (tracks, detections, events ...) as a table."""
     from rich.console import Console
 
     from mctrack_ros.cli.tables import cloud_table, cloud_values

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from mctrack_ros.recording.video.videos import Video
 
 _LATEST_S = 1e6
-LATER = typer.Option([], help='camera=seconds, for a video that began so long after the others.')
+LATER = typer.Option([], help='camera=seconds: this video began so much later than the others.')
 RATE = typer.Option(
     0.0,
     min=0.0,
     max=1000.0,
-    help='Images a second of the videos; 0: at the times that each file states.',
+    help='Images a second of the videos; 0: the times that each file states.',
 )
 
 
@@ -82,18 +82,18 @@ def open_videos(files: list[str], later: list[str], rate: float) -> dict[str, Vi
 
 
 def warn(line: str) -> None:
-    """Say what may surprise on standard error."""
+    """Write a note to standard error."""
     typer.echo(f'warning: {line}', err=True)
 
 
 def delays_of(later: list[str], cameras: Collection[str]) -> dict[str, float]:
-    """Return what --later says, s, by camera."""
+    """Return the delays of --later by camera, s."""
     stated = by_known_camera('--later', later, 'south=1.5', cameras)
     return {name: _seconds(text) for name, text in stated.items()}
 
 
 def _seconds(text: str) -> float:
-    """Return what stands behind --later, s; what is no delay is a `ValueError`."""
+    """Return a delay of --later, s; raise `ValueError` if it is none."""
     try:
         seconds = float(text)
     except ValueError:
@@ -106,7 +106,7 @@ def _seconds(text: str) -> float:
 def by_known_camera(
     option: str, texts: list[str], example: str, cameras: Collection[str]
 ) -> dict[str, str]:
-    """Return what an option says of some of the cameras; of others it is a `ValueError`."""
+    """Return an option's values by camera; raise `ValueError` for unknown cameras."""
     found = by_camera(texts, example)
     for name in found.keys() - set(cameras):
         raise ValueError(f'{option} names {name}, expected one of {", ".join(cameras)}')
@@ -114,7 +114,7 @@ def by_known_camera(
 
 
 def by_camera(texts: list[str], example: str) -> dict[str, str]:
-    """Return what stands after the equals sign, by camera."""
+    """Return the values after the equals signs, by camera."""
     from mctrack_ros.site.names import check_camera_name
 
     found: dict[str, str] = {}

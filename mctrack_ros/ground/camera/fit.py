@@ -14,7 +14,6 @@ from mctrack_ros.ground.errors import CalibrationError
 from mctrack_ros.ground.homography.fit import start_homography
 from mctrack_ros.ground.homography.projective import ProjectiveMapping
 from mctrack_ros.ground.mapping import points_of
-from mctrack_ros.ground.origin import local_origin
 
 Floats = NDArray[np.float64]
 CLICK_NOISE_PX = 0.5
@@ -115,7 +114,7 @@ def fit_camera(
 
     """
     places, image = points_of(ground), points_of(image)
-    origin = local_origin(places)
+    origin: Floats = places.mean(axis=0)
     ground = places - origin
     _check(ground, image, click_noise_px)
     prior = LensPrior(image_size)

@@ -30,7 +30,7 @@ class CoverageConfig:
         0.5, 'edge of a cell of the error map [m]', minimum=0.01, maximum=100.0
     )
     reach: float = parameter(
-        200.0, 'how far from its foot a camera is of use [m]', minimum=1.0, maximum=10000.0
+        200.0, 'range of a camera, from its foot [m]', minimum=1.0, maximum=10000.0
     )
     adjoining: float = parameter(
         1.0, 'cameras without overlap adjoin up to this gap [m]', minimum=0.0, maximum=100.0

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from mctrack_ros.ground.homography.covariance import by_entries, spread_terms
-from mctrack_ros.ground.origin import local_origin
 from mctrack_ros.ground.support import hull_of
 
 Floats = NDArray[np.float64]
@@ -66,7 +65,7 @@ def start_homography(ground: Floats, image: Floats) -> Floats:
     """
     if len(ground) < 4:
         raise ValueError(f'{len(ground)} points, expected at least 4')
-    origin = local_origin(ground)  # OpenCV computes in float32
+    origin = ground.mean(axis=0)  # OpenCV computes in float32
     homography, _ = cv2.findHomography(ground - origin, image, cv2.RANSAC, START_PX)
     if homography is None or np.linalg.matrix_rank(ground - ground.mean(axis=0)) < 2:
         raise ValueError('the points lie on a line: they fix no homography')

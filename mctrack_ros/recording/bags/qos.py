@@ -42,7 +42,7 @@ OF_TYPES: Mapping[str, Qos] = {
     'sensor_msgs/msg/Image': reliable(8),
     'sensor_msgs/msg/CompressedImage': reliable(8),
 }
-"""What the nodes offer, by message type (see docs/topics.md)."""
+"""What the nodes offer, by message type (see docs/reference/topics.md)."""
 
 OF_ROWS: Mapping[type[Rows], Qos] = dict.fromkeys(
     (Events, Ticks, Candidates, Decisions), reliable(100)

@@ -1,4 +1,4 @@
-"""What somebody's own detector saw in the images of one camera, before it is on the ground."""
+"""Detections of another detector in the images of one camera, not yet on the ground."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Ints = NDArray[np.int64]
 _DAY_NS = 86_400_000_000_000
 _MOST_IMAGES = 10_000_000
 _GAP = 1.5
-"""From so many intervals on images are missing between two."""
+"""Gap, in intervals, from which images are missing."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -71,7 +71,7 @@ def numbered(names: list[str]) -> Ints:
 
 
 def check_count(images: int, where: str) -> None:
-    """Refuse, by a `TableError`, so many images that a frame or a time must be wrong."""
+    """Raise `TableError` if there are so many images that a frame or time must be wrong."""
     if images > _MOST_IMAGES:
         raise TableError(f'{where}: {images} images: is a frame or a time wrong?')
 

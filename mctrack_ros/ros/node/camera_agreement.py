@@ -49,7 +49,7 @@ class Agreement:
 
 
 def agreements(cameras: Sequence[str], bias: CameraBias | None) -> dict[str, Agreement]:
-    """Return what is reported of each camera; nothing where nobody can say, or of too few."""
+    """Return the health of each camera; nothing where no bias is estimated, or of too few."""
     if bias is None or len(cameras) < LEAST_CAMERAS:
         return {}
     return {f'{camera} agreement': Agreement(bias, row) for row, camera in enumerate(cameras)}
@@ -85,7 +85,7 @@ class ClockAgreement:
     camera: str
 
     def report(self, name: str) -> DiagnosticStatus:
-        """Return the state: a clock that is set right is a warning, one left out an error."""
+        """Return the state: a corrected clock is a warning, one left out an error."""
         offset_s, added_s = self.clocks.offset_s(self.camera), self.clocks.added_s(self.camera)
         level, message = DiagnosticStatus.OK, 'its clock agrees with those of the other cameras'
         if added_s:
@@ -129,6 +129,6 @@ class ClockJumps:
 
 
 def clock_message(offset_s: float) -> str:
-    """Say how a camera's stamps lie to the others'."""
+    """Say how a camera's stamps differ from the others'."""
     word = 'ahead of' if offset_s > 0 else 'behind'
     return f"its stamps lie {abs(offset_s):.3f} s {word} the other cameras'"

@@ -1,4 +1,4 @@
-"""Health of a camera: whether it stands as it was calibrated and its images show anything."""
+"""Health of a camera: whether it moved, and whether its images show anything."""
 
 from __future__ import annotations
 

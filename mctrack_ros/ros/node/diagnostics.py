@@ -19,12 +19,12 @@ from mctrack_ros.ros.topics.quality import reliable
 
 _PERIOD_S = 1.0
 _PAUSE_NS = 10_000_000_000
-"""A stream that is silent for so long has stopped; it has not lost all that."""
+"""A longer gap is a pause, not a loss of messages."""
 _GAPS = 25
-"""The interval of a stream is the median of so many gaps between its messages."""
+"""Number of gaps whose median is the interval of a stream."""
 _FEWEST_GAPS = 3
 _IRREGULAR = 0.15
-"""Gaps that are so far from whole intervals, in the mean, show nothing to be lost."""
+"""Mean deviation from whole intervals above which a stream is irregular: no loss is counted."""
 
 
 @dataclass(slots=True)
@@ -56,7 +56,7 @@ class StreamHealth:
     reported: dict[str, int] = field(default_factory=dict)
 
     def arrived(self, stamp_ns: int, now_ns: int) -> None:
-        """Count a message, and those that the gap before it shows to be lost."""
+        """Count a message, and the messages lost in the gap before it."""
         self.received += 1
         self.latency_ns += now_ns - stamp_ns
         self.worst_ns = max(self.worst_ns, now_ns - stamp_ns)
@@ -71,13 +71,13 @@ class StreamHealth:
                 self.count('lost', lost)
 
     def _lost_in(self, gap_ns: int) -> int:
-        """Return how many messages a gap shows to be lost."""
+        """Return how many messages were lost in a gap."""
         interval_ns = median(self.gaps_ns)
         lost = round(gap_ns / interval_ns) - 1
         return lost if lost > 0 and self._is_regular(interval_ns) else 0
 
     def _is_regular(self, interval_ns: float) -> bool:
-        """Tell whether messages come at an interval, some of them being lost."""
+        """Tell whether messages come at a steady interval, losses aside."""
         periods = [gap_ns / interval_ns for gap_ns in self.gaps_ns]
         error = fmean(abs(each - max(round(each), 1)) for each in periods)
         return len(periods) >= _FEWEST_GAPS and error < _IRREGULAR
@@ -135,7 +135,7 @@ class StreamHealth:
 
 
 class Health(Protocol):
-    """What is reported under one name."""
+    """A part of a node whose state is reported."""
 
     def report(self, name: str) -> DiagnosticStatus:
         """Return the state."""

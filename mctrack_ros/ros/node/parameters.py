@@ -66,7 +66,7 @@ def read(node: Node, kind: type[Config]) -> Config:
 
 def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[], bool]) -> None:
     """
-    Let parameters change only while the node is not configured, and only to what is valid.
+    Let parameters change only while the node is not configured, and only to valid values.
 
     When another method is named, its parameters are declared, with their defaults, in place of
     those of the one before.
@@ -157,7 +157,7 @@ def _values(node: Node) -> dict[str, Any]:
 
 
 def _suggestion(name: str, known: list[str]) -> str:
-    """Return what may have been meant."""
+    """Return the names that are most like a wrong one."""
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.7)
     if near:
         return f'was {" or ".join(near)} meant?'

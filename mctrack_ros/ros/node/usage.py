@@ -1,4 +1,4 @@
-"""What a node says of itself when it is asked by ``--help``: what its parameter file says."""
+"""The answer of a node to ``--help``, read from its parameter file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _STEP = '  '
 
 
 def asked_for_help(arguments: Sequence[str]) -> bool:
-    """Tell whether a command line asks what the node does."""
+    """Tell whether a command line asks for help."""
     return not {'-h', '--help'}.isdisjoint(arguments)
 
 

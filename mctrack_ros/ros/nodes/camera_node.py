@@ -49,12 +49,12 @@ class CameraNodeConfig:
     ground_frame: str = parameter('map', 'frame_id of positions on the ground')
     period: float = parameter(0.04, "the fusion node's period [s]", minimum=0.001, maximum=10.0)
     feedback_delay: float = parameter(
-        0.08, 'age of the feedback that an image uses [s]', minimum=0.0, maximum=10.0
+        0.08, 'age of the feedback that an image uses; two periods [s]', minimum=0.0, maximum=10.0
     )
-    reliable: bool = parameter(False, 'ask again for images that got lost')
+    reliable: bool = parameter(False, 'reliable transport: lost images are sent again')
     depth: int = parameter(
         2,
-        'images that may queue; the oldest are passed over when the node falls behind',
+        'length of the queue of images; when the node falls behind, the oldest are dropped',
         minimum=1,
         maximum=1000,
     )

@@ -25,8 +25,7 @@ class CoverageNodeConfig:
     site: str = parameter('', 'site YAML, with the cameras and their calibrations')
     area: str = parameter(
         '',
-        'what is to be covered: x0,y0,x1,y1 or the corners x,y of a polygon; empty: what the '
-        'site says [m]',
+        'area to cover: x0,y0,x1,y1 or the corners x,y of a polygon; empty: that of the site [m]',
     )
     coverage: CoverageConfig = CoverageConfig()
 

@@ -52,17 +52,17 @@ class FusionNodeConfig:
 
     autostart: bool = parameter(True, AUTOSTART)
     cameras: tuple[str, ...] = parameter(('cam1',), 'names of the cameras, in order')
-    ground_frame: str = parameter('map', 'frame of ground positions')
+    ground_frame: str = parameter('map', 'frame_id of positions on the ground')
     origin: str = parameter(
-        '0,0', "x,y that positions are told from, in the coordinates of the site's files [m]"
+        '0,0', "x,y of the local origin, in the coordinates of the site's files [m]"
     )
     obstacle_height: float = parameter(
         0.5, 'height of the points on /tracks/obstacles [m]', minimum=0.0, maximum=10.0
     )
     state_file: str = parameter(
         'auto',
-        'file that keeps which ids were used, so that none is used again; auto: one of this '
-        "node's own below ROS_HOME or ~/.ros; empty: none, ids begin at 1 with each configuration",
+        'file of the ids used so far, so that none is used again; auto: a file of this node '
+        'below ROS_HOME or ~/.ros; empty: none, ids begin at 1 at each configuration',
     )
     fusion: FusionConfig = FUSION.field()
 

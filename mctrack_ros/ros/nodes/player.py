@@ -34,37 +34,43 @@ class PlayerConfig:
     """Parameters of `player`."""
 
     autostart: bool = parameter(True, AUTOSTART)
-    path: str = parameter('', 'directory of the bag')
+    path: str = parameter('', 'folder of the bag')
     topics: tuple[str, ...] = parameter(
         ('.*',), 'regular expressions; a topic whose whole name matches one is played'
     )
     rate: float = parameter(1.0, 'speed; 1: as recorded', minimum=0.001, maximum=1000.0)
     start: float = parameter(0.0, 'where in the bag to begin [s]', minimum=0.0)
-    duration: float = parameter(0.0, 'how much of it to play; 0: all [s]', minimum=0.0)
+    duration: float = parameter(0.0, 'length to play; 0: all [s]', minimum=0.0)
     loop: bool = parameter(False, 'begin again at the end')
     restamp: bool = parameter(
         False, 'shift all stamps as if captured now, for nodes on system time; no /clock'
     )
     clock_rate: float = parameter(
-        100.0, '/clock messages a second, besides one a message [Hz]', minimum=1.0, maximum=1000.0
+        100.0,
+        '/clock messages a second, in addition to one with each message [Hz]',
+        minimum=1.0,
+        maximum=1000.0,
     )
     wait_for: tuple[str, ...] = parameter(
         ('.*/image_raw(/compressed)?',),
-        'regular expressions; playing starts when all topics that are played and match one have a '
-        'subscriber. With a number after a blank: when as many subscribe to them, and if none is '
-        'played, to such topics of the graph',
+        'regular expressions; playing starts when every played topic that matches one has a '
+        'subscriber. With a number after a blank: when it has so many; if no played topic '
+        'matches, topics of the graph count',
     )
     wait: float = parameter(
-        20.0, 'how long to wait for them, then start anyway [s]', minimum=0.0, maximum=3600.0
+        20.0,
+        'longest wait for these subscribers; then playing starts anyway [s]',
+        minimum=0.0,
+        maximum=3600.0,
     )
     settle: float = parameter(
         3.5,
-        'pause between the last match and the first message; DDS takes up to 3 s to say again '
-        'what got lost while the nodes met [s]',
+        'pause between the last match and the first message; DDS takes up to 3 s to repeat '
+        'what was lost during discovery [s]',
         minimum=0.0,
         maximum=60.0,
     )
-    depth: int = parameter(100, 'messages of a topic that may queue', minimum=1, maximum=10000)
+    depth: int = parameter(100, 'length of the queue of each topic', minimum=1, maximum=10000)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +93,7 @@ class Player(GraphNode):
     def open(self) -> None:
         """Open the bag and create a publisher for every topic that is played."""
         if not self.config.path:
-            raise ConfigError('path is empty: name the directory of the bag')
+            raise ConfigError('path is empty: name the folder of the bag')
         if self.config.restamp and self.config.rate != 1.0:
             raise ConfigError(f'restamp needs the rate 1.0, got {self.config.rate}')
         with warnings.catch_warnings(record=True) as caught:
@@ -102,7 +108,9 @@ class Player(GraphNode):
             if topic != '/clock' and any(one.fullmatch(topic) for one in wanted):
                 self.add(topic, kind)
         if not self.played:
-            raise BagError(f'{self.config.path} has no topic that is wanted and known')
+            raise BagError(
+                f'{self.config.path} has no topic that matches and whose type is installed'
+            )
         if not self.config.restamp:
             self.clock = self.publisher(Clock, '/clock', quality.reliable(10))
         self.ending = threading.Event()

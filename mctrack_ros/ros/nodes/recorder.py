@@ -31,19 +31,19 @@ class RecorderConfig:
     """Parameters of `recorder`."""
 
     autostart: bool = parameter(True, AUTOSTART)
-    path: str = parameter('', 'directory of the bag')
-    overwrite: bool = parameter(False, 'replace a bag that is there')
+    path: str = parameter('', 'folder of the bag')
+    overwrite: bool = parameter(False, 'replace an existing bag')
     topics: tuple[str, ...] = parameter(
         ('.*',), 'regular expressions; a topic whose whole name matches one is recorded'
     )
     exclude: str = parameter(
         '/(clock|rosout|parameter_events)|.*/(transition_event|debug_image)',
-        'regular expression of topics that are not',
+        'regular expression of topics that are not recorded',
     )
     explain: bool = parameter(
-        False, 'record why fusion decided as it did, too; it is worked out only if somebody asks'
+        False, 'also record the explanations of fusion, which it publishes only on demand'
     )
-    depth: int = parameter(100, 'messages of a topic that may queue', minimum=1, maximum=10000)
+    depth: int = parameter(100, 'length of the queue of each topic', minimum=1, maximum=10000)
 
 
 class Recorder(GraphNode):
@@ -58,7 +58,7 @@ class Recorder(GraphNode):
     def open(self) -> None:
         """Create the bag."""
         if not self.config.path:
-            raise ConfigError('path is empty: name the directory of the bag')
+            raise ConfigError('path is empty: name the folder of the bag')
         self.wanted = [pattern(text) for text in self.config.topics]
         self.excluded = [pattern(self.config.exclude)]
         self.excluded += [] if self.config.explain else [EXPLANATIONS]

@@ -28,8 +28,8 @@ class SimulatorNodeConfig:
     autostart: bool = parameter(True, AUTOSTART)
     scene: str = parameter(
         'pitch5',
-        'what is shown; carpark: cameras [cam1], rate 4, shadows, noise 2.6 and lighting_drift '
-        '0.06 are as the silhouettes paper has it',
+        'scene; for carpark set cameras [cam1], rate 4, shadows true, noise 2.6 and '
+        'lighting_drift 0.06, as the silhouettes paper has it',
         choices=('pitch5', 'carpark'),
     )
     cameras: tuple[str, ...] = parameter(
@@ -44,8 +44,8 @@ class SimulatorNodeConfig:
     noise: float = parameter(
         2.0, 'standard deviation of the sensor noise [grey levels]', minimum=0.1, maximum=50.0
     )
-    shadows: bool = parameter(False, 'players throw shadows')
-    bicycles: bool = parameter(False, 'people ride through the car park on bicycles')
+    shadows: bool = parameter(False, 'draw shadows of the players')
+    bicycles: bool = parameter(False, 'let bicycles ride through the car park')
     distortion: float = parameter(
         0.0, 'first radial coefficient of the lenses; 0: pinhole', minimum=-1.0, maximum=1.0
     )
@@ -54,8 +54,8 @@ class SimulatorNodeConfig:
     )
     truth: bool = parameter(True, 'publish the truth below truth/')
     quality: int = parameter(90, 'JPEG quality [%]', minimum=1, maximum=100)
-    reliable: bool = parameter(True, 'send again what got lost')
-    depth: int = parameter(8, 'images that may queue', minimum=1, maximum=1000)
+    reliable: bool = parameter(True, 'reliable transport: lost messages are sent again')
+    depth: int = parameter(8, 'length of the queue of images', minimum=1, maximum=1000)
 
 
 class SimulatorNode(GraphNode):

@@ -39,7 +39,7 @@ class VideoNodeConfig:
     source: str = parameter('', 'video file, device (number or path) or stream (rtsp://...)')
     rate: float = parameter(
         0.0,
-        'images a second of a file; 0: at the times that it states [Hz]',
+        'images a second of a file; 0: the times that the file states [Hz]',
         minimum=0.0,
         maximum=1000.0,
     )
@@ -47,7 +47,7 @@ class VideoNodeConfig:
     loop: bool = parameter(False, 'start a file again at its end')
     start: float = parameter(
         0.0,
-        'time of the first image of a file, so that several play in step; 0: now '
+        'stamp of the first image of a file, so that several play in step; 0: now '
         '[s since the epoch]',
         minimum=0.0,
     )
@@ -60,10 +60,10 @@ class VideoNodeConfig:
     width: int = parameter(0, 'scale images to this width; 0: keep [px]', minimum=0)
     height: int = parameter(0, 'scale images to this height; 0: keep [px]', minimum=0)
     wait: float = parameter(
-        10.0, 'a file waits this long for a subscriber [s]', minimum=0.0, maximum=3600.0
+        10.0, 'how long a file waits for a subscriber [s]', minimum=0.0, maximum=3600.0
     )
-    reliable: bool = parameter(True, 'send again what got lost')
-    depth: int = parameter(8, 'images that may queue', minimum=1, maximum=1000)
+    reliable: bool = parameter(True, 'reliable transport: lost messages are sent again')
+    depth: int = parameter(8, 'length of the queue of images', minimum=1, maximum=1000)
 
 
 class VideoNode(GraphNode):

@@ -46,7 +46,7 @@ def tracked(tmp_path):
 
 
 def test_the_example_of_the_documentation_is_what_the_command_prints():
-    page = (ROOT / 'docs' / 'explain.md').read_text()
+    page = (ROOT / 'docs' / 'how-to' / 'explain.md').read_text()
     command, shown = re.findall(r'```\n(.*?)```', page, re.DOTALL)[:2]
     words = [ROOT / word if word.startswith('bags/') else word for word in command.split()[1:]]
     printed = [line.rstrip() for line in mctrack(*words[: words.index('--out')]).splitlines()]

@@ -1,0 +1,45 @@
+"""The parameter reference; ``python -m mctrack_ros.ros.parameter_table FILE`` writes it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from itertools import groupby
+from pathlib import Path
+
+from mctrack_ros.config import Parameter, parameters_of
+from mctrack_ros.ros.default_files import NODE_CONFIGS, yaml_text
+
+_INTRODUCTION = """# Parameters
+
+Every parameter of every node, with its default, its unit in square brackets, and what it may be.
+The files `config/<node>.yaml` hold the same as ROS parameter files. In a site, the parameters of a
+camera stand without `settings.` (`pipeline: {tracker: {vehicles: true}}`), those of fusion under
+`fusion`. A parameter that is unknown, of the wrong type or out of range stops the node with one
+line and exit code 2. `make reference` makes this page from the code; do not edit it."""
+
+
+def parameter_page() -> str:
+    """Return the page, Markdown: a section a node, a table a group of its parameters."""
+    parts = [_INTRODUCTION]
+    for node, kind in NODE_CONFIGS.items():
+        summary = str(sys.modules[kind.__module__].__doc__).strip().splitlines()[0]
+        parts += [f'## {node}', summary, *_tables(parameters_of(kind))]
+    return '\n\n'.join(parts) + '\n'
+
+
+def _tables(parameters: Iterator[Parameter]) -> Iterator[str]:
+    """Yield the heading of each group that has one, and its table."""
+    for group, members in groupby(parameters, lambda one: one.name.rpartition('.')[0]):
+        if group:
+            yield f'### {group}'
+        rows = [
+            f'| `{one.name.rpartition(".")[2]}` | `{yaml_text(one.default)}` '
+            f'| {one.explained().replace("|", "&#124;")} |'
+            for one in members
+        ]
+        yield '\n'.join(['| parameter | default | description |', '| --- | --- | --- |', *rows])
+
+
+if __name__ == '__main__':
+    Path(sys.argv[1]).write_text(parameter_page(), encoding='utf-8')
