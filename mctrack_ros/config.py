@@ -308,6 +308,19 @@ def misplaced(
     )
 
 
+def of_chosen(kind: type[Any] | OneOf[Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return nested values, as recorded before methods were told apart, of the chosen ones."""
+    fields = _fields(_chosen(kind, '', values))
+    kept = {}
+    for name, value in values.items():
+        if name in fields:
+            field = fields[name]
+            kept[name] = of_chosen(field.kind, value) if field.is_section else value
+        elif not _has(kind, name):
+            kept[name] = value
+    return kept
+
+
 def nested(flat: Mapping[str, Any]) -> dict[str, Any]:
     """Turn dotted names into nested dictionaries."""
     tree: dict[str, Any] = {}

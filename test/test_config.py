@@ -8,6 +8,7 @@ from mctrack_ros.config import (
     config_from,
     misplaced,
     nested,
+    of_chosen,
     parameter,
     parameters_of,
     tag,
@@ -140,6 +141,13 @@ def test_a_choice_is_read_by_itself_too():
 def test_what_another_method_has_is_refused_by_its_name(motion, reason):
     with pytest.raises(ConfigError, match=reason):
         config_from(Site, {'motion': motion})
+
+
+def test_of_a_recording_that_holds_all_methods_the_chosen_one_is_read():
+    values = {'motion': {'model': 'winding', 'noise': 2.0, 'turn': 1.0}, 'count': 2}
+    kept = of_chosen(Site, values)
+    assert kept == {'motion': {'model': 'winding', 'turn': 1.0}, 'count': 2}
+    assert of_chosen(Site, {'motion': {'tern': 1.0}}) == {'motion': {'tern': 1.0}}
 
 
 def test_a_flat_name_far_down_says_whose_it_is_too():

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mctrack_ros.config import ConfigError, config_from
+from mctrack_ros.config import ConfigError, config_from, of_chosen
 from mctrack_ros.fusion import FUSION, FusionConfig, JointConfig, open_fusion, open_recorder
 from mctrack_ros.interfaces import Candidates, Decisions, Explanation, Tracks
 from mctrack_ros.recording import BagReader
@@ -162,7 +162,7 @@ def _recorded_settings(
             f'{reader.path} does not say how fusion was set: name the site, for example '
             '--site pitch5'
         )
-    return tuple(said['cameras']), config_from(FUSION, said['fusion'])
+    return tuple(said['cameras']), config_from(FUSION, of_chosen(FUSION, said['fusion']))
 
 
 def _first_tick_ns(reader: BagReader, cameras: tuple[str, ...], config: FusionConfig) -> int:
