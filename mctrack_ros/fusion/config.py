@@ -123,14 +123,45 @@ MOTION: OneOf[MotionConfig] = OneOf(
 """The choice of how targets move."""
 
 
+COVERING_METHODS = ('covering_graph', 'covering_graph_code')
+"""Associators of whole ticks, in `mctrack_ros.fusion.update.covering`."""
+
+
 @dataclass(frozen=True)
 class AssociationConfig:
-    """Which detection belongs to which track."""
+    """
+    Which detection belongs to which track; the methods have subclasses of their own.
 
-    method: str = parameter('weighed_gnn', 'How pairs compete', choices=tuple(ASSOCIATORS))
+    Attributes
+    ----------
+    method : str
+        Which method it is of.
+
+    """
+
+    method: str
     gate: float = parameter(
         13.8, 'Largest squared Mahalanobis distance of a pair', minimum=0.1, maximum=1000.0
     )
+    appearance_weight: float = parameter(
+        12.0,
+        'What the squared Hellinger distance of two templates costs, beyond the usual [-2 log]',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    usual_difference: float = parameter(
+        0.15,
+        'Squared Hellinger distance of two templates that speaks neither for nor against',
+        minimum=0.0,
+        maximum=1.0,
+    )
+
+
+@dataclass(frozen=True)
+class JointAssociationConfig(AssociationConfig):
+    """Parameters of `JointAssociation`."""
+
+    method: str = tag(*(name for name in ASSOCIATORS if name not in COVERING_METHODS))
     false_density: float = parameter(
         0.002,
         'Detections that belong to no known target, per camera and image [1/m^2]',
@@ -146,18 +177,6 @@ class AssociationConfig:
         minimum=0.0,
         maximum=100.0,
     )
-    appearance_weight: float = parameter(
-        12.0,
-        'What the squared Hellinger distance of two templates costs, beyond the usual [-2 log]',
-        minimum=0.0,
-        maximum=1000.0,
-    )
-    usual_difference: float = parameter(
-        0.15,
-        'Squared Hellinger distance of two templates that speaks neither for nor against',
-        minimum=0.0,
-        maximum=1.0,
-    )
     likeness_weight: float = parameter(
         0.0,
         'What looking less like a detection than another track near by costs, per logarithm of '
@@ -171,6 +190,25 @@ class AssociationConfig:
         minimum=0.0,
         maximum=1.0,
     )
+
+
+@dataclass(frozen=True)
+class CoveringConfig(AssociationConfig):
+    """Parameters of `CoveringAssociation`."""
+
+    method: str = tag(*COVERING_METHODS)
+
+
+ASSOCIATION: OneOf[AssociationConfig] = OneOf(
+    'method',
+    'weighed_gnn',
+    'How pairs compete',
+    {
+        name: CoveringConfig if name in COVERING_METHODS else JointAssociationConfig
+        for name in ASSOCIATORS
+    },
+)
+"""The choice of how pairs compete."""
 
 
 @dataclass(frozen=True)
@@ -407,7 +445,7 @@ class JointConfig(FusionConfig):
 
     tracker: str = tag('joint')
     motion: MotionConfig = MOTION.field()
-    association: AssociationConfig = AssociationConfig()
+    association: AssociationConfig = ASSOCIATION.field()
     life: LifeConfig = LifeConfig()
     kits: ClothingConfig = ClothingConfig()
     recognition: ReidConfig = ReidConfig()

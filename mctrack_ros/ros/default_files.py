@@ -108,8 +108,9 @@ def _other_methods(parameters: Sequence[Parameter], chosen: Mapping[str, str]) -
     shown = chosen.get(tags[0].name, tags[0].default)
     other = next(each for each in tags[0].choices if each != shown)
     names = ' and '.join(tag.name for tag in tags)
+    text = f'Of the methods of {names} only the parameters of the one that is named. For another:'
     return [
-        f'# Of {names} only what belongs to the named method. For another:',
+        *textwrap.wrap(text, _WIDTH, initial_indent='# ', subsequent_indent='# '),
         f'#   python -m mctrack_ros.ros.default_files /tmp --set {tags[0].name}={other}',
     ]
 

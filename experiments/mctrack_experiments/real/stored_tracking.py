@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from mctrack_experiments.datasets.stored import StoredScene
-from mctrack_ros.config import config_from, nested
+from mctrack_ros.config import config_from, nested, of_chosen
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.fusion import FusionPipeline, JointConfig, open_batcher
 from mctrack_ros.interfaces import Tick
@@ -34,7 +34,8 @@ def track_stored(
 
     """
     cameras = scene.cameras if cameras is None else cameras
-    config = config_from(JointConfig, nested({'batching.period': 1 / scene.rate, **settings}))
+    values = nested({'batching.period': 1 / scene.rate, **settings})
+    config = config_from(JointConfig, of_chosen(JointConfig, values))
     pipeline = FusionPipeline(config, cameras)
     outputs = [pipeline.step(tick).tracks for tick in ticks(scene, config, cameras)]
     rows = Trajectories.from_tracks(outputs, round(1e9 / scene.rate))

@@ -37,7 +37,7 @@ EXTENT_NS = 8e9
 CLASS_S, MOST_CLASS_S = 1.0, 3.0
 """For so long one detection tells a class at most, and for so long a class leads at most, s."""
 PERSON, OTHERS_WEIGH = int(ClassCode.PERSON), 2.0
-ASSOCIATIONS = dict.fromkeys(COSTS, CoveringAssociation)
+ASSOCIATIONS: dict[str, type[Any]] = dict.fromkeys(COSTS, CoveringAssociation)
 """By method, what associates the images of a tick; that of all others is `JointAssociation`."""
 
 

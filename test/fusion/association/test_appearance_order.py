@@ -3,13 +3,13 @@ import numpy as np
 from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.association.appearance_order import MOST, OVERLAPPED_SHARE, likeness_costs
-from mctrack_ros.fusion.config import AssociationConfig, ReidConfig
+from mctrack_ros.fusion.config import JointAssociationConfig, ReidConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
-CONFIG = AssociationConfig(likeness_weight=2.0)
+CONFIG = JointAssociationConfig(likeness_weight=2.0)
 PORTRAITS = Gallery(ReidConfig())
 APART = [[0.0, 0.0, 1.0, 1.0], [10.0, 0.0, 1.0, 1.0]]
 OVERLAPPED = [[0.0, 0.0, 1.0, 1.0], [0.5, 0.0, 1.0, 1.0]]
@@ -69,7 +69,7 @@ def test_where_boxes_overlap_it_costs_less():
 
 
 def test_it_never_costs_more_than_other_evidence_can_outweigh():
-    sure = AssociationConfig(likeness_weight=1000.0)
+    sure = JointAssociationConfig(likeness_weight=1000.0)
     assert costs(tracks(1, 2), 1, 2, config=sure).max() == MOST
 
 

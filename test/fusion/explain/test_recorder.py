@@ -9,7 +9,7 @@ from mctrack_ros.fusion import DecisionRecorder, FusionPipeline, JointConfig
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.association.likelihood import prior_costs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
-from mctrack_ros.fusion.config import AssociationConfig, LifeConfig
+from mctrack_ros.fusion.config import ASSOCIATION, LifeConfig
 from mctrack_ros.fusion.explain.decisions import decisions_of
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
@@ -66,7 +66,7 @@ def scene(seed):
 @pytest.mark.parametrize('seed', range(3))
 def test_judged_pairs_give_the_probabilities_that_were_used(method, seed):
     table, batch = scene(seed)
-    config = AssociationConfig(method=method)
+    config = ASSOCIATION.made(method)
     joint = JointAssociation(table, batch, config)
     joint.solve()
     judged = joint.judged(table, batch, config)
@@ -91,7 +91,7 @@ def test_judged_pairs_give_the_probabilities_that_were_used(method, seed):
 @pytest.mark.parametrize('method', COSTS)
 def test_pairs_of_the_covering_graph_are_told_too(method):
     table, batch = scene(1)
-    config = AssociationConfig(method=method)
+    config = ASSOCIATION.made(method)
     covering = CoveringAssociation(table, batch, config)
     judged = covering.judged(table, batch, config)
     track, row = covering.pairs()

@@ -5,6 +5,7 @@ import pytest
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.fusion import FusionPipeline, JointConfig
+from mctrack_ros.fusion.config import ASSOCIATION
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.information import updated
 from mctrack_ros.fusion.reid.gallery import Gallery
@@ -17,7 +18,7 @@ CAMERAS = ('one', 'two')
 
 def config_of(method):
     default = JointConfig()
-    return replace(default, association=replace(default.association, method=method))
+    return replace(default, association=ASSOCIATION.made(method))
 
 
 @pytest.fixture(params=sorted(COSTS))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion import FusionPipeline, JointConfig
-from mctrack_ros.fusion.config import InteractingConfig
+from mctrack_ros.fusion.config import InteractingConfig, JointAssociationConfig
 from mctrack_ros.interfaces import REPORTED, CameraDetections, Detections, Tick, Ticks, Tracks
 
 Reported = tuple[list[int], NDArray[np.float64]]
@@ -83,7 +83,7 @@ def told_config(scenario: Any) -> JointConfig:
         default,
         batching=replace(default.batching, period=scenario.tick_s),
         motion=InteractingConfig(sensor_sigma=SENSOR_SIGMA_M, **MOTION),
-        association=replace(default.association, method='jpda', false_density=density),
+        association=JointAssociationConfig(method='jpda', false_density=density),
     )
 
 
