@@ -309,13 +309,14 @@ def misplaced(
 
 
 def of_chosen(kind: type[Any] | OneOf[Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return nested values, as recorded before methods were told apart, of the chosen ones."""
+    """Return nested values without those that belong to methods that they do not choose."""
     fields = _fields(_chosen(kind, '', values))
     kept = {}
     for name, value in values.items():
         if name in fields:
             field = fields[name]
-            kept[name] = of_chosen(field.kind, value) if field.is_section else value
+            is_whole = field.is_section and isinstance(value, Mapping)
+            kept[name] = of_chosen(field.kind, value) if is_whole else value
         elif not _has(kind, name):
             kept[name] = value
     return kept
