@@ -3,7 +3,8 @@ Typed configuration from nested values.
 
 A frozen dataclass beside each algorithm holds its parameters, made with `parameter`; it is the
 single source of their names, types, defaults, units, ranges and descriptions. YAML files and ROS
-parameters are checked against it.
+parameters are checked against it. Where a method is chosen, each has a dataclass of its own, and
+`OneOf` holds that of the chosen one: no other method's parameters exist then.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import math
 import typing
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 Config = TypeVar('Config')
 Value = bool | int | float | str | tuple[str, ...]
@@ -42,6 +43,8 @@ class Parameter:
         Its range, ends included.
     choices : tuple of str
         What a string may be; empty: anything.
+    is_tag : bool
+        Whether it names a method, on which it depends what other parameters there are.
 
     """
 
@@ -52,6 +55,7 @@ class Parameter:
     minimum: float | None
     maximum: float | None
     choices: tuple[str, ...]
+    is_tag: bool = False
 
     def explained(self) -> str:
         """Return the description with what the value may be."""
@@ -128,25 +132,113 @@ def parameter(
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def parameters_of(kind: type[Any], prefix: str = '') -> Iterator[Parameter]:
-    """Yield every parameter of a configuration dataclass, nested ones under dotted names."""
-    types = typing.get_type_hints(kind)
-    for field in dataclasses.fields(kind):
-        name, field_type = prefix + field.name, types[field.name]
-        if dataclasses.is_dataclass(field_type):
-            yield from parameters_of(typing.cast(type[Any], field_type), name + '.')
+def tag(*methods: str) -> Any:
+    """Declare the field that says which of some methods a configuration dataclass is of."""
+    return parameter(methods[0], 'the method that these parameters are of', choices=methods)
+
+
+class Method(Protocol):
+    """An entry in a registry of methods, whatever else it holds."""
+
+    @property
+    def config(self) -> type[Any]:
+        """The configuration dataclass."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class OneOf(Generic[Config]):
+    """
+    One of several methods, chosen by a parameter that stands beside the method's own.
+
+    A field made by `field` holds the configuration dataclass of the chosen one, which has the
+    tag's field itself, made by `tag`: ``{model: interacting, calm_density: 0.1}`` names a method
+    and a parameter that it alone has.
+
+    Attributes
+    ----------
+    tag : str
+        The parameter that names the method.
+    default : str
+        The method, unless one is named.
+    description : str
+        What is chosen.
+    methods : mapping of str to type or Method
+        The configuration dataclass of each, or what holds it. What is added to the mapping later
+        can be chosen from then on.
+
+    """
+
+    tag: str
+    default: str
+    description: str
+    methods: Mapping[str, type[Any] | Method]
+
+    def field(self) -> Any:
+        """Declare a field of a configuration dataclass that holds the chosen method's."""
+        return dataclasses.field(default_factory=self.made, metadata={'one_of': self})
+
+    def made(self, method: str = '') -> Config:
+        """Return the configuration of a method, or the default one, as it comes."""
+        name = method or self.default
+        return self.kind(name)(**{self.tag: name})
+
+    def kind(self, method: str) -> type[Config]:
+        """Return a method's configuration dataclass."""
+        entry = self.methods[method]
+        return entry if isinstance(entry, type) else entry.config
+
+    def parameter(self, prefix: str = '') -> Parameter:
+        """Return the parameter that names the method."""
+        name, choices = prefix + self.tag, tuple(self.methods)
+        return Parameter(name, str, self.default, self.description, None, None, choices, True)
+
+
+def parameters_of(
+    kind: type[Any] | OneOf[Any], prefix: str = '', given: Mapping[str, Any] | None = None
+) -> Iterator[Parameter]:
+    """
+    Yield every parameter of a configuration, nested ones under dotted names.
+
+    Parameters
+    ----------
+    kind : type or OneOf
+        A configuration dataclass, or several of which one is chosen.
+    prefix : str
+        Dotted name of what contains it.
+    given : mapping of str to object, optional
+        Values by whole dotted name. Of methods that these do not choose, it is the default.
+
+    Raises
+    ------
+    ConfigError
+        If a method that they choose does not exist.
+
+    """
+    given = given or {}
+    if isinstance(kind, OneOf):
+        yield kind.parameter(prefix)
+        own = parameters_of(_chosen(kind, prefix, given), prefix, given)
+        yield from (each for each in own if each.name != prefix + kind.tag)
+        return
+    for name, field in _fields(kind).items():
+        if field.is_section:
+            yield from parameters_of(field.kind, f'{prefix}{name}.', given)
         else:
-            yield _declared(name, field_type, field)
+            yield field.declared(prefix + name)
 
 
-def config_from(kind: type[Config], values: Mapping[str, Any], prefix: str = '') -> Config:
+def config_from(
+    kind: type[Config] | OneOf[Config], values: Mapping[str, Any], prefix: str = ''
+) -> Config:
     """
     Build a configuration dataclass from nested values; what is not given keeps its default.
 
     Parameters
     ----------
-    kind : type
-        A frozen dataclass of `parameter` fields and further such dataclasses.
+    kind : type or OneOf
+        A frozen dataclass of `parameter` fields and further such dataclasses, or several of which
+        the values choose one.
     values : mapping
         Values by field name, nested.
     prefix : str
@@ -155,26 +247,79 @@ def config_from(kind: type[Config], values: Mapping[str, Any], prefix: str = '')
     Raises
     ------
     ConfigError
-        If a key is not known, a value of the wrong type or out of range; says which.
+        If a key is not known or of a method that is not chosen, a value of the wrong type or out
+        of range; says which.
 
     """
     if not isinstance(values, Mapping):
         raise ConfigError(f'{prefix.rstrip(".") or "the file"} is {values!r}, expected a mapping')
-    types = typing.get_type_hints(kind)
-    fields = {field.name: field for field in dataclasses.fields(typing.cast(Any, kind))}
-    for key in values:
-        if key not in fields:
-            raise ConfigError(f'unknown key {prefix}{key}, expected one of {sorted(fields)}')
+    if isinstance(kind, OneOf):
+        values = {kind.tag: kind.default} | dict(values)
+    given = {prefix + name: value for name, value in values.items()}
+    made = _chosen(kind, prefix, given)
+    fields = _fields(made)
     arguments: dict[str, Any] = {}
-    for name, value in values.items():
-        field_type = types[name]
-        if dataclasses.is_dataclass(field_type):
-            arguments[name] = config_from(
-                typing.cast(type[Any], field_type), value, f'{prefix}{name}.'
-            )
+    for key, value in values.items():
+        if key not in fields:
+            reason = misplaced(kind, key, prefix, given)
+            expected = f', expected one of {sorted(fields)}'
+            raise ConfigError(reason or f'unknown key {prefix}{key}{expected}')
+        field = fields[key]
+        if field.is_section:
+            arguments[key] = config_from(field.kind, value, f'{prefix}{key}.')
         else:
-            arguments[name] = _declared(prefix + name, field_type, fields[name]).checked(value)
-    return kind(**arguments)
+            arguments[key] = field.declared(prefix + key).checked(value)
+    return made(**arguments)
+
+
+def misplaced(
+    kind: type[Any] | OneOf[Any], name: str, prefix: str, given: Mapping[str, Any]
+) -> str:
+    """
+    Return why a configuration lacks a parameter that another method has; empty: none has it.
+
+    Parameters
+    ----------
+    kind : type or OneOf
+        A configuration dataclass, or several of which one is chosen.
+    name : str
+        Dotted name of the parameter, or of what contains some, behind the prefix.
+    prefix : str
+        Dotted name of what contains it.
+    given : mapping of str to object
+        Values by whole dotted name; they choose the methods.
+
+    """
+    key, _, rest = name.partition('.')
+    field = _fields(_chosen(kind, prefix, given)).get(key)
+    if field is not None and field.is_section and rest:
+        reason = misplaced(field.kind, rest, f'{prefix}{key}.', given)
+        if reason:
+            return reason
+    if not isinstance(kind, OneOf):
+        return ''
+    owners = [each for each in kind.methods if _has(kind.kind(each), name)]
+    if not owners:
+        return ''
+    chosen = given.get(prefix + kind.tag, kind.default)
+    return (
+        f'{prefix}{name} belongs to {kind.tag} {" or ".join(owners)}, '
+        f'but {prefix}{kind.tag} is {chosen}'
+    )
+
+
+def of_chosen(kind: type[Any] | OneOf[Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return nested values without those that belong to methods that they do not choose."""
+    fields = _fields(_chosen(kind, '', values))
+    kept = {}
+    for name, value in values.items():
+        if name in fields:
+            field = fields[name]
+            is_whole = field.is_section and isinstance(value, Mapping)
+            kept[name] = of_chosen(field.kind, value) if is_whole else value
+        elif not _has(kind, name):
+            kept[name] = value
+    return kept
 
 
 def nested(flat: Mapping[str, Any]) -> dict[str, Any]:
@@ -194,9 +339,57 @@ def values_of(config: Any) -> dict[str, Any]:
     return dataclasses.asdict(config)
 
 
-def _declared(name: str, kind: type, field: dataclasses.Field[Any]) -> Parameter:
-    plain = typing.get_origin(kind) or kind
-    return Parameter(name, plain, typing.cast(Value, field.default), **field.metadata)
+def _chosen(
+    kind: type[Config] | OneOf[Config], prefix: str, given: Mapping[str, Any]
+) -> type[Config]:
+    """Return the configuration dataclass that values, by whole dotted name, choose."""
+    if not isinstance(kind, OneOf):
+        return kind
+    choice = kind.parameter(prefix)
+    return kind.kind(str(choice.checked(given.get(choice.name, choice.default))))
+
+
+def _has(kind: type[Any] | OneOf[Any], name: str) -> bool:
+    """Tell whether there is a parameter, or what contains some, of a dotted name."""
+    if isinstance(kind, OneOf):
+        return any(_has(kind.kind(method), name) for method in kind.methods)
+    key, _, rest = name.partition('.')
+    field = _fields(kind).get(key)
+    if field is None or not rest:
+        return field is not None
+    return field.is_section and _has(field.kind, rest)
+
+
+class _Field(NamedTuple):
+    """A field: the type of its value, or what it contains."""
+
+    field: dataclasses.Field[Any]
+    kind: Any
+
+    @property
+    def is_section(self) -> bool:
+        return isinstance(self.kind, OneOf) or dataclasses.is_dataclass(self.kind)
+
+    def declared(self, name: str) -> Parameter:
+        plain = typing.get_origin(self.kind) or self.kind
+        return Parameter(
+            name, plain, typing.cast(Value, self.field.default), **self.field.metadata
+        )
+
+
+def _fields(kind: type[Any]) -> dict[str, _Field]:
+    """Return the fields of a configuration dataclass by name."""
+    if kind not in _FIELDS:
+        types = typing.get_type_hints(kind)
+        _FIELDS[kind] = {
+            field.name: _Field(field, field.metadata.get('one_of', types[field.name]))
+            for field in dataclasses.fields(kind)
+        }
+    return _FIELDS[kind]
+
+
+_FIELDS: dict[type[Any], dict[str, _Field]] = {}
+"""What was looked up of configuration dataclasses before."""
 
 
 def _range_text(low: float | None, high: float | None) -> str:

@@ -4,10 +4,14 @@ import pytest
 
 from mctrack_ros.config import (
     ConfigError,
+    OneOf,
     config_from,
+    misplaced,
     nested,
+    of_chosen,
     parameter,
     parameters_of,
+    tag,
     values_of,
 )
 
@@ -69,3 +73,96 @@ def test_parameters_have_dotted_names_and_lead_back_to_the_configuration():
     assert list(flat) == ['count', 'enabled', 'names', 'inner.gate', 'inner.method']
     assert config_from(Outer, nested(flat)) == Outer()
     assert values_of(Outer()) == nested(flat)
+
+
+@dataclass(frozen=True)
+class Steady:
+    model: str = tag('steady', 'still')
+    noise: float = parameter(1.0, 'noise', minimum=0.0)
+
+
+@dataclass(frozen=True)
+class Winding:
+    model: str = tag('winding')
+    turn: float = parameter(0.5, 'turn', minimum=0.0)
+    inner: Inner = Inner()
+
+
+MODELS = {'steady': Steady, 'winding': Winding, 'still': Steady}
+MODEL = OneOf('model', 'steady', 'how it moves', MODELS)
+
+
+@dataclass(frozen=True)
+class Site:
+    motion: Steady | Winding = MODEL.field()
+    count: int = parameter(3, 'how many', minimum=1, maximum=5)
+
+
+@pytest.mark.parametrize('model', MODELS)
+def test_the_parameters_of_the_named_method_lead_back_to_its_configuration(model):
+    config = config_from(Site, {'motion': {'model': model}})
+    assert config.motion == MODEL.made(model)
+    flat = {p.name: p.default for p in parameters_of(Site, given={'motion.model': model})}
+    flat['motion.model'] = model
+    assert values_of(config) == nested(flat)
+    assert config_from(Site, values_of(config)) == config
+
+
+def test_only_the_named_method_has_its_parameters():
+    names = [p.name for p in parameters_of(Site)]
+    assert names == ['motion.model', 'motion.noise', 'count']
+    names = [p.name for p in parameters_of(Site, given={'motion.model': 'winding'})]
+    assert names == [
+        'motion.model', 'motion.turn', 'motion.inner.gate', 'motion.inner.method', 'count',
+    ]  # fmt: skip
+    choice = next(parameters_of(Site))
+    assert (choice.is_tag, choice.choices) == (True, ('steady', 'winding', 'still'))
+
+
+def test_a_choice_is_read_by_itself_too():
+    assert config_from(MODEL, {'noise': 2.0}) == Steady(noise=2.0)
+    assert config_from(MODEL, {'model': 'winding', 'turn': 1}) == Winding(turn=1.0)
+
+
+@pytest.mark.parametrize(
+    ('motion', 'reason'),
+    [
+        ({'turn': 1.0}, 'motion.turn belongs to model winding, but motion.model is steady'),
+        (
+            {'model': 'winding', 'noise': 1.0},
+            'motion.noise belongs to model steady or still, but motion.model is winding',
+        ),
+        ({'model': 'still', 'inner': {'gate': 1.0}}, 'motion.inner belongs to model winding'),
+        ({'model': 'dancing'}, r"motion.model is 'dancing', expected one of \['steady', 'win"),
+        ({'tern': 1.0}, r"unknown key motion.tern, expected one of \['model', 'noise'\]"),
+        ({'model': 'winding', 'turn': -1.0}, 'motion.turn is -1.0, expected at least 0.0'),
+    ],
+)
+def test_what_another_method_has_is_refused_by_its_name(motion, reason):
+    with pytest.raises(ConfigError, match=reason):
+        config_from(Site, {'motion': motion})
+
+
+def test_of_a_recording_that_holds_all_methods_the_chosen_one_is_read():
+    values = {'motion': {'model': 'winding', 'noise': 2.0, 'turn': 1.0}, 'count': 2}
+    kept = of_chosen(Site, values)
+    assert kept == {'motion': {'model': 'winding', 'turn': 1.0}, 'count': 2}
+    assert of_chosen(Site, {'motion': {'tern': 1.0}}) == {'motion': {'tern': 1.0}}
+
+
+def test_a_flat_name_far_down_says_whose_it_is_too():
+    given = {'motion.inner.gate': 1.0}
+    assert misplaced(Site, 'motion.inner.gate', '', given) == (
+        'motion.inner.gate belongs to model winding, but motion.model is steady'
+    )
+    assert misplaced(Site, 'motion.tern', '', given) == ''
+    assert misplaced(Site, 'count', '', given) == ''
+
+
+def test_a_method_that_joins_later_can_be_chosen(monkeypatch):
+    @dataclass(frozen=True)
+    class Idle:
+        model: str = tag('idle')
+
+    monkeypatch.setitem(MODELS, 'idle', Idle)
+    assert config_from(Site, {'motion': {'model': 'idle'}}).motion == Idle()

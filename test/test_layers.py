@@ -64,7 +64,7 @@ STAGES = {
         ('files',),
     ),
     'perception': (
-        ('image_clock', 'image_state', 'camera_shift', 'geometry'),
+        ('config', 'image_clock', 'image_state', 'camera_shift', 'geometry'),
         ('output', 'blobs'),
         ('blob_split', 'feedback'),
         ('local_tracks',),
@@ -84,6 +84,7 @@ STAGES = {
         ('management',),
         ('joint_tracker',),
         ('explain',),
+        ('trackers',),
     ),
 }
 """Inside a layer: each stage may import those of the floors above its own in this list."""

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from mctrack_ros.config import ConfigError, config_from
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.config import ConfigError, config_from, of_chosen
+from mctrack_ros.fusion import FUSION, FusionConfig, JointConfig
 from mctrack_ros.interfaces import Candidates, Decisions, Explanation, Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.replay.drive import drive
@@ -137,8 +137,17 @@ def tell(
     )
 
 
-def _settings(reader: BagReader, site: SiteConfig | None) -> tuple[tuple[str, ...], FusionConfig]:
-    """Return the cameras' names and how fusion was set."""
+def _settings(reader: BagReader, site: SiteConfig | None) -> tuple[tuple[str, ...], JointConfig]:
+    """Return the cameras' names and how fusion was set; only the joint tracker explains."""
+    cameras, config = _recorded_settings(reader, site)
+    if not isinstance(config, JointConfig):
+        raise ConfigError(f'fusion.tracker is {config.tracker}: it does not say why; joint does')
+    return cameras, config
+
+
+def _recorded_settings(
+    reader: BagReader, site: SiteConfig | None
+) -> tuple[tuple[str, ...], FusionConfig]:
     said: dict[str, Any] = {}
     if reader.count('/site'):
         said = next(json.loads(message.data) for _, message, _ in reader.messages(['/site']))
@@ -155,7 +164,7 @@ def _settings(reader: BagReader, site: SiteConfig | None) -> tuple[tuple[str, ..
             f'{reader.path} does not say how fusion was set: name the site, for example '
             '--site pitch5'
         )
-    return tuple(said['cameras']), config_from(FusionConfig, said['fusion'])
+    return tuple(said['cameras']), config_from(FUSION, of_chosen(FUSION, said['fusion']))
 
 
 def _first_tick_ns(reader: BagReader, cameras: tuple[str, ...], config: FusionConfig) -> int:

@@ -1,9 +1,30 @@
 """All cameras: ticks of detections -> tracks, feedback and events."""
 
 from mctrack_ros.fusion.batcher import Batcher
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import FusionConfig, JointConfig
 from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import FusionPipeline
+from mctrack_ros.fusion.trackers import (
+    FUSION,
+    FusionTracker,
+    fusion_method,
+    open_batcher,
+    open_fusion,
+    open_recorder,
+)
 
-__all__ = ['Batcher', 'DecisionRecorder', 'FusionConfig', 'FusionOutput', 'FusionPipeline']
+__all__ = [
+    'FUSION',
+    'Batcher',
+    'DecisionRecorder',
+    'FusionConfig',
+    'FusionOutput',
+    'FusionPipeline',
+    'FusionTracker',
+    'JointConfig',
+    'fusion_method',
+    'open_batcher',
+    'open_fusion',
+    'open_recorder',
+]

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from statistics import median_low
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from mctrack_ros.fusion.camera_clocks import CameraClocks
 from mctrack_ros.fusion.config import FusionConfig
-from mctrack_ros.fusion.measurements.admission import usable_rows
-from mctrack_ros.interfaces import RESTART_NS, CameraDetections, Detections, Tick, Ticks
+from mctrack_ros.interfaces import RESTART_NS, CameraRows, Rows, RowsTick, Ticks
+
+R = TypeVar('R', bound=Rows)
 
 SECOND_NS = 1_000_000_000
 
@@ -28,7 +31,7 @@ class _Camera:
     intervals_ns: deque[int] = field(default_factory=lambda: deque(maxlen=INTERVALS))
     interval_ns: int = 0
     late: int = 0
-    dropped_detections: int = 0
+    dropped_rows: int = 0
     feedback_missed: int = 0
     left_out: int = 0
 
@@ -69,19 +72,19 @@ class _Camera:
         self.intervals_ns.clear()
 
     def take_counts(self) -> tuple[int, int, int, int]:
-        counts = self.late, self.dropped_detections, self.feedback_missed, self.left_out
-        self.late = self.dropped_detections = self.feedback_missed = self.left_out = 0
+        counts = self.late, self.dropped_rows, self.feedback_missed, self.left_out
+        self.late = self.dropped_rows = self.feedback_missed = self.left_out = 0
         return counts
 
 
 @dataclass
-class _Pending:
+class _Pending(Generic[R]):
     first_arrival_ns: int
-    messages: dict[tuple[str, int], Detections] = field(default_factory=dict)
+    messages: dict[tuple[str, int], R] = field(default_factory=dict)
     added_ns: dict[str, int] = field(default_factory=dict)
 
 
-class Batcher:
+class Batcher(Generic[R]):
     """
     Groups messages into ticks: a message belongs to the period that its own stamp falls in.
 
@@ -98,6 +101,9 @@ class Batcher:
         Its `batching` is used.
     cameras : tuple of str
         Names in the site's order.
+    unusable : callable
+        Tells of a message how many of its rows cannot be used, which are counted as dropped;
+        unless given, all can.
 
     Attributes
     ----------
@@ -111,7 +117,12 @@ class Batcher:
 
     """
 
-    def __init__(self, config: FusionConfig, cameras: tuple[str, ...]) -> None:
+    def __init__(
+        self,
+        config: FusionConfig,
+        cameras: tuple[str, ...],
+        unusable: Callable[[R], int] = lambda rows: 0,
+    ) -> None:
         if len(set(cameras)) != len(cameras):
             raise ValueError(f'cameras are {cameras!r}, expected distinct names')
         settings = config.batching
@@ -120,17 +131,18 @@ class Batcher:
         self._timeout_ns = round(settings.patience * SECOND_NS)
         self.clocks = CameraClocks(settings, cameras)
         self._sync_ns = round(settings.time_sync_limit * SECOND_NS)
+        self._unusable = unusable
         self._reference_ns = 0
         self._cameras = {name: _Camera() for name in cameras}
-        self._pending: dict[int, _Pending] = {}
+        self._pending: dict[int, _Pending[R]] = {}
         self._closed_index: int | None = None
         self._closed_ns: int | None = None
         self._started_ns: int | None = None
         self._admitted_ns = 0
 
     def add(
-        self, camera: str, detections: Detections, now_ns: int, arrival_ns: int | None = None
-    ) -> list[Tick]:
+        self, camera: str, rows: R, now_ns: int, arrival_ns: int | None = None
+    ) -> list[RowsTick[R]]:
         """
         Take a camera's message and return the ticks that it completes.
 
@@ -138,7 +150,7 @@ class Batcher:
         ----------
         camera : str
             Who sent it.
-        detections : Detections
+        rows : Rows
             The message; an empty one is a heartbeat.
         now_ns : int
             Its arrival on any clock that does not step back, ns.
@@ -157,24 +169,24 @@ class Batcher:
         closed = self.poll(now_ns)
         added_ns, early_ns, reference_ns = 0, None, self._reference_ns
         if arrival_ns is not None:
-            verdict = self.clocks.judge(camera, detections.stamp_ns, arrival_ns)
+            verdict = self.clocks.judge(camera, rows.stamp_ns, arrival_ns)
             if not verdict.is_used:
                 self._cameras[camera].left_out += 1
                 return closed
             added_ns, early_ns, _, reference_ns = verdict
-            detections = detections.at(detections.stamp_ns + added_ns)
+            rows = rows.at(rows.stamp_ns + added_ns)
         if self._started_ns is None:
             self._started_ns = self._admitted_ns = now_ns
         are_others_right = abs(reference_ns - self._reference_ns) > self._sync_ns
         self._reference_ns = reference_ns
         if are_others_right:
             self._leave_out(reference_ns)
-        if self._has_begun_anew(camera, detections.stamp_ns, now_ns, are_others_right):
+        if self._has_begun_anew(camera, rows.stamp_ns, now_ns, are_others_right):
             closed += self.begin_anew()
-        self._admit(camera, detections, now_ns, early_ns, added_ns)
+        self._admit(camera, rows, now_ns, early_ns, added_ns)
         return closed + self.poll(now_ns)
 
-    def poll(self, now_ns: int) -> list[Tick]:
+    def poll(self, now_ns: int) -> list[RowsTick[R]]:
         """Return the ticks that are due by now."""
         due = [index for index in self._pending if self._is_due(index, now_ns)]
         return self._close_up_to(max(due), now_ns) if due else []
@@ -184,7 +196,7 @@ class Batcher:
         arrivals = [pending.first_arrival_ns for pending in self._pending.values()]
         return min(arrivals) + self._max_wait_ns if arrivals else None
 
-    def flush(self) -> list[Tick]:
+    def flush(self) -> list[RowsTick[R]]:
         """Close all that is pending."""
         if not self._pending:
             return []
@@ -242,7 +254,7 @@ class Batcher:
         closed = self._closed_index
         return closed is not None and stamp_ns // self.period_ns <= closed
 
-    def begin_anew(self) -> list[Tick]:
+    def begin_anew(self) -> list[RowsTick[R]]:
         """Close all that is pending; whatever comes then is not late."""
         closed = self.flush()
         self._closed_index = self._closed_ns = None
@@ -251,25 +263,25 @@ class Batcher:
         return closed
 
     def _admit(
-        self, camera: str, detections: Detections, now_ns: int, early_ns: int | None, added_ns: int
+        self, camera: str, rows: R, now_ns: int, early_ns: int | None, added_ns: int
     ) -> None:
-        state, stamp_ns = self._cameras[camera], detections.stamp_ns
+        state, stamp_ns = self._cameras[camera], rows.stamp_ns
         index = stamp_ns // self.period_ns
         state.hear(stamp_ns, now_ns)
         known = self._pending.get(index)
         if self._is_closed(stamp_ns) or (known and (camera, stamp_ns) in known.messages):
             state.late += 1
-            state.dropped_detections += len(detections)
+            state.dropped_rows += len(rows)
             return
         due_ns = (
             now_ns if early_ns is None else now_ns + early_ns + self._pause_ns(stamp_ns, now_ns)
         )
         pending = self._pending.setdefault(index, _Pending(due_ns))
         pending.first_arrival_ns = min(pending.first_arrival_ns, due_ns)
-        pending.messages[camera, stamp_ns] = detections
+        pending.messages[camera, stamp_ns] = rows
         pending.added_ns.setdefault(camera, added_ns)
         self._admitted_ns = now_ns
-        state.dropped_detections += int((~usable_rows(detections) & ~detections.is_vacant).sum())
+        state.dropped_rows += self._unusable(rows)
 
     def _pause_ns(self, stamp_ns: int, now_ns: int) -> int:
         """Return how long after an image the last one of its period is expected, ns."""
@@ -295,23 +307,25 @@ class Batcher:
             if self._is_live(state, now_ns)
         )
 
-    def _close_up_to(self, last: int, now_ns: int) -> list[Tick]:
+    def _close_up_to(self, last: int, now_ns: int) -> list[RowsTick[R]]:
         indices = sorted(index for index in self._pending if index <= last)
         self._closed_index = last
         ticks = [self._tick(self._pending.pop(index), now_ns) for index in indices]
         self._closed_ns = ticks[-1].stamp_ns
         return ticks
 
-    def _tick(self, pending: _Pending, now_ns: int) -> Tick:
+    def _tick(self, pending: _Pending[R], now_ns: int) -> RowsTick[R]:
         order = sorted(pending.messages)
-        messages = tuple(CameraDetections(key[0], pending.messages[key]) for key in order)
-        stamp_ns = max(message.detections.stamp_ns for message in messages)
-        return Tick(stamp_ns, messages, self._record(stamp_ns, messages, pending.added_ns, now_ns))
+        messages = tuple(CameraRows(key[0], pending.messages[key]) for key in order)
+        stamp_ns = max(message.rows.stamp_ns for message in messages)
+        return RowsTick(
+            stamp_ns, messages, self._record(stamp_ns, messages, pending.added_ns, now_ns)
+        )
 
     def _record(
         self,
         stamp_ns: int,
-        messages: tuple[CameraDetections, ...],
+        messages: tuple[CameraRows[R], ...],
         added_ns: dict[str, int],
         now_ns: int,
     ) -> Ticks:
@@ -320,9 +334,9 @@ class Batcher:
         for message in messages:
             row = names.index(message.camera)
             if not admitted[row]:
-                age_us[row] = (stamp_ns - message.detections.stamp_ns) // 1000
+                age_us[row] = (stamp_ns - message.rows.stamp_ns) // 1000
             admitted[row] += 1
-            counted[row] += len(message.detections)
+            counted[row] += len(message.rows)
         live = np.array([self._is_live(state, now_ns) for state in self._cameras.values()], bool)
         counts = [state.take_counts() for state in self._cameras.values()]
         late, dropped, missed, left_out = np.array(counts, int).reshape(-1, 4).T

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mctrack_ros.config import parameter
+from mctrack_ros.config import OneOf, parameter, tag
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS
 
 MISSED_IMAGES = 2.5
@@ -46,37 +46,23 @@ class BatchingConfig:
 
 @dataclass(frozen=True)
 class MotionConfig:
-    """How targets move and how well they are measured."""
+    """
+    How targets move and how well they are measured; each model has a subclass of its own.
 
-    model: str = parameter(
-        'constant_velocity',
-        'One constant-velocity filter a target, or two that interact: calm and manoeuvring',
-        choices=('constant_velocity', 'interacting'),
-    )
+    Attributes
+    ----------
+    model : str
+        Which model it is of.
+
+    """
+
+    model: str
     acceleration_density: float = parameter(
         2.0,
         'Power spectral density of the acceleration; if models interact, where none is known '
         '[m^2/s^3]',
         minimum=1e-4,
         maximum=1000.0,
-    )
-    calm_density: float = parameter(
-        0.2,
-        'The same of the calm mode, if models interact [m^2/s^3]',
-        minimum=1e-4,
-        maximum=1000.0,
-    )
-    manoeuvre_density: float = parameter(
-        4.0,
-        'The same of the manoeuvring one [m^2/s^3]',
-        minimum=1e-4,
-        maximum=1000.0,
-    )
-    calm_time: float = parameter(
-        2.0, 'How long a target is calm in the mean [s]', minimum=0.001, maximum=10000.0
-    )
-    manoeuvre_time: float = parameter(
-        0.7, 'How long a manoeuvre lasts in the mean [s]', minimum=0.001, maximum=10000.0
     )
     initial_speed_sigma: float = parameter(
         2.0,
@@ -97,13 +83,85 @@ class MotionConfig:
 
 
 @dataclass(frozen=True)
-class AssociationConfig:
-    """Which detection belongs to which track."""
+class ConstantVelocityConfig(MotionConfig):
+    """Parameters of `ConstantVelocity`."""
 
-    method: str = parameter('weighed_gnn', 'How pairs compete', choices=tuple(ASSOCIATORS))
+    model: str = tag('constant_velocity')
+
+
+@dataclass(frozen=True)
+class InteractingConfig(MotionConfig):
+    """Parameters of `InteractingModels`."""
+
+    model: str = tag('interacting')
+    calm_density: float = parameter(
+        0.2,
+        'Power spectral density of the acceleration of the calm mode [m^2/s^3]',
+        minimum=1e-4,
+        maximum=1000.0,
+    )
+    manoeuvre_density: float = parameter(
+        4.0,
+        'The same of the manoeuvring one [m^2/s^3]',
+        minimum=1e-4,
+        maximum=1000.0,
+    )
+    calm_time: float = parameter(
+        2.0, 'How long a target is calm in the mean [s]', minimum=0.001, maximum=10000.0
+    )
+    manoeuvre_time: float = parameter(
+        0.7, 'How long a manoeuvre lasts in the mean [s]', minimum=0.001, maximum=10000.0
+    )
+
+
+MOTION: OneOf[MotionConfig] = OneOf(
+    'model',
+    'constant_velocity',
+    'One constant-velocity filter a target, or two that interact: calm and manoeuvring',
+    {'constant_velocity': ConstantVelocityConfig, 'interacting': InteractingConfig},
+)
+"""The choice of how targets move."""
+
+
+COVERING_METHODS = ('covering_graph', 'covering_graph_code')
+"""Associators of whole ticks, in `mctrack_ros.fusion.update.covering`."""
+
+
+@dataclass(frozen=True)
+class AssociationConfig:
+    """
+    Which detection belongs to which track; the methods have subclasses of their own.
+
+    Attributes
+    ----------
+    method : str
+        Which method it is of.
+
+    """
+
+    method: str
     gate: float = parameter(
         13.8, 'Largest squared Mahalanobis distance of a pair', minimum=0.1, maximum=1000.0
     )
+    appearance_weight: float = parameter(
+        12.0,
+        'What the squared Hellinger distance of two templates costs, beyond the usual [-2 log]',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    usual_difference: float = parameter(
+        0.15,
+        'Squared Hellinger distance of two templates that speaks neither for nor against',
+        minimum=0.0,
+        maximum=1.0,
+    )
+
+
+@dataclass(frozen=True)
+class JointAssociationConfig(AssociationConfig):
+    """Parameters of `JointAssociation`."""
+
+    method: str = tag(*(name for name in ASSOCIATORS if name not in COVERING_METHODS))
     false_density: float = parameter(
         0.002,
         'Detections that belong to no known target, per camera and image [1/m^2]',
@@ -119,18 +177,6 @@ class AssociationConfig:
         minimum=0.0,
         maximum=100.0,
     )
-    appearance_weight: float = parameter(
-        12.0,
-        'What the squared Hellinger distance of two templates costs, beyond the usual [-2 log]',
-        minimum=0.0,
-        maximum=1000.0,
-    )
-    usual_difference: float = parameter(
-        0.15,
-        'Squared Hellinger distance of two templates that speaks neither for nor against',
-        minimum=0.0,
-        maximum=1.0,
-    )
     likeness_weight: float = parameter(
         0.0,
         'What looking less like a detection than another track near by costs, per logarithm of '
@@ -144,6 +190,25 @@ class AssociationConfig:
         minimum=0.0,
         maximum=1.0,
     )
+
+
+@dataclass(frozen=True)
+class CoveringConfig(AssociationConfig):
+    """Parameters of `CoveringAssociation`."""
+
+    method: str = tag(*COVERING_METHODS)
+
+
+ASSOCIATION: OneOf[AssociationConfig] = OneOf(
+    'method',
+    'weighed_gnn',
+    'How pairs compete',
+    {
+        name: CoveringConfig if name in COVERING_METHODS else JointAssociationConfig
+        for name in ASSOCIATORS
+    },
+)
+"""The choice of how pairs compete."""
 
 
 @dataclass(frozen=True)
@@ -360,11 +425,27 @@ class ReidConfig:
 
 @dataclass(frozen=True)
 class FusionConfig:
-    """Parameters of fusion."""
+    """
+    Parameters of fusion; each tracker has a subclass of its own.
 
+    Attributes
+    ----------
+    tracker : str
+        Which tracker they are of.
+
+    """
+
+    tracker: str
     batching: BatchingConfig = BatchingConfig()
-    motion: MotionConfig = MotionConfig()
-    association: AssociationConfig = AssociationConfig()
+
+
+@dataclass(frozen=True)
+class JointConfig(FusionConfig):
+    """Parameters of `FusionPipeline`."""
+
+    tracker: str = tag('joint')
+    motion: MotionConfig = MOTION.field()
+    association: AssociationConfig = ASSOCIATION.field()
     life: LifeConfig = LifeConfig()
     kits: ClothingConfig = ClothingConfig()
     recognition: ReidConfig = ReidConfig()

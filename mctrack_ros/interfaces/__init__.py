@@ -25,7 +25,7 @@ from mctrack_ros.interfaces.limits import (
     RESTART_NS,
 )
 from mctrack_ros.interfaces.rows import Column, Rows
-from mctrack_ros.interfaces.ticks import CameraDetections, Tick, Ticks
+from mctrack_ros.interfaces.ticks import CameraDetections, CameraRows, RowsTick, Tick, Ticks
 from mctrack_ros.interfaces.tracks import Tracks
 
 __all__ = [
@@ -40,6 +40,7 @@ __all__ = [
     'RESTART_NS',
     'TEMPLATE_SIZE',
     'CameraDetections',
+    'CameraRows',
     'Candidates',
     'Choice',
     'ClassCode',
@@ -53,6 +54,7 @@ __all__ = [
     'FeedbackFlag',
     'Reason',
     'Rows',
+    'RowsTick',
     'Tick',
     'Ticks',
     'TrackStatus',

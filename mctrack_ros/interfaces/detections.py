@@ -53,6 +53,7 @@ class Detections(Rows):
 
     """
 
+    TOPIC: ClassVar[str] = 'detections'
     COLUMNS: ClassVar[dict[str, Column]] = {
         'position': POSITION,
         'covariance': Column('f4', (2, 2)),

@@ -45,7 +45,8 @@ class Rows:
     Base of the row types: a stamp, ground positions and arrays that share their first axis.
 
     A subclass names its columns in ``COLUMNS``, in the order of its fields, with the element
-    types that travel, so encoding loses nothing. Arrays are checked and made read-only.
+    types that travel, so encoding loses nothing. Arrays are checked and made read-only. ``TOPIC``
+    is where a camera tells them, below its own topic.
 
     Raises
     ------
@@ -55,6 +56,7 @@ class Rows:
     """
 
     COLUMNS: ClassVar[dict[str, Column]] = {}
+    TOPIC: ClassVar[str] = ''
     LAYOUT: ClassVar[tuple[tuple[str, np.dtype[Any], tuple[int, ...], float], ...]] = ()
     NONE: ClassVar[tuple[NDArray[Any], ...]] = ()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar, Generic, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,23 +12,29 @@ from numpy.typing import NDArray
 from mctrack_ros.interfaces.detections import Detections
 from mctrack_ros.interfaces.rows import POSITION, Column, Rows
 
+R = TypeVar('R', bound=Rows)
 
-@dataclass(frozen=True, eq=False, slots=True)
-class CameraDetections:
+
+@dataclass(frozen=True, eq=False)
+class CameraRows(Generic[R]):
     """
-    Detections with the name of the camera they come from.
+    What a camera says of one image, with its name.
 
     Attributes
     ----------
     camera : str
         Name in the site's list of cameras.
-    detections : Detections
+    rows : Rows
         Stamped with the image's capture time.
 
     """
 
     camera: str
-    detections: Detections
+    rows: R
+
+
+CameraDetections = CameraRows[Detections]
+"""What a camera detects in one image, with its name."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,7 +51,7 @@ class Ticks(Rows):
     admitted : (n,) uint32 array
         Messages admitted to this tick.
     detections : (n,) uint32 array
-        Detections in them.
+        Detections, or other rows, in them.
     late : (n,) uint32 array
         Messages that came too late since the last tick, dropped.
     dropped_detections : (n,) uint32 array
@@ -94,8 +100,8 @@ class Ticks(Rows):
     age_us: NDArray[np.uint32]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Tick:
+@dataclass(frozen=True, eq=False)
+class RowsTick(Generic[R]):
     """
     Everything that fusion is given for one period, in canonical order.
 
@@ -103,7 +109,7 @@ class Tick:
     ----------
     stamp_ns : int
         The latest stamp admitted; what fusion makes of the tick carries it.
-    messages : tuple of CameraDetections
+    messages : tuple of CameraRows
         Sorted by camera name, then stamp.
     record : Ticks
         What was admitted, late and missing.
@@ -111,12 +117,16 @@ class Tick:
     """
 
     stamp_ns: int
-    messages: tuple[CameraDetections, ...]
+    messages: tuple[CameraRows[R], ...]
     record: Ticks
 
     @classmethod
-    def of(cls, messages: Iterable[CameraDetections]) -> Self:
+    def of(cls, messages: Iterable[CameraRows[R]]) -> Self:
         """Return a tick of messages, at least one; nothing is recorded of them."""
-        ordered = sorted(messages, key=lambda one: (one.camera, one.detections.stamp_ns))
-        stamp_ns = max(message.detections.stamp_ns for message in ordered)
+        ordered = sorted(messages, key=lambda one: (one.camera, one.rows.stamp_ns))
+        stamp_ns = max(message.rows.stamp_ns for message in ordered)
         return cls(stamp_ns, tuple(ordered), Ticks.build(stamp_ns))
+
+
+Tick = RowsTick[Detections]
+"""What a tracker of detections is given for one period."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.interfaces import Detections, Events
+from mctrack_ros.interfaces import Detections, Events, Rows
 from mctrack_ros.perception.camera_shift.monitor import CameraShift
 
 Image = NDArray[np.uint8]
@@ -20,8 +21,9 @@ class CameraOutput:
 
     Attributes
     ----------
-    detections : Detections
-        What is seen; empty while the background is learned.
+    messages : mapping of str to Rows
+        What is told of every image, by topic below the camera's; without rows while the
+        background is learned.
     events : Events
         What happened to the camera's own tracks; ``others`` are local ids.
     shift : CameraShift
@@ -29,14 +31,20 @@ class CameraOutput:
 
     """
 
-    detections: Detections
+    messages: Mapping[str, Rows]
     events: Events
     shift: CameraShift
 
     @classmethod
-    def empty(cls, stamp_ns: int, shift: CameraShift) -> CameraOutput:
+    def empty(cls, rows: type[Rows], stamp_ns: int, shift: CameraShift) -> CameraOutput:
         """Return what is said while there is nothing to compare an image with."""
-        return cls(Detections.build(stamp_ns), Events.build(stamp_ns), shift)
+        return cls({rows.TOPIC: rows.build(stamp_ns)}, Events.build(stamp_ns), shift)
+
+    @property
+    def detections(self) -> Detections:
+        """What is detected; none, if the tracker tells other things."""
+        found = self.messages.get(Detections.TOPIC)
+        return found if isinstance(found, Detections) else Detections.build(self.events.stamp_ns)
 
 
 def check_image(image: Image, size: tuple[int, int]) -> None:

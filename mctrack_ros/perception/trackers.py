@@ -1,18 +1,21 @@
-"""The camera's own trackers, by name."""
+"""The seam of the cameras' own trackers: what each is, and all of them by name."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.config import OneOf
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.interfaces import Feedback
-from mctrack_ros.perception.event_tracker.pipeline import CameraConfig, CameraPipeline
+from mctrack_ros.interfaces import Detections, Feedback, Rows
+from mctrack_ros.perception.config import CameraConfig
+from mctrack_ros.perception.event_tracker.pipeline import CameraPipeline, EventTrackerConfig
+from mctrack_ros.perception.feedback.buffer import FeedbackBuffer, RowsBuffer
 from mctrack_ros.perception.output import CameraOutput
-from mctrack_ros.perception.silhouettes import SilhouettePipeline
+from mctrack_ros.perception.silhouettes import SilhouetteCameraConfig, SilhouettePipeline
 
 Image = NDArray[np.uint8]
 
@@ -20,8 +23,12 @@ Image = NDArray[np.uint8]
 class CameraTracker(Protocol):
     """One camera, one image after another."""
 
-    def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
-        """Process one image; see `CameraPipeline.step`."""
+    def step(self, image: Image, stamp_ns: int, feedback: Any) -> CameraOutput:
+        """
+        Process one image; see `CameraPipeline.step`.
+
+        The feedback is of the type that the tracker's `CameraMethod` names, or None.
+        """
 
     def predicted_boxes(self) -> NDArray[np.float64]:
         """
@@ -34,13 +41,51 @@ class CameraTracker(Protocol):
         """Return the local ids of each group, for an overlay."""
 
 
-Opener = Callable[[CameraConfig, GroundMapping, Image | None, Image | None], CameraTracker]
-TRACKERS: dict[str, Opener] = {
-    'groups': CameraPipeline,
-    'silhouettes': lambda config, mapping, mask, background: SilhouettePipeline(
-        config.silhouettes, mapping, mask, background
+Opener = Callable[[Any, GroundMapping, Image | None, Image | None], CameraTracker]
+
+
+class CameraMethod(NamedTuple):
+    """
+    A tracker that a camera can have.
+
+    Attributes
+    ----------
+    config : type
+        Its parameters.
+    open : callable
+        Makes one of parameters, the camera's mapping, mask and background; see `open_camera`.
+    messages : tuple of type
+        What it tells of every image, each on the topic of its row type.
+    feedback : type
+        What it is told by fusion.
+
+    """
+
+    config: type[CameraConfig]
+    open: Opener
+    messages: tuple[type[Rows], ...] = (Detections,)
+    feedback: type[Rows] = Feedback
+
+
+TRACKERS: dict[str, CameraMethod] = {
+    'groups': CameraMethod(EventTrackerConfig, CameraPipeline),
+    'silhouettes': CameraMethod(
+        SilhouetteCameraConfig,
+        lambda config, *given: SilhouettePipeline(config.silhouettes, *given),
     ),
 }
+CAMERA: OneOf[CameraConfig] = OneOf(
+    'local_tracker',
+    'groups',
+    "the camera's own tracker: filters on the ground with groups, or the silhouettes paper's",
+    TRACKERS,
+)
+"""The choice of a camera's tracker, with its parameters."""
+
+
+def camera_method(config: CameraConfig) -> CameraMethod:
+    """Return the tracker that a camera's parameters are of."""
+    return TRACKERS[config.local_tracker]
 
 
 def open_camera(
@@ -50,12 +95,12 @@ def open_camera(
     background: Image | None = None,
 ) -> CameraTracker:
     """
-    Return the tracker that a camera's settings name.
+    Return the tracker that a camera's parameters are of.
 
     Parameters
     ----------
     config : CameraConfig
-        Names it in ``local_tracker`` and holds its parameters.
+        The parameters.
     mapping : GroundMapping
         Of the camera.
     mask : (h, w) uint8 array, optional
@@ -64,4 +109,11 @@ def open_camera(
         Image without moving objects; unless given, the background is learned first.
 
     """
-    return TRACKERS[config.local_tracker](config, mapping, mask, background)
+    return camera_method(config).open(config, mapping, mask, background)
+
+
+def open_buffer(config: CameraConfig, period_ns: int, delay_ns: int) -> RowsBuffer[Any]:
+    """Return what keeps the feedback of a camera's tracker; see `RowsBuffer`."""
+    if camera_method(config).feedback is Feedback:
+        return FeedbackBuffer(period_ns, delay_ns)
+    return RowsBuffer(period_ns, delay_ns)

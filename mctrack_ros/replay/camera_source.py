@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mctrack_ros.codec import (
     image_from_message,
@@ -13,8 +13,14 @@ from mctrack_ros.codec import (
     rows_from_cloud,
     stamp_ns_of,
 )
-from mctrack_ros.interfaces import Detections, Events, Feedback
-from mctrack_ros.perception import FeedbackBuffer, ImageState, ImageWatch, ShiftState
+from mctrack_ros.interfaces import Detections, Events, Rows
+from mctrack_ros.perception import (
+    ImageState,
+    ImageWatch,
+    RowsBuffer,
+    ShiftState,
+    open_buffer,
+)
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.recording import BagError, BagReader
@@ -74,6 +80,8 @@ class CameraTask:
         How the stamps of its messages are used; unless given, as they are.
     debug : Debug, optional
         Where images with what is seen in them are written.
+    told : type
+        What fusion is told by the camera, where that is replayed instead of images.
 
     """
 
@@ -86,6 +94,7 @@ class CameraTask:
     video: CameraVideo | None = None
     stamps: Stamps | None = None
     debug: Debug | None = None
+    told: type[Rows] = Detections
 
     @property
     def image_topic(self) -> str:
@@ -93,9 +102,9 @@ class CameraTask:
         return resolved(named_image_topic(self.camera, self.settings.image_topic))
 
     @property
-    def detections_topic(self) -> str:
-        """Topic of recorded detections."""
-        return f'/{self.camera}/detections'
+    def told_topic(self) -> str:
+        """Topic of what fusion was told, detections for example."""
+        return f'/{self.camera}/{self.told.TOPIC}'
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -107,8 +116,8 @@ class CameraResult:
     ----------
     camera : str
         Its name.
-    detections : Detections
-        What it publishes.
+    messages : mapping of str to Rows
+        What it publishes, by topic below its own.
     events : Events
         Its own events.
     feedback_missed : bool
@@ -119,14 +128,19 @@ class CameraResult:
     """
 
     camera: str
-    detections: Detections
+    messages: Mapping[str, Rows]
     events: Events
     feedback_missed: bool
     session: int = 0
 
+    @property
+    def stamp_ns(self) -> int:
+        """Stamp of the image, ns."""
+        return self.events.stamp_ns
+
     def tick(self, period_ns: int) -> int:
         """Return the number of its tick, over all sessions."""
-        return self.session * SESSION + self.detections.stamp_ns // period_ns
+        return self.session * SESSION + self.stamp_ns // period_ns
 
 
 def topic_of(task: CameraTask, reader: BagReader) -> str:
@@ -139,11 +153,11 @@ def topic_of(task: CameraTask, reader: BagReader) -> str:
         If the bag holds neither.
 
     """
-    for topic in (task.image_topic, task.detections_topic):
+    for topic in (task.image_topic, task.told_topic):
         if reader.count(topic):
             return topic
     raise BagError(
-        f'{task.bag} has no messages on {task.image_topic} nor on {task.detections_topic}: '
+        f'{task.bag} has no messages on {task.image_topic} nor on {task.told_topic}: '
         f'{_where_to_look(task, reader)}'
     )
 
@@ -151,7 +165,7 @@ def topic_of(task: CameraTask, reader: BagReader) -> str:
 def _where_to_look(task: CameraTask, reader: BagReader) -> str:
     """Return what a bag holds instead of a camera's topics, and how to track that."""
     filled = [topic for topic in reader.topics if reader.count(topic)]
-    for wanted in (task.image_topic, task.detections_topic):
+    for wanted in (task.image_topic, task.told_topic):
         for topic in filled:
             if topic.endswith(wanted) and not topic.startswith('/truth/'):
                 namespace = topic.removesuffix(wanted)
@@ -192,7 +206,7 @@ class CameraSource:
         self._messages = self._open()
         if self._from_images:
             self._pipeline = task.settings.open()
-        self._buffer = FeedbackBuffer(task.period_ns, task.delay_ns)
+        self._buffer = self._new_buffer()
         self._watch, self._overlay = ImageWatch(), Overlay()
         self._next_debug_ns = 0
         self.quality = CameraQuality(task.camera)
@@ -210,6 +224,11 @@ class CameraSource:
         topic = topic_of(self._task, self._reader)
         self._from_images = topic == self._task.image_topic
         return self._reader.messages([topic])
+
+    def _new_buffer(self) -> RowsBuffer[Any]:
+        """Return a buffer without feedback."""
+        task = self._task
+        return open_buffer(task.settings.pipeline, task.period_ns, task.delay_ns)
 
     def notes(self) -> list[str]:
         """Return the notes about the video so far, a line each."""
@@ -232,7 +251,7 @@ class CameraSource:
         wanted_ns = self.next_stamp_ns - self._task.delay_ns
         return self.session * SESSION + wanted_ns // self._task.period_ns
 
-    def push(self, feedback: Feedback, session: int) -> None:
+    def push(self, feedback: Rows, session: int) -> None:
         """Hand over feedback of a tick of a session."""
         if session == self.session:
             self._buffer.push(feedback)
@@ -250,18 +269,18 @@ class CameraSource:
             moved = output.shift.state is ShiftState.MOVED
             quality.moved_px = output.shift.size_px if moved else 0.0
             self._draw(output)
-            result = CameraResult(name, output.detections, output.events, missed, session)
+            result = CameraResult(name, output.messages, output.events, missed, session)
         else:
-            detections = self._detections.at(stamp_ns)
-            result = CameraResult(name, detections, Events.build(stamp_ns), False, session)
+            told = {self._rows.TOPIC: self._rows.at(stamp_ns)}
+            result = CameraResult(name, told, Events.build(stamp_ns), False, session)
         quality.messages += 1
-        quality.detections += int((~result.detections.is_vacant).sum())
+        quality.detections += sum(map(_seen, result.messages.values()))
         self._advance()
         return result
 
     def _draw(self, output: CameraOutput) -> None:
         """Write the image with its detections, if one is due."""
-        debug, stamp_ns = self._task.debug, output.detections.stamp_ns
+        debug, stamp_ns = self._task.debug, output.events.stamp_ns
         if debug is None or 0 <= self._next_debug_ns - stamp_ns < debug.every_s * SECOND_NS:
             return
         self._next_debug_ns = stamp_ns + round(debug.every_s * SECOND_NS)
@@ -281,7 +300,7 @@ class CameraSource:
             if stamp_ns != LEFT_OUT and self._is_usable(message):
                 self.next_stamp_ns = stamp_ns
                 if session != self.session:
-                    self._buffer = FeedbackBuffer(self._task.period_ns, self._task.delay_ns)
+                    self._buffer = self._new_buffer()
                 return
         quality, is_first = self.quality, self.next_stamp_ns is None
         self.next_stamp_ns = None
@@ -310,9 +329,14 @@ class CameraSource:
                 size = (settings.image_width, settings.image_height)
                 self._image = image_from_message(message, size)
             else:
-                self._detections = rows_from_cloud(message, Detections)
+                self._rows = rows_from_cloud(message, self._task.told)
         except ValueError as error:
             self.quality.refused += 1
             self.quality.reason = str(error)
             return False
         return True
+
+
+def _seen(rows: Rows) -> int:
+    """Return how many rows tell of somebody: of detections, those that are not vacant."""
+    return int((~rows.is_vacant).sum()) if isinstance(rows, Detections) else len(rows)

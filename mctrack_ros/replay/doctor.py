@@ -11,6 +11,7 @@ import numpy as np
 
 from mctrack_ros.codec import image_from_message
 from mctrack_ros.config import ConfigError
+from mctrack_ros.fusion import fusion_method
 from mctrack_ros.ground import CalibrationError
 from mctrack_ros.perception import ImageState, ImageWatch
 from mctrack_ros.recording import BagError, BagReader
@@ -93,7 +94,10 @@ def _examine_camera(name: str, camera: CameraSettings) -> Iterator[Finding]:
 def examine_bag(path: str | Path, site: SiteConfig, namespace: str = '') -> Iterator[Finding]:
     """Yield what is wrong with a bag that is to be tracked with a site."""
     topics: dict[str, str] = {}
-    tasks = [CameraTask(Path(path), *each, 1, 1, namespace) for each in site.cameras.items()]
+    told = fusion_method(site.fusion).messages
+    tasks = [
+        CameraTask(Path(path), *each, 1, 1, namespace, told=told) for each in site.cameras.items()
+    ]
     with BagReader(path, namespace) as reader:
         for task in tasks:
             try:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
-from mctrack_ros.fusion import DecisionRecorder, FusionConfig, FusionOutput, FusionPipeline
+from mctrack_ros.fusion import FusionConfig, FusionOutput, open_fusion, open_recorder
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
-from mctrack_ros.interfaces import Explanation, Feedback, Tick
+from mctrack_ros.interfaces import Explanation, Rows, RowsTick
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -17,34 +18,35 @@ class TickOutput:
 
     Attributes
     ----------
-    tick : Tick
+    tick : RowsTick
         The input.
     output : FusionOutput
         Tracks and events.
-    feedback : Feedback
+    feedback : Rows
         Predictions for the cameras.
     explanation : Explanation, optional
         Why fusion decided so, if that was asked.
-    bias : CameraBias
-        How the cameras disagree, in the site's order; updated in place by the next tick.
+    bias : CameraBias, optional
+        How the cameras disagree, in the site's order, if that is estimated; updated in place by
+        the next tick.
 
     """
 
-    tick: Tick
+    tick: RowsTick[Any]
     output: FusionOutput
-    feedback: Feedback
+    feedback: Rows
     explanation: Explanation | None
-    bias: CameraBias
+    bias: CameraBias | None
 
 
 def drive(
     config: FusionConfig,
     cameras: tuple[str, ...],
-    ticks: Iterable[Tick],
-    is_asked_why: Callable[[Tick], bool] = lambda tick: False,
+    ticks: Iterable[RowsTick[Any]],
+    is_asked_why: Callable[[RowsTick[Any]], bool] = lambda tick: False,
 ) -> Iterator[TickOutput]:
     """
-    Step a new fusion pipeline over ticks.
+    Step a new tracker over ticks.
 
     Parameters
     ----------
@@ -52,8 +54,8 @@ def drive(
         Parameters.
     cameras : tuple of str
         Names in the site's order.
-    ticks : iterable of Tick
-        As `FusionPipeline.step` takes them. Each is taken only after the caller has dealt with
+    ticks : iterable of RowsTick
+        As the tracker's `step` takes them. Each is taken only after the caller has dealt with
         the output of the one before: a generator can use the feedback of all earlier ticks.
     is_asked_why : callable
         Whether a tick is explained.
@@ -66,12 +68,12 @@ def drive(
     Raises
     ------
     ValueError, OverflowError
-        As `FusionPipeline` and its `step` do.
+        As the tracker's making and its `step` do.
 
     """
-    pipeline = FusionPipeline(config, cameras)
+    tracker = open_fusion(config, cameras)
     for tick in ticks:
-        recorder = DecisionRecorder() if is_asked_why(tick) else None
-        output = pipeline.step(tick, recorder)
+        recorder = open_recorder(config) if is_asked_why(tick) else None
+        output = tracker.step(tick, recorder)
         explanation = recorder.explanation if recorder else None
-        yield TickOutput(tick, output, pipeline.feedback(), explanation, pipeline.bias)
+        yield TickOutput(tick, output, tracker.feedback(), explanation, tracker.bias)

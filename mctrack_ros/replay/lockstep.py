@@ -12,9 +12,10 @@ from collections import defaultdict
 from collections.abc import Iterator
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
+from typing import Any
 
-from mctrack_ros.fusion import Batcher, FusionConfig
-from mctrack_ros.interfaces import Feedback, Tick
+from mctrack_ros.fusion import FusionConfig, fusion_method, open_batcher
+from mctrack_ros.interfaces import Rows, RowsTick
 from mctrack_ros.replay.camera_source import CameraResult, CameraTask
 from mctrack_ros.replay.drive import TickOutput, drive
 from mctrack_ros.replay.workers import NEVER, CameraWorkers, Progress
@@ -31,8 +32,9 @@ class ReplayError(RuntimeError):
 def camera_tasks(bag: str | Path, site: SiteConfig, namespace: str = '') -> list[CameraTask]:
     """Return the tasks of a site's cameras over a bag."""
     period_ns, delay_ns = tick_ns(site)
+    told = fusion_method(site.fusion).messages
     return [
-        CameraTask(Path(bag), name, settings, period_ns, delay_ns, namespace)
+        CameraTask(Path(bag), name, settings, period_ns, delay_ns, namespace, told=told)
         for name, settings in site.cameras.items()
     ]
 
@@ -108,7 +110,7 @@ class _Periods:
     ----------
     results : tuple of CameraResult
         Those of the last complete period.
-    feedback : list of (int, Feedback)
+    feedback : list of (int, Rows)
         Feedback since the last announcement, by session; the caller appends.
 
     """
@@ -116,7 +118,7 @@ class _Periods:
     def __init__(self, workers: CameraWorkers, period_ns: int) -> None:
         self._workers, self._period_ns = workers, period_ns
         self.results: Results = ()
-        self.feedback: list[tuple[int, Feedback]] = []
+        self.feedback: list[tuple[int, Rows]] = []
 
     def complete(self) -> Iterator[Results]:
         """Yield the results of each period that all cameras have passed; announce feedback."""
@@ -158,7 +160,7 @@ def _received(connection: Connection) -> Progress:
 
 def in_order(results: list[CameraResult]) -> Results:
     """Return results of one period by camera and stamp."""
-    return tuple(sorted(results, key=lambda r: (r.camera, r.detections.stamp_ns)))
+    return tuple(sorted(results, key=lambda r: (r.camera, r.stamp_ns)))
 
 
 class Batches:
@@ -180,17 +182,18 @@ class Batches:
     """
 
     def __init__(self, config: FusionConfig, cameras: tuple[str, ...]) -> None:
-        self._batcher = Batcher(config, cameras)
+        self._batcher = open_batcher(config, cameras)
+        self._topic = fusion_method(config).messages.TOPIC
         self.session = 0
 
-    def ticks(self, results: Results) -> list[Tick]:
+    def ticks(self, results: Results) -> list[RowsTick[Any]]:
         """Return the ticks of the results of one period, which are in order."""
         if results[0].session > self.session:
             self.session = results[0].session
             self._batcher.begin_anew()
-        now_ns = min(result.detections.stamp_ns for result in results)
+        now_ns = min(result.stamp_ns for result in results)
         ticks = []
         for result in results:
             self._batcher.feedback_missed(result.camera, int(result.feedback_missed))
-            ticks += self._batcher.add(result.camera, result.detections, now_ns)
+            ticks += self._batcher.add(result.camera, result.messages[self._topic], now_ns)
         return ticks + self._batcher.flush()

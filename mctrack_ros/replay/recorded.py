@@ -1,12 +1,13 @@
-"""Ticks rebuilt from the detections in a bag."""
+"""Ticks rebuilt from what the cameras of a bag told: detections, for example."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
+from typing import Any
 
-from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.interfaces import CameraDetections, Detections, Events, Tick, Ticks
+from mctrack_ros.fusion import FusionConfig, fusion_method
+from mctrack_ros.interfaces import CameraRows, Events, Rows, RowsTick, Ticks
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.camera_source import CameraResult
 from mctrack_ros.replay.lockstep import Batches, in_order
@@ -14,13 +15,13 @@ from mctrack_ros.replay.quality import LEFT_OUT
 from mctrack_ros.replay.stamps import Entry, judge
 
 TICKS_TOPIC = '/ticks'
-Message = tuple[int, str, Detections]
+Message = tuple[int, str, Rows]
 """Log time, ns, camera and what it holds."""
 
 
 def recorded_ticks(
     reader: BagReader, cameras: tuple[str, ...], config: FusionConfig
-) -> Iterator[Tick]:
+) -> Iterator[RowsTick[Any]]:
     """
     Yield what fusion was given, in order.
 
@@ -30,29 +31,29 @@ def recorded_ticks(
     Parameters
     ----------
     reader : BagReader
-        The bag, with ``<camera>/detections``.
+        The bag, with ``<camera>/detections``, or what else the tracker is told.
     cameras : tuple of str
         Names in the site's order.
     config : FusionConfig
-        Its period is used.
+        Its period is used, and what its tracker is told.
 
     Raises
     ------
     BagError
-        If the bag holds no detections, or lacks some that were admitted.
+        If the bag holds none of these, or lacks some that were admitted.
 
     """
-    period_ns = round(config.batching.period * 1e9)
-    present = [camera for camera in cameras if reader.count(f'/{camera}/detections')]
+    period_ns, kind = round(config.batching.period * 1e9), fusion_method(config).messages
+    present = [camera for camera in cameras if reader.count(f'/{camera}/{kind.TOPIC}')]
     if not present:
         raise BagError(
-            f'{reader.path} holds no detections of {", ".join(cameras)}: track it first '
-            '(mctrack track), or record /<camera>/detections'
+            f'{reader.path} holds no {kind.TOPIC} of {", ".join(cameras)}: track it first '
+            f'(mctrack track), or record /<camera>/{kind.TOPIC}'
         )
     messages = [
         (time_ns, camera, rows)
         for camera in present
-        for rows, time_ns in reader.rows(f'/{camera}/detections', Detections)
+        for rows, time_ns in reader.rows(f'/{camera}/{kind.TOPIC}', kind)
     ]
     messages.sort(key=lambda message: message[0])
     if reader.count(TICKS_TOPIC):
@@ -64,7 +65,7 @@ def recorded_ticks(
 
 def _judged(
     messages: list[Message], cameras: tuple[str, ...], config: FusionConfig
-) -> Iterator[Tick]:
+) -> Iterator[RowsTick[Any]]:
     """Yield ticks as the offline runner makes them, from plausible stamps."""
     period_ns, batches = round(config.batching.period * 1e9), Batches(config, cameras)
     entries = [Entry(camera, rows.stamp_ns, time_ns) for time_ns, camera, rows in messages]
@@ -77,7 +78,8 @@ def _judged(
         stamp_ns, session = next(judged[camera])
         if stamp_ns != LEFT_OUT:
             events = Events.build(stamp_ns)
-            result = CameraResult(camera, rows.at(stamp_ns), events, False, session)
+            told = {rows.TOPIC: rows.at(stamp_ns)}
+            result = CameraResult(camera, told, events, False, session)
             periods[result.tick(period_ns)].append(result)
     for index in sorted(periods):
         yield from batches.ticks(in_order(periods[index]))
@@ -89,9 +91,9 @@ def _admitted(
     cameras: tuple[str, ...],
     period_ns: int,
     reader: BagReader,
-) -> Iterator[Tick]:
+) -> Iterator[RowsTick[Any]]:
     """Yield the recorded ticks, each message with the stamp that fusion gave it."""
-    waiting: dict[tuple[str, int], list[Detections]] = defaultdict(list)
+    waiting: dict[tuple[str, int], list[Rows]] = defaultdict(list)
     for _, camera, rows in messages:
         waiting[camera, rows.stamp_ns // period_ns].append(rows)
     for record in records:
@@ -119,11 +121,11 @@ def _admitted(
             )
             if len(found) - first < count:
                 raise BagError(
-                    f'{reader.path} lacks detections of {name} that were fused at '
+                    f'{reader.path} lacks {messages[0][2].TOPIC} of {name} that were fused at '
                     f'{record.stamp_ns * 1e-9:.3f} s: it cannot be replayed'
                 )
             for store, rows in found[first : first + count]:
                 store.remove(rows)
-                frames.append(CameraDetections(name, rows.at(rows.stamp_ns + added_ns)))
-        frames.sort(key=lambda frame: (frame.camera, frame.detections.stamp_ns))
-        yield Tick(record.stamp_ns, tuple(frames), record)
+                frames.append(CameraRows(name, rows.at(rows.stamp_ns + added_ns)))
+        frames.sort(key=lambda frame: (frame.camera, frame.rows.stamp_ns))
+        yield RowsTick(record.stamp_ns, tuple(frames), record)

@@ -85,7 +85,8 @@ def _topics(results: Results, ticked: TickOutput) -> Iterator[tuple[str, Rows]]:
     for result in results:
         if len(result.events):
             yield f'/{result.camera}/events', result.events
-        yield f'/{result.camera}/detections', result.detections
+        for topic, rows in result.messages.items():
+            yield f'/{result.camera}/{topic}', rows
     yield '/ticks', ticked.tick.record
     yield '/tracks', ticked.output.tracks
     if len(ticked.output.events):

@@ -150,7 +150,8 @@ def track_bag(
     else:
         given = _bag(bag, site, namespace, log_times)
     tasks = [replace(task, debug=debug) for task in given.tasks]
-    summary, bias = TrackSummary(given.seconds), CameraBias(len(site.camera_names))
+    summary = TrackSummary(given.seconds)
+    bias: CameraBias | None = None
     with (
         RunFiles(Path(out), site, overwrite=overwrite) as files,
         closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
@@ -160,7 +161,9 @@ def track_bag(
             summary.add(results, ticked.output.tracks)
             bias = ticked.bias
             progress(summary.images, given.messages)
-    offsets = dict(zip(site.camera_names, np.hypot(*bias.offset.T).tolist()))
+    offsets = dict.fromkeys(site.camera_names, 0.0)
+    if bias is not None:
+        offsets = dict(zip(site.camera_names, np.hypot(*bias.offset.T).tolist()))
     _conclude(summary, given, workers, offsets)
     return summary
 
@@ -194,7 +197,7 @@ def _bag(bag: str | Path, site: SiteConfig, namespace: str, log_times: bool) -> 
     tasks = camera_tasks(bag, site, namespace)
     with BagReader(bag, namespace) as reader:
         topics = {topic_of(task, reader): task.camera for task in tasks}
-        if any(task.detections_topic in topics for task in tasks):
+        if any(task.told_topic in topics for task in tasks):
             _check_origin(reader, site)
         entries = read_entries(reader, topics, log_times)
         seconds = reader.duration_s

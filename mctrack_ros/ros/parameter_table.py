@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from mctrack_ros.config import Parameter, parameters_of
 from mctrack_ros.ros.default_files import NODE_CONFIGS, yaml_text
@@ -16,7 +17,9 @@ Every parameter of every node, with its default, its unit in square brackets, an
 The files `config/<node>.yaml` hold the same as ROS parameter files. In a site, the parameters of a
 camera stand without `settings.` (`pipeline: {tracker: {vehicles: true}}`), those of fusion under
 `fusion`. A parameter that is unknown, of the wrong type or out of range stops the node with one
-line and exit code 2. `make reference` makes this page from the code; do not edit it."""
+line and exit code 2. Where a parameter names a method (`local_tracker`, `motion.model`), only the
+parameters of that method exist; headings say which these are. `make reference` makes this page
+from the code; do not edit it."""
 
 
 def parameter_page() -> str:
@@ -24,15 +27,27 @@ def parameter_page() -> str:
     parts = [_INTRODUCTION]
     for node, kind in NODE_CONFIGS.items():
         summary = str(sys.modules[kind.__module__].__doc__).strip().splitlines()[0]
-        parts += [f'## {node}', summary, *_tables(parameters_of(kind))]
+        shown = list(parameters_of(kind))
+        parts += [f'## {node}', summary, *_tables(shown)]
+        for tag in (each for each in shown if each.is_tag):
+            parts += _other_methods(kind, tag, shown)
     return '\n\n'.join(parts) + '\n'
 
 
-def _tables(parameters: Iterator[Parameter]) -> Iterator[str]:
-    """Yield the heading of each group that has one, and its table."""
+def _other_methods(kind: type[Any], tag: Parameter, shown: Sequence[Parameter]) -> Iterator[str]:
+    """Yield what methods other than the default one have that is not shown."""
+    known = {each.name for each in shown}
+    for method in tag.choices:
+        parameters = parameters_of(kind, given={tag.name: method})
+        own = [each for each in parameters if each.name not in known]
+        yield from _tables(own, f', only with `{tag.name}: {method}`')
+
+
+def _tables(parameters: Iterable[Parameter], condition: str = '') -> Iterator[str]:
+    """Yield the heading of each group that has one, with a condition, and its table."""
     for group, members in groupby(parameters, lambda one: one.name.rpartition('.')[0]):
         if group:
-            yield f'### {group}'
+            yield f'### {group}{condition}'
         rows = [
             f'| `{one.name.rpartition(".")[2]}` | `{yaml_text(one.default)}` '
             f'| {one.explained().replace("|", "&#124;")} |'

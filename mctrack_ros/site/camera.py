@@ -23,7 +23,7 @@ from mctrack_ros.ground import (
     read_camera,
     read_grid,
 )
-from mctrack_ros.perception import CameraConfig, CameraTracker, open_camera
+from mctrack_ros.perception import CAMERA, CameraConfig, CameraTracker, open_camera
 from mctrack_ros.site.origin import check_near
 from mctrack_ros.site.stated_origin import origin_from
 
@@ -63,7 +63,7 @@ class CameraSettings:
     background: str = parameter(
         '', 'image without moving objects; empty: the background is learned first'
     )
-    pipeline: CameraConfig = CameraConfig()
+    pipeline: CameraConfig = CAMERA.field()
 
     def open(self) -> CameraTracker:
         """

@@ -53,10 +53,10 @@ def camera_view(settings: CameraSettings, reach: float = CoverageConfig().reach)
 
     """
     mapping = settings.stated_mapping()
-    blobs, noise = settings.pipeline.blobs, settings.pipeline.filter
+    sight = settings.pipeline.sight
     given = read_grid(settings.grid).fov if settings.grid else None
     if given is not None:
         field: Region = polygon_from(given, f'{settings.grid}: the field of view')
     else:
-        field = seen_ground(mapping, reach, blobs.person_height_m, blobs.farthest_height_px)
-    return View(field, mapping, noise.foot_noise_px, noise.foot_noise_share, blobs.person_height_m)
+        field = seen_ground(mapping, reach, sight.person_height_m, sight.farthest_height_px)
+    return View(field, mapping, sight.foot_noise_px, sight.foot_noise_share, sight.person_height_m)

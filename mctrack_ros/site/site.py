@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.config import ConfigError, config_from, parameter, values_of
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.config import ConfigError, config_from, of_chosen, parameter, values_of
+from mctrack_ros.fusion import FUSION, FusionConfig, fusion_method
 from mctrack_ros.ground import CalibrationError
 from mctrack_ros.ground.coverage.coverage import area_from
 from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
 from mctrack_ros.ground.yaml_files import read_yaml_file
 from mctrack_ros.interfaces import MAX_CAMERAS
+from mctrack_ros.perception import CAMERA, camera_method
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.description import offline_run, site_description
 from mctrack_ros.site.names import check_camera_name
@@ -97,7 +98,7 @@ class _SiteScalars:
         'x,y from which positions are told inside and on topics, in the coordinates of the '
         "site's files; empty: 0,0, or whole kilometres near cameras that are far from it [m]",
     )
-    fusion: FusionConfig = FusionConfig()
+    fusion: FusionConfig = FUSION.field()
 
 
 def load_site(path: str | Path) -> SiteConfig:
@@ -155,11 +156,12 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         own = cameras[name]
         if not isinstance(own, Mapping):
             raise ConfigError(f'cameras.{name} is {own!r}, expected a mapping')
-        merged = dict(own) | {'pipeline': _merged(shared, own.get('pipeline', {}))}
+        merged = dict(own) | {'pipeline': _pipeline(shared, own.get('pipeline', {}))}
         if 'origin' in merged:
             raise ConfigError(f'cameras.{name}.origin: the origin is one for the whole site')
         camera = config_from(CameraSettings, merged, f'cameras.{name}.')
         settings[name] = _with_paths(camera, directory)
+    _check_messages(settings, scalars.fusion)
     stated = scalars.origin
     origin = origin_from(stated) if stated else chosen_origin(_places(settings.values()))
     return SiteConfig(
@@ -174,6 +176,19 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         fusion=scalars.fusion,
         origin=origin,
     )
+
+
+def _check_messages(cameras: Mapping[str, CameraSettings], fusion: FusionConfig) -> None:
+    """Refuse cameras that do not tell what the tracker of fusion is to be told."""
+    wanted = fusion_method(fusion).messages
+    for name, camera in cameras.items():
+        told = camera_method(camera.pipeline).messages
+        if wanted not in told:
+            topics = ' and '.join(rows.TOPIC for rows in told)
+            raise ConfigError(
+                f'cameras.{name}.pipeline.local_tracker is {camera.pipeline.local_tracker}, which '
+                f'tells {topics}; fusion.tracker {fusion.tracker} takes {wanted.TOPIC}'
+            )
 
 
 def _check_area(text: str) -> None:
@@ -203,6 +218,14 @@ def _without_paths(camera: CameraSettings) -> dict[str, Any]:
     """Return the settings with bare file names: the same on every machine."""
     files = {name: Path(getattr(camera, name)).name for name in _FILES}
     return values_of(camera) | files
+
+
+def _pipeline(shared: Mapping[str, Any], own: Any) -> Any:
+    """Return a camera's own settings laid over the shared ones; of another tracker's, none."""
+    tracker = own.get(CAMERA.tag) if isinstance(own, Mapping) else None
+    if isinstance(tracker, str) and tracker in CAMERA.methods:
+        shared = of_chosen(CAMERA, {**shared, CAMERA.tag: tracker})
+    return _merged(shared, own)
 
 
 def _merged(shared: Mapping[str, Any], own: Any) -> Any:

@@ -19,7 +19,7 @@ from mctrack_ros.explain import (
     write_story,
 )
 from mctrack_ros.explain.words import reason_of
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.interfaces import Candidates, Decisions, Reason
 from mctrack_ros.recording import BagReader, BagWriter
 from mctrack_ros.replay.track import track_bag
@@ -27,9 +27,7 @@ from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.site import SiteConfig
 
 CAMERAS = ('one', 'two')
-SITE = SiteConfig(
-    'hall', 'map', 0.08, '', dict.fromkeys(CAMERAS, CameraSettings()), FusionConfig()
-)
+SITE = SiteConfig('hall', 'map', 0.08, '', dict.fromkeys(CAMERAS, CameraSettings()), JointConfig())
 TICKS = 80
 LOST = range(50, 65)
 

@@ -3,8 +3,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from foot_points import FootPoints
 from fusion_scenes import PERIOD_NS, detections
-from mctrack_ros.fusion import Batcher, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import Batcher, FusionPipeline, JointConfig, open_batcher
 from mctrack_ros.fusion.config import BatchingConfig
 from mctrack_ros.interfaces import Detections
 
@@ -28,14 +29,14 @@ def shape(ticks):
     return [
         (
             tick.stamp_ns,
-            tuple((message.camera, message.detections.stamp_ns) for message in tick.messages),
+            tuple((message.camera, message.rows.stamp_ns) for message in tick.messages),
         )
         for tick in ticks
     ]
 
 
 def test_tick_closes_at_once_when_every_camera_has_reported():
-    batcher = Batcher(FusionConfig(), CAMERAS)
+    batcher = open_batcher(JointConfig(), CAMERAS)
     assert feed(batcher, [(0, 'two', stamp(5)), (1, 'one', stamp(5, 10))]) == []
     (tick,) = feed(batcher, [(2, 'three', stamp(5, 30))])
     assert tick.stamp_ns == stamp(5, 30)
@@ -45,7 +46,7 @@ def test_tick_closes_at_once_when_every_camera_has_reported():
 
 
 def test_missing_camera_is_waited_for_and_recorded():
-    batcher = Batcher(FusionConfig(), CAMERAS)
+    batcher = open_batcher(JointConfig(), CAMERAS)
     feed(batcher, [(7, 'two', stamp(5)), (8, 'one', stamp(5))])
     deadline = 7 + 32 * MS
     assert batcher.deadline_ns() == deadline
@@ -55,7 +56,7 @@ def test_missing_camera_is_waited_for_and_recorded():
 
 
 def test_late_data_is_dropped_and_counted_in_the_next_tick():
-    batcher = Batcher(FusionConfig(), CAMERAS)
+    batcher = open_batcher(JointConfig(), CAMERAS)
     feed(batcher, [(0, 'two', stamp(5)), (0, 'one', stamp(5))])
     batcher.poll(40 * MS)
     assert feed(batcher, [(41 * MS, 'three', stamp(5))]) == []
@@ -65,7 +66,7 @@ def test_late_data_is_dropped_and_counted_in_the_next_tick():
 
 
 def test_dead_camera_is_not_waited_for_once_it_has_timed_out():
-    batcher = Batcher(FusionConfig(), CAMERAS)
+    batcher = open_batcher(JointConfig(), CAMERAS)
     for index in range(50):
         now = index * PERIOD_NS
         feed(batcher, [(now, name, stamp(index)) for name in ('one', 'two')])
@@ -75,7 +76,7 @@ def test_dead_camera_is_not_waited_for_once_it_has_timed_out():
 
 
 def test_slow_camera_is_waited_for_only_where_it_is_due():
-    batcher = Batcher(FusionConfig(), ('fast', 'slow'))
+    batcher = open_batcher(JointConfig(), ('fast', 'slow'))
     waited = []
     for index in range(20):
         now = stamp(index)
@@ -90,7 +91,7 @@ def test_slow_camera_is_waited_for_only_where_it_is_due():
 
 @pytest.mark.parametrize('steps', [(1, 4, 2), (3, 1, 4), (2, 1, 2)])
 def test_camera_whose_rate_changes_loses_nothing_and_is_soon_waited_for_only_where_due(steps):
-    batcher = Batcher(FusionConfig(), ('changing', 'steady'))
+    batcher = open_batcher(JointConfig(), ('changing', 'steady'))
     ticks, waited, since, index = [], [], [], 0
     for step in steps:
         for turn in range(12 * step):
@@ -108,7 +109,7 @@ def test_camera_whose_rate_changes_loses_nothing_and_is_soon_waited_for_only_whe
 
 
 def test_fast_camera_may_report_twice_in_a_tick():
-    batcher = Batcher(FusionConfig(), ('fast', 'slow'))
+    batcher = open_batcher(JointConfig(), ('fast', 'slow'))
     ticks = []
     for index in range(10):
         now = index * PERIOD_NS
@@ -119,14 +120,14 @@ def test_fast_camera_may_report_twice_in_a_tick():
 
 
 def test_duplicates_are_dropped_and_counted():
-    batcher = Batcher(FusionConfig(), ('one', 'two'))
+    batcher = open_batcher(JointConfig(), ('one', 'two'))
     (tick,) = feed(batcher, [(0, 'one', stamp(1)), (1, 'one', stamp(1)), (2, 'two', stamp(1))])
     assert len(tick.messages) == 2
     np.testing.assert_array_equal(tick.record.late, [1, 0])
 
 
 def test_stamps_that_step_back_a_little_are_late_and_by_much_begin_anew():
-    batcher = Batcher(FusionConfig(), ('one',))
+    batcher = open_batcher(JointConfig(), ('one',))
     assert len(feed(batcher, [(0, 'one', stamp(100)), (1, 'one', stamp(90))])) == 1
     (again,) = feed(batcher, [(2, 'one', stamp(10))])
     assert again.stamp_ns == stamp(10)
@@ -134,7 +135,7 @@ def test_stamps_that_step_back_a_little_are_late_and_by_much_begin_anew():
 
 
 def test_one_camera_that_runs_late_for_good_resets_nothing():
-    batcher = Batcher(FusionConfig(), ('late', 'good'))
+    batcher = open_batcher(JointConfig(), ('late', 'good'))
     ticks = []
     for index in range(100, 200):
         now = index * PERIOD_NS
@@ -145,7 +146,7 @@ def test_one_camera_that_runs_late_for_good_resets_nothing():
 
 
 def test_it_begins_anew_when_the_camera_that_was_ahead_is_gone():
-    batcher = Batcher(FusionConfig(), ('ahead', 'good'))
+    batcher = open_batcher(JointConfig(), ('ahead', 'good'))
     feed(batcher, [(0, 'ahead', stamp(1000))])
     batcher.poll(50 * MS)
     ticks = [
@@ -157,21 +158,21 @@ def test_it_begins_anew_when_the_camera_that_was_ahead_is_gone():
 
 
 def test_unusable_detections_are_counted():
-    batcher = Batcher(FusionConfig(), ('one',))
+    batcher = open_batcher(JointConfig(), ('one',))
     rows = detections(stamp(1), [[0, 0], [np.nan, 0], [1, 1]])
     (tick,) = batcher.add('one', rows, 0)
     np.testing.assert_array_equal(tick.record.dropped_detections, [1])
 
 
 def test_vacant_rows_are_told_and_not_dropped():
-    batcher = Batcher(FusionConfig(), ('one',))
+    batcher = open_batcher(JointConfig(), ('one',))
     (tick,) = batcher.add('one', Detections.vacant(stamp(1), [7], [[0, 0, 10, 20]]), 0)
     np.testing.assert_array_equal(tick.record.dropped_detections, [0])
-    assert tick.messages[0].detections.is_vacant.all()
+    assert tick.messages[0].rows.is_vacant.all()
 
 
 def test_missed_feedback_is_recorded_once():
-    batcher = Batcher(FusionConfig(), ('one',))
+    batcher = open_batcher(JointConfig(), ('one',))
     batcher.feedback_missed('one', 3)
     ticks = feed(batcher, [(0, 'one', stamp(1)), (1, 'one', stamp(2))])
     assert [int(tick.record.feedback_missed[0]) for tick in ticks] == [3, 0]
@@ -179,11 +180,11 @@ def test_missed_feedback_is_recorded_once():
 
 def test_unknown_camera_is_refused():
     with pytest.raises(ValueError, match="camera is 'four', expected one of"):
-        Batcher(FusionConfig(), CAMERAS).add('four', detections(0, []), 0)
+        open_batcher(JointConfig(), CAMERAS).add('four', detections(0, []), 0)
 
 
 def test_flush_closes_what_is_pending():
-    batcher = Batcher(FusionConfig(), CAMERAS)
+    batcher = open_batcher(JointConfig(), CAMERAS)
     feed(batcher, [(0, 'one', stamp(1)), (0, 'one', stamp(2))])
     assert [tick.stamp_ns for tick in batcher.flush()] == [stamp(1), stamp(2)]
     assert batcher.flush() == []
@@ -193,7 +194,7 @@ def test_flush_closes_what_is_pending():
 @given(st.data())
 def test_arrival_order_does_not_change_ticks(data):
     """Messages that come within the wait give the same ticks in whatever order."""
-    batcher, reference = (Batcher(FusionConfig(), CAMERAS) for _ in range(2))
+    batcher, reference = (open_batcher(JointConfig(), CAMERAS) for _ in range(2))
     ticks, expected = [], []
     for index in range(4):
         now = index * PERIOD_NS
@@ -211,7 +212,7 @@ def test_arrival_order_does_not_change_ticks(data):
     )
 )
 def test_ticks_close_in_order_and_nothing_vanishes_uncounted(arrivals):
-    batcher = Batcher(FusionConfig(), CAMERAS)
+    batcher = open_batcher(JointConfig(), CAMERAS)
     now, ticks = 0, []
     for wait, camera, stamp_ms in arrivals:
         now += wait * MS
@@ -226,7 +227,7 @@ def test_ticks_close_in_order_and_nothing_vanishes_uncounted(arrivals):
 
 
 def test_one_camera_whose_clock_steps_back_is_late_and_takes_nobody_along():
-    batcher = Batcher(FusionConfig(), CAMERAS)
+    batcher = open_batcher(JointConfig(), CAMERAS)
     ticks = []
     for index in range(100, 200):
         for camera in CAMERAS:
@@ -238,7 +239,7 @@ def test_one_camera_whose_clock_steps_back_is_late_and_takes_nobody_along():
 
 
 def test_all_begin_anew_when_the_last_camera_has_stepped_back():
-    batcher = Batcher(FusionConfig(), CAMERAS)
+    batcher = open_batcher(JointConfig(), CAMERAS)
     times = [*range(100, 110), *range(10, 20)]
     ticks = [
         tick
@@ -262,8 +263,8 @@ def test_all_begin_anew_when_the_last_camera_has_stepped_back():
 )
 @example(1.0, [('one', 0.5, 0.0, False), ('one', 0.0, -1.5, True), ('one', 0.5, 0.0, False)])
 def test_whatever_the_clocks_do_fusion_can_take_the_ticks(period, messages):
-    config = FusionConfig(batching=BatchingConfig(period=period))
-    batcher, fusion = Batcher(config, CAMERAS), FusionPipeline(config, CAMERAS)
+    config = JointConfig(batching=BatchingConfig(period=period))
+    batcher, fusion = open_batcher(config, CAMERAS), FusionPipeline(config, CAMERAS)
     now_s, offset_s = 100.0, dict.fromkeys(CAMERAS, 0.0)
     for camera, pause_s, step_s, steps in messages:
         now_s += pause_s
@@ -276,8 +277,8 @@ def test_whatever_the_clocks_do_fusion_can_take_the_ticks(period, messages):
 
 
 def test_cameras_that_send_an_image_every_two_seconds_are_waited_for():
-    config = FusionConfig(batching=BatchingConfig(period=2.0))
-    batcher = Batcher(config, CAMERAS)
+    config = JointConfig(batching=BatchingConfig(period=2.0))
+    batcher = open_batcher(config, CAMERAS)
     messages = [
         (index * 2000 * MS + wait * MS, camera, index * 2000 * MS + 500 * MS)
         for index in range(6)
@@ -285,3 +286,17 @@ def test_cameras_that_send_an_image_every_two_seconds_are_waited_for():
     ]
     ticks = [*feed(batcher, messages), *batcher.flush()]
     assert [len(tick.messages) for tick in ticks] == 6 * [3]
+
+
+def test_messages_of_any_row_type_are_sorted_into_ticks():
+    batcher = Batcher(JointConfig(), ('one', 'two'), unusable=lambda rows: int(rows.area[0] < 0))
+    ticks = []
+    for index in range(4):
+        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
+        for camera, area in (('one', 5.0), ('two', -1.0)):
+            rows = FootPoints.build(stamp_ns, position=[[1, 2, 0]], area=[area])
+            ticks += batcher.add(camera, rows, stamp_ns)
+    ticks += batcher.flush()
+    assert [tick.messages[0].rows.area.tolist() for tick in ticks] == 4 * [[5.0]]
+    assert [tick.record.detections.tolist() for tick in ticks] == 4 * [[1, 1]]
+    assert sum(tick.record.dropped_detections for tick in ticks).tolist() == [0, 4]

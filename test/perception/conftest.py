@@ -4,7 +4,7 @@ import pytest
 
 from mctrack_ros.config import config_from
 from mctrack_ros.ground import ProjectiveMapping
-from mctrack_ros.perception import CameraConfig, CameraPipeline
+from mctrack_ros.perception import CameraPipeline, EventTrackerConfig
 
 SIZE = (320, 240)
 PERIOD_NS = 40_000_000
@@ -26,7 +26,7 @@ class Stage:
 
     def __init__(self, mapping, config=None, seed=0):
         self.mapping = mapping
-        self.config = config or CameraConfig()
+        self.config = config or EventTrackerConfig()
         self.pipeline = CameraPipeline(self.config, mapping)
         self.rng = np.random.default_rng(seed)
         self.index = 0
@@ -61,7 +61,7 @@ class Stage:
 @pytest.fixture
 def new_stage(mapping):
     def make(**config):
-        stage = Stage(mapping, config_from(CameraConfig, config))
+        stage = Stage(mapping, config_from(EventTrackerConfig, config))
         stage.empty()
         return stage
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion_scenes import PERIOD_NS, detections
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.interfaces import Ticks
 from mctrack_ros.recording import BagError, BagReader, BagWriter
 from mctrack_ros.replay.recorded import recorded_ticks
@@ -30,9 +30,9 @@ def given(path):
         return [
             (
                 tick.stamp_ns,
-                [(each.camera, int(each.detections.position[0, 0])) for each in tick.messages],
+                [(each.camera, int(each.rows.position[0, 0])) for each in tick.messages],
             )
-            for tick in recorded_ticks(reader, CAMERAS, FusionConfig())
+            for tick in recorded_ticks(reader, CAMERAS, JointConfig())
         ]
 
 

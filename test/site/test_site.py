@@ -10,6 +10,7 @@ import yaml
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import read_grid, write_grid
 from mctrack_ros.interfaces import MAX_CAMERAS
+from mctrack_ros.perception import EventTrackerConfig
 from mctrack_ros.site.site import load_site
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
@@ -48,6 +49,18 @@ def test_cameras_are_sorted_and_share_settings_that_they_may_override(site):
     assert loaded.cameras['west'].pipeline.reduction == 2
 
 
+def test_a_camera_with_another_tracker_takes_nothing_that_is_shared_of_the_first(site):
+    loaded = site(
+        pipeline={'local_tracker': 'silhouettes', 'silhouettes': {'holes': {'still_s': 3.0}}},
+        cameras={
+            'west': {'calibration': 'view.yaml'},
+            'east': {'calibration': 'view.yaml', 'pipeline': {'local_tracker': 'groups'}},
+        },
+    )
+    assert loaded.cameras['west'].pipeline.silhouettes.holes.still_s == 3.0
+    assert loaded.cameras['east'].pipeline == EventTrackerConfig()
+
+
 def test_paths_are_relative_to_the_file(site, tmp_path):
     assert site().cameras['north'].calibration == str(tmp_path / 'view.yaml')
 
@@ -69,6 +82,12 @@ def test_paths_are_relative_to_the_file(site, tmp_path):
         ({'feedback_delay': 'long'}, "feedback_delay is 'long', expected a number"),
         ({'pipeline': {'reduction': 99}}, 'cameras.north.pipeline.reduction is 99'),
         ({'pipeline': [1]}, 'pipeline is'),
+        (
+            {'pipeline': {'local_tracker': 'silhouettes', 'reduction': 2}},
+            'cameras.north.pipeline.reduction belongs to local_tracker groups, but '
+            'cameras.north.pipeline.local_tracker is silhouettes',
+        ),
+        ({'fusion': {'motion': {'calm_time': 1}}}, 'fusion.motion.calm_time belongs to model int'),
         ({'area': '0,0,5'}, "area is '0,0,5', expected x0,y0,x1,y1"),
         ({'area': '0,0,9,9,9,0,0,5'}, 'the area crosses or touches itself near'),
     ],

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.codec import compressed_message, image_from_message, jpeg_from_image
-from mctrack_ros.interfaces import CameraDetections, Tick
-from mctrack_ros.perception import FeedbackBuffer
+from mctrack_ros.interfaces import CameraDetections, Feedback, Tick
+from mctrack_ros.perception import EventTrackerConfig, FeedbackBuffer
 from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.blobs.extraction import clean_mask, find_blobs
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftMonitor
@@ -81,6 +81,7 @@ class PitchBench:
                 yield Tick.of([CameraDetections(CAMERA, detections)])
 
         for ticked in drive(self._site.fusion, (CAMERA,), ticks()):
+            assert isinstance(ticked.feedback, Feedback)
             buffer.push(ticked.feedback)
         return clock.ms(self._count) | {'persons': persons / self._count}
 
@@ -88,6 +89,7 @@ class PitchBench:
         """Return what background, blobs and watchdog cost, each alone, ms an image."""
         settings = self._site.cameras[CAMERA]
         config, mapping = settings.pipeline, settings.mapping()
+        assert isinstance(config, EventTrackerConfig)
         background, sizes = Background(config.background), SizeTable(mapping)
         watchdog, clock = CameraShiftMonitor(config.watchdog), Stopwatch()
         for step, message in enumerate(self._messages):

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation import Scores, Trajectories, evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.ground import ProjectiveMapping, read_tsai
-from mctrack_ros.interfaces import CameraDetections, Tick, Tracks
-from mctrack_ros.perception import CameraConfig, CameraPipeline, FeedbackBuffer
+from mctrack_ros.interfaces import CameraDetections, Feedback, Tick, Tracks
+from mctrack_ros.perception import CameraPipeline, EventTrackerConfig, FeedbackBuffer
 from mctrack_ros.recording.video.videos import open_video
 from mctrack_ros.replay.drive import drive
 
@@ -101,8 +101,8 @@ def stamp_of(frame: int) -> int:
 def track(
     source: Iterable[tuple[int, Image]],
     mapping: ProjectiveMapping,
-    camera_config: CameraConfig,
-    fusion_config: FusionConfig,
+    camera_config: EventTrackerConfig,
+    fusion_config: JointConfig,
 ) -> Iterator[Tracks]:
     """
     Take one camera's images through perception and fusion, feedback included.
@@ -113,9 +113,9 @@ def track(
         Frame numbers and images.
     mapping : ProjectiveMapping
         Of the camera.
-    camera_config : CameraConfig
+    camera_config : EventTrackerConfig
         Parameters of perception.
-    fusion_config : FusionConfig
+    fusion_config : JointConfig
         Parameters of fusion.
 
     Yields
@@ -134,6 +134,7 @@ def track(
             yield Tick.of([CameraDetections(CAMERA, detections)])
 
     for ticked in drive(fusion_config, (CAMERA,), ticks()):
+        assert isinstance(ticked.feedback, Feedback)
         buffer.push(ticked.feedback)
         yield ticked.output.tracks
 
@@ -179,8 +180,8 @@ def pets_pixels(folder: Path) -> Figures:
     tracks = track(
         images(folder, camera),
         camera.mapping,
-        config_from(CameraConfig, CAMERA_SETTINGS),
-        config_from(FusionConfig, FUSION_SETTINGS),
+        config_from(EventTrackerConfig, CAMERA_SETTINGS),
+        config_from(JointConfig, FUSION_SETTINGS),
     )
     scores = score(tracks, read_truth(folder), REPORTED_FRAMES)
     protocol = {

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from mctrack_experiments.datasets.stored import StoredScene
-from mctrack_ros.config import config_from, nested
+from mctrack_ros.config import config_from, nested, of_chosen
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.replay.drive import drive
 
 
@@ -24,7 +24,7 @@ def track_stored(
     scene : StoredScene
         Its truth is not looked at.
     settings : dict
-        What differs from the default `FusionConfig`, by dotted name; the period is set.
+        What differs from the default `JointConfig`, by dotted name; the period is set.
     cameras : tuple of str, optional
         Which cameras; left out: all.
 
@@ -35,11 +35,11 @@ def track_stored(
 
     """
     cameras = scene.cameras if cameras is None else cameras
-    config = config_from(FusionConfig, nested({'batching.period': 1 / scene.rate, **settings}))
-    return fused(scene, config, cameras)
+    values = nested({'batching.period': 1 / scene.rate, **settings})
+    return fused(scene, config_from(JointConfig, of_chosen(JointConfig, values)), cameras)
 
 
-def fused(scene: StoredScene, config: FusionConfig, cameras: tuple[str, ...]) -> Trajectories:
+def fused(scene: StoredScene, config: JointConfig, cameras: tuple[str, ...]) -> Trajectories:
     """Do the same with a configuration whose period is the scene's."""
     instants = (ticked.output.tracks for ticked in drive(config, cameras, scene.ticks(cameras)))
     rows = Trajectories.from_tracks(instants, round(1e9 / scene.rate))

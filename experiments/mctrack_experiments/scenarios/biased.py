@@ -134,6 +134,7 @@ def run(scene: Scene, fault: Fault, camera: int, compared: bool) -> Course:
     told, doubted = [], []
     for ticked in drive(config, camera_names(scene.scenario), _seen(scene, fault, camera)):
         told.append(reported(ticked.output.tracks))
+        assert ticked.bias is not None
         doubted.append(ticked.bias.offset.any(axis=1) | (ticked.bias.variance > 0))
     return Course(told, np.array(doubted))
 
@@ -152,7 +153,7 @@ def spoiled(
     message: CameraDetections, fault: Fault, camera: Floats, heading: float
 ) -> CameraDetections:
     """Return what a camera at a place, (2,) m, detects with a fault; displaced by a heading."""
-    rows = message.detections
+    rows = message.rows
     turn = np.radians(fault.turn_deg)
     cos, sin = np.cos(turn), np.sin(turn)
     position = rows.position.copy()

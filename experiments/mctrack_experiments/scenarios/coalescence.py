@@ -17,7 +17,8 @@ from mctrack_experiments.scenarios.rooms import (
 )
 from mctrack_experiments.scenarios.stage import TICK_S, Stage, hidden_in
 from mctrack_experiments.scenarios.walks import walk
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion.config import ASSOCIATION
 
 Floats = NDArray[np.float64]
 
@@ -83,8 +84,8 @@ def coalescence(seed: int, way: str, kits: str, method: str) -> dict[str, bool]:
     rng = np.random.default_rng([seed, 1])
     paths = turned(WAYS[way](rng), rng.uniform(0, 2 * np.pi))
     stage = Stage(paths, KITS[kits][:2], AROUND, hidden_in(paths, (), 3), PERSONAL)
-    config = FusionConfig()
-    config = replace(config, association=replace(config.association, method=method))
+    config = JointConfig()
+    config = replace(config, association=ASSOCIATION.made(method))
     played = play(stage, seed, config, places_only=kits == 'places')
     kept = keeps(played.ids(*BEFORE_S), played.ids(*AFTER_S))
     return {'kept': kept, 'two': _stay_two(played)}

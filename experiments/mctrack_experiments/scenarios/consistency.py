@@ -17,7 +17,8 @@ from mctrack_experiments.scenarios.stage import TICK_S, Stage, View, hidden_in
 from mctrack_experiments.scenarios.walks import walk
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.evaluation.frames import ground_distance, matched
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion.config import MOTION
 from mctrack_ros.fusion.motion.models import MODELS
 from mctrack_ros.interfaces import TrackStatus
 from mctrack_ros.simulation import Scenario
@@ -59,7 +60,7 @@ def reproduce_consistency(
     figures: dict[str, float] = {}
     for index, (kind, model) in enumerate(RUNS):
         runs = rows[index * len(seeds) : (index + 1) * len(seeds)]
-        name = kind if model == FusionConfig().motion.model else f'{kind}.{model}'
+        name = kind if model == JointConfig().motion.model else f'{kind}.{model}'
         figures |= nees_figures(name, runs, STATE) | nees_figures(f'{name}.place', runs, PLACE)
         figures |= error_figures(name, runs)
         if kind in MAPPED:
@@ -123,7 +124,7 @@ def _normalised(error: Floats, spread: Floats, size: int) -> Floats:
     return np.asarray((error * solved).sum(axis=1))
 
 
-def modelled(seed: int, config: FusionConfig) -> Rows:
+def modelled(seed: int, config: JointConfig) -> Rows:
     """Play one who moves as the filter assumes, seen with the errors that it is told of."""
     rng = np.random.default_rng([seed, 1])
     density = config.motion.acceleration_density
@@ -140,7 +141,7 @@ def modelled(seed: int, config: FusionConfig) -> Rows:
     return rows_of(play(stage, seed, config), states)
 
 
-def walking(seed: int, config: FusionConfig) -> Rows:
+def walking(seed: int, config: JointConfig) -> Rows:
     """Play one who walks through the hall before cameras that are each a little off."""
     rng = np.random.default_rng([seed, 1])
     places = rng.uniform(HALL[0] + 2, HALL[2] - 2, (4, 2))
@@ -153,7 +154,7 @@ def walking(seed: int, config: FusionConfig) -> Rows:
     return rows_of(play(stage, seed, config), states)
 
 
-def playing(seed: int, config: FusionConfig) -> Rows:
+def playing(seed: int, config: JointConfig) -> Rows:
     """Play one player of the synthetic match, who runs, brakes and turns, before such cameras."""
     motion = simulate_motion(Scenario(seed=seed, duration_s=SECONDS))
     player = seed % motion.position.shape[1]
@@ -188,8 +189,8 @@ def rows_of(played: Played, states: Floats) -> Rows:
 
 def _rows(job: tuple[str, str, int]) -> Rows:
     kind, model, seed = job
-    config = FusionConfig()
-    return KINDS[kind](seed, replace(config, motion=replace(config.motion, model=model)))
+    config = JointConfig()
+    return KINDS[kind](seed, replace(config, motion=MOTION.made(model)))
 
 
 def _protocol(seeds: Sequence[int]) -> dict[str, str]:

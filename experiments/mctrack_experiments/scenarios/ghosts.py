@@ -74,9 +74,7 @@ class Haunting:
     ) -> list[CameraDetections]:
         """Return what cameras see and what, of those told of near the ghost, they imagine."""
         return [
-            replace(
-                one, detections=self._imagined(one.detections, np.array(view.position), feedback)
-            )
+            replace(one, rows=self._imagined(one.rows, np.array(view.position), feedback))
             for one, view in zip(messages, AROUND)
         ]
 

@@ -14,7 +14,7 @@ from mctrack_experiments.bench.fusion.adapter import Reported, camera_names, rep
 from mctrack_experiments.bench.fusion.synthetic_cameras import KITS, SyntheticCameras
 from mctrack_experiments.scenarios.stage import TICK_S, Stage, scene_of
 from mctrack_ros.evaluation.frames import ground_distance, matched
-from mctrack_ros.fusion import FusionConfig, FusionOutput
+from mctrack_ros.fusion import FusionOutput, JointConfig
 from mctrack_ros.interfaces import (
     CameraDetections,
     Detections,
@@ -99,7 +99,7 @@ def keeps(before: Sequence[int], after: Sequence[int]) -> bool:
 def play(
     stage: Stage,
     seed: int,
-    config: FusionConfig | None = None,
+    config: JointConfig | None = None,
     places_only: bool = False,
     haunting: Haunting | None = None,
 ) -> Played:
@@ -112,7 +112,7 @@ def play(
         The scene.
     seed : int
         Of noise, misses and colours.
-    config : FusionConfig, optional
+    config : JointConfig, optional
         Unless given, fusion as it comes.
     places_only : bool
         Cameras tell places alone: no colours, no ids, no groups.
@@ -133,18 +133,20 @@ def play(
             yield Tick.of(haunting.seen(messages, on_its_way[0]) if haunting else messages)
 
     outputs = []
-    config = _timed(config or FusionConfig())
+    config = _timed(config or JointConfig())
     for tick, ticked in enumerate(drive(config, camera_names(scene.scenario), ticks())):
         outputs.append(ticked.output)
-        on_its_way.append(haunting.told(tick, ticked.feedback) if haunting else ticked.feedback)
+        feedback = ticked.feedback
+        assert isinstance(feedback, Feedback)
+        on_its_way.append(haunting.told(tick, feedback) if haunting else feedback)
     return Played(stage.paths, outputs)
 
 
 def _places(message: CameraDetections) -> CameraDetections:
-    rows = message.detections
+    rows = message.rows
     bare = Detections.build(rows.stamp_ns, position=rows.position, covariance=rows.covariance)
     return CameraDetections(message.camera, bare)
 
 
-def _timed(config: FusionConfig) -> FusionConfig:
+def _timed(config: JointConfig) -> JointConfig:
     return replace(config, batching=replace(config.batching, period=TICK_S))

@@ -21,7 +21,7 @@ PLACES = np.array([[10.0, 0.0, 0.0], [0.0, 5.0, 0.0]])
 def told(fault, camera=(0.0, 0.0), heading=0.0):
     rows = Detections.build(0, position=PLACES, covariance=np.tile(np.eye(2), (2, 1, 1)))
     message = spoiled(CameraDetections('cam1', rows), fault, np.array(camera), heading)
-    return message.detections.position
+    return message.rows.position
 
 
 def test_an_honest_camera_tells_what_it_sees():

@@ -8,7 +8,7 @@ from mctrack_experiments.scenarios.consistency import (
     modelled,
     nees_figures,
 )
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 
 
 def drawn(seed, told=1.0, rows=400):
@@ -38,7 +38,7 @@ def test_the_map_tells_how_measured_and_told_errors_compare():
 
 
 def test_a_target_that_moves_as_the_filter_assumes_is_where_it_is_told_to_be():
-    figures = nees_figures('x', [modelled(seed, FusionConfig()) for seed in (1, 2)], 4)
+    figures = nees_figures('x', [modelled(seed, JointConfig()) for seed in (1, 2)], 4)
     assert 0.5 < figures['x.nees'] < 1.6
 
 
@@ -50,6 +50,6 @@ def test_errors_stand_beside_what_is_told_of_them():
 
 @pytest.mark.parametrize('kind', KINDS)
 def test_everybody_is_followed_to_the_end(kind):
-    truth, error, _ = KINDS[kind](3, FusionConfig())
+    truth, error, _ = KINDS[kind](3, JointConfig())
     assert len(truth) >= 100
     assert np.linalg.norm(error[-1, :2]) < 1.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import AssociationConfig
+from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
 
@@ -24,7 +24,7 @@ def likeness_costs(
     track: Indices,
     row: Indices,
     is_known: NDArray[np.bool_],
-    config: AssociationConfig,
+    config: JointAssociationConfig,
 ) -> Floats:
     """
     Return what pairs of tracks and detections, (k,) rows each, cost by colours that are known.

@@ -18,7 +18,7 @@ from mctrack_ros.fusion.association.gating import distance, gated_pairs, seen_at
 from mctrack_ros.fusion.association.likelihood import prior_costs
 from mctrack_ros.fusion.association.scored_pairs import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
-from mctrack_ros.fusion.config import AssociationConfig
+from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.measurements.packed import XX, XY, YY, X, Y, measured
 from mctrack_ros.fusion.motion.information import gathered, joined, updated, without
@@ -55,7 +55,7 @@ class JointAssociation:
         The tracks, predicted to the tick's stamp.
     batch : Batch
         The images.
-    config : AssociationConfig
+    config : JointAssociationConfig
         Parameters.
 
     Attributes
@@ -67,7 +67,7 @@ class JointAssociation:
 
     consumed: Indices = np.empty(0, np.int64)
 
-    def __init__(self, table: TrackTable, batch: Batch, config: AssociationConfig) -> None:
+    def __init__(self, table: TrackTable, batch: Batch, config: JointAssociationConfig) -> None:
         single = batch.single
         self._single, self._gate, self._seconds = single, config.gate, batch.seconds
         self._associator = ASSOCIATORS[config.method]()
@@ -106,7 +106,9 @@ class JointAssociation:
         )
         return track, row
 
-    def judged(self, table: TrackTable, batch: Batch, config: AssociationConfig) -> JudgedPairs:
+    def judged(
+        self, table: TrackTable, batch: Batch, config: JointAssociationConfig
+    ) -> JudgedPairs:
         """Return all pairs as they were judged last, after `solve`: for whoever asks why."""
         reported = self._told(self._judged_by)
         pairs = judged_pairs(

@@ -18,7 +18,7 @@ from mctrack_ros.compiled import (
     compiled,
 )
 from mctrack_ros.fusion.association.appearance_order import likeness_costs
-from mctrack_ros.fusion.config import AssociationConfig
+from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.admission import ROWS
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TRACKS, TrackTable
@@ -33,7 +33,11 @@ _MEMORY = types.Array(types.u4, 2, 'A', readonly=True)
 
 
 def prior_costs(
-    table: TrackTable, batch: Batch, track: Indices, detection: Indices, config: AssociationConfig
+    table: TrackTable,
+    batch: Batch,
+    track: Indices,
+    detection: Indices,
+    config: JointAssociationConfig,
 ) -> Floats:
     """
     Return the (k,) costs of pairs of tracks and single detections of a tick.
@@ -49,7 +53,7 @@ def prior_costs(
 
 
 def cost_parts(
-    table: TrackTable, batch: Batch, track: Indices, row: Indices, config: AssociationConfig
+    table: TrackTable, batch: Batch, track: Indices, row: Indices, config: JointAssociationConfig
 ) -> dict[str, Floats]:
     """Return the (k,) costs of tracks and detections, (k,) rows each, by what speaks."""
     appearance, likeness = _looks_costs(table, batch, track, row, config)
@@ -63,7 +67,7 @@ def cost_parts(
 
 
 def _claims(
-    table: TrackTable, batch: Batch, track: Indices, row: Indices, config: AssociationConfig
+    table: TrackTable, batch: Batch, track: Indices, row: Indices, config: JointAssociationConfig
 ) -> tuple[Any, ...]:
     """Return what `_beliefs` goes by."""
     bonus, overlapped = config.identity_bonus, config.identity_bonus * config.overlap_trust
@@ -74,7 +78,7 @@ def _claims(
 
 
 def _looks_costs(
-    table: TrackTable, batch: Batch, track: Indices, row: Indices, config: AssociationConfig
+    table: TrackTable, batch: Batch, track: Indices, row: Indices, config: JointAssociationConfig
 ) -> tuple[Floats, Floats]:
     """Return what pairs (k,) cost by how unlike they are, and by who is more alike."""
     if not batch.has_templates:
@@ -91,7 +95,7 @@ def _looks_costs(
     return config.appearance_weight * difference, likeness
 
 
-def clutter_cost(config: AssociationConfig) -> float:
+def clutter_cost(config: JointAssociationConfig) -> float:
     """Return what false detections cost a pair, per unit of area of its uncertainty."""
     return 2 * math.log(2 * math.pi * config.false_density)
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion.association.likelihood import clutter_cost, cost_parts
-from mctrack_ros.fusion.config import AssociationConfig
+from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import inverse, position_matrix, symmetric
@@ -50,7 +50,9 @@ class JudgedPairs:
     taken: NDArray[np.bool_]
     costs: dict[str, Floats] = field(default_factory=dict)
 
-    def weighed(self, table: TrackTable, batch: Batch, config: AssociationConfig) -> JudgedPairs:
+    def weighed(
+        self, table: TrackTable, batch: Batch, config: JointAssociationConfig
+    ) -> JudgedPairs:
         """Return the same pairs with what they cost as likelihood ratios, see `prior_costs`."""
         determinant = np.linalg.det(self.spread + batch.noise[self.row])
         density = np.log(np.maximum(determinant, np.finfo(np.float64).tiny))

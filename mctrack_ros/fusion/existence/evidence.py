@@ -10,7 +10,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, INTS_1D, compiled, inner
-from mctrack_ros.fusion.config import MISSED_IMAGES, FusionConfig
+from mctrack_ros.fusion.config import MISSED_IMAGES, JointConfig
 from mctrack_ros.fusion.existence.detection_probability import DetectionProbability, expect, learn
 from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
 from mctrack_ros.fusion.measurements.batch import Batch
@@ -47,12 +47,12 @@ class Evidence:
     ----------
     cameras : int
         How many there are.
-    config : FusionConfig
+    config : JointConfig
         Parameters.
 
     """
 
-    def __init__(self, cameras: int, config: FusionConfig) -> None:
+    def __init__(self, cameras: int, config: JointConfig) -> None:
         self._life = life = config.life
         self._alive_s = TIMEOUTS * config.batching.patience
         self._cameras = cameras

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import ground_points, status_of
 from mctrack_ros.fusion.management.lifecycle import is_published, silence
 from mctrack_ros.fusion.reid.reassignment import Reassignment
@@ -24,7 +24,7 @@ def decisions_of(
     reset_ids: NDArray[np.uint32],
     recognition: Reassignment,
     stamp_ns: int,
-    config: FusionConfig,
+    config: JointConfig,
 ) -> tuple[Decisions, dict[int, int]]:
     """
     Tell what became of each track.
@@ -41,7 +41,7 @@ def decisions_of(
         What those who are tracked look like, and who was found again.
     stamp_ns : int
         Of the tick, ns.
-    config : FusionConfig
+    config : JointConfig
         Parameters.
 
     Returns
@@ -144,7 +144,7 @@ def _joined(table: TrackTable, ended: TrackTable, reset_ids: NDArray[np.uint32])
     return {old: new for old, new in reported if old in over}
 
 
-def _judge_living(verdicts: _Verdicts, predicted: TrackTable, config: FusionConfig) -> None:
+def _judge_living(verdicts: _Verdicts, predicted: TrackTable, config: JointConfig) -> None:
     """Say of each track whether it is seen, hidden or coasts, whether it is new or confirmed."""
     table, life = verdicts.table, config.life
     verdicts.limit[:] = np.where(table.confirmed, life.coast_time, life.tentative_time)
@@ -162,7 +162,7 @@ def _judge_living(verdicts: _Verdicts, predicted: TrackTable, config: FusionConf
 
 
 def _judge_renamed(
-    verdicts: _Verdicts, joined: dict[int, int], recognition: Reassignment, config: FusionConfig
+    verdicts: _Verdicts, joined: dict[int, int], recognition: Reassignment, config: JointConfig
 ) -> None:
     """Say of each track whose id was corrected why."""
     table, gallery = verdicts.table, recognition.gallery
@@ -187,7 +187,7 @@ def _judge_ended(
     verdicts: _Verdicts,
     joined: dict[int, int],
     reset_ids: NDArray[np.uint32],
-    config: FusionConfig,
+    config: JointConfig,
 ) -> None:
     """Say why each track ended."""
     table, life = verdicts.table, config.life

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.fusion.association.gating import distances
 from mctrack_ros.fusion.association.scored_pairs import JudgedPairs
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.explain.decisions import decisions_of
 from mctrack_ros.fusion.measurements.admission import usable_rows
 from mctrack_ros.fusion.measurements.batch import Batch
@@ -40,14 +40,14 @@ class DecisionRecorder:
         tick: Tick,
         table: TrackTable,
         ended: TrackTable,
-        config: FusionConfig,
+        config: JointConfig,
         cameras: tuple[str, ...],
     ) -> None:
         """Note the tick, its predicted tracks, and those that a step back in time has ended."""
         self._stamp_ns, self._config = tick.stamp_ns, config
         self._predicted = table.select(np.arange(len(table)))
         self._reset_ids = ended.track_id.copy()
-        usable = [np.flatnonzero(usable_rows(message.detections)) for message in tick.messages]
+        usable = [np.flatnonzero(usable_rows(message.rows)) for message in tick.messages]
         self._detection = np.concatenate([np.empty(0, np.intp), *usable])
         self._weighed: list[Candidates] = []
 

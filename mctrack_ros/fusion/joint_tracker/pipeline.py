@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.existence.evidence import Evidence
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput, feedback_of, tracks_of
 from mctrack_ros.fusion.management import lifecycle
@@ -37,7 +37,7 @@ class FusionPipeline:
 
     Parameters
     ----------
-    config : FusionConfig
+    config : JointConfig
         Parameters.
     cameras : tuple of str
         Names in the site's order, at most 32.
@@ -56,7 +56,7 @@ class FusionPipeline:
 
     """
 
-    def __init__(self, config: FusionConfig, cameras: tuple[str, ...], first_id: int = 1) -> None:
+    def __init__(self, config: JointConfig, cameras: tuple[str, ...], first_id: int = 1) -> None:
         if len(cameras) > MAX_CAMERAS or len(set(cameras)) != len(cameras):
             raise ValueError(f'cameras are {cameras!r}, expected at most {MAX_CAMERAS}, distinct')
         self._config = config
@@ -148,7 +148,7 @@ class FusionPipeline:
                 known = list(self._index)
                 raise ValueError(f'camera is {message.camera!r}, expected one of {known}')
         cameras = [self._index[message.camera] for message in tick.messages]
-        images = [message.detections for message in tick.messages]
+        images = [message.rows for message in tick.messages]
         batch = Batch(images, cameras, tick.stamp_ns, self._config, self._reid.gallery)
         self.bias.correct(batch)
         return batch

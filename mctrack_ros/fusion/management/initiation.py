@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import COLUMN_2D, INTS_1D, compiled
 from mctrack_ros.fusion.association.gating import distance
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.measurements.admission import ROWS
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
@@ -36,7 +36,7 @@ def new_tracks(
     tick_ns: int,
     next_id: int,
     cameras: int,
-    config: FusionConfig,
+    config: JointConfig,
     motion: Motion,
 ) -> TrackTable:
     """
@@ -54,7 +54,7 @@ def new_tracks(
         Id of the first one; the others' follow.
     cameras : int
         How many cameras the site has.
-    config : FusionConfig
+    config : JointConfig
         Parameters.
     motion : Motion
         How tracks move.
@@ -86,7 +86,7 @@ def _shared_out(rows: Indices, camera: Indices) -> Indices:
 
 
 def with_room(
-    fresh: TrackTable, table: TrackTable, config: FusionConfig
+    fresh: TrackTable, table: TrackTable, config: JointConfig
 ) -> tuple[TrackTable, Indices]:
     """
     Return the new tracks that there is room for: in the table, and where they begin.
@@ -101,7 +101,7 @@ def with_room(
     return fresh, np.flatnonzero(together)
 
 
-def note_beside(fresh: TrackTable, table: TrackTable, config: FusionConfig) -> None:
+def note_beside(fresh: TrackTable, table: TrackTable, config: JointConfig) -> None:
     """
     Note beside which confirmed tracks the new ones begin.
 

@@ -9,7 +9,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import compiled
-from mctrack_ros.fusion.config import MISSED_IMAGES, FusionConfig
+from mctrack_ros.fusion.config import MISSED_IMAGES, JointConfig
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 GROUP_MEMORY_S = 0.2
@@ -23,7 +23,7 @@ def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
     return (stamp_ns - table.kept_ns) / 1e9
 
 
-def is_over(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
+def is_over(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:
     """
     Return the mask of the tracks that end now.
 
@@ -49,13 +49,13 @@ def _is_over(tracks: Any, stamp_ns: int, tentative_s: float, confirmed_s: float)
     return over
 
 
-def is_expected(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
+def is_expected(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:
     """Return the mask of the tracks whose target may be seen any moment: cameras are told."""
     limit = max(config.life.report_time, 1.5 * config.batching.period)
     return silence(table, stamp_ns) <= np.maximum(limit, 1.5 * table.pace_s)
 
 
-def is_published(table: TrackTable, stamp_ns: int, config: FusionConfig) -> Mask:
+def is_published(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:
     """Return the mask of those that are told to others: what has most probably gone is not."""
     return is_expected(table, stamp_ns, config) & (table.missed < config.life.gone_evidence)
 

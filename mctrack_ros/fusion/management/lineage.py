@@ -9,7 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.neighbours import nearest
 from mctrack_ros.fusion.table import TrackTable
 
@@ -33,12 +33,12 @@ class Lineage:
 
     Parameters
     ----------
-    config : FusionConfig
+    config : JointConfig
         Parameters.
 
     """
 
-    def __init__(self, config: FusionConfig) -> None:
+    def __init__(self, config: JointConfig) -> None:
         self._beside_m = config.life.crowd_distance
         self._lost: deque[tuple[int, int, list[float]]] = deque()
 

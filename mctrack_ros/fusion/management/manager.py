@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.management import lifecycle
 from mctrack_ros.fusion.management.duplicates import DuplicateWatch, absorb, alone, close_pairs
 from mctrack_ros.fusion.management.event_log import EventLog
@@ -38,7 +38,7 @@ class TrackManager:
 
     Parameters
     ----------
-    config : FusionConfig
+    config : JointConfig
         Parameters.
     cameras : int
         How many there are.
@@ -54,7 +54,7 @@ class TrackManager:
 
     """
 
-    def __init__(self, config: FusionConfig, cameras: int, motion: Motion, first_id: int) -> None:
+    def __init__(self, config: JointConfig, cameras: int, motion: Motion, first_id: int) -> None:
         self._config = config
         self._cameras = cameras
         self._motion = motion

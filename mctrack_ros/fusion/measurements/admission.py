@@ -78,6 +78,11 @@ def usable_rows(detections: Detections) -> Mask:
     return usable
 
 
+def unusable_count(detections: Detections) -> int:
+    """Return how many detections of one image cannot be used; vacant rows are none."""
+    return int((~usable_rows(detections) & ~detections.is_vacant).sum())
+
+
 class Admitted:
     """
     The usable detections of several images, one after the other, m rows.

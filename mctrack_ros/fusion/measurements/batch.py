@@ -10,7 +10,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import compiled, inner
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.measurements.admission import ROWS, Admitted
 from mctrack_ros.interfaces import Detections
 
@@ -35,7 +35,7 @@ class Batch:
         Index of each image's camera in the site's order.
     tick_ns : int
         The tick's stamp, ns.
-    config : FusionConfig
+    config : JointConfig
         Parameters.
     gallery : Gallery
         What those who are tracked look like.
@@ -76,7 +76,7 @@ class Batch:
         images: Sequence[Detections],
         cameras: Sequence[int],
         tick_ns: int,
-        config: FusionConfig,
+        config: JointConfig,
         gallery: Gallery,
     ) -> None:
         self.gallery = gallery

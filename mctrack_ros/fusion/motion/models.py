@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import MotionConfig
+from mctrack_ros.fusion.config import ConstantVelocityConfig, InteractingConfig, MotionConfig
 from mctrack_ros.fusion.motion.imm import begin, interact, judge
 from mctrack_ros.fusion.motion.information import updated
 from mctrack_ros.fusion.table import TrackTable
@@ -60,7 +61,7 @@ class ConstantVelocity:
     modes = 0
 
     @classmethod
-    def configured(cls, config: MotionConfig) -> Self:
+    def configured(cls, config: ConstantVelocityConfig) -> Self:
         """Return the motion that parameters describe."""
         return cls(config.acceleration_density)
 
@@ -113,7 +114,7 @@ class InteractingModels:
     times: tuple[float, float]
 
     @classmethod
-    def configured(cls, config: MotionConfig) -> Self:
+    def configured(cls, config: InteractingConfig) -> Self:
         """Return the motion that parameters describe."""
         return cls(
             (config.calm_density, config.manoeuvre_density),
@@ -170,12 +171,12 @@ class InteractingModels:
         table.mode_covariance[rows] = table.covariance[rows, None]
 
 
-MODELS: dict[str, type[ConstantVelocity] | type[InteractingModels]] = {
-    'constant_velocity': ConstantVelocity,
-    'interacting': InteractingModels,
+MODELS: dict[str, Callable[[Any], Motion]] = {
+    'constant_velocity': ConstantVelocity.configured,
+    'interacting': InteractingModels.configured,
 }
 
 
 def motion_of(config: MotionConfig) -> Motion:
-    """Return the motion that parameters name."""
-    return MODELS[config.model].configured(config)
+    """Return the motion that parameters describe."""
+    return MODELS[config.model](config)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.tracking.appearance import squared_hellinger
@@ -37,12 +37,12 @@ class ClothingClusters:
 
     Parameters
     ----------
-    config : FusionConfig
+    config : JointConfig
         Parameters.
 
     """
 
-    def __init__(self, config: FusionConfig) -> None:
+    def __init__(self, config: JointConfig) -> None:
         self._config = config.kits
         self._centre: Floats = np.zeros((0, TEMPLATE_SIZE))
         self._number = np.zeros(0, np.uint8)

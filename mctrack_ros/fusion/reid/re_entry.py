@@ -7,7 +7,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import COLUMN_1D, COLUMN_2D, COLUMN_3D, FLOATS_1D, compiled
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.motion.information import invert
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
@@ -30,7 +30,7 @@ class ReEntry:
 
     Parameters
     ----------
-    config : FusionConfig
+    config : JointConfig
         Parameters.
     gallery : Gallery
         What those who were seen alone look like; of others the latest templates tell it.
@@ -42,7 +42,7 @@ class ReEntry:
 
     """
 
-    def __init__(self, config: FusionConfig, gallery: Gallery) -> None:
+    def __init__(self, config: JointConfig, gallery: Gallery) -> None:
         self._config = config
         self._gallery = gallery
         self._absent = TrackTable.blank(0, 0)

@@ -13,7 +13,7 @@ from scipy.spatial.distance import cdist
 from scipy.special import expit
 
 from mctrack_ros.compiled import INTS_1D, compiled
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.neighbours import NearPairs, is_near
 from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
 from mctrack_ros.fusion.reid.id_hypotheses import IdHypotheses
@@ -45,7 +45,7 @@ class Reassignment:
 
     Parameters
     ----------
-    config : FusionConfig
+    config : JointConfig
         Parameters.
 
     Attributes
@@ -57,7 +57,7 @@ class Reassignment:
 
     """
 
-    def __init__(self, config: FusionConfig) -> None:
+    def __init__(self, config: JointConfig) -> None:
         self._config, self._merge_time = config.recognition, config.life.merge_time
         self.gallery = Gallery(config.recognition)
         self._hypotheses = IdHypotheses()

@@ -21,7 +21,7 @@ from mctrack_ros.fusion.association.likelihood import differences
 from mctrack_ros.fusion.association.scored_pairs import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.association.solvers.covering_graph import flags, shared_out
-from mctrack_ros.fusion.config import AssociationConfig
+from mctrack_ros.fusion.config import CoveringConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.measurements.packed import XX, XY, YY, X, Y, measured
 from mctrack_ros.fusion.motion.information import gathered
@@ -57,12 +57,12 @@ class CoveringAssociation:
         The tracks, predicted to the tick's stamp.
     batch : Batch
         The images, in the order of their sensors' priority.
-    config : AssociationConfig
+    config : CoveringConfig
         Parameters.
 
     """
 
-    def __init__(self, table: TrackTable, batch: Batch, config: AssociationConfig) -> None:
+    def __init__(self, table: TrackTable, batch: Batch, config: CoveringConfig) -> None:
         self._single, self._seconds = batch.single, batch.seconds
         self._mean, self._covariance = table.mean, table.covariance
         image = batch.image[batch.single]
@@ -107,7 +107,7 @@ class CoveringAssociation:
         together[others] = shared_out(pairs, others)
         return pairs.track[together], self._single[pairs.detection[together]]
 
-    def judged(self, table: TrackTable, batch: Batch, config: AssociationConfig) -> JudgedPairs:
+    def judged(self, table: TrackTable, batch: Batch, config: CoveringConfig) -> JudgedPairs:
         """Return all pairs with their distance from the prediction: for whoever asks why."""
         pairs, row = self._pairs, self._single[self._pairs.detection]
         track, column = self.pairs()

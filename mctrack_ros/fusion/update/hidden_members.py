@@ -18,7 +18,7 @@ from mctrack_ros.compiled import (
     inner,
 )
 from mctrack_ros.fusion.association.gating import distances
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
 from mctrack_ros.fusion.table import TrackTable
@@ -50,7 +50,7 @@ def keep_members(
     table: TrackTable,
     batch: Batch,
     free: Mask,
-    config: FusionConfig,
+    config: JointConfig,
     motion: Motion,
     recorder: DecisionRecorder | None = None,
 ) -> None:

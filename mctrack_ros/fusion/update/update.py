@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled, inner
 from mctrack_ros.fusion.association.joint import JointAssociation
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.measurements.admission import ROWS
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
@@ -37,14 +37,14 @@ EXTENT_NS = 8e9
 CLASS_S, MOST_CLASS_S = 1.0, 3.0
 """For so long one detection tells a class at most, and for so long a class leads at most, s."""
 PERSON, OTHERS_WEIGH = int(ClassCode.PERSON), 2.0
-ASSOCIATIONS = dict.fromkeys(COSTS, CoveringAssociation)
+ASSOCIATIONS: dict[str, type[Any]] = dict.fromkeys(COSTS, CoveringAssociation)
 """By method, what associates the images of a tick; that of all others is `JointAssociation`."""
 
 
 def match(
     table: TrackTable,
     batch: Batch,
-    config: FusionConfig,
+    config: JointConfig,
     motion: Motion,
     recorder: DecisionRecorder | None = None,
 ) -> tuple[Indices, Indices, Indices]:
@@ -57,7 +57,7 @@ def match(
         The tracks, predicted to the tick's stamp; changed in place.
     batch : Batch
         The images.
-    config : FusionConfig
+    config : JointConfig
         Parameters.
     motion : Motion
         How tracks move.

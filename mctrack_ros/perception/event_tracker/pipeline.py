@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.config import parameter
+from mctrack_ros.config import parameter, tag
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.interfaces import Feedback
+from mctrack_ros.interfaces import Detections, Feedback
 from mctrack_ros.perception.background.ghost_removal import GhostConfig, GhostRemoval
 from mctrack_ros.perception.background.model import Background, BackgroundConfig
 from mctrack_ros.perception.background.segmentation import inside_edges
@@ -19,6 +19,7 @@ from mctrack_ros.perception.blob_split.split import PartitionConfig
 from mctrack_ros.perception.blobs.extraction import BlobConfig, clean_mask, find_blobs
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig, CameraShiftMonitor
+from mctrack_ros.perception.config import CameraConfig, Sight
 from mctrack_ros.perception.event_tracker.tracker import LocalTracker, TrackerConfig
 from mctrack_ros.perception.events.appearance_events import AppearanceEventsConfig
 from mctrack_ros.perception.events.groups import GroupConfig
@@ -31,20 +32,15 @@ from mctrack_ros.perception.local_tracks.association import MatchingConfig
 from mctrack_ros.perception.local_tracks.classification import BicycleConfig, ClassConfig
 from mctrack_ros.perception.local_tracks.table import FilterConfig
 from mctrack_ros.perception.output import CameraOutput, check_image, check_mask
-from mctrack_ros.perception.silhouettes.config import SilhouetteConfig
 
 Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
-class CameraConfig:
-    """Parameters of a camera: which tracker it has, and those of each."""
+class EventTrackerConfig(CameraConfig):
+    """Parameters of `CameraPipeline`."""
 
-    local_tracker: str = parameter(
-        'groups',
-        "the camera's own tracker: filters on the ground with groups, or the silhouettes paper's",
-        choices=('groups', 'silhouettes'),
-    )
+    local_tracker: str = tag('groups')
     reduction: int = parameter(
         1, 'images are reduced by this factor before the background', minimum=1, maximum=4
     )
@@ -63,7 +59,16 @@ class CameraConfig:
     bicycles: BicycleConfig = field(default_factory=BicycleConfig)
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
     watchdog: CameraShiftConfig = field(default_factory=CameraShiftConfig)
-    silhouettes: SilhouetteConfig = field(default_factory=SilhouetteConfig)
+
+    @property
+    def sight(self) -> Sight:
+        """How far the tracker sees people, and how precisely."""
+        return Sight(
+            self.blobs.person_height_m,
+            self.blobs.farthest_height_px,
+            self.filter.foot_noise_px,
+            self.filter.foot_noise_share,
+        )
 
 
 class CameraPipeline:
@@ -72,7 +77,7 @@ class CameraPipeline:
 
     Parameters
     ----------
-    config : CameraConfig
+    config : EventTrackerConfig
         Parameters.
     mapping : GroundMapping
         Of the camera; fixes the size of its images.
@@ -90,7 +95,7 @@ class CameraPipeline:
 
     def __init__(
         self,
-        config: CameraConfig,
+        config: EventTrackerConfig,
         mapping: GroundMapping,
         mask: Image | None = None,
         background: Image | None = None,
@@ -151,7 +156,7 @@ class CameraPipeline:
         check_image(image, self._mapping.image_size)
         if is_blank(image):
             self._clock.pass_over(stamp_ns)
-            return CameraOutput.empty(stamp_ns, self._watchdog.shift)
+            return CameraOutput.empty(Detections, stamp_ns, self._watchdog.shift)
         self._advance(stamp_ns)
         shift = self._watchdog.watch(image, stamp_ns)
         small = self._reduced(image)
@@ -160,7 +165,7 @@ class CameraPipeline:
         if raw is None or background is None:
             self._tracker.restart()
             self._ghosts.restart()
-            return CameraOutput.empty(stamp_ns, shift)
+            return CameraOutput.empty(Detections, stamp_ns, shift)
         noise = self._background.noise or 0.0
         self._shadows.take_out(small, background, raw, noise, stamp_ns)
         if self._mask is not None:
@@ -188,7 +193,7 @@ class CameraPipeline:
         self._background.track(seen / scale)
         if self._ghosts.look(background, small, mask, persons, stamp_ns).any():
             self._background.accept()
-        return CameraOutput(detections, events, shift)
+        return CameraOutput({Detections.TOPIC: detections}, events, shift)
 
     def predicted_boxes(self) -> NDArray[np.float64]:
         """Return the (n, 4) boxes, px, where the last image was to show its tracks."""

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Generic, TypeVar
 
 import numpy as np
 
-from mctrack_ros.interfaces import Feedback
+from mctrack_ros.interfaces import Feedback, Rows
 from mctrack_ros.perception.feedback.validation import is_sound
 
+R = TypeVar('R', bound=Rows)
 KEPT_TICKS = 64
 
 
-class FeedbackBuffer:
+class RowsBuffer(Generic[R]):
     """
-    The camera's store of feedback: for each image the one that is `delay_ns` old.
+    The camera's store of what fusion tells: for each image that which is `delay_ns` old.
 
     Parameters
     ----------
@@ -37,26 +39,21 @@ class FeedbackBuffer:
                 'expected a positive and a non-negative number'
             )
         self._period_ns, self._delay_ns = int(period_ns), int(delay_ns)
-        self._by_tick: dict[int, Feedback] = {}
-        self._untold: dict[int, dict[int, int]] = {}
+        self._by_tick: dict[int, R] = {}
         self._first_stamp_ns: int | None = None
 
-    def push(self, feedback: Feedback) -> int:
+    def push(self, feedback: R) -> int:
         """
         Store feedback under the tick it was made from; the oldest makes room.
 
-        Returns how many of its rows are left out, because no target can be so.
+        Returns how many of its rows are left out.
         """
-        given, feedback = len(feedback), feedback.select(is_sound(feedback))
-        tick = feedback.stamp_ns // self._period_ns
-        self._by_tick[tick], self._untold[tick] = feedback, feedback.corrections()
+        self._by_tick[feedback.stamp_ns // self._period_ns] = feedback
         while len(self._by_tick) > KEPT_TICKS:
-            oldest = next(iter(self._by_tick))
-            del self._by_tick[oldest]
-            self._untold.pop(oldest, None)
-        return given - len(feedback)
+            self._forget(next(iter(self._by_tick)))
+        return 0
 
-    def select(self, stamp_ns: int) -> tuple[Feedback | None, bool]:
+    def select(self, stamp_ns: int) -> tuple[R | None, bool]:
         """
         Return the feedback for an image, and whether it should be there but is not.
 
@@ -67,10 +64,8 @@ class FeedbackBuffer:
 
         Returns
         -------
-        feedback : Feedback or None
-            That of the tick in which the stamp less the delay falls. Corrections of ids are told
-            once, though several images of a fast camera fall in a tick; a slow one is told
-            those of the ticks between, too.
+        feedback : Rows or None
+            That of the tick in which the stamp less the delay falls.
         missed : bool
             True where there is none although the first images' ticks could have made it.
 
@@ -80,11 +75,51 @@ class FeedbackBuffer:
         wanted = (stamp_ns - self._delay_ns) // self._period_ns
         feedback = self._by_tick.get(wanted)
         if feedback is not None:
-            origin = self._take_corrections(wanted)
-            previous = [origin.get(track_id, 0) for track_id in feedback.track_id.tolist()]
-            feedback = replace(feedback, previous_id=np.array(previous, np.uint32))
+            feedback = self._told(feedback, wanted)
         possible = wanted >= self._first_stamp_ns // self._period_ns
         return feedback, feedback is None and possible
+
+    def _told(self, feedback: R, tick: int) -> R:
+        """Return how the feedback of a tick is told to an image."""
+        return feedback
+
+    def _forget(self, tick: int) -> None:
+        """Drop the feedback of a tick."""
+        del self._by_tick[tick]
+
+
+class FeedbackBuffer(RowsBuffer[Feedback]):
+    """
+    The same for predictions of targets: impossible ones are left out, ids corrected once.
+
+    Corrections of ids are told once, though several images of a fast camera fall in a tick; a
+    slow one is told those of the ticks between, too.
+
+    Parameters
+    ----------
+    period_ns, delay_ns : int
+        See `RowsBuffer`.
+
+    """
+
+    def __init__(self, period_ns: int, delay_ns: int) -> None:
+        super().__init__(period_ns, delay_ns)
+        self._untold: dict[int, dict[int, int]] = {}
+
+    def push(self, feedback: Feedback) -> int:
+        """Store feedback; return how many rows are left out, because no target can be so."""
+        given, feedback = len(feedback), feedback.select(is_sound(feedback))
+        self._untold[feedback.stamp_ns // self._period_ns] = feedback.corrections()
+        return given - len(feedback) + super().push(feedback)
+
+    def _told(self, feedback: Feedback, tick: int) -> Feedback:
+        origin = self._take_corrections(tick)
+        previous = [origin.get(track_id, 0) for track_id in feedback.track_id.tolist()]
+        return replace(feedback, previous_id=np.array(previous, np.uint32))
+
+    def _forget(self, tick: int) -> None:
+        super()._forget(tick)
+        self._untold.pop(tick, None)
 
     def _take_corrections(self, last: int) -> dict[int, int]:
         """Return what ids were before all that is not told yet, up to a tick, and forget it."""

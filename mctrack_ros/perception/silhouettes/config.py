@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from mctrack_ros.config import tag
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
+from mctrack_ros.perception.config import CameraConfig
 from mctrack_ros.perception.feedback.id_assignment import IdentityConfig
 from mctrack_ros.perception.silhouettes.background.absorption import AbsorptionConfig
 from mctrack_ros.perception.silhouettes.background.holes import HoleConfig
@@ -37,6 +39,14 @@ class SilhouetteConfig:
     report: ReportConfig = field(default_factory=ReportConfig)
     identity: IdentityConfig = field(default_factory=IdentityConfig)
     watchdog: CameraShiftConfig = field(default_factory=CameraShiftConfig)
+
+
+@dataclass(frozen=True)
+class SilhouetteCameraConfig(CameraConfig):
+    """Parameters of a camera that tracks by silhouettes."""
+
+    local_tracker: str = tag('silhouettes')
+    silhouettes: SilhouetteConfig = field(default_factory=SilhouetteConfig)
 
 
 def as_printed() -> SilhouetteConfig:

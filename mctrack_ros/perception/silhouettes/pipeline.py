@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.interfaces import ClassCode, EventCode, Feedback
+from mctrack_ros.interfaces import ClassCode, Detections, EventCode, Feedback
 from mctrack_ros.perception.camera_shift.monitor import CameraShift, CameraShiftMonitor
 from mctrack_ros.perception.events.event_log import EventLog
 from mctrack_ros.perception.events.groups import GroupConfig, Groups
@@ -126,14 +126,14 @@ class SilhouettePipeline:
         check_image(image, self._mapping.image_size)
         if is_blank(image):
             self._clock.pass_over(stamp_ns)
-            return CameraOutput.empty(stamp_ns, self._watchdog.shift)
+            return CameraOutput.empty(Detections, stamp_ns, self._watchdog.shift)
         seconds = self._advance(stamp_ns)
         shift = self._watchdog.watch(image, stamp_ns)
         grey = self._grey(image)
         mask = self._background.apply(grey, stamp_ns)
         if mask is None:
             self._restart()
-            return CameraOutput.empty(stamp_ns, shift)
+            return CameraOutput.empty(Detections, stamp_ns, shift)
         if self._mask is not None:
             mask = cv2.bitwise_and(mask, self._mask)  # type: ignore[assignment]
         self._rest.watch(self._background, grey, mask, stamp_ns)
@@ -184,7 +184,7 @@ class SilhouettePipeline:
             objects, self._background, grey, mask, silhouettes.labels, stamp_ns
         )
         objects.keep(~resting)
-        return CameraOutput(detections, log.rows(), shift)
+        return CameraOutput({Detections.TOPIC: detections}, log.rows(), shift)
 
     def _found(self, grey: Image, mask: Image) -> Silhouettes:
         """Return the silhouettes of an image; a few times a second, mend the background."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mctrack_ros.config import values_of
+from mctrack_ros.fusion import fusion_method
 from mctrack_ros.ros.graph.graph import NodeSpec
 from mctrack_ros.ros.nodes.camera_node import CameraNodeConfig
 from mctrack_ros.ros.nodes.fusion_node import FusionNodeConfig
@@ -51,6 +52,7 @@ def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
     """
     cameras, extra = site.cameras, int(recorded)
     awaited = [resolved(named_image_topic(name, one.image_topic)) for name, one in cameras.items()]
-    awaited += [f'/{name}/detections {1 + extra}' for name in cameras]
+    told = fusion_method(site.fusion).messages.TOPIC
+    awaited += [f'/{name}/{told} {1 + extra}' for name in cameras]
     awaited.append(f'/feedback {len(cameras) + extra}')
     return awaited + (['/tracks 1', '/events 1', '/ticks 1'] if recorded else [])

@@ -48,9 +48,9 @@ class Agreement:
         )
 
 
-def agreements(cameras: Sequence[str], bias: CameraBias) -> dict[str, Agreement]:
-    """Return the health of each camera; nothing for too few cameras to compare."""
-    if len(cameras) < LEAST_CAMERAS:
+def agreements(cameras: Sequence[str], bias: CameraBias | None) -> dict[str, Agreement]:
+    """Return the health of each camera; nothing where no bias is estimated, or of too few."""
+    if bias is None or len(cameras) < LEAST_CAMERAS:
         return {}
     return {f'{camera} agreement': Agreement(bias, row) for row, camera in enumerate(cameras)}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import (
@@ -15,7 +15,14 @@ from rcl_interfaces.msg import (
 )
 from rclpy.node import Node
 
-from mctrack_ros.config import ConfigError, Parameter, config_from, nested, parameters_of
+from mctrack_ros.config import (
+    ConfigError,
+    Parameter,
+    config_from,
+    misplaced,
+    nested,
+    parameters_of,
+)
 
 Config = TypeVar('Config')
 
@@ -27,6 +34,8 @@ def declare(node: Node, kind: type[Any]) -> None:
     """
     Declare every field of a configuration dataclass, with its description and range.
 
+    Of methods of which one is chosen, only the parameters of that one are declared.
+
     The node must have been made with ``automatically_declare_parameters_from_overrides``, so
     that what the user gave can be seen, whether known or not.
 
@@ -36,29 +45,35 @@ def declare(node: Node, kind: type[Any]) -> None:
         If a parameter was given that is not known, of the wrong type or out of range.
 
     """
-    given = {name: item.value for name, item in node.get_parameters_by_prefix('').items()}
-    given = {name: value for name, value in given.items() if not _is_of_rclpy(name)}
-    known = {parameter.name: parameter for parameter in parameters_of(kind)}
+    given = {name: value for name, value in _values(node).items() if not _is_of_rclpy(name)}
+    known = {parameter.name: parameter for parameter in parameters_of(kind, given=given)}
     for name in given:
         if name not in known:
-            raise ConfigError(f'unknown parameter {name}: {_suggestion(name, list(known))}')
+            raise ConfigError(
+                misplaced(kind, name, '', given)
+                or f'unknown parameter {name}: {_suggestion(name, list(known))}'
+            )
         node.undeclare_parameter(name)
-    for name, parameter in known.items():
-        value = parameter.checked(given.get(name, parameter.default))
-        node.declare_parameter(name, _as_ros(value), descriptor(parameter), ignore_override=True)
+    for parameter in known.values():
+        _declare(node, parameter, given.get(parameter.name, parameter.default))
 
 
 def read(node: Node, kind: type[Config]) -> Config:
     """Return the configuration that a node's parameters hold now."""
-    flat = {item.name: node.get_parameter(item.name).value for item in parameters_of(kind)}
-    return config_from(kind, nested(flat))
+    values = _values(node)
+    return config_from(kind, nested({name: values[name] for name in _known(node, kind)}))
 
 
 def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[], bool]) -> None:
-    """Let parameters change only while the node is not configured, and only to valid values."""
-    known = {parameter.name: parameter for parameter in parameters_of(kind)}
+    """
+    Let parameters change only while the node is not configured, and only to valid values.
+
+    When another method is named, its parameters are declared, with their defaults, in place of
+    those of the one before.
+    """
 
     def judge(changes: list[Any]) -> SetParametersResult:
+        known = _known(node, kind)
         for change in changes:
             if change.name not in known:
                 continue
@@ -71,7 +86,13 @@ def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[], bool]) -> No
                 return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
+    def follow(changes: list[Any]) -> None:
+        known = _known(node, kind)
+        if any(change.name in known and known[change.name].is_tag for change in changes):
+            _declare_anew(node, known)
+
     node.add_on_set_parameters_callback(judge)
+    node.add_post_set_parameters_callback(follow)
 
 
 def are_as_told(node: Node, told: Sequence[Any]) -> bool:
@@ -107,6 +128,32 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
             FloatingPointRange(from_value=first_real, to_value=last_real)
         ]
     return described
+
+
+def _declare(node: Node, parameter: Parameter, value: Any) -> None:
+    """Declare a parameter with a value, which is checked."""
+    checked = _as_ros(parameter.checked(value))
+    node.declare_parameter(parameter.name, checked, descriptor(parameter), ignore_override=True)
+
+
+def _declare_anew(node: Node, known: Mapping[str, Parameter]) -> None:
+    """See to it that a node has some parameters and no others, but for those of rclpy."""
+    for name in _values(node):
+        if name not in known and not _is_of_rclpy(name):
+            node.undeclare_parameter(name)
+    for name, parameter in known.items():
+        if not node.has_parameter(name):
+            _declare(node, parameter, parameter.default)
+
+
+def _known(node: Node, kind: type[Any]) -> dict[str, Parameter]:
+    """Return the parameters, by name, that the methods named by a node's parameters have."""
+    return {each.name: each for each in parameters_of(kind, given=_values(node))}
+
+
+def _values(node: Node) -> dict[str, Any]:
+    """Return the values of a node's parameters by name."""
+    return {name: item.value for name, item in node.get_parameters_by_prefix('').items()}
 
 
 def _suggestion(name: str, known: list[str]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from itertools import takewhile
 
 from mctrack_ros.resources import config_file
 
@@ -35,6 +36,8 @@ def usage(node: str) -> str:
     summary, *rest = file.read_text(encoding='utf-8').splitlines()
     lines = [f'usage: {node} --ros-args [-p NAME:=VALUE ...] [--params-file FILE]', '']
     lines += [summary.removeprefix('# '), '', 'parameters, each with its default:']
+    header = list(takewhile(lambda line: line.startswith('# '), rest))
+    methods = [line.removeprefix('# ') for line in header[1:]]
     deeper: Counter[str] = Counter()
     for name, default, description in _parameters(rest):
         parts = name.split('.')
@@ -46,6 +49,7 @@ def usage(node: str) -> str:
             description, _WIDTH, initial_indent=6 * ' ', subsequent_indent=6 * ' '
         )
     lines += [f'  {name}.*: {count} more' for name, count in deeper.items()]
+    lines += ['', *methods] if methods else []
     return '\n'.join([*lines, '', f'A parameter file with all of them: {file}'])
 
 

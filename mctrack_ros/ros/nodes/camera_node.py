@@ -17,14 +17,15 @@ from mctrack_ros.codec import (
     stamp_ns_of,
 )
 from mctrack_ros.config import parameter
-from mctrack_ros.interfaces import RESTART_NS, Feedback, Rows
+from mctrack_ros.interfaces import RESTART_NS, Rows
 from mctrack_ros.perception import (
     CameraShift,
-    FeedbackBuffer,
     ImageState,
     ImageWatch,
     ShiftState,
+    camera_method,
     feedback_missed,
+    open_buffer,
 )
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
@@ -70,10 +71,11 @@ class CameraNode(GraphNode):
         super().__init__('camera_node')
 
     def open(self) -> None:
-        """Build the pipeline and the publishers."""
+        """Build the tracker and the publishers."""
         settings, camera = self.config.settings, self.config.camera
         check_camera_name(camera)
-        self.pipeline, self.overlay = settings.open(), Overlay()
+        self.tracker, self.overlay = settings.open(), Overlay()
+        self.method = camera_method(settings.pipeline)
         self.note_calibration()
         self.forget_feedback()
         self.last_stamp_ns = -1
@@ -87,7 +89,10 @@ class CameraNode(GraphNode):
         }
         self.diagnostics = Diagnostics(self, parts, (camera,))
         reliable = quality.reliable
-        self.detections = self.publisher(PointCloud2, f'{camera}/detections', reliable(10))
+        self.messages = {
+            rows.TOPIC: self.publisher(PointCloud2, f'{camera}/{rows.TOPIC}', reliable(10))
+            for rows in self.method.messages
+        }
         self.events = self.publisher(PointCloud2, f'{camera}/events', reliable(100))
         self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
 
@@ -105,9 +110,9 @@ class CameraNode(GraphNode):
 
     def forget_feedback(self) -> None:
         """Begin without feedback."""
-        self.feedback = FeedbackBuffer(
-            round(self.config.period * 1e9), round(self.config.feedback_delay * 1e9)
-        )
+        config = self.config
+        period_ns, delay_ns = round(config.period * 1e9), round(config.feedback_delay * 1e9)
+        self.feedback = open_buffer(config.settings.pipeline, period_ns, delay_ns)
 
     def start(self) -> None:
         """Subscribe."""
@@ -123,7 +128,7 @@ class CameraNode(GraphNode):
     def on_feedback(self, message: PointCloud2) -> None:
         """Keep what the fusion node believes."""
         try:
-            left_out = self.feedback.push(rows_from_cloud(message, Feedback))
+            left_out = self.feedback.push(rows_from_cloud(message, self.method.feedback))
         except ValueError as error:
             self.refuse(f'feedback refused: {error}')
             return
@@ -131,7 +136,7 @@ class CameraNode(GraphNode):
             self.refuse(f'{left_out} rows of feedback refused: no target can be so')
 
     def on_image(self, message: Any) -> None:
-        """Take one image through the pipeline."""
+        """Take one image through the tracker."""
         stamp_ns = stamp_ns_of(message)
         self.health.arrived(stamp_ns, self.get_clock().now().nanoseconds)
         try:
@@ -148,10 +153,11 @@ class CameraNode(GraphNode):
         if missed:
             self.health.count('feedback missed')
             self.send(self.events, feedback_missed(stamp_ns))
-        output = self.pipeline.step(image, stamp_ns, feedback)
+        output = self.tracker.step(image, stamp_ns, feedback)
         if len(output.events):
             self.send(self.events, output.events)
-        self.send(self.detections, output.detections)
+        for topic, rows in output.messages.items():
+            self.send(self.messages[topic], rows)
         self.note_shift(output.shift)
         self.show(image, output)
 
@@ -179,9 +185,9 @@ class CameraNode(GraphNode):
         """Publish the image with what is seen in it, while somebody looks."""
         if not self.debug_image.get_subscription_count():
             return
-        groups, predicted = self.pipeline.groups(), self.pipeline.predicted_boxes()
+        groups, predicted = self.tracker.groups(), self.tracker.predicted_boxes()
         drawn = self.overlay.draw(image, output.detections, output.events, groups, predicted)
-        frame, stamp_ns = f'{self.config.camera}_optical_frame', output.detections.stamp_ns
+        frame, stamp_ns = f'{self.config.camera}_optical_frame', output.events.stamp_ns
         self.debug_image.publish(image_message(drawn, RCLPY_CLASSES, stamp_ns, frame))
 
     def check_stamp(self, stamp_ns: int) -> None:

@@ -8,6 +8,7 @@ import uuid
 from collections import Counter
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from geometry_msgs.msg import PoseArray
 from rclpy.clock import Clock, ClockType
@@ -18,9 +19,16 @@ from visualization_msgs.msg import MarkerArray
 
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.config import ConfigError, parameter, values_of
-from mctrack_ros.fusion import Batcher, DecisionRecorder, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import (
+    FUSION,
+    FusionConfig,
+    fusion_method,
+    open_batcher,
+    open_fusion,
+    open_recorder,
+)
 from mctrack_ros.fusion.camera_clocks import Jump
-from mctrack_ros.interfaces import MAX_CAMERAS, Detections, EventCode, Events, Rows, Tick, Tracks
+from mctrack_ros.interfaces import MAX_CAMERAS, EventCode, Events, Rows, RowsTick, Tracks
 from mctrack_ros.ros.node.camera_agreement import (
     ClockAgreement,
     ClockJumps,
@@ -56,7 +64,7 @@ class FusionNodeConfig:
         'file of the ids used so far, so that none is used again; auto: a file of this node '
         'below ROS_HOME or ~/.ros; empty: none, ids begin at 1 at each configuration',
     )
-    fusion: FusionConfig = FusionConfig()
+    fusion: FusionConfig = FUSION.field()
 
 
 class FusionNode(GraphNode):
@@ -70,7 +78,7 @@ class FusionNode(GraphNode):
         self.ids: TrackIds | None = None
 
     def open(self) -> None:
-        """Build batcher and pipeline and the publishers."""
+        """Build batcher and tracker and the publishers."""
         cameras = self.config.cameras
         if not 1 <= len(set(cameras)) == len(cameras) <= MAX_CAMERAS:
             raise ConfigError(
@@ -79,14 +87,15 @@ class FusionNode(GraphNode):
         for camera in cameras:
             check_camera_name(camera)
         self.origin = origin_from(self.config.origin)
-        self.batcher = Batcher(self.config.fusion, cameras)
+        self.batcher = open_batcher(self.config.fusion, cameras)
+        self.messages = fusion_method(self.config.fusion).messages
         self.ids = self.open_ids()
-        self.pipeline = FusionPipeline(self.config.fusion, cameras, self.ids.first)
+        self.tracker = open_fusion(self.config.fusion, cameras, self.ids.first)
         self.health = {camera: StreamHealth() for camera in cameras}
         clocks = self.batcher.clocks
         parts: dict[str, Health] = {
             **self.health,
-            **agreements(cameras, self.pipeline.bias),
+            **agreements(cameras, self.tracker.bias),
             **{f'{camera} clock': ClockAgreement(clocks, camera) for camera in cameras},
             'clocks': ClockJumps(clocks),
             'ids': self.ids,
@@ -131,9 +140,12 @@ class FusionNode(GraphNode):
         description = site_description(values, list(self.config.cameras), uuid.uuid4().hex)
         self.site.publish(String(data=description))
         for camera in self.config.cameras:
-            for kind, depth in ((self.on_events, 100), (self.on_detections, 10)):
-                topic = f'{camera}/{kind.__name__.removeprefix("on_")}'
-                self.subscribe(PointCloud2, topic, partial(kind, camera), quality.reliable(depth))
+            for topic, heard, depth in (
+                ('events', self.on_events, 100),
+                (self.messages.TOPIC, self.on_message, 10),
+            ):
+                callback, reliable = partial(heard, camera), quality.reliable(depth)
+                self.subscribe(PointCloud2, f'{camera}/{topic}', callback, reliable)
         # Waiting is measured on a clock that no time service moves, unless time is simulated.
         simulated = self.get_parameter('use_sim_time').value
         self.clock = self.get_clock() if simulated else Clock(clock_type=ClockType.STEADY_TIME)
@@ -149,7 +161,7 @@ class FusionNode(GraphNode):
         """Keep where the ids of the next run begin."""
         ids, self.ids = self.ids, None
         if ids is not None:
-            ids.close(self.pipeline.next_id)
+            ids.close(self.tracker.next_id)
 
     def on_events(self, camera: str, message: PointCloud2) -> None:
         """Note for which images a camera had no feedback."""
@@ -163,15 +175,15 @@ class FusionNode(GraphNode):
             self.batcher.feedback_missed(camera, missed)
             self.health[camera].count('feedback missed', missed)
 
-    def on_detections(self, camera: str, message: PointCloud2, info: dict[str, int]) -> None:
-        """Give one camera's detections to the batcher, and fuse what is complete."""
+    def on_message(self, camera: str, message: PointCloud2, info: dict[str, int]) -> None:
+        """Give what one camera tells to the batcher, and fuse what is complete."""
         try:
-            detections = rows_from_cloud(message, Detections)
+            rows = rows_from_cloud(message, self.messages)
         except ValueError as error:
-            self.refuse(camera, f'detections of {camera} refused: {error}')
+            self.refuse(camera, f'{self.messages.TOPIC} of {camera} refused: {error}')
             return
-        self.health[camera].arrived(detections.stamp_ns, self.get_clock().now().nanoseconds)
-        self.fuse(self.batcher.add(camera, detections, *self.arrival_ns(info)))
+        self.health[camera].arrived(rows.stamp_ns, self.get_clock().now().nanoseconds)
+        self.fuse(self.batcher.add(camera, rows, *self.arrival_ns(info)))
         self.note_clock(camera)
         self.note_left_out()
         self.set_deadline()
@@ -234,14 +246,14 @@ class FusionNode(GraphNode):
         self.deadline.timer_period_ns = wait_ns
         self.deadline.reset()
 
-    def fuse(self, ticks: list[Tick]) -> None:
-        """Take ticks through the pipeline and publish what comes out."""
+    def fuse(self, ticks: list[RowsTick[Any]]) -> None:
+        """Take ticks through the tracker and publish what comes out."""
         for tick in ticks:
             self.reserve_ids()
-            recorder = DecisionRecorder() if self.is_asked_why() else None
-            output = self.pipeline.step(tick, recorder)
+            recorder = open_recorder(self.config.fusion) if self.is_asked_why() else None
+            output = self.tracker.step(tick, recorder)
             self.send(self.tracks, output.tracks)
-            self.send(self.feedback, self.pipeline.feedback())
+            self.send(self.feedback, self.tracker.feedback())
             if len(output.events):
                 self.send(self.events, output.events)
             self.send(self.ticks, tick.record)
@@ -255,7 +267,7 @@ class FusionNode(GraphNode):
         """See to it that what the next tick begins has ids of its own for ever."""
         assert self.ids is not None
         try:
-            self.ids.keep_ahead(self.pipeline.next_id)
+            self.ids.keep_ahead(self.tracker.next_id)
         except OSError as error:
             self.get_logger().error(
                 f'ids may be used again after a restart: {error}', throttle_duration_sec=60.0
@@ -266,7 +278,7 @@ class FusionNode(GraphNode):
         publishers = (self.candidates, self.decisions)
         return any(each.get_subscription_count() for each in publishers)
 
-    def count(self, tick: Tick) -> None:
+    def count(self, tick: RowsTick[Any]) -> None:
         """Add what was late, missing or dropped to the diagnostics."""
         record = tick.record
         counts = record.late, record.missing, record.dropped_detections, record.left_out

@@ -40,13 +40,13 @@ def site_fields(site: SiteConfig, config: CoverageConfig, area: str = '') -> Fie
     drawn: dict[str, Corners] = {}
     views: dict[str, View] = {}
     for name, settings in site.cameras.items():
-        view, blobs = camera_view(settings, config.reach), settings.pipeline.blobs
+        view, sight = camera_view(settings, config.reach), settings.pipeline.sight
         fov = read_grid(settings.grid).fov if settings.grid else None
         if fov is not None:
             drawn[name] = tuple((x, y) for x, y in fov.tolist())
-            least_px = blobs.farthest_height_px
+            least_px = sight.farthest_height_px
             field = seen_ground(
-                settings.stated_mapping(), config.reach, blobs.person_height_m, least_px
+                settings.stated_mapping(), config.reach, sight.person_height_m, least_px
             )
             view = replace(view, field=field)
         views[name] = view

@@ -1,15 +1,15 @@
 import numpy as np
 
 from fusion_scenes import PERIOD_NS, detections
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.association.appearance_order import MOST, OVERLAPPED_SHARE, likeness_costs
-from mctrack_ros.fusion.config import AssociationConfig, ReidConfig
+from mctrack_ros.fusion.config import JointAssociationConfig, ReidConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
-CONFIG = AssociationConfig(likeness_weight=2.0)
+CONFIG = JointAssociationConfig(likeness_weight=2.0)
 PORTRAITS = Gallery(ReidConfig())
 APART = [[0.0, 0.0, 1.0, 1.0], [10.0, 0.0, 1.0, 1.0]]
 OVERLAPPED = [[0.0, 0.0, 1.0, 1.0], [0.5, 0.0, 1.0, 1.0]]
@@ -39,7 +39,7 @@ def costs(table, *people, boxes=APART, template=None, config=CONFIG, gallery=POR
         box=boxes[: len(people)],
         template=colours(*people) if template is None else template,
     )
-    batch = Batch([seen], [0], PERIOD_NS, FusionConfig(), gallery)
+    batch = Batch([seen], [0], PERIOD_NS, JointConfig(), gallery)
     track, row = np.indices((len(table), len(people))).reshape(2, -1)
     is_known = table.template.any(axis=1)[track] & batch.is_described[row]
     return likeness_costs(table, batch, track, row, is_known, config).reshape(len(table), -1)
@@ -69,7 +69,7 @@ def test_where_boxes_overlap_it_costs_less():
 
 
 def test_it_never_costs_more_than_other_evidence_can_outweigh():
-    sure = AssociationConfig(likeness_weight=1000.0)
+    sure = JointAssociationConfig(likeness_weight=1000.0)
     assert costs(tracks(1, 2), 1, 2, config=sure).max() == MOST
 
 

@@ -2,17 +2,17 @@ import numpy as np
 import pytest
 
 from fusion_scenes import PERIOD_NS, detections
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.association.joint import JointAssociation
-from mctrack_ros.fusion.config import AssociationConfig
+from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.information import updated
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import position_matrix, update
 
-CONFIG = FusionConfig()
-SURE = AssociationConfig(false_density=1e-9)
+CONFIG = JointConfig()
+SURE = JointAssociationConfig(false_density=1e-9)
 
 
 def tracks(positions, sigma=0.3):

@@ -3,15 +3,15 @@
 import numpy as np
 
 from fusion_scenes import PERIOD_NS, detections
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.association.likelihood import clutter_cost, cost_parts, prior_costs
-from mctrack_ros.fusion.config import AssociationConfig
+from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
-CONFIG = AssociationConfig(identity_bonus=2.0, overlap_trust=0.25, tentative_cost=5.0)
+CONFIG = JointAssociationConfig(identity_bonus=2.0, overlap_trust=0.25, tentative_cost=5.0)
 
 
 def scene(**columns):
@@ -22,7 +22,7 @@ def scene(**columns):
     table.local_id[:, 1] = 0, 3
     count = len(next(iter(columns.values())))
     seen = detections(PERIOD_NS, np.zeros((count, 2)), **columns)
-    fusion = FusionConfig()
+    fusion = JointConfig()
     batch = Batch([seen], [1], PERIOD_NS, fusion, Gallery(fusion.recognition))
     return table, batch, *np.indices((2, count)).reshape(2, -1)
 
@@ -68,4 +68,4 @@ def test_a_pair_costs_the_sum_and_what_false_detections_are_worth():
     given[0].confirmed[0] = False
     expected = sum(cost_parts(*given, CONFIG).values()) + clutter_cost(CONFIG)
     np.testing.assert_allclose(prior_costs(*given, CONFIG), expected)
-    assert clutter_cost(AssociationConfig(false_density=1 / (2 * np.pi))) == 0.0
+    assert clutter_cost(JointAssociationConfig(false_density=1 / (2 * np.pi))) == 0.0

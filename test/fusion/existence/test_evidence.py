@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion_scenes import detections
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import LifeConfig
 from mctrack_ros.fusion.existence.evidence import Evidence
 from mctrack_ros.fusion.measurements.batch import Batch
@@ -13,7 +13,7 @@ from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import Detections
 
 LIFE = LifeConfig(look_time=0.4, hit_evidence=2.0, miss_weight=0.75, vacancy_weight=3.0)
-CONFIG = FusionConfig(life=LIFE)
+CONFIG = JointConfig(life=LIFE)
 SECONDS = 0.1
 SHARE = SECONDS / LIFE.look_time
 HIT, MISS = SHARE * LIFE.hit_evidence, -SHARE * np.log(1 - LIFE.coverage_prior)

@@ -5,11 +5,11 @@ import pytest
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.fusion import DecisionRecorder, FusionConfig, FusionPipeline
+from mctrack_ros.fusion import DecisionRecorder, FusionPipeline, JointConfig
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.association.likelihood import prior_costs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
-from mctrack_ros.fusion.config import AssociationConfig, LifeConfig
+from mctrack_ros.fusion.config import ASSOCIATION, LifeConfig
 from mctrack_ros.fusion.explain.decisions import decisions_of
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
@@ -25,7 +25,7 @@ from mctrack_ros.interfaces import (
 )
 from mctrack_ros.recording import ROSBAGS_CLASSES
 
-CONFIG = FusionConfig()
+CONFIG = JointConfig()
 CAMERAS = ('one', 'two')
 
 
@@ -66,7 +66,7 @@ def scene(seed):
 @pytest.mark.parametrize('seed', range(3))
 def test_judged_pairs_give_the_probabilities_that_were_used(method, seed):
     table, batch = scene(seed)
-    config = AssociationConfig(method=method)
+    config = ASSOCIATION.made(method)
     joint = JointAssociation(table, batch, config)
     joint.solve()
     judged = joint.judged(table, batch, config)
@@ -91,7 +91,7 @@ def test_judged_pairs_give_the_probabilities_that_were_used(method, seed):
 @pytest.mark.parametrize('method', COSTS)
 def test_pairs_of_the_covering_graph_are_told_too(method):
     table, batch = scene(1)
-    config = AssociationConfig(method=method)
+    config = ASSOCIATION.made(method)
     covering = CoveringAssociation(table, batch, config)
     judged = covering.judged(table, batch, config)
     track, row = covering.pairs()
@@ -189,7 +189,7 @@ def test_a_group_that_hides_nobody_is_told_as_unused():
 
 
 def test_a_detection_that_there_is_no_room_for_is_told_as_unused():
-    pipeline = FusionPipeline(FusionConfig(life=LifeConfig(most_tracks=1)), CAMERAS)
+    pipeline = FusionPipeline(JointConfig(life=LifeConfig(most_tracks=1)), CAMERAS)
     _, why = explained(lambda index: {'one': [[0, 0], [9, 0]][: index + 1]}, 2, pipeline)[-1]
     told = dict(zip(why.candidates.choice.tolist(), why.candidates.track_id.tolist()))
     assert told == {Choice.TAKEN: 1, Choice.UNUSED: 0}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion_scenes import PERIOD_NS
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import LifeConfig
 from mctrack_ros.fusion.management.initiation import (
     BESIDE_M,
@@ -20,7 +20,7 @@ from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE, Detections
 
-CONFIG = FusionConfig()
+CONFIG = JointConfig()
 CROWD = CONFIG.life.crowd_distance
 
 
@@ -151,7 +151,7 @@ def test_no_more_begin_than_there_is_room_for_and_none_in_a_dense_crowd():
     fresh, beside = with_room(tracks([[5, 0], [0.5, 0], [5.5, 0], [9, 9]]), known, CONFIG)
     assert len(fresh) == 4
     assert beside.tolist() == [1, 2]
-    small = FusionConfig(life=LifeConfig(most_tracks=5))
+    small = JointConfig(life=LifeConfig(most_tracks=5))
     assert with_room(tracks([[5, 0], [7, 0], [20, 0], [30, 0]]), known, small)[0].mean[
         :, 0
     ].tolist() == [5, 7, 20]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import BatchingConfig, LifeConfig
 from mctrack_ros.fusion.management.lifecycle import (
     GROUP_MEMORY_S,
@@ -14,8 +14,8 @@ from mctrack_ros.fusion.management.lifecycle import (
 from mctrack_ros.fusion.table import TrackTable
 
 LIFE = LifeConfig(tentative_time=0.2, report_time=0.5, coast_time=1.0, gone_evidence=5.0)
-CONFIG = FusionConfig(life=LIFE)
-SLOW_TICKS = FusionConfig(BatchingConfig(period=2.0), life=LIFE)
+CONFIG = JointConfig(life=LIFE)
+SLOW_TICKS = JointConfig(batching=BatchingConfig(period=2.0), life=LIFE)
 NOW_NS = 90_000_000_000
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion_scenes import published, tick
-from mctrack_ros.fusion import FusionConfig, FusionPipeline
+from mctrack_ros.fusion import FusionPipeline, JointConfig
 from mctrack_ros.fusion.management.duplicates import Doubt
 from mctrack_ros.fusion.management.initiation import note_beside
 from mctrack_ros.fusion.management.parting import LATELY_S, SOON_S, go_on_as, parted
@@ -14,7 +14,7 @@ from mctrack_ros.interfaces import EventCode, TrackStatus
 SECOND_NS = 1_000_000_000
 STAMP_NS = 100 * SECOND_NS
 CAMERAS = ('one', 'two')
-DEFAULT = FusionConfig()
+DEFAULT = JointConfig()
 JPDA = replace(DEFAULT, association=replace(DEFAULT.association, method='jpda'))
 
 

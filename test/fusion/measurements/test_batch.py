@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.fusion import FusionConfig
-from mctrack_ros.fusion.config import MotionConfig
+from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion.config import ConstantVelocityConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.interfaces import LARGEST_DISTANCE, LARGEST_VARIANCE, TEMPLATE_SIZE, Detections
 
-CONFIG = FusionConfig(motion=MotionConfig(sensor_sigma=0.3, acceleration_density=6.0))
+CONFIG = JointConfig(motion=ConstantVelocityConfig(sensor_sigma=0.3, acceleration_density=6.0))
 NOW_NS = 90_000_000_000
 
 

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from fusion_scenes import tick
-from mctrack_ros.config import parameters_of
-from mctrack_ros.fusion import FusionConfig, FusionPipeline
+from mctrack_ros.config import config_from, parameters_of
+from mctrack_ros.fusion import FusionPipeline, JointConfig
+from mctrack_ros.fusion import config as fusion_config
 from mctrack_ros.fusion.management.duplicates import absorb
 from mctrack_ros.fusion.measurements.packed import measured
 from mctrack_ros.fusion.motion.information import gathered
@@ -198,7 +199,7 @@ def test_the_duplicate_that_is_better_known_brings_its_modes_along():
 
 
 def test_every_model_can_be_named():
-    model = next(each for each in parameters_of(FusionConfig) if each.name == 'motion.model')
+    model = next(each for each in parameters_of(JointConfig) if each.name == 'motion.model')
     assert model.choices == tuple(MODELS)
 
 
@@ -213,8 +214,8 @@ def turning_walker(seconds=16.0):
 
 def followed(model, seed):
     """Return the errors (n, 4) and covariances (n, 4, 4) of the walker's track, once settled."""
-    config = FusionConfig()
-    motion = replace(config.motion, model=model, sensor_sigma=0.001)
+    config = JointConfig()
+    motion = config_from(fusion_config.MOTION, {'model': model, 'sensor_sigma': 0.001})
     pipeline = FusionPipeline(replace(config, motion=motion), ('one', 'two'))
     places, velocity = turning_walker()
     rng, errors, spreads = np.random.default_rng(seed), [], []

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.reid.re_entry import MOST_ABSENT, ReEntry
 from mctrack_ros.fusion.table import TrackTable
@@ -25,7 +25,7 @@ def tracks(states, ids, templates):
 @pytest.fixture
 def re_entry():
     """One who goes right along y = 0, in red, and one along y = 1.5, in blue; lost at 0 s."""
-    config = FusionConfig()
+    config = JointConfig()
     re_entry = ReEntry(config, Gallery(config.recognition))
     re_entry.note(tracks([[0, 0, 1.4, 0], [0, 1.5, 1.4, 0]], [1, 2], [RED, BLUE]), 0)
     return re_entry
@@ -48,7 +48,7 @@ def test_who_comes_out_too_soon_or_elsewhere_is_somebody_new(re_entry):
 
 def test_what_it_costs_to_be_him_is_how_unlikely_his_state_is():
     """Against scipy's density of where he would be by now and of how surely both are known."""
-    config, state, seconds = FusionConfig(), np.array([4.2, 0.3, 1.1, 0.2]), 3.0
+    config, state, seconds = JointConfig(), np.array([4.2, 0.3, 1.1, 0.2]), 3.0
     re_entry = ReEntry(config, Gallery(config.recognition))
     lost = tracks([[0, 0, 1.4, 0]], [1], [NOTHING])
     re_entry.note(lost, 0)

@@ -6,14 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fusion_scenes import detections
-from mctrack_ros.fusion import FusionConfig, FusionPipeline
+from mctrack_ros.fusion import FusionPipeline, JointConfig
 from mctrack_ros.fusion.sensor_bias.camera_bias import SURE, judged
 from mctrack_ros.interfaces import CameraDetections, Tick
 
 CAMERAS = ('cam1', 'cam2', 'cam3', 'cam4')
 PEOPLE = np.array([[8.0 * column, 8.0 * row] for column in range(4) for row in range(3)])
 STEP_NS, SIGMA = 510_000_000, 0.1
-EXACT = replace(FusionConfig().motion, sensor_sigma=0.001)
+EXACT = replace(JointConfig().motion, sensor_sigma=0.001)
 
 
 class Site:
@@ -21,7 +21,7 @@ class Site:
 
     def __init__(self, cameras=CAMERAS, seed=1, compare=True):
         motion = replace(EXACT, compare_cameras=compare)
-        self.pipeline = FusionPipeline(replace(FusionConfig(), motion=motion), cameras)
+        self.pipeline = FusionPipeline(replace(JointConfig(), motion=motion), cameras)
         self.cameras, self.rng, self.stamp_ns = cameras, np.random.default_rng(seed), 0
 
     def run(self, steps, shift=None, scatter=None):

@@ -1,12 +1,12 @@
 import numpy as np
 
 from fusion_scenes import detections
-from mctrack_ros.fusion.config import FusionConfig
+from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.sensor_bias.comparisons import REACH_M, ROOM, compare
 
-CONFIG = FusionConfig()
+CONFIG = JointConfig()
 TICK_NS = 1_000_000_000
 CAMERAS = 4
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
-from mctrack_ros.fusion import FusionConfig, FusionPipeline
+from mctrack_ros.fusion import FusionPipeline, JointConfig
+from mctrack_ros.fusion.config import ASSOCIATION
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.information import updated
 from mctrack_ros.fusion.reid.gallery import Gallery
@@ -16,8 +17,8 @@ CAMERAS = ('one', 'two')
 
 
 def config_of(method):
-    default = FusionConfig()
-    return replace(default, association=replace(default.association, method=method))
+    default = JointConfig()
+    return replace(default, association=ASSOCIATION.made(method))
 
 
 @pytest.fixture(params=sorted(COSTS))

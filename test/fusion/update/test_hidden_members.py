@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion_scenes import detections
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import motion_of
 from mctrack_ros.fusion.reid.gallery import Gallery
@@ -12,7 +12,7 @@ from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.hidden_members import COMPANY_DENSITY, GROUP_INFLATION, keep_members
 from mctrack_ros.tracking.kalman import position_matrix, update
 
-CONFIG = FusionConfig()
+CONFIG = JointConfig()
 NOW_NS = 90_000_000_000
 HIDDEN_S = CONFIG.life.hidden_time
 PLACE, SIGMA = [0.3, 0.2], 0.5

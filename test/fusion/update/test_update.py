@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion_scenes import detections
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
@@ -13,7 +13,7 @@ from mctrack_ros.interfaces import LARGEST_EXTENT, TEMPLATE_SIZE, ClassCode
 
 SECOND_NS = 1_000_000_000
 PERSON, BICYCLE, VEHICLE = int(ClassCode.PERSON), int(ClassCode.BICYCLE), int(ClassCode.VEHICLE)
-CONFIG = FusionConfig()
+CONFIG = JointConfig()
 
 
 def looks_of(seconds, camera=0, **columns):

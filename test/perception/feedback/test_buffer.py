@@ -76,7 +76,7 @@ def correction(stamp_ns, changes):
 
 
 @pytest.mark.parametrize(
-    ('changes', 'told'),
+    ('changes', 'reported'),
     [
         ([{7: 2}, {}, {}], {7: 2}),
         ([{7: 2}, {2: 3}, {}], {7: 3}),

@@ -6,7 +6,7 @@ import pytest
 
 from mctrack_ros.config import config_from
 from mctrack_ros.interfaces import ClassCode, Feedback
-from mctrack_ros.perception import CameraConfig, CameraPipeline
+from mctrack_ros.perception import CameraPipeline, EventTrackerConfig
 from mctrack_ros.perception.local_tracks.vehicles import bicycles_among, vehicles_among
 
 GROUND = (60, 120, 60)
@@ -27,7 +27,9 @@ class Road:
 
     def __init__(self, mapping, rate_hz=25.0, **tracker):
         self.mapping, self.rate_hz = mapping, rate_hz
-        self.pipeline = CameraPipeline(config_from(CameraConfig, {'tracker': tracker}), mapping)
+        self.pipeline = CameraPipeline(
+            config_from(EventTrackerConfig, {'tracker': tracker}), mapping
+        )
         self.rng = np.random.default_rng(0)
         self.index = 0
         for _ in range(round(1.6 * rate_hz)):

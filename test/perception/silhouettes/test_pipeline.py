@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import ClassCode, EventCode
-from mctrack_ros.perception import BackwardStampError, CameraConfig, open_camera
+from mctrack_ros.perception import CAMERA, BackwardStampError, open_camera
 from mctrack_ros.perception.silhouettes import SilhouetteConfig, SilhouettePipeline, as_printed
 
 SIZE = (640, 480)
@@ -217,5 +217,5 @@ def test_tracking_works_at_25_images_a_second(mapping, new_park):
 
 
 def test_the_site_chooses_the_tracker(mapping):
-    config = CameraConfig(local_tracker='silhouettes')
+    config = CAMERA.made('silhouettes')
     assert isinstance(open_camera(config, mapping), SilhouettePipeline)

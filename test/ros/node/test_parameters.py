@@ -2,7 +2,7 @@
 
 import pytest
 import yaml
-from rclpy.parameter import parameter_value_to_python
+from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
 from mctrack_ros.config import nested
@@ -17,6 +17,17 @@ CASES = {
         'fusion_node',
         {'fusion': {'life': {'coast': 1.0}}},
         'unknown parameter fusion.life.coast',
+    ),
+    'of another method': (
+        'camera_node',
+        {'settings': {'pipeline': {'silhouettes': {'holes': {'still_s': 2.0}}}}},
+        'settings.pipeline.silhouettes.holes.still_s belongs to local_tracker silhouettes, but '
+        'settings.pipeline.local_tracker is groups',
+    ),
+    'no method': (
+        'fusion_node',
+        {'fusion': {'tracker': 'none'}},
+        "fusion.tracker is 'none', expected one of ['joint']",
     ),
     'wrong type': ('camera_node', {'depth': 'many'}, "depth is 'many', expected a whole number"),
     'out of range': ('camera_node', {'period': -1.0}, 'period is -1.0, expected 0.001 to 10.0'),
@@ -133,3 +144,23 @@ def test_a_dump_serves_as_the_parameter_file_of_a_new_node(bench, dumped):
     process.terminate()
     assert bench.exit_code(process) == 0
     assert bench.log('fusion_node') == ''
+
+
+def test_a_method_named_before_configuration_brings_its_parameters(bench, projection):
+    from mctrack_ros.ros.nodes.camera_node import CameraNode
+
+    node = bench.make(CameraNode, autostart=False, **camera_parameters(projection))
+    gone, come = 'settings.pipeline.blobs.edges', 'settings.pipeline.silhouettes.holes.still_s'
+    assert node.has_parameter(gone)
+    assert not node.has_parameter(come)
+    choice = Parameter('settings.pipeline.local_tracker', value='silhouettes')
+    assert node.set_parameters([choice])[0].successful
+    assert not node.has_parameter(gone)
+    assert node.get_parameter(come).value == 1.0
+    assert not node.set_parameters([Parameter(come, value=-1.0)])[0].successful
+    assert node.set_parameters([Parameter(come, value=2.0)])[0].successful
+    node.trigger_configure()
+    assert not node.failure
+    assert node.config.settings.pipeline.silhouettes.holes.still_s == 2.0
+    refused = node.set_parameters([Parameter(choice.name, value='groups')])[0]
+    assert 'takes effect on configuration' in refused.reason

@@ -228,7 +228,7 @@ def test_ids_begin_at_one_each_time_if_no_file_keeps_them(bench):
     node = bench.nodes[0]
     for transition in ('deactivate', 'cleanup', 'configure'):
         getattr(node, f'trigger_{transition}')()
-    assert node.pipeline.next_id == 1
+    assert node.tracker.next_id == 1
     assert not (bench.folder / 'ros_home' / 'mctrack_ros').exists()
 
 
@@ -236,7 +236,7 @@ def test_ids_that_cannot_be_kept_are_an_error_in_the_diagnostics_and_tracking_go
     state = bench.folder / 'state' / 'ids.json'
     graph = open_fusion(bench, state_file=str(state))
     reports = bench.messages(DiagnosticArray, '/diagnostics')
-    bench.nodes[0].pipeline.next_id = 900
+    bench.nodes[0].tracker._manager.next_id = 900
     state.with_name('ids.json.new').mkdir()
     assert ids_of(graph, range(100, 115)) == {900}
     bench.until(lambda: reports and reports[-1].status[-2].level == DiagnosticStatus.ERROR)

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion import FusionConfig, FusionPipeline
+from mctrack_ros.fusion import FusionPipeline, JointConfig
+from mctrack_ros.fusion.config import InteractingConfig, JointAssociationConfig
 from mctrack_ros.interfaces import REPORTED, CameraDetections, Detections, Tick, Tracks
 
 Reported = tuple[list[int], NDArray[np.float64]]
@@ -20,7 +21,6 @@ SENSOR_SIGMA_M = 0.001
 """The covariances of the scenes are true: cameras there have no errors beside them, m."""
 
 MOTION: dict[str, Any] = {
-    'model': 'interacting',
     'calm_density': 0.05,
     'manoeuvre_density': 3.0,
     'calm_time': 3.0,
@@ -70,19 +70,19 @@ def messages_of(scenario: Any, frame: int) -> list[CameraDetections]:
     return messages
 
 
-def told_config(scenario: Any) -> FusionConfig:
+def told_config(scenario: Any) -> JointConfig:
     """
     Return what the benchmark tells every tracker, and what was tuned on its seeds 1 to 3.
 
     Tuned are the associator and the motion; all else is as it comes.
     """
-    default = FusionConfig()
+    default = JointConfig()
     density = scenario.sensors.clutter_density
     return replace(
         default,
         batching=replace(default.batching, period=scenario.tick_s),
-        motion=replace(default.motion, sensor_sigma=SENSOR_SIGMA_M, **MOTION),
-        association=replace(default.association, method='jpda', false_density=density),
+        motion=InteractingConfig(sensor_sigma=SENSOR_SIGMA_M, **MOTION),
+        association=JointAssociationConfig(method='jpda', false_density=density),
     )
 
 

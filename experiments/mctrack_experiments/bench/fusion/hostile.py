@@ -23,7 +23,7 @@ from mctrack_experiments.bench.fusion.adapter import (
 from mctrack_experiments.bench.fusion.hostile_input import SPOILERS, Messages
 from mctrack_experiments.bench.fusion.toolkit import Toolkit
 from mctrack_experiments.bench.workers import Progress, run_pinned, silent
-from mctrack_ros.fusion import Batcher, FusionPipeline
+from mctrack_ros.fusion import FusionPipeline, open_batcher
 
 BEFORE, SPOILED, AFTER = 75, 25, 75
 """Ticks that are good, that are spoiled, and that are good again."""
@@ -76,7 +76,7 @@ class Listener:
 
     def __init__(self, scenario: Any) -> None:
         config, cameras = told_config(scenario), camera_names(scenario)
-        self._batcher = Batcher(config, cameras)
+        self._batcher = open_batcher(config, cameras)
         self._pipeline = FusionPipeline(config, cameras)
         self._period_ns = round(config.batching.period * 1e9)
         self.refused = 0
@@ -86,7 +86,7 @@ class Listener:
         ticks = []
         for message in messages:
             try:
-                ticks += self._batcher.add(message.camera, message.detections, stamp_ns)
+                ticks += self._batcher.add(message.camera, message.rows, stamp_ns)
             except ValueError:
                 self.refused += 1
         ticks += self._batcher.poll(stamp_ns + self._period_ns)

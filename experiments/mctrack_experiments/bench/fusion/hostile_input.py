@@ -68,8 +68,7 @@ def spot_flood(messages: Messages, step: int, rng: np.random.Generator) -> Messa
 def empty(messages: Messages, step: int, rng: np.random.Generator) -> Messages:
     """Let all cameras see nothing."""
     return [
-        CameraDetections(each.camera, Detections.build(each.detections.stamp_ns))
-        for each in messages
+        CameraDetections(each.camera, Detections.build(each.rows.stamp_ns)) for each in messages
     ]
 
 
@@ -82,7 +81,7 @@ def twice(messages: Messages, step: int, rng: np.random.Generator) -> Messages:
     """Send every message twice, and once more with a later stamp."""
     later = [
         CameraDetections(
-            each.camera, Detections.joined(each.detections.stamp_ns + 1_000_000, [each.detections])
+            each.camera, Detections.joined(each.rows.stamp_ns + 1_000_000, [each.rows])
         )
         for each in messages
     ]
@@ -91,7 +90,7 @@ def twice(messages: Messages, step: int, rng: np.random.Generator) -> Messages:
 
 def unknown_camera(messages: Messages, step: int, rng: np.random.Generator) -> Messages:
     """Send every message again as if from a camera that the site does not have."""
-    return [*messages, *(CameraDetections('nobody', each.detections) for each in messages)]
+    return [*messages, *(CameraDetections('nobody', each.rows) for each in messages)]
 
 
 def wild_ids(messages: Messages, step: int, rng: np.random.Generator) -> Messages:
@@ -118,26 +117,26 @@ def _every_second(
     message: CameraDetections, column: str, values: NDArray[Any], rng: np.random.Generator
 ) -> CameraDetections:
     """Give every second row one of some values."""
-    spoiled = getattr(message.detections, column).copy()
+    spoiled = getattr(message.rows, column).copy()
     spoiled[::2] = rng.choice(values, len(spoiled[::2]))
-    return CameraDetections(message.camera, message.detections.replace(**{column: spoiled}))
+    return CameraDetections(message.camera, message.rows.replace(**{column: spoiled}))
 
 
 def _with(message: CameraDetections, place: NDArray[np.float64]) -> CameraDetections:
     """Add detections at (n, 2) places, m."""
     more = Detections.build(
-        message.detections.stamp_ns,
+        message.rows.stamp_ns,
         position=np.column_stack([place, np.zeros(len(place))]),
         covariance=np.broadcast_to(0.1 * np.eye(2), (len(place), 2, 2)),
     )
-    rows = Detections.joined(message.detections.stamp_ns, [message.detections, more])
+    rows = Detections.joined(message.rows.stamp_ns, [message.rows, more])
     return CameraDetections(message.camera, rows)
 
 
 def _with_wild_ids(message: CameraDetections, rng: np.random.Generator) -> CameraDetections:
-    count = len(message.detections)
+    count = len(message.rows)
     wild = rng.integers(MOST_ID - 100, MOST_ID, (count, 2))
-    rows = message.detections.replace(
+    rows = message.rows.replace(
         local_id=wild[:, 0],
         track_id=wild[:, 1],
         members=rng.integers(0, MOST_ID, (count, MEMBERS)),

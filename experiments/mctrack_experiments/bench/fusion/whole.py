@@ -21,7 +21,7 @@ from mctrack_experiments.bench.fusion.synthetic_cameras import SyntheticCameras
 from mctrack_experiments.bench.fusion.toolkit import WARM_UP, Scene, Toolkit
 from mctrack_experiments.bench.workers import Progress, run_pinned, silent
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.fusion import Batcher, FusionPipeline
+from mctrack_ros.fusion import FusionPipeline, open_batcher
 from mctrack_ros.interfaces import Detections, Feedback
 from mctrack_ros.recording import ROSBAGS_CLASSES
 
@@ -56,7 +56,7 @@ class WholeTracker:
         config, cameras = told_config(scene.scenario), camera_names(scene.scenario)
         self._scenario = scene.scenario
         self._cameras = SyntheticCameras(scene, SEED)
-        self._batcher = Batcher(config, cameras)
+        self._batcher = open_batcher(config, cameras)
         self._pipeline = FusionPipeline(config, cameras)
         self._feedback = deque([Feedback.build(0)] * FEEDBACK_DELAY, FEEDBACK_DELAY)
         self.milliseconds: dict[str, list[float]] = defaultdict(list)
@@ -64,7 +64,7 @@ class WholeTracker:
     def prepare(self, frame: int) -> None:
         """Let the cameras send their messages; not timed."""
         self._messages = [
-            (each.camera, cloud_from_rows(each.detections, ROSBAGS_CLASSES, GROUND_FRAME))
+            (each.camera, cloud_from_rows(each.rows, ROSBAGS_CLASSES, GROUND_FRAME))
             for each in self._cameras.messages(frame, self._feedback[0])
         ]
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_experiments.papers.covering.targets import Roster, Sight, beginnings
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
@@ -31,15 +32,17 @@ class JointParticleTracker:
 
     Parameters
     ----------
-    config : FusionConfig
+    config : JointConfig
         Its motion, its times and its density of false detections.
     seed : int
         Of all that is drawn.
 
     """
 
-    def __init__(self, config: FusionConfig, seed: int = 1) -> None:
+    def __init__(self, config: JointConfig, seed: int = 1) -> None:
         self._config, self._rng = config, np.random.default_rng(seed)
+        assert isinstance(config.association, JointAssociationConfig)
+        self._false_density = config.association.false_density
         self._roster = Roster(config.life)
         self._state = np.empty((PARTICLES, 0, 4))
 
@@ -68,7 +71,7 @@ class JointParticleTracker:
 
     def _weigh(self, sight: Sight, seconds: float) -> Floats:
         """Draw every target's states anew; return the (n, 2) mean places before that."""
-        false = self._config.association.false_density
+        false = self._false_density
         fit = _densities(self._state[..., :2], sight) * self._roster.alike(sight)
         ratio = DETECTED / (1 - DETECTED) * fit / false
         share = ratio / (1.0 + ratio.sum(axis=1, keepdims=True) - ratio)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_experiments.papers.covering.targets import Roster, Sight, beginnings
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.tracking.kalman import position_matrix, predict, update
 
 Floats = NDArray[np.float64]
@@ -32,12 +32,12 @@ class MeanShiftTracker:
 
     Parameters
     ----------
-    config : FusionConfig
+    config : JointConfig
         Its motion and its times.
 
     """
 
-    def __init__(self, config: FusionConfig) -> None:
+    def __init__(self, config: JointConfig) -> None:
         self._motion = config.motion
         self._roster = Roster(config.life)
         self._mean, self._covariance = np.empty((0, 4)), np.empty((0, 4, 4))

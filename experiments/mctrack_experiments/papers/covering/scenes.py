@@ -22,9 +22,9 @@ from mctrack_experiments.real.stored_detections import LAB6P_SETTINGS
 from mctrack_ros.codec import jpeg_from_image
 from mctrack_ros.config import config_from, values_of
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.interfaces import Detections
-from mctrack_ros.perception import CameraConfig, CameraPipeline
+from mctrack_ros.perception import CameraPipeline, EventTrackerConfig
 from mctrack_ros.perception.trackers import CameraTracker
 from mctrack_ros.recording.video.videos import open_video
 from mctrack_ros.resources import config_file
@@ -53,7 +53,7 @@ class CoveringScene:
     ----------
     stored : StoredScene
         Detections and truth; the truth of all people in the area.
-    fusion : FusionConfig
+    fusion : JointConfig
         As the scene's site has it.
     gate_m : float
         Of a match with the truth, m.
@@ -67,7 +67,7 @@ class CoveringScene:
     """
 
     stored: StoredScene
-    fusion: FusionConfig
+    fusion: JointConfig
     gate_m: float
     area: Callable[[Floats, tuple[str, ...]], Mask]
     frames: NDArray[np.int64]
@@ -113,7 +113,7 @@ def pets(data: Path) -> CoveringScene:
     camera = pets_pixels.TsaiCamera(
         folder / 'calibration' / 'View_001.xml', pets_pixels.IMAGE_SIZE
     )
-    config = config_from(CameraConfig, pets_pixels.CAMERA_SETTINGS)
+    config = config_from(EventTrackerConfig, pets_pixels.CAMERA_SETTINGS)
     images = (image for _, image in pets_pixels.images(folder, camera))
     rate = 1 / pets_pixels.PERIOD_S
     rows, spent_ms = _detected(CameraPipeline(config, camera.mapping), images, rate)
@@ -122,7 +122,7 @@ def pets(data: Path) -> CoveringScene:
     first, last = pets_pixels.REPORTED_FRAMES
     return CoveringScene(
         StoredScene(np.arange(1, len(rows) + 1), rate, {pets_pixels.CAMERA: rows}, truth),
-        config_from(FusionConfig, pets_pixels.FUSION_SETTINGS),
+        config_from(JointConfig, pets_pixels.FUSION_SETTINGS),
         pets_pixels.GATE_M,
         lambda place, cameras: ((place >= low) & (place <= high)).all(axis=1),
         np.arange(first, last + 1),
@@ -142,23 +142,24 @@ def terrace_clips(data: Path) -> CoveringScene:
         spent_ms += own_ms
     frames = np.arange(min(map(len, detections.values())))
     stored = StoredScene(frames, TERRACE_HZ, detections, NOBODY)
+    assert isinstance(site.fusion, JointConfig)
     return CoveringScene(stored, site.fusion, 1.0, everywhere, frames, spent_ms)
 
 
 def lab6p(data: Path) -> CoveringScene:
     """Return EPFL's six people, whose detections others made: association alone."""
     stored = load_lab6p(data / 'epfl_lab6p', 'proposed_confirmed', 2.0)
-    fusion = _with(FusionConfig(), {**LAB6P_SETTINGS, 'batching.period': 1 / stored.rate})
+    fusion = _with(JointConfig(), {**LAB6P_SETTINGS, 'batching.period': 1 / stored.rate})
     return CoveringScene(stored, fusion, 0.5, everywhere, np.unique(stored.truth.frame))
 
 
-def _with(config: FusionConfig, settings: Mapping[str, float | str]) -> FusionConfig:
+def _with(config: JointConfig, settings: Mapping[str, float | str]) -> JointConfig:
     """Return a configuration with values changed by dotted name."""
     values = values_of(config)
     for name, value in settings.items():
         part, field = name.split('.')
         values[part][field] = value
-    return config_from(FusionConfig, values)
+    return config_from(JointConfig, values)
 
 
 def _simulated(
@@ -182,6 +183,7 @@ def _simulated(
     truth = Trajectories(step, person + 1, world.motion.position[step, person])
     frames = np.arange(world.scenario.steps)
     stored = StoredScene(frames, rate, detections, truth)
+    assert isinstance(site.fusion, JointConfig)
     return CoveringScene(stored, site.fusion, gate_m, area, frames, spent_ms)
 
 

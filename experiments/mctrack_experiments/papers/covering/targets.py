@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import LifeConfig
 from mctrack_ros.fusion.measurements.admission import Admitted
 from mctrack_ros.interfaces import Tick
@@ -56,9 +56,9 @@ class Sight:
     single: Mask
 
     @classmethod
-    def of(cls, tick: Tick, config: FusionConfig) -> Sight:
+    def of(cls, tick: Tick, config: JointConfig) -> Sight:
         """Return what a tick shows."""
-        images = [each.detections for each in tick.messages]
+        images = [each.rows for each in tick.messages]
         count = len(images)
         all_of = Admitted(images, range(count), [config.motion.sensor_sigma**2] * count)
         return cls(

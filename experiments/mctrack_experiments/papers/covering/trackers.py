@@ -13,8 +13,10 @@ from mctrack_experiments.papers.covering.mean_shift import MeanShiftTracker
 from mctrack_experiments.papers.covering.scenes import CoveringScene
 from mctrack_experiments.papers.covering.targets import PointTracker, Sight
 from mctrack_experiments.real.stored_tracking import fused
+from mctrack_ros.config import config_from, of_chosen, values_of
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion.config import ASSOCIATION
 
 PROPOSED = {'covering_text': 'covering_graph', 'covering_code': 'covering_graph_code'}
 """The paper's method with the cost of its text and of its code."""
@@ -32,7 +34,7 @@ ASSOCIATED: Mapping[str, Mapping[str, Any]] = {
     'jpda': {'method': 'jpda'},
 }
 """What of the site's association differs; all else of fusion is the same."""
-WHOLE: Mapping[str, Callable[[FusionConfig], PointTracker]] = {
+WHOLE: Mapping[str, Callable[[JointConfig], PointTracker]] = {
     'ms_mt': MeanShiftTracker,
     'pf_js': JointParticleTracker,
 }
@@ -47,9 +49,11 @@ def run(name: str, scene: CoveringScene, cameras: tuple[str, ...]) -> Trajectori
     return fused(scene.stored, config_of(name, scene.fusion), cameras)
 
 
-def config_of(name: str, fusion: FusionConfig) -> FusionConfig:
+def config_of(name: str, fusion: JointConfig) -> JointConfig:
     """Return a site's fusion with another association."""
-    return replace(fusion, association=replace(fusion.association, **ASSOCIATED[name]))
+    values = {**values_of(fusion.association), **ASSOCIATED[name]}
+    association = config_from(ASSOCIATION, of_chosen(ASSOCIATION, values))
+    return replace(fusion, association=association)
 
 
 def _alone(tracker: PointTracker, scene: CoveringScene, cameras: tuple[str, ...]) -> Trajectories:

@@ -15,7 +15,7 @@ from mctrack_experiments.papers.silhouettes.activity import wilson_interval
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.interfaces import ClassCode
-from mctrack_ros.perception import CameraConfig, CameraPipeline
+from mctrack_ros.perception import CameraPipeline, EventTrackerConfig
 from mctrack_ros.perception.blobs.extraction import iou
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import CARPARK, CarParkScenario, CarParkWorld
@@ -115,7 +115,7 @@ def watched(scenario: CarParkScenario) -> list[Told]:
     cv2.setNumThreads(1)
     world = CARPARK.world(scenario)
     assert isinstance(world, CarParkWorld)
-    config = config_from(CameraConfig, {'tracker': {'vehicles': True}})
+    config = config_from(EventTrackerConfig, {'tracker': {'vehicles': True}})
     camera = load_site(config_file('carpark.yaml')).cameras['cam1']
     pipeline = CameraPipeline(config, camera.mapping())
     renderer = CARPARK.renderer(world, 0)

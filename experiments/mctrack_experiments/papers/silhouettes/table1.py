@@ -22,7 +22,7 @@ from mctrack_experiments.papers.silhouettes.perceived import (
 from mctrack_ros.codec import compressed_message, image_from_message, jpeg_from_image
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.interfaces import ClassCode
-from mctrack_ros.perception.silhouettes import SilhouettePipeline
+from mctrack_ros.perception.silhouettes import SilhouetteCameraConfig, SilhouettePipeline
 from mctrack_ros.recording import ROSBAGS_CLASSES
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import CARPARK, CarParkScenario, CarParkWorld, Scenario
@@ -100,6 +100,7 @@ def watched(scenario: Scenario) -> Watched:
     assert isinstance(world, CarParkWorld)
     operator, log = Operator(world), _TrackLog()
     camera = load_site(config_file('carpark.yaml')).cameras['cam1']
+    assert isinstance(camera.pipeline, SilhouetteCameraConfig)
     pipeline = SilhouettePipeline(camera.pipeline.silhouettes, camera.mapping())
     renderer = CARPARK.renderer(world, 0)
     for step in range(scenario.steps):

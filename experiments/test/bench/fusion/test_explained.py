@@ -4,12 +4,12 @@ import pytest
 from fusion_scenes import PERIOD_NS, detections
 from mctrack_experiments.bench.fusion.hostile_input import SPOILERS
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.fusion import Batcher, FusionConfig
+from mctrack_ros.fusion import JointConfig, open_batcher
 from mctrack_ros.interfaces import CameraDetections, Candidates, Decisions
 from mctrack_ros.recording import ROSBAGS_CLASSES
 from mctrack_ros.replay.drive import drive
 
-CONFIG = FusionConfig()
+CONFIG = JointConfig()
 CAMERAS = ('one', 'two')
 
 
@@ -21,7 +21,7 @@ def crowd(index):
 
 
 def spoiled_ticks(name):
-    rng, batcher = np.random.default_rng(1), Batcher(CONFIG, CAMERAS)
+    rng, batcher = np.random.default_rng(1), open_batcher(CONFIG, CAMERAS)
     for index in range(30):
         stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
         messages = [
@@ -31,7 +31,7 @@ def spoiled_ticks(name):
         if index >= 10:
             messages = SPOILERS[name](messages, index - 10, rng)
         for each in messages:
-            yield from batcher.add(each.camera, each.detections, stamp_ns)
+            yield from batcher.add(each.camera, each.rows, stamp_ns)
         yield from batcher.flush()
 
 

@@ -20,17 +20,17 @@ def spoiled(name, step=0):
 @pytest.mark.parametrize('name', ['bad_covariances', 'infinite_positions'])
 def test_every_second_detection_becomes_unusable(name):
     for message in spoiled(name):
-        assert usable_rows(message.detections).tolist() == [False, True, False, True]
+        assert usable_rows(message.rows).tolist() == [False, True, False, True]
 
 
 @pytest.mark.parametrize('name', ['flood', 'spot_flood', 'lasting_flood'])
 def test_a_flood_is_ten_thousand_detections_in_a_tick(name):
-    assert sum(len(each.detections) for each in spoiled(name)) == FLOOD + 20
+    assert sum(len(each.rows) for each in spoiled(name)) == FLOOD + 20
 
 
 @pytest.mark.parametrize(('name', 'count'), [('flood', 20), ('lasting_flood', FLOOD + 20)])
 def test_only_a_lasting_flood_comes_again(name, count):
-    assert sum(len(each.detections) for each in spoiled(name, 1)) == count
+    assert sum(len(each.rows) for each in spoiled(name, 1)) == count
 
 
 @pytest.mark.parametrize(('name', 'count'), [('silent', 0), ('empty', 5), ('twice', 15)])

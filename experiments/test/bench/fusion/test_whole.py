@@ -26,10 +26,7 @@ def test_merged_detections_are_groups_of_those_known_to_be_there(toolkit):
     told = Feedback.build(
         1, position=np.pad(everybody, ((0, 0), (0, 1))), track_id=1 + np.arange(len(everybody))
     )
-    groups = [
-        each.detections.select(each.detections.member_count == 2)
-        for each in cameras.messages(0, told)
-    ]
+    groups = [each.rows.select(each.rows.member_count == 2) for each in cameras.messages(0, told)]
     assert sum(map(len, groups)) > 0
     assert any(group.members[:, :2].all(axis=1).any() for group in groups)
     assert not any(group.track_id.any() for group in groups)

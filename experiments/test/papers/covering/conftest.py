@@ -5,7 +5,7 @@ from mctrack_experiments.datasets.stored import StoredScene, stamp_of
 from mctrack_experiments.papers.covering.scenes import CoveringScene, everywhere
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.fusion import FusionConfig
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.interfaces import Detections
 
 RATE, FRAMES = 10.0, 60
@@ -30,5 +30,5 @@ def walkers():
         ]
     truth = Trajectories(frame, person + 1, place)
     stored = StoredScene(np.arange(FRAMES), RATE, detections, truth)
-    fusion = config_from(FusionConfig, {'batching': {'period': 1 / RATE}})
+    fusion = config_from(JointConfig, {'batching': {'period': 1 / RATE}})
     return CoveringScene(stored, fusion, 1.0, everywhere, np.arange(20, FRAMES), 2.0)
