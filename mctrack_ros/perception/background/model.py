@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.config import parameter
+from mctrack_ros.config import OneOf, parameter, tag
 from mctrack_ros.perception.background.difference import subtract
 from mctrack_ros.perception.background.noise import MEDIAN_OF_LARGEST, NoiseMap
 from mctrack_ros.perception.background.rules import (
@@ -43,37 +44,24 @@ LEAST_GAIN = 0.02  # change of light that is followed
 
 @dataclass(frozen=True)
 class BackgroundConfig:
-    """Parameters of `Background`."""
+    """
+    Parameters of `Background`; the rules have subclasses of their own.
 
-    model: str = parameter(
-        'approximate_median',
-        'how the background is learned',
-        choices=('approximate_median', 'buffered_median', 'low_pass', 'mixture'),
-    )
+    Attributes
+    ----------
+    model : str
+        Which rule it is of.
+
+    """
+
+    model: str
     learning_s: float = parameter(
         0.8, 'time in which the first background is learned; nothing is seen [s]', minimum=0.0
-    )
-    renewal_s: float = parameter(
-        20.0,
-        'medians: time over which later backgrounds are learned; the first are shorter [s]',
-        minimum=0.0,
     )
     update_period_s: float = parameter(
         0.2,
         'time between lessons; in each, the approximate median moves by one grey level [s]',
         minimum=0.001,
-    )
-    foreground_slowdown: int = parameter(
-        10, 'approximate median: of so many lessons one moves foreground', minimum=1
-    )
-    tracked_slowdown: int = parameter(
-        10, 'approximate median: and of so many of these one what is tracked', minimum=1
-    )
-    beta: float = parameter(
-        0.1, 'low pass: share of a difference learned in 0.25 s', minimum=0.0, maximum=1.0
-    )
-    memory_s: float = parameter(
-        20.0, 'mixture: time constant with which it learns [s]', minimum=0.1
     )
     threshold: str = parameter(
         'noise',
@@ -95,8 +83,67 @@ class BackgroundConfig:
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class MedianConfig(BackgroundConfig):
+    """Parameters of a background that is a median."""
+
+    renewal_s: float = parameter(
+        20.0,
+        'time over which later backgrounds are learned; the first are shorter [s]',
+        minimum=0.0,
+    )
+
+
+@dataclass(frozen=True)
+class BufferedMedianConfig(MedianConfig):
+    """Parameters of a background learned by `BufferedMedian`."""
+
+    model: str = tag('buffered_median')
+
+
+@dataclass(frozen=True)
+class ApproximateMedianConfig(MedianConfig):
+    """Parameters of a background learned by `ApproximateMedian`."""
+
+    model: str = tag('approximate_median')
+    foreground_slowdown: int = parameter(10, 'of so many lessons one moves foreground', minimum=1)
+    tracked_slowdown: int = parameter(10, 'and of so many of these one what is tracked', minimum=1)
+
+
+@dataclass(frozen=True)
+class LowPassRuleConfig(BackgroundConfig):
+    """Parameters of a background learned by `LowPassRule`."""
+
+    model: str = tag('low_pass')
+    beta: float = parameter(
+        0.1, 'share of a difference learned in 0.25 s', minimum=0.0, maximum=1.0
+    )
+
+
+@dataclass(frozen=True)
+class MixtureConfig(BackgroundConfig):
+    """Parameters of a background learned by `Mixture`."""
+
+    model: str = tag('mixture')
+    memory_s: float = parameter(20.0, 'time constant with which it learns [s]', minimum=0.1)
+
+
+BACKGROUND: OneOf[BackgroundConfig] = OneOf(
+    'model',
+    'approximate_median',
+    'how the background is learned',
+    {
+        'approximate_median': ApproximateMedianConfig,
+        'buffered_median': BufferedMedianConfig,
+        'low_pass': LowPassRuleConfig,
+        'mixture': MixtureConfig,
+    },
+)
+"""The choice of how the background is learned."""
+
+
 LOW_PASS_PERIOD_S = 0.25
-RULES: dict[str, Callable[[BackgroundConfig, bool], Rule]] = {
+RULES: dict[str, Callable[[Any, bool], Rule]] = {
     'approximate_median': lambda config, is_given: ApproximateMedian(
         config.renewal_s if is_given else min(3 * config.learning_s, config.renewal_s),
         config.renewal_s,

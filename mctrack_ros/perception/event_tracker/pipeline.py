@@ -12,7 +12,7 @@ from mctrack_ros.config import parameter, tag
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, Feedback
 from mctrack_ros.perception.background.ghost_removal import GhostConfig, GhostRemoval
-from mctrack_ros.perception.background.model import Background, BackgroundConfig
+from mctrack_ros.perception.background.model import BACKGROUND, Background, BackgroundConfig
 from mctrack_ros.perception.background.segmentation import inside_edges
 from mctrack_ros.perception.background.shadows import ShadowConfig, Shadows
 from mctrack_ros.perception.blob_split.split import PartitionConfig
@@ -44,7 +44,7 @@ class EventTrackerConfig(CameraConfig):
     reduction: int = parameter(
         1, 'images are reduced by this factor before the background', minimum=1, maximum=4
     )
-    background: BackgroundConfig = field(default_factory=BackgroundConfig)
+    background: BackgroundConfig = BACKGROUND.field()
     shadows: ShadowConfig = field(default_factory=ShadowConfig)
     blobs: BlobConfig = field(default_factory=BlobConfig)
     ghosts: GhostConfig = field(default_factory=GhostConfig)

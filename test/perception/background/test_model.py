@@ -2,7 +2,8 @@ import cv2
 import numpy as np
 import pytest
 
-from mctrack_ros.perception.background.model import RULES, Background, BackgroundConfig
+from mctrack_ros.config import config_from, of_chosen
+from mctrack_ros.perception.background.model import BACKGROUND, RULES, Background
 from mctrack_ros.perception.background.rules import median_of_nine
 from mctrack_ros.perception.background.rules.illumination import gains
 
@@ -14,7 +15,7 @@ def flat(level, shape=(12, 16, 3)):
 
 
 def learned(image, rate=25, seconds=2.0, model='approximate_median'):
-    background = Background(BackgroundConfig(model=model))
+    background = Background(BACKGROUND.made(model))
     for index in range(int(seconds * rate) + 2):
         background.apply(image, (index + 1) * SECOND // rate)
     return background, (int(seconds * rate) + 3) * SECOND // rate
@@ -76,11 +77,11 @@ def test_threshold_follows_the_noise():
     def noisy(sigma):
         return np.clip(rng.normal(120, sigma, (96, 128, 3)), 0, 255).astype(np.uint8)
 
-    quiet, loud = Background(BackgroundConfig()), Background(BackgroundConfig())
+    quiet, loud = Background(BACKGROUND.made()), Background(BACKGROUND.made())
     for index in range(60):
         quiet.apply(noisy(1), index * SECOND // 25)
         loud_mask = loud.apply(noisy(8), index * SECOND // 25)
-    assert quiet.threshold == BackgroundConfig().minimum_threshold
+    assert quiet.threshold == BACKGROUND.made().minimum_threshold
     assert loud.threshold > 25
     assert (loud_mask > 0).mean() < 0.01
 
@@ -97,7 +98,7 @@ def test_changed_image_is_learned_anew():
 @pytest.mark.parametrize('given', [True, False])
 def test_every_model_finds_who_walks_and_leaves_no_trail(model, given):
     ground, rng = scene(), np.random.default_rng(0)
-    background = Background(BackgroundConfig(model=model))
+    background = Background(BACKGROUND.made(model))
     if given:
         background.begin(ground)
     for index in range(150):
@@ -113,7 +114,8 @@ def test_every_model_finds_who_walks_and_leaves_no_trail(model, given):
 @pytest.mark.parametrize('model', RULES)
 def test_what_is_tracked_does_not_burn_in(model):
     ground, rng = scene(), np.random.default_rng(0)
-    background = Background(BackgroundConfig(model=model, renewal_s=4.0))
+    settings = of_chosen(BACKGROUND, {'model': model, 'renewal_s': 4.0})
+    background = Background(config_from(BACKGROUND, settings))
     background.begin(ground)
     person = (50, 30, 12, 40)
     for index in range(300):
@@ -126,7 +128,7 @@ def test_what_is_tracked_does_not_burn_in(model):
 @pytest.mark.parametrize('gain', [0.6, 0.7, 1.3, 1.6])
 def test_a_step_of_the_gain_changes_nothing_that_is_seen(model, gain):
     ground, rng = scene(), np.random.default_rng(0)
-    background = Background(BackgroundConfig(model=model))
+    background = Background(BACKGROUND.made(model))
     background.begin(ground)
     person = (50, 30, 12, 40)
     for index in range(100):
@@ -141,7 +143,7 @@ def test_a_step_of_the_gain_changes_nothing_that_is_seen(model, gain):
 @pytest.mark.parametrize('model', RULES)
 def test_drift_leaves_no_trace_of_who_stood_there_meanwhile(model):
     ground, rng = scene(), np.random.default_rng(0)
-    background = Background(BackgroundConfig(model=model))
+    background = Background(BACKGROUND.made(model))
     background.begin(ground)
     for index in range(300):
         person = (50, 30, 12, 40) if index < 200 else None
@@ -155,7 +157,7 @@ def test_drift_leaves_no_trace_of_who_stood_there_meanwhile(model):
 def test_a_saturated_place_is_right_again_when_it_gets_darker():
     ground, rng = scene(), np.random.default_rng(0)
     ground[40:50] = 230
-    background = Background(BackgroundConfig())
+    background = Background(BACKGROUND.made())
     background.begin(ground)
     for index, gain in enumerate([1.0] * 10 + [1.4] * 10 + [1.0] * 10):
         mask = background.apply(seen(ground, rng, gain), (index + 1) * SECOND // 25)

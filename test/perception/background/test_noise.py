@@ -1,6 +1,6 @@
 import numpy as np
 
-from mctrack_ros.perception.background.model import Background, BackgroundConfig
+from mctrack_ros.perception.background.model import BACKGROUND, Background
 from mctrack_ros.perception.background.noise import MEDIAN_OF_LARGEST, NoiseMap
 
 SECOND = 1_000_000_000
@@ -23,7 +23,7 @@ def sigma_of(left, right):
 def watched(sigma, seconds=10.0, rate=10, person=None):
     """Return the mask of the last image."""
     rng = np.random.default_rng(3)
-    background = Background(BackgroundConfig())
+    background = Background(BACKGROUND.made())
     for index in range(int(seconds * rate)):
         image = noisy(rng, sigma)
         if person is not None and index == int(seconds * rate) - 1:
