@@ -66,7 +66,7 @@ STAGES = {
     'perception': (
         ('config', 'image_clock', 'image_state', 'camera_shift', 'geometry'),
         ('output', 'blobs'),
-        ('blob_split', 'feedback'),
+        ('blob_split', 'feedback', 'front_end'),
         ('local_tracks',),
         ('background', 'events'),
         ('silhouettes',),

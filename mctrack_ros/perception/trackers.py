@@ -12,7 +12,8 @@ from mctrack_ros.config import OneOf
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, Feedback, Rows
 from mctrack_ros.perception.config import CameraConfig
-from mctrack_ros.perception.event_tracker.pipeline import CameraPipeline, EventTrackerConfig
+from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
+from mctrack_ros.perception.event_tracker.pipeline import CameraPipeline
 from mctrack_ros.perception.feedback.buffer import FeedbackBuffer, RowsBuffer
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.silhouettes import SilhouetteCameraConfig, SilhouettePipeline

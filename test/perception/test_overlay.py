@@ -37,7 +37,7 @@ def test_predictions_are_drawn_where_they_are_finite():
     assert tuple(drawn[80, 10]) == PREDICTED
 
 
-@pytest.mark.parametrize('told', ['by the tracker', 'by the detection'])
+@pytest.mark.parametrize('reported', ['by the tracker', 'by the detection'])
 def test_a_group_has_a_frame(reported):
     members = {} if reported == 'by the tracker' else {'member_count': [2]}
     groups = [(5, 6)] if reported == 'by the tracker' else []

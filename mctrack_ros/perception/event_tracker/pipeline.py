@@ -2,73 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.config import parameter, tag
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, Feedback
-from mctrack_ros.perception.background.ghost_removal import GhostConfig, GhostRemoval
-from mctrack_ros.perception.background.model import BACKGROUND, Background, BackgroundConfig
+from mctrack_ros.perception.background.ghost_removal import GhostRemoval
+from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.background.segmentation import inside_edges
-from mctrack_ros.perception.background.shadows import ShadowConfig, Shadows
-from mctrack_ros.perception.blob_split.split import PartitionConfig
-from mctrack_ros.perception.blobs.extraction import BlobConfig, clean_mask, find_blobs
+from mctrack_ros.perception.background.shadows import Shadows
+from mctrack_ros.perception.blobs.extraction import clean_mask, find_blobs
 from mctrack_ros.perception.blobs.frame import Frame
-from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig, CameraShiftMonitor
-from mctrack_ros.perception.config import CameraConfig, Sight
-from mctrack_ros.perception.event_tracker.tracker import LocalTracker, TrackerConfig
-from mctrack_ros.perception.events.appearance_events import AppearanceEventsConfig
-from mctrack_ros.perception.events.groups import GroupConfig
-from mctrack_ros.perception.feedback.id_assignment import IdentityConfig
-from mctrack_ros.perception.feedback.persons_in_view import PersonsInViewConfig
+from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
+from mctrack_ros.perception.event_tracker.tracker import LocalTracker
+from mctrack_ros.perception.front_end import Arrival, FrontEnd
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.image_clock import ImageClock
-from mctrack_ros.perception.image_state import is_blank
-from mctrack_ros.perception.local_tracks.association import MatchingConfig
-from mctrack_ros.perception.local_tracks.classification import BicycleConfig, ClassConfig
-from mctrack_ros.perception.local_tracks.table import FilterConfig
-from mctrack_ros.perception.output import CameraOutput, check_image, check_mask
+from mctrack_ros.perception.output import CameraOutput, check_image
 
 Image = NDArray[np.uint8]
-
-
-@dataclass(frozen=True)
-class EventTrackerConfig(CameraConfig):
-    """Parameters of `CameraPipeline`."""
-
-    local_tracker: str = tag('groups')
-    reduction: int = parameter(
-        1, 'images are reduced by this factor before the background', minimum=1, maximum=4
-    )
-    background: BackgroundConfig = BACKGROUND.field()
-    shadows: ShadowConfig = field(default_factory=ShadowConfig)
-    blobs: BlobConfig = field(default_factory=BlobConfig)
-    ghosts: GhostConfig = field(default_factory=GhostConfig)
-    filter: FilterConfig = field(default_factory=FilterConfig)
-    matching: MatchingConfig = field(default_factory=MatchingConfig)
-    partition: PartitionConfig = field(default_factory=PartitionConfig)
-    company: PersonsInViewConfig = field(default_factory=PersonsInViewConfig)
-    groups: GroupConfig = field(default_factory=GroupConfig)
-    presence: AppearanceEventsConfig = field(default_factory=AppearanceEventsConfig)
-    identity: IdentityConfig = field(default_factory=IdentityConfig)
-    classes: ClassConfig = field(default_factory=ClassConfig)
-    bicycles: BicycleConfig = field(default_factory=BicycleConfig)
-    tracker: TrackerConfig = field(default_factory=TrackerConfig)
-    watchdog: CameraShiftConfig = field(default_factory=CameraShiftConfig)
-
-    @property
-    def sight(self) -> Sight:
-        """How far the tracker sees people, and how precisely."""
-        return Sight(
-            self.blobs.person_height_m,
-            self.blobs.farthest_height_px,
-            self.filter.foot_noise_px,
-            self.filter.foot_noise_share,
-        )
 
 
 class CameraPipeline:
@@ -101,7 +53,7 @@ class CameraPipeline:
         background: Image | None = None,
     ) -> None:
         self._config, self._mapping = config, mapping
-        check_mask(mask, mapping.image_size)
+        self._front = FrontEnd(mapping, config.watchdog, mask)
         self._mask = None if mask is None else self._reduced(mask)
         self._sizes = SizeTable(mapping)
         self._background = Background(config.background)
@@ -112,24 +64,7 @@ class CameraPipeline:
             self._background.begin(self._given)
         self._shadows = Shadows(config.shadows, mapping, float(config.reduction))
         self._ghosts = GhostRemoval(config.ghosts)
-        self._watchdog = CameraShiftMonitor(config.watchdog, mask)
-        self._tracker = LocalTracker(
-            config.tracker,
-            config.filter,
-            config.matching,
-            config.identity,
-            config.blobs,
-            config.partition,
-            config.company,
-            config.groups,
-            config.presence,
-            config.classes,
-            config.bicycles,
-            mapping,
-            self._sizes,
-            mask,
-        )
-        self._clock = ImageClock()
+        self._tracker = LocalTracker(config, mapping, self._sizes, mask)
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
         """
@@ -153,12 +88,11 @@ class CameraPipeline:
             If the image has another size or type; nothing is changed.
 
         """
-        check_image(image, self._mapping.image_size)
-        if is_blank(image):
-            self._clock.pass_over(stamp_ns)
-            return CameraOutput.empty(Detections, stamp_ns, self._watchdog.shift)
-        self._advance(stamp_ns)
-        shift = self._watchdog.watch(image, stamp_ns)
+        arrival = self._front.take(image, stamp_ns)
+        if arrival is None:
+            return CameraOutput.empty(Detections, stamp_ns, self._front.shift)
+        self._begin_anew(arrival)
+        shift = arrival.shift
         small = self._reduced(image)
         raw = self._background.apply(small, stamp_ns)
         background, difference = self._background.model, self._background.difference
@@ -203,14 +137,12 @@ class CameraPipeline:
         """Return the local ids of each group, for an overlay."""
         return self._tracker.groups()
 
-    def _advance(self, stamp_ns: int) -> None:
-        """Take the time of an image; begin anew where it has jumped."""
-        clock = self._clock
-        clock.advance(stamp_ns)
-        if clock.jumped:
+    def _begin_anew(self, arrival: Arrival) -> None:
+        """Begin anew where time has jumped."""
+        if arrival.jumped:
             self._tracker.restart()
             self._ghosts.restart()
-        if clock.stepped_back:
+        if arrival.stepped_back:
             self._shadows.restart()
             self._background.restart()
             if self._given is not None:

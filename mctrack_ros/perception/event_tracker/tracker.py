@@ -2,80 +2,46 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
 from mctrack_ros.perception.blob_split.measurements import Observations
 from mctrack_ros.perception.blob_split.single_blobs import NEW
-from mctrack_ros.perception.blob_split.split import PartitionConfig
 from mctrack_ros.perception.blobs.connected_components import Strength
-from mctrack_ros.perception.blobs.extraction import BlobConfig, Blobs
+from mctrack_ros.perception.blobs.extraction import Blobs
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.blobs.touching import contacts
+from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.perception.event_tracker.to_detections import reported_persons, sighted
 from mctrack_ros.perception.events.appearance_events import (
     AppearanceEvents,
-    AppearanceEventsConfig,
 )
 from mctrack_ros.perception.events.event_log import EventLog
 from mctrack_ros.perception.events.group_detections import merged_detections
-from mctrack_ros.perception.events.groups import GroupConfig, Groups
+from mctrack_ros.perception.events.groups import Groups
 from mctrack_ros.perception.events.stable_events import StableEvents
-from mctrack_ros.perception.feedback.id_assignment import IdentityConfig, learn_identities
+from mctrack_ros.perception.feedback.id_assignment import learn_identities
 from mctrack_ros.perception.feedback.missed_detections import missed_detections
 from mctrack_ros.perception.feedback.persons_in_view import (
     NOBODY,
     PersonList,
     PersonsInView,
-    PersonsInViewConfig,
     Sighting,
 )
 from mctrack_ros.perception.geometry.ground_extent import depth_covariance
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.local_tracks.association import MatchingConfig, match
-from mctrack_ros.perception.local_tracks.classification import BicycleConfig, ClassConfig
+from mctrack_ros.perception.local_tracks.association import match
 from mctrack_ros.perception.local_tracks.deletion import lost_tracks
 from mctrack_ros.perception.local_tracks.initiate_from_feedback import begin_hidden, hidden_members
 from mctrack_ros.perception.local_tracks.observer import Observer
-from mctrack_ros.perception.local_tracks.table import ROUND, FilterConfig, LocalTracks, Prediction
+from mctrack_ros.perception.local_tracks.table import ROUND, LocalTracks, Prediction
 from mctrack_ros.perception.local_tracks.update import Pace, learn
 from mctrack_ros.perception.local_tracks.vehicles import Vehicles
 from mctrack_ros.tracking.appearance import PALETTES, colour_templates
 
 Ints = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class TrackerConfig:
-    """Parameters of `LocalTracker`."""
-
-    confirm_s: float = parameter(
-        0.2, 'time after which a local track is believed [s]', minimum=0.0
-    )
-    coast_s: float = parameter(
-        0.8, 'time that a local track lives without a detection [s]', minimum=0.0
-    )
-    hidden_s: float = parameter(
-        3.0, 'time that a track stays in a group no larger than one person [s]', minimum=0.0
-    )
-    vehicles: bool = parameter(
-        False,
-        'whether vehicles and bicycles come too: what is as large as a vehicle, and was not seen '
-        'to gather, is one; what is long, thin and fast is a bicycle',
-    )
-    template: str = parameter(
-        'mixed',
-        'what is kept of looks: hue and brightness, hue alone, both in slices, brightness alone',
-        choices=tuple(PALETTES),
-    )
-    template_time_s: float = parameter(
-        1.0, 'time constant with which the template follows the colours [s]', minimum=0.0
-    )
 
 
 class LocalTracker:
@@ -84,28 +50,8 @@ class LocalTracker:
 
     Parameters
     ----------
-    config : TrackerConfig
-        Parameters of the tracks' lives.
-    filtering : FilterConfig
-        Of their filters.
-    matching : MatchingConfig
-        Of their matching to blobs.
-    identity : IdentityConfig
-        Of learning global ids.
-    blobs : BlobConfig
-        A person's usual size.
-    partition : PartitionConfig
-        Of telling persons in one blob apart.
-    in_view : PersonsInViewConfig
-        Of telling who is in view.
-    groups : GroupConfig
-        Of noting merges and splits.
-    presence : AppearanceEventsConfig
-        Of noting who comes and goes.
-    classes : ClassConfig
-        Of telling vehicles from people.
-    bicycles : BicycleConfig
-        And bicycles.
+    config : EventTrackerConfig
+        Parameters.
     mapping : GroundMapping
         Of the camera.
     sizes : SizeTable
@@ -124,40 +70,30 @@ class LocalTracker:
 
     def __init__(
         self,
-        config: TrackerConfig,
-        filtering: FilterConfig,
-        matching: MatchingConfig,
-        identity: IdentityConfig,
-        blobs: BlobConfig,
-        partition: PartitionConfig,
-        in_view: PersonsInViewConfig,
-        groups: GroupConfig,
-        presence: AppearanceEventsConfig,
-        classes: ClassConfig,
-        bicycles: BicycleConfig,
+        config: EventTrackerConfig,
         mapping: GroundMapping,
         sizes: SizeTable,
         ignored: NDArray[np.uint8] | None,
     ) -> None:
+        filtering, blobs, groups = config.filter, config.blobs, config.groups
         self._ignored = ignored
-        self._config, self._matching, self._identity = config, matching, identity
-        self._partition, self._mapping, self._sizes = partition, mapping, sizes
-        self._palette, self._size_time_s = PALETTES[config.template], filtering.size_time_s
+        self._config, self._matching, self._identity = (
+            config.tracker,
+            config.matching,
+            config.identity,
+        )
+        self._partition, self._mapping, self._sizes = config.partition, mapping, sizes
+        self._palette, self._size_time_s = PALETTES[config.tracker.template], filtering.size_time_s
         self._observer = Observer(
-            mapping,
-            sizes,
-            blobs,
-            filtering,
-            partition,
-            self._palette,
+            mapping, sizes, blobs, filtering, config.partition, self._palette
         )
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
-        self._vehicles = Vehicles(classes, bicycles, config.vehicles, usual)
-        self._roll, self._in_view = PersonList(in_view, usual, sizes, mapping), NOBODY
+        self._vehicles = Vehicles(config.classes, config.bicycles, config.tracker.vehicles, usual)
+        self._roll, self._in_view = PersonList(config.company, usual, sizes, mapping), NOBODY
         self._groups, self._steadiness = Groups(groups), StableEvents(groups.stable_s)
         self._strength = Strength(groups.contact_share, groups.contact_colour)
-        self._presence = AppearanceEvents(presence, usual, sizes, mapping)
+        self._presence = AppearanceEvents(config.presence, usual, sizes, mapping)
         self.predicted_box: NDArray[np.float64] = np.zeros((0, 4))
         self._last_ns: int | None = None
 

@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import ClassCode, Detections, EventCode, Feedback
-from mctrack_ros.perception.camera_shift.monitor import CameraShift, CameraShiftMonitor
+from mctrack_ros.perception.camera_shift.monitor import CameraShift
 from mctrack_ros.perception.events.event_log import EventLog
 from mctrack_ros.perception.events.groups import GroupConfig, Groups
 from mctrack_ros.perception.feedback.id_assignment import learn_identities
-from mctrack_ros.perception.image_clock import ImageClock
-from mctrack_ros.perception.image_state import is_blank
+from mctrack_ros.perception.front_end import Arrival, FrontEnd
 from mctrack_ros.perception.local_tracks.classification import ClassVotes, looks_like_vehicle
-from mctrack_ros.perception.output import CameraOutput, check_image, check_mask
+from mctrack_ros.perception.output import CameraOutput, check_image
 from mctrack_ros.perception.silhouettes.background.absorption import Absorption
 from mctrack_ros.perception.silhouettes.background.holes import patched, without_still_holes
 from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
@@ -69,7 +68,7 @@ class SilhouettePipeline:
         mask: Image | None = None,
         background: Image | None = None,
     ) -> None:
-        check_mask(mask, mapping.image_size)
+        self._front = FrontEnd(mapping, config.watchdog, mask)
         self._config, self._mapping, self._mask = config, mapping, mask
         self._background = LowPassBackground(config.background)
         self._given: Image | None = None
@@ -81,10 +80,8 @@ class SilhouettePipeline:
         self._tracker = SilhouetteTracker(config.tracker, self._places.sizes)
         self._rest = Absorption(config.rest)
         self._classes = ClassVotes(config.tracker.classes.memory_s)
-        self._watchdog = CameraShiftMonitor(config.watchdog, mask)
         self._groups = Groups(GroupConfig(part_s=config.report.part_s))
         self._passed: set[int] = set()
-        self._clock = ImageClock()
 
     @property
     def objects(self) -> TrackedObjects:
@@ -123,21 +120,19 @@ class SilhouettePipeline:
             If the image has another size or type; nothing is changed.
 
         """
-        check_image(image, self._mapping.image_size)
-        if is_blank(image):
-            self._clock.pass_over(stamp_ns)
-            return CameraOutput.empty(Detections, stamp_ns, self._watchdog.shift)
-        seconds = self._advance(stamp_ns)
-        shift = self._watchdog.watch(image, stamp_ns)
+        arrival = self._front.take(image, stamp_ns)
+        if arrival is None:
+            return CameraOutput.empty(Detections, stamp_ns, self._front.shift)
+        self._begin_anew(arrival)
         grey = self._grey(image)
         mask = self._background.apply(grey, stamp_ns)
         if mask is None:
             self._restart()
-            return CameraOutput.empty(Detections, stamp_ns, shift)
+            return CameraOutput.empty(Detections, stamp_ns, arrival.shift)
         if self._mask is not None:
             mask = cv2.bitwise_and(mask, self._mask)  # type: ignore[assignment]
         self._rest.watch(self._background, grey, mask, stamp_ns)
-        return self._track(image, grey, mask, stamp_ns, seconds, feedback, shift)
+        return self._track(image, grey, mask, stamp_ns, arrival, feedback)
 
     def predicted_boxes(self) -> Floats:
         """Return the (n, 4) boxes, px, of the objects, for an overlay."""
@@ -157,9 +152,8 @@ class SilhouettePipeline:
         grey: Image,
         mask: Image,
         stamp_ns: int,
-        seconds: float,
+        arrival: Arrival,
         feedback: Feedback | None,
-        shift: CameraShift,
     ) -> CameraOutput:
         """Match, put on the ground, report."""
         objects, log = self._tracker.objects, EventLog(stamp_ns)
@@ -171,8 +165,8 @@ class SilhouettePipeline:
         whole = objects.matched & (component < 0) & ~truncated
         large = looks_like_vehicle(extent, self._config.tracker.classes)
         look = np.where(large, ClassCode.VEHICLE, ClassCode.PERSON)
-        objects.class_id[:] = self._classes.count(objects.local_id, look, whole, seconds)
-        self._place(shift)
+        objects.class_id[:] = self._classes.count(objects.local_id, look, whole, arrival.seconds)
+        self._place(arrival.shift)
         if feedback is not None:
             learn_identities(objects, feedback, stamp_ns, self._config.identity)
         note_arrivals(objects, log)
@@ -184,7 +178,7 @@ class SilhouettePipeline:
             objects, self._background, grey, mask, silhouettes.labels, stamp_ns
         )
         objects.keep(~resting)
-        return CameraOutput({Detections.TOPIC: detections}, log.rows(), shift)
+        return CameraOutput({Detections.TOPIC: detections}, log.rows(), arrival.shift)
 
     def _found(self, grey: Image, mask: Image) -> Silhouettes:
         """Return the silhouettes of an image; a few times a second, mend the background."""
@@ -218,17 +212,14 @@ class SilhouettePipeline:
                 self._passed.add(int(objects.local_id[row]))
                 log.add(EventCode.STABLE, objects, row)
 
-    def _advance(self, stamp_ns: int) -> float:
-        """Take the time of an image, begin anew where it has jumped; return the seconds."""
-        clock = self._clock
-        clock.advance(stamp_ns)
-        if clock.jumped:
+    def _begin_anew(self, arrival: Arrival) -> None:
+        """Begin anew where time has jumped."""
+        if arrival.jumped:
             self._restart()
-        if clock.stepped_back:
+        if arrival.stepped_back:
             self._background.restart()
             if self._given is not None:
                 self._background.restart_from(self._given)
-        return clock.seconds
 
     def _restart(self) -> None:
         """Forget all objects and what was inserted; ids go on."""
