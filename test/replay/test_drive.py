@@ -3,7 +3,7 @@
 import pytest
 
 from fusion_scenes import detections, tick
-from mctrack_ros.fusion import FusionConfig, FusionPipeline
+from mctrack_ros.fusion import FusionPipeline, JointConfig
 from mctrack_ros.interfaces import CameraDetections, Tick
 from mctrack_ros.replay.drive import drive
 
@@ -15,8 +15,8 @@ def walk(index):
 
 
 def test_every_tick_gives_what_a_pipeline_makes_of_it():
-    pipeline = FusionPipeline(FusionConfig(), CAMERAS)
-    for index, ticked in enumerate(drive(FusionConfig(), CAMERAS, map(walk, range(20)))):
+    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    for index, ticked in enumerate(drive(JointConfig(), CAMERAS, map(walk, range(20)))):
         tracks = pipeline.step(walk(index)).tracks
         assert ticked.tick.stamp_ns == tracks.stamp_ns
         assert ticked.output.tracks.position.tobytes() == tracks.position.tobytes()
@@ -28,7 +28,7 @@ def test_every_tick_gives_what_a_pipeline_makes_of_it():
 def test_only_what_is_asked_about_is_explained():
     stamps = [walk(index).stamp_ns for index in range(6)]
     driven = drive(
-        FusionConfig(), CAMERAS, map(walk, range(6)), lambda one: one.stamp_ns >= stamps[4]
+        JointConfig(), CAMERAS, map(walk, range(6)), lambda one: one.stamp_ns >= stamps[4]
     )
     explained = [ticked.explanation for ticked in driven]
     assert explained[:4] == [None] * 4
@@ -45,7 +45,7 @@ def test_a_tick_can_use_the_feedback_of_the_one_before():
             ]
             yield walk(index)
 
-    for ticked in drive(FusionConfig(), CAMERAS, ticks()):
+    for ticked in drive(JointConfig(), CAMERAS, ticks()):
         told.append(ticked.feedback)
     assert len(told) == 10
 
@@ -59,4 +59,4 @@ def test_a_tick_of_messages_is_in_order_and_as_late_as_the_last():
 
 def test_a_camera_that_is_not_known_is_refused():
     with pytest.raises(ValueError, match='four'):
-        list(drive(FusionConfig(), CAMERAS, [tick(0, {'four': [[0, 0]]})]))
+        list(drive(JointConfig(), CAMERAS, [tick(0, {'four': [[0, 0]]})]))
