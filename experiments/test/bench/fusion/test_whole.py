@@ -10,13 +10,13 @@ NOTHING = Feedback.build(0)
 def test_cameras_keep_their_own_ids_and_learn_global_ones_by_feedback_alone(toolkit):
     scene = toolkit.scene(10, 1, cameras=1, clutter=0.0, detection_probability=1.0)
     cameras = SyntheticCameras(scene, 1)
-    first, second = (cameras.messages(frame, NOTHING)[0].detections for frame in range(2))
+    first, second = (cameras.messages(frame, NOTHING)[0].rows for frame in range(2))
     single = first.member_count == 1
     assert not first.track_id.any()
     assert len(set(first.local_id[single].tolist())) == single.sum()
     assert set(second.local_id.tolist()) == set(first.local_id.tolist())
     told = Feedback.build(1, position=first.position[:1], track_id=[7])
-    third = cameras.messages(2, told)[0].detections
+    third = cameras.messages(2, told)[0].rows
     assert (third.track_id == 7).sum() >= 1
 
 
