@@ -4,7 +4,7 @@ from mctrack_ros.fusion.batcher import Batcher
 from mctrack_ros.fusion.config import FusionConfig, JointConfig
 from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
-from mctrack_ros.fusion.joint_tracker.pipeline import FusionPipeline
+from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.fusion.trackers import (
     FUSION,
     FusionTracker,
@@ -20,9 +20,9 @@ __all__ = [
     'DecisionRecorder',
     'FusionConfig',
     'FusionOutput',
-    'FusionPipeline',
     'FusionTracker',
     'JointConfig',
+    'JointTracker',
     'fusion_method',
     'open_batcher',
     'open_fusion',

@@ -441,7 +441,7 @@ class FusionConfig:
 
 @dataclass(frozen=True)
 class JointConfig(FusionConfig):
-    """Parameters of `FusionPipeline`."""
+    """Parameters of `JointTracker`."""
 
     tracker: str = tag('joint')
     motion: MotionConfig = MOTION.field()

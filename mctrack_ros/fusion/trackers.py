@@ -10,7 +10,7 @@ from mctrack_ros.fusion.batcher import Batcher
 from mctrack_ros.fusion.config import FusionConfig, JointConfig
 from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
-from mctrack_ros.fusion.joint_tracker.pipeline import FusionPipeline
+from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.fusion.measurements.admission import unusable_count
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.interfaces import Detections, Rows, RowsTick
@@ -31,7 +31,7 @@ class FusionTracker(Protocol):
 
     def step(self, tick: RowsTick[Any], recorder: DecisionRecorder | None = None) -> FusionOutput:
         """
-        Process one tick; see `FusionPipeline.step`.
+        Process one tick; see `JointTracker.step`.
 
         Its messages are of the type that the tracker's `FusionMethod` names. The recorder is one
         of `open_recorder`.
@@ -73,9 +73,7 @@ class FusionMethod(NamedTuple):
 
 
 TRACKERS: dict[str, FusionMethod] = {
-    'joint': FusionMethod(
-        JointConfig, FusionPipeline, Detections, unusable_count, DecisionRecorder
-    ),
+    'joint': FusionMethod(JointConfig, JointTracker, Detections, unusable_count, DecisionRecorder),
 }
 FUSION: OneOf[FusionConfig] = OneOf(
     'tracker', 'joint', 'How all cameras are tracked with: their detections jointly', TRACKERS

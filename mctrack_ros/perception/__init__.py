@@ -4,7 +4,7 @@ from mctrack_ros.perception.boxes import boxes_to_detections, positions_to_detec
 from mctrack_ros.perception.camera_shift.monitor import CameraShift, ShiftState
 from mctrack_ros.perception.config import CameraConfig
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
-from mctrack_ros.perception.event_tracker.pipeline import CameraPipeline
+from mctrack_ros.perception.event_tracker.pipeline import EventTracker
 from mctrack_ros.perception.events.event_log import feedback_missed
 from mctrack_ros.perception.feedback.buffer import FeedbackBuffer, RowsBuffer
 from mctrack_ros.perception.image_clock import BackwardStampError
@@ -23,9 +23,9 @@ __all__ = [
     'BackwardStampError',
     'CameraConfig',
     'CameraOutput',
-    'CameraPipeline',
     'CameraShift',
     'CameraTracker',
+    'EventTracker',
     'EventTrackerConfig',
     'FeedbackBuffer',
     'ImageState',

@@ -13,7 +13,7 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, Feedback, Rows
 from mctrack_ros.perception.config import CameraConfig
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
-from mctrack_ros.perception.event_tracker.pipeline import CameraPipeline
+from mctrack_ros.perception.event_tracker.pipeline import EventTracker
 from mctrack_ros.perception.feedback.buffer import FeedbackBuffer, RowsBuffer
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.silhouettes import SilhouetteCameraConfig, SilhouettePipeline
@@ -26,7 +26,7 @@ class CameraTracker(Protocol):
 
     def step(self, image: Image, stamp_ns: int, feedback: Any) -> CameraOutput:
         """
-        Process one image; see `CameraPipeline.step`.
+        Process one image; see `EventTracker.step`.
 
         The feedback is of the type that the tracker's `CameraMethod` names, or None.
         """
@@ -69,7 +69,7 @@ class CameraMethod(NamedTuple):
 
 
 TRACKERS: dict[str, CameraMethod] = {
-    'groups': CameraMethod(EventTrackerConfig, CameraPipeline),
+    'groups': CameraMethod(EventTrackerConfig, EventTracker),
     'silhouettes': CameraMethod(
         SilhouetteCameraConfig,
         lambda config, *given: SilhouettePipeline(config.silhouettes, *given),

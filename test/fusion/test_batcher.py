@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from foot_points import FootPoints
 from fusion_scenes import PERIOD_NS, detections
-from mctrack_ros.fusion import Batcher, FusionPipeline, JointConfig, open_batcher
+from mctrack_ros.fusion import Batcher, JointConfig, JointTracker, open_batcher
 from mctrack_ros.fusion.config import BatchingConfig
 from mctrack_ros.interfaces import Detections
 
@@ -264,7 +264,7 @@ def test_all_begin_anew_when_the_last_camera_has_stepped_back():
 @example(1.0, [('one', 0.5, 0.0, False), ('one', 0.0, -1.5, True), ('one', 0.5, 0.0, False)])
 def test_whatever_the_clocks_do_fusion_can_take_the_ticks(period, messages):
     config = JointConfig(batching=BatchingConfig(period=period))
-    batcher, fusion = open_batcher(config, CAMERAS), FusionPipeline(config, CAMERAS)
+    batcher, fusion = open_batcher(config, CAMERAS), JointTracker(config, CAMERAS)
     now_s, offset_s = 100.0, dict.fromkeys(CAMERAS, 0.0)
     for camera, pause_s, step_s, steps in messages:
         now_s += pause_s

@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fusion_scenes import detections
-from mctrack_ros.fusion import FusionPipeline, JointConfig, open_batcher
+from mctrack_ros.fusion import JointConfig, JointTracker, open_batcher
 from mctrack_ros.fusion.camera_clocks import CameraClocks
 from mctrack_ros.fusion.config import BatchingConfig
 
@@ -36,7 +36,7 @@ def messages(offset_s, count, period_s, phase_s, rng):
 def fused(sent, cameras, period_s):
     """Return the ticks, and the id under which a person who stands still is known in each."""
     config = JointConfig(batching=BatchingConfig(period=period_s))
-    batcher, fusion = open_batcher(config, cameras), FusionPipeline(config, cameras)
+    batcher, fusion = open_batcher(config, cameras), JointTracker(config, cameras)
     ticks, ids = [], []
 
     def fuse(closed):

@@ -7,7 +7,7 @@ import pytest
 
 from fusion_scenes import PERIOD_NS
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.fusion import DecisionRecorder, FusionPipeline, JointConfig, open_batcher
+from mctrack_ros.fusion import DecisionRecorder, JointConfig, JointTracker, open_batcher
 from mctrack_ros.fusion.config import ASSOCIATION
 from mctrack_ros.interfaces import Detections, Feedback
 from mctrack_ros.perception import FeedbackBuffer
@@ -40,7 +40,7 @@ def people(stamp_ns, count, rng):
 @pytest.mark.parametrize('method', ['weighed_gnn', 'jpda', 'covering_graph'])
 def test_any_number_of_detections_of_any_camera_gives_the_tracks_of_arrays_built_here(method):
     config = JointConfig(association=ASSOCIATION.made(method))
-    live, direct = (FusionPipeline(config, CAMERAS) for _ in range(2))
+    live, direct = (JointTracker(config, CAMERAS) for _ in range(2))
     batchers = open_batcher(config, CAMERAS), open_batcher(config, CAMERAS)
     rng, buffer = np.random.default_rng(1), FeedbackBuffer(PERIOD_NS, 2 * PERIOD_NS)
     for index, counts in enumerate(product(COUNTS, repeat=len(CAMERAS)), 100):

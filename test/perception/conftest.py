@@ -4,7 +4,7 @@ import pytest
 
 from mctrack_ros.config import config_from
 from mctrack_ros.ground import ProjectiveMapping
-from mctrack_ros.perception import CameraPipeline, EventTrackerConfig
+from mctrack_ros.perception import EventTracker, EventTrackerConfig
 
 SIZE = (320, 240)
 PERIOD_NS = 40_000_000
@@ -27,7 +27,7 @@ class Stage:
     def __init__(self, mapping, config=None, seed=0):
         self.mapping = mapping
         self.config = config or EventTrackerConfig()
-        self.pipeline = CameraPipeline(self.config, mapping)
+        self.pipeline = EventTracker(self.config, mapping)
         self.rng = np.random.default_rng(seed)
         self.index = 0
 

@@ -3,7 +3,7 @@
 import pytest
 
 from fusion_scenes import detections, tick
-from mctrack_ros.fusion import FusionPipeline, JointConfig
+from mctrack_ros.fusion import JointConfig, JointTracker
 from mctrack_ros.interfaces import CameraDetections, Tick
 from mctrack_ros.replay.drive import drive
 
@@ -15,7 +15,7 @@ def walk(index):
 
 
 def test_every_tick_gives_what_a_pipeline_makes_of_it():
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     for index, ticked in enumerate(drive(JointConfig(), CAMERAS, map(walk, range(20)))):
         tracks = pipeline.step(walk(index)).tracks
         assert ticked.tick.stamp_ns == tracks.stamp_ns

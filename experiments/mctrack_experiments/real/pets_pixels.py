@@ -20,7 +20,7 @@ from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.ground import ProjectiveMapping, read_tsai
 from mctrack_ros.interfaces import CameraDetections, Feedback, Tick, Tracks
-from mctrack_ros.perception import CameraPipeline, EventTrackerConfig, FeedbackBuffer
+from mctrack_ros.perception import EventTracker, EventTrackerConfig, FeedbackBuffer
 from mctrack_ros.recording.video.videos import open_video
 from mctrack_ros.replay.drive import drive
 
@@ -124,7 +124,7 @@ def track(
         One a frame.
 
     """
-    camera = CameraPipeline(camera_config, mapping)
+    camera = EventTracker(camera_config, mapping)
     buffer = FeedbackBuffer(PERIOD_NS, FEEDBACK_DELAY_NS)
 
     def ticks() -> Iterator[Tick]:

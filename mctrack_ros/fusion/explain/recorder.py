@@ -23,7 +23,7 @@ class DecisionRecorder:
     """
     What is taken down of one tick while the pipeline steps through it.
 
-    Give a new one to `FusionPipeline.step`, then ask for its `explanation`. It looks on and
+    Give a new one to `JointTracker.step`, then ask for its `explanation`. It looks on and
     changes nothing.
 
     Attributes

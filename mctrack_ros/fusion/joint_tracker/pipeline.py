@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 
 
-class FusionPipeline:
+class JointTracker:
     """
     Tracks targets on the ground from the detections of all cameras.
 

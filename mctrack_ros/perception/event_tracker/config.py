@@ -52,7 +52,7 @@ class TrackerConfig:
 
 @dataclass(frozen=True)
 class EventTrackerConfig(CameraConfig):
-    """Parameters of `CameraPipeline`."""
+    """Parameters of `EventTracker`."""
 
     local_tracker: str = tag('groups')
     reduction: int = parameter(

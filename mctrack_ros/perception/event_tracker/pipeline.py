@@ -12,7 +12,7 @@ from mctrack_ros.perception.background.ghost_removal import GhostRemoval
 from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.background.segmentation import inside_edges
 from mctrack_ros.perception.background.shadows import Shadows
-from mctrack_ros.perception.blobs.extraction import clean_mask, find_blobs
+from mctrack_ros.perception.blobs.extraction import Blobs, clean_mask, find_blobs
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.perception.event_tracker.tracker import LocalTracker
@@ -23,7 +23,7 @@ from mctrack_ros.perception.output import CameraOutput, check_image
 Image = NDArray[np.uint8]
 
 
-class CameraPipeline:
+class EventTracker:
     """
     Image and feedback in, detections and events out (event-tracking paper, section 4.2).
 
@@ -92,42 +92,15 @@ class CameraPipeline:
         if arrival is None:
             return CameraOutput.empty(Detections, stamp_ns, self._front.shift)
         self._begin_anew(arrival)
-        shift = arrival.shift
-        small = self._reduced(image)
-        raw = self._background.apply(small, stamp_ns)
-        background, difference = self._background.model, self._background.difference
-        if raw is None or background is None:
-            self._tracker.restart()
-            self._ghosts.restart()
-            return CameraOutput.empty(Detections, stamp_ns, shift)
-        noise = self._background.noise or 0.0
-        self._shadows.take_out(small, background, raw, noise, stamp_ns)
-        if self._mask is not None:
-            raw = cv2.bitwise_and(raw, self._mask)  # type: ignore[assignment]
-        if self._config.blobs.edges == 'laplacian':
-            raw = inside_edges(raw, difference)
-        mask = clean_mask(raw, difference, self._background.threshold, self._config.blobs)
-        scale = float(self._config.reduction)
-        blobs = find_blobs(
-            mask,
-            difference,
-            self._mapping,
-            self._sizes,
-            scale,
-            self._config.blobs,
-        )
-        box, area = blobs.box / scale, blobs.area / scale**2
-        shade = self._shadows.alone(small, background, mask, box, area, noise)
-        if shade.any():
-            blobs = blobs.select(~shade)
-        frame = Frame(small, raw, mask, background, difference, scale)
-        detections, events = self._tracker.step(blobs, frame, stamp_ns, feedback, shift.noise_px)
-        seen = detections.box[~detections.is_vacant]
-        persons = np.vstack([blobs.box, seen]) / scale
-        self._background.track(seen / scale)
-        if self._ghosts.look(background, small, mask, persons, stamp_ns).any():
-            self._background.accept()
-        return CameraOutput({Detections.TOPIC: detections}, events, shift)
+        frame = self._foreground(image, stamp_ns)  # background subtracted, shadows taken out
+        if frame is None:
+            self._restart_tracks()
+            return CameraOutput.empty(Detections, stamp_ns, arrival.shift)
+        blobs = self._blobs(frame)  # connected foreground that is not shade alone
+        noise_px = arrival.shift.noise_px
+        detections, events = self._tracker.step(blobs, frame, stamp_ns, feedback, noise_px)
+        self._learn(frame, blobs, detections, stamp_ns)  # where people are, and are not
+        return CameraOutput({Detections.TOPIC: detections}, events, arrival.shift)
 
     def predicted_boxes(self) -> NDArray[np.float64]:
         """Return the (n, 4) boxes, px, where the last image was to show its tracks."""
@@ -140,13 +113,56 @@ class CameraPipeline:
     def _begin_anew(self, arrival: Arrival) -> None:
         """Begin anew where time has jumped."""
         if arrival.jumped:
-            self._tracker.restart()
-            self._ghosts.restart()
+            self._restart_tracks()
         if arrival.stepped_back:
             self._shadows.restart()
             self._background.restart()
             if self._given is not None:
                 self._background.begin(self._given)
+
+    def _restart_tracks(self) -> None:
+        self._tracker.restart()
+        self._ghosts.restart()
+
+    def _foreground(self, image: Image, stamp_ns: int) -> Frame | None:
+        """Return an image with its foreground; None: the background is still learned."""
+        small = self._reduced(image)
+        found = self._background.apply(small, stamp_ns)
+        background, difference = self._background.model, self._background.difference
+        if found is None or background is None:
+            return None
+        noise = self._background.noise or 0.0
+        self._shadows.take_out(small, background, found, noise, stamp_ns)
+        if self._mask is not None:
+            found = cv2.bitwise_and(found, self._mask)  # type: ignore[assignment]
+        if self._config.blobs.edges == 'laplacian':
+            found = inside_edges(found, difference)
+        mask = clean_mask(found, difference, self._background.threshold, self._config.blobs)
+        return Frame(small, found, mask, background, difference, float(self._config.reduction))
+
+    def _blobs(self, frame: Frame) -> Blobs:
+        """Return the blobs of a frame, in pixels of the full image."""
+        scale = frame.scale
+        blobs = find_blobs(
+            frame.mask, frame.difference, self._mapping, self._sizes, scale, self._config.blobs
+        )
+        shade = self._shadows.alone(
+            frame.image,
+            frame.background,
+            frame.mask,
+            blobs.box / scale,
+            blobs.area / scale**2,
+            self._background.noise or 0.0,
+        )
+        return blobs.select(~shade) if shade.any() else blobs
+
+    def _learn(self, frame: Frame, blobs: Blobs, detections: Detections, stamp_ns: int) -> None:
+        """Tell the background where people are, and put the image where somebody was a ghost."""
+        seen = detections.box[~detections.is_vacant]
+        persons = np.vstack([blobs.box, seen]) / frame.scale
+        self._background.track(seen / frame.scale)
+        if self._ghosts.look(frame.background, frame.image, frame.mask, persons, stamp_ns).any():
+            self._background.accept()
 
     def _reduced(self, image: Image) -> Image:
         factor = self._config.reduction

@@ -135,44 +135,20 @@ class LocalTracker:
             in one image and do not care.
 
         """
-        tracks, log = self.tracks, EventLog(stamp_ns)
-        seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9
-        self._last_ns = stamp_ns
-        tracks.predict(seconds)
-        predicted = self._without_lost(tracks.prediction(), stamp_ns, seconds, log)
-        self.predicted_box = predicted.box
-        cells = np.rint(blobs.box / frame.scale).astype(int)
-        template = colour_templates(frame.image, frame.mask, cells, self._palette)
-        blob_of = match(tracks, predicted, blobs, template, self._matching)
-        height_m = self._vehicles.heights(blobs, blob_of, tracks)
-        seen = self._observer.observe(
-            blob_of, tracks, predicted, blobs, template, frame, height_m, stamp_ns, seconds
-        )
-        if feedback is not None:
-            self._groups.rename(feedback.corrections())
-        in_view = self._roll.call(self._sighting(seen, stamp_ns), feedback, stamp_ns)
-        part = contacts(in_view.box, blobs.box, frame, self._strength)
-        self._note_groups(in_view, part, stamp_ns, log)
+        log = EventLog(stamp_ns)
+        seconds, predicted = self._predict(stamp_ns, log)
+        seen = self._associate(blobs, frame, predicted, stamp_ns, seconds)
+        part = self._group(seen, blobs, frame, feedback, stamp_ns, log)
         self._update(seen, predicted, blobs, seconds, stamp_ns)
         seen = self._start(seen, blobs, stamp_ns)
-        self._vehicles.classify(tracks, seen, blobs, seconds)
-        seen = seen.select(
-            (seen.visible >= self._partition.least_visible)
-            & (seen.proven >= self._partition.least_proven)
-        )
+        seen = self._classify(seen, blobs, seconds)
         self._confirm(stamp_ns)
         if feedback is not None:
-            learn_identities(tracks, feedback, stamp_ns, self._identity)
-            rows = hidden_members(in_view, part, tracks.track_id, blobs, self._partition)
-            begin_hidden(tracks, in_view, rows, feedback, stamp_ns)
-        self._presence.announce(tracks, feedback, blobs.box, stamp_ns, log)
+            self._identify(blobs, part, feedback, stamp_ns)
+        self._presence.announce(self.tracks, feedback, blobs.box, stamp_ns, log)
         detections = self._detections(seen, blobs, stamp_ns, shift_px)
-        more = [merged_detections(in_view, part, detections)]
-        if feedback is not None and shift_px == 0.0:  # else it looks beside where they stand
-            more.append(missed_detections(in_view, part, frame, self._ignored, stamp_ns))
-        if any(map(len, more)):
-            detections = Detections.joined(stamp_ns, [detections, *more])
-        return detections, log.rows()
+        looks_right = feedback is not None and shift_px == 0.0  # else beside where they stand
+        return self._with_groups(detections, part, frame, looks_right), log.rows()
 
     def groups(self) -> list[tuple[int, ...]]:
         """Return the local ids of each group, of the members that have local tracks."""
@@ -181,6 +157,71 @@ class LocalTracker:
             ids = self._in_view.local_id[np.searchsorted(self._in_view.key, keys)]
             found.append(tuple(ids[ids > 0].tolist()))
         return found
+
+    def _predict(self, stamp_ns: int, log: EventLog) -> tuple[float, Prediction]:
+        """Predict the tracks to an image; return the seconds since the last, and where to look."""
+        seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9
+        self._last_ns = stamp_ns
+        self.tracks.predict(seconds)
+        predicted = self._without_lost(self.tracks.prediction(), stamp_ns, seconds, log)
+        self.predicted_box = predicted.box
+        return seconds, predicted
+
+    def _associate(
+        self, blobs: Blobs, frame: Frame, predicted: Prediction, stamp_ns: int, seconds: float
+    ) -> Observations:
+        """Tell which blob is whose, and who is in the blobs that several share."""
+        cells = np.rint(blobs.box / frame.scale).astype(int)
+        template = colour_templates(frame.image, frame.mask, cells, self._palette)
+        blob_of = match(self.tracks, predicted, blobs, template, self._matching)
+        height_m = self._vehicles.heights(blobs, blob_of, self.tracks)
+        return self._observer.observe(
+            blob_of, self.tracks, predicted, blobs, template, frame, height_m, stamp_ns, seconds
+        )
+
+    def _group(
+        self,
+        seen: Observations,
+        blobs: Blobs,
+        frame: Frame,
+        feedback: Feedback | None,
+        stamp_ns: int,
+        log: EventLog,
+    ) -> Ints:
+        """Tell who is in view and who touches whom; return the part that each one is of."""
+        if feedback is not None:
+            self._groups.rename(feedback.corrections())
+        in_view = self._roll.call(self._sighting(seen, stamp_ns), feedback, stamp_ns)
+        part = contacts(in_view.box, blobs.box, frame, self._strength)
+        self._note_groups(in_view, part, stamp_ns, log)
+        return part
+
+    def _classify(self, seen: Observations, blobs: Blobs, seconds: float) -> Observations:
+        """Tell vehicles from people; return those of whom enough is seen to be told of."""
+        self._vehicles.classify(self.tracks, seen, blobs, seconds)
+        return seen.select(
+            (seen.visible >= self._partition.least_visible)
+            & (seen.proven >= self._partition.least_proven)
+        )
+
+    def _identify(self, blobs: Blobs, part: Ints, feedback: Feedback, stamp_ns: int) -> None:
+        """Learn global ids, and begin tracks of members that only the fusion node knows."""
+        tracks, in_view = self.tracks, self._in_view
+        learn_identities(tracks, feedback, stamp_ns, self._identity)
+        rows = hidden_members(in_view, part, tracks.track_id, blobs, self._partition)
+        begin_hidden(tracks, in_view, rows, feedback, stamp_ns)
+
+    def _with_groups(
+        self, detections: Detections, part: Ints, frame: Frame, looks_right: bool
+    ) -> Detections:
+        """Add detections of whole groups and, if it looks right, of bare ground."""
+        in_view, stamp_ns = self._in_view, detections.stamp_ns
+        more = [merged_detections(in_view, part, detections)]
+        if looks_right:
+            more.append(missed_detections(in_view, part, frame, self._ignored, stamp_ns))
+        if not any(map(len, more)):
+            return detections
+        return Detections.joined(stamp_ns, [detections, *more])
 
     def _without_lost(
         self, predicted: Prediction, stamp_ns: int, seconds: float, log: EventLog

@@ -5,7 +5,7 @@ import pytest
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.fusion import DecisionRecorder, FusionPipeline, JointConfig
+from mctrack_ros.fusion import DecisionRecorder, JointConfig, JointTracker
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.association.likelihood import prior_costs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
@@ -31,7 +31,7 @@ CAMERAS = ('one', 'two')
 
 def explained(frames_of, ticks, pipeline=None, start=0):
     """Return what each tick gives, and its explanation."""
-    pipeline = pipeline or FusionPipeline(CONFIG, CAMERAS)
+    pipeline = pipeline or JointTracker(CONFIG, CAMERAS)
     told = []
     for index in range(start, start + ticks):
         recorder = DecisionRecorder()
@@ -101,7 +101,7 @@ def test_pairs_of_the_covering_graph_are_told_too(method):
 
 
 def test_an_account_changes_nothing():
-    pipeline = FusionPipeline(CONFIG, CAMERAS)
+    pipeline = JointTracker(CONFIG, CAMERAS)
     for index, (output, _) in enumerate(explained(crowd, 40)):
         other = pipeline.step(tick(index, crowd(index)))
         for name in ('tracks', 'events'):
@@ -153,7 +153,7 @@ def test_a_life_is_told_from_its_begin_to_its_end():
 
 
 def test_detections_that_begin_a_track_and_those_that_do_not_are_told():
-    pipeline = FusionPipeline(CONFIG, CAMERAS)
+    pipeline = JointTracker(CONFIG, CAMERAS)
     _, why = explained(lambda _: {'one': [[0, 0], [9, 0]], 'two': [[0.1, 0]]}, 1, pipeline)[0]
     assert why.candidates.choice.tolist() == [Choice.BEGINS] * 3
     ids = dict(zip(why.decisions.track_id.tolist(), why.decisions.position[:, 0].tolist()))
@@ -162,7 +162,7 @@ def test_detections_that_begin_a_track_and_those_that_do_not_are_told():
 
 
 def test_who_is_hidden_by_a_group_is_told():
-    pipeline = FusionPipeline(CONFIG, CAMERAS)
+    pipeline = JointTracker(CONFIG, CAMERAS)
     pair = [[0, 0], [0.8, 0]]
     before = explained(lambda _: {'one': pair, 'two': pair}, 25, pipeline)
     ids = sorted(published(before[-1][0]))
@@ -189,14 +189,14 @@ def test_a_group_that_hides_nobody_is_told_as_unused():
 
 
 def test_a_detection_that_there_is_no_room_for_is_told_as_unused():
-    pipeline = FusionPipeline(JointConfig(life=LifeConfig(most_tracks=1)), CAMERAS)
+    pipeline = JointTracker(JointConfig(life=LifeConfig(most_tracks=1)), CAMERAS)
     _, why = explained(lambda index: {'one': [[0, 0], [9, 0]][: index + 1]}, 2, pipeline)[-1]
     told = dict(zip(why.candidates.choice.tolist(), why.candidates.track_id.tolist()))
     assert told == {Choice.TAKEN: 1, Choice.UNUSED: 0}
 
 
 def test_a_step_back_in_time_ends_all_and_says_so():
-    pipeline = FusionPipeline(CONFIG, CAMERAS)
+    pipeline = JointTracker(CONFIG, CAMERAS)
     explained(lambda _: {'one': [[0, 0]], 'two': [[0, 0]]}, 20, pipeline, 100)
     _, why = explained(lambda _: {'one': [], 'two': []}, 1, pipeline)[0]
     assert why.decisions.reason.tolist() == [Reason.RESET]

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
-from mctrack_ros.fusion import FusionPipeline, JointConfig
+from mctrack_ros.fusion import JointConfig, JointTracker
 from mctrack_ros.fusion.config import LifeConfig
 from mctrack_ros.fusion.management.initiation import MOST_TOGETHER
 from mctrack_ros.fusion.measurements.admission import MOST_DETECTIONS, Admitted, usable_rows
@@ -24,13 +24,13 @@ CAMERAS = ('one', 'two')
 
 
 def run(frames_of, ticks, pipeline=None, start=0):
-    pipeline = pipeline or FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = pipeline or JointTracker(JointConfig(), CAMERAS)
     return [pipeline.step(tick(index, frames_of(index))) for index in range(start, start + ticks)]
 
 
 def all_rows(frames_of, ticks):
     """Run and return the tracks, events and feedback of each tick."""
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     told = []
     for index in range(ticks):
         output = pipeline.step(tick(index, frames_of(index)))
@@ -68,7 +68,7 @@ def crowded(index, seed=3):
 @pytest.mark.parametrize('first_id', [2, 2**31 - 100, 2**32 - 10_000])
 def test_ids_are_names_that_change_nothing_but_themselves(first_id):
     ids = ('track_id', 'group', 'old_id', 'new_id', 'others', 'previous_id')
-    pipelines = [FusionPipeline(JointConfig(), CAMERAS, first) for first in (1, first_id)]
+    pipelines = [JointTracker(JointConfig(), CAMERAS, first) for first in (1, first_id)]
     for index in range(200):
         outputs = [each.step(tick(index, crowded(index))) for each in pipelines]
         told = [(each.tracks, each.events, p.feedback()) for each, p in zip(outputs, pipelines)]
@@ -83,7 +83,7 @@ def test_ids_are_names_that_change_nothing_but_themselves(first_id):
 
 
 def test_ids_that_run_out_are_an_error_and_not_used_again():
-    pipeline = FusionPipeline(JointConfig(), CAMERAS, 2**32 - 1)
+    pipeline = JointTracker(JointConfig(), CAMERAS, 2**32 - 1)
     with pytest.raises(OverflowError, match='ids have run out'):
         pipeline.step(tick(0, noisy(0)))
 
@@ -108,7 +108,7 @@ def test_one_camera_alone_must_see_longer():
 
 def test_who_was_long_missed_is_confirmed_as_fast_as_who_just_came():
     def ticks_until_known(seen_by_one_alone):
-        pipeline = FusionPipeline(JointConfig(), (*CAMERAS, 'three'))
+        pipeline = JointTracker(JointConfig(), (*CAMERAS, 'three'))
         missed = run(
             lambda index: {'one': [[0, 0]], 'two': [], 'three': []}, seen_by_one_alone, pipeline
         )
@@ -125,7 +125,7 @@ def test_who_was_long_missed_is_confirmed_as_fast_as_who_just_came():
 
 
 def test_short_loss_keeps_the_id_and_a_long_one_ends_it_once():
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     before = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 25, pipeline)
     lost = run(lambda index: {'one': [], 'two': []}, 10, pipeline, 25)
     assert (lost[-1].tracks.status == TrackStatus.COASTING).all()
@@ -145,7 +145,7 @@ def well_seen(index):
 
 
 def test_whom_cameras_that_saw_him_well_see_no_longer_is_soon_published_no_longer():
-    pipeline = FusionPipeline(JointConfig(), tuple(well_seen(0)))
+    pipeline = JointTracker(JointConfig(), tuple(well_seen(0)))
     (name,) = published(run(well_seen, 250, pipeline)[-1])
     gone = [name in published(output) for output in run(well_seen, 10, pipeline, 250)]
     assert gone == sorted(gone, reverse=True)
@@ -160,7 +160,7 @@ def test_whom_cameras_that_saw_him_well_see_no_longer_is_soon_published_no_longe
 
 
 def test_whom_the_only_camera_sees_again_is_published_at_once():
-    pipeline = FusionPipeline(JointConfig(life=LifeConfig(report_time=3, coast_time=3)), ('one',))
+    pipeline = JointTracker(JointConfig(life=LifeConfig(report_time=3, coast_time=3)), ('one',))
     (name,) = published(run(lambda index: {'one': [[0, 0]]}, 250, pipeline)[-1])
     assert not published(run(lambda index: {'one': []}, 50, pipeline, 250)[-1])
     assert list(published(run(lambda index: {'one': [[0, 0]]}, 1, pipeline, 300)[-1])) == [name]
@@ -168,7 +168,7 @@ def test_whom_the_only_camera_sees_again_is_published_at_once():
 
 @pytest.mark.parametrize('every', [5, 10])
 def test_whom_a_slow_camera_sees_stays_published_though_a_fast_one_does_not(every):
-    pipeline = FusionPipeline(JointConfig(), ('fast', 'slow'))
+    pipeline = JointTracker(JointConfig(), ('fast', 'slow'))
     run(lambda index: {'fast': [[0, 0]], 'slow': [[0, 0]]}, 250, pipeline)
     slow = run(
         lambda index: {'fast': []} | ({} if index % every else {'slow': [[0, 0]]}),
@@ -180,7 +180,7 @@ def test_whom_a_slow_camera_sees_stays_published_though_a_fast_one_does_not(ever
 
 
 def test_a_camera_that_has_stopped_shows_nobody():
-    pipeline = FusionPipeline(JointConfig(), (*well_seen(0), 'dead'))
+    pipeline = JointTracker(JointConfig(), (*well_seen(0), 'dead'))
     run(lambda index: well_seen(0) | {'dead': [[0, 0]]}, 25, pipeline)
     (name,) = published(run(well_seen, 225, pipeline, 25)[-1])
     gone = [name in published(output) for output in run(well_seen, 10, pipeline, 250)]
@@ -188,7 +188,7 @@ def test_a_camera_that_has_stopped_shows_nobody():
 
 
 def test_whom_a_slow_camera_sees_in_a_group_stays_published():
-    pipeline = FusionPipeline(JointConfig(), ('fast', 'slow'))
+    pipeline = JointTracker(JointConfig(), ('fast', 'slow'))
     pair = [[0, 0], [0.8, 0]]
     ids = sorted(published(run(lambda index: {'fast': pair, 'slow': pair}, 250, pipeline)[-1]))
 
@@ -201,13 +201,13 @@ def test_whom_a_slow_camera_sees_in_a_group_stays_published():
 
 
 def test_one_false_detection_in_an_image_by_itself_does_not_bring_back_who_has_gone():
-    pipeline = FusionPipeline(JointConfig(), tuple(well_seen(0)))
+    pipeline = JointTracker(JointConfig(), tuple(well_seen(0)))
     run(well_seen, 260, pipeline)
     assert not published(run(lambda index: {'one': [[0, 0]]}, 1, pipeline, 260)[-1])
 
 
 def test_whom_no_camera_could_have_seen_is_published_for_a_while():
-    pipeline = FusionPipeline(JointConfig(), tuple(well_seen(0)))
+    pipeline = JointTracker(JointConfig(), tuple(well_seen(0)))
     run(well_seen, 250, pipeline)
     silent = run(lambda index: {}, 14, pipeline, 250)
     told = int(LifeConfig().report_time * 1e9 / PERIOD_NS)
@@ -215,7 +215,7 @@ def test_whom_no_camera_could_have_seen_is_published_for_a_while():
 
 
 def test_who_comes_back_where_he_was_soon_after_his_track_ended_is_himself():
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     before = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 25, pipeline)
     run(lambda index: {'one': [], 'two': []}, 60, pipeline, 25)
     after = run(lambda index: {'one': [[0, 0]], 'two': [[0, 0]]}, 25, pipeline, 85)
@@ -238,7 +238,7 @@ def test_an_event_is_as_probable_as_its_track():
 
 def test_who_is_about_to_come_into_a_cameras_view_is_announced():
     """One sees everything, the other from x = 5 m on; two walk along x, one after the other."""
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     announced = {lap: [] for lap in range(2)}
     for step in range(400):
         lap, x = step // 200, step % 200 * 0.08
@@ -299,7 +299,7 @@ def standing(ticks, pipeline, start=0, vacant_to_two=0, **others):
 
 
 def test_what_one_camera_sees_where_another_sees_bare_ground_soon_ends():
-    pipeline = FusionPipeline(JointConfig(), (*CAMERAS, 'three'))
+    pipeline = JointTracker(JointConfig(), (*CAMERAS, 'three'))
     (name,) = published(standing(250, pipeline, two=[[0, 0]], three=[[0, 0]])[-1])
     outputs = standing(40, pipeline, 250, name)
     assert name in published(outputs[0])
@@ -308,14 +308,14 @@ def test_what_one_camera_sees_where_another_sees_bare_ground_soon_ends():
 
 
 def test_bare_ground_counts_little_where_the_camera_never_sees_anybody():
-    pipeline = FusionPipeline(JointConfig(), (*CAMERAS, 'three'))
+    pipeline = JointTracker(JointConfig(), (*CAMERAS, 'three'))
     (name,) = published(standing(250, pipeline, two=[], three=[[0, 0]])[-1])
     outputs = standing(50, pipeline, 250, name)
     assert all(list(published(output)) == [name] for output in outputs)
 
 
 def test_bare_ground_says_that_he_has_gone():
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     (name,) = published(standing(250, pipeline, two=[[0, 0]])[-1])
     gone = standing(8, pipeline, 250, name, one=[])
     assert [name in published(output) for output in gone] == sorted(
@@ -327,7 +327,7 @@ def test_bare_ground_says_that_he_has_gone():
 
 def test_who_is_not_where_he_is_hardly_expected_may_still_be_elsewhere():
     config = JointConfig(life=LifeConfig(vacancy_distance=0.05))
-    pipeline = FusionPipeline(config, (*CAMERAS, 'three'))
+    pipeline = JointTracker(config, (*CAMERAS, 'three'))
     (name,) = published(standing(50, pipeline, two=[[0, 0]], three=[[0, 0]])[-1])
     outputs = standing(20, pipeline, 50, name)
     assert all(list(published(output)) == [name] for output in outputs)
@@ -346,7 +346,7 @@ def one_of_a_group(index, place, members):
 
 
 def test_a_group_keeps_its_members_alive_and_moves_none_of_them_far():
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     pair = [[0, 0], [0.8, 0]]
     ids = sorted(published(run(lambda index: {'one': pair, 'two': pair}, 25, pipeline)[-1]))
 
@@ -372,14 +372,14 @@ def test_of_two_images_of_a_camera_the_last_one_begins_tracks():
         detections(PERIOD_NS, [[0, 0]]),
     ]
     frames = tuple(CameraDetections('one', rows) for rows in images)
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     tracks = pipeline.step(Tick(PERIOD_NS, frames, Ticks.build(PERIOD_NS))).tracks
     np.testing.assert_allclose(tracks.position, [[0, 0, 0]], atol=1e-6)
 
 
 @pytest.mark.parametrize(('gap', 'code'), [(0.8, EventCode.SPLIT), (3.0, EventCode.NEW)])
 def test_who_begins_beside_a_track_has_come_out_of_it(gap, code):
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     alone, both = [[0, 0]], [[0, 0], [gap, 0]]
     (first,) = published(run(lambda _: {'one': alone, 'two': alone}, 25, pipeline)[-1])
     outputs = run(lambda _: {'one': both, 'two': both}, 50, pipeline, 25)
@@ -395,7 +395,7 @@ def test_a_member_whom_nobody_sees_turns_with_the_one_beside_him():
         gone = 0.06 * np.array([min(index, 25), max(index - 25, 0)])
         return np.array([[0, 0], [0.8, -0.8]]) + gone
 
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     ids = sorted(published(run(lambda i: dict.fromkeys(CAMERAS, pair(i)), 25, pipeline)[-1]))
     outputs = run(lambda i: one_of_a_group(i, pair(i)[0], ids), 35, pipeline, 25)
     shown = published(outputs[-1])
@@ -404,7 +404,7 @@ def test_a_member_whom_nobody_sees_turns_with_the_one_beside_him():
 
 
 def test_a_member_whom_nobody_sees_is_kept_a_while_beside_one_who_is_seen():
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     pair = [[0, 0], [0.8, 0]]
     ids = sorted(published(run(lambda index: {'one': pair, 'two': pair}, 25, pipeline)[-1]))
 
@@ -422,7 +422,7 @@ def test_a_member_whom_nobody_sees_is_kept_a_while_beside_one_who_is_seen():
 
 
 def test_a_group_does_not_keep_who_was_expected_far_from_it():
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     pair = [[0, 0], [6, 0]]
     ids = sorted(published(run(lambda index: {'one': pair, 'two': pair}, 25, pipeline)[-1]))
 
@@ -444,7 +444,7 @@ def test_a_track_is_as_large_as_the_cameras_say_together():
             for name, size in sizes.items()
         }
 
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     tracks = run(sized, 400, pipeline)[-1].tracks
     np.testing.assert_allclose(tracks.extent, [[0.55, 1.8]], atol=0.02)
     np.testing.assert_array_equal(pipeline.feedback().extent, tracks.extent)
@@ -461,7 +461,7 @@ def test_a_group_starts_no_track():
 
 
 def test_two_tracks_of_one_target_become_one():
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     run(lambda index: {'one': [[0, 0]], 'two': [[2, 0]]}, 30, pipeline)
 
     def approaching(index):
@@ -508,7 +508,7 @@ def test_unusable_rows_are_left_out():
 
 
 def test_time_that_steps_back_ends_all_tracks_and_ids_go_on():
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     before = run(noisy, 60, pipeline)
     again = run(noisy, 20, pipeline)
     assert (again[0].tracks.status == TrackStatus.DELETED).sum() == 4
@@ -524,15 +524,15 @@ def test_empty_ticks_are_no_trouble():
 
 def test_camera_that_is_not_of_the_site_is_refused():
     with pytest.raises(ValueError, match="camera is 'three'"):
-        FusionPipeline(JointConfig(), CAMERAS).step(tick(0, {'three': [[0, 0]]}))
+        JointTracker(JointConfig(), CAMERAS).step(tick(0, {'three': [[0, 0]]}))
 
 
 def test_a_flood_of_detections_is_bounded():
     rng = np.random.default_rng(0)
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     spread = [pipeline.step(tick(i, {'one': rng.uniform(-50, 50, (3000, 2))})) for i in range(8)]
     assert max(len(output.tracks) for output in spread) <= JointConfig().life.most_tracks
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     spot = [pipeline.step(tick(i, {'one': rng.normal(0, 0.1, (3000, 2))})) for i in range(8)]
     assert max(len(output.tracks) for output in spot) <= 2 * MOST_TOGETHER
 
@@ -586,7 +586,7 @@ def test_whom_only_slow_cameras_see_beside_a_fast_one_is_tracked_all_the_same(ev
         slow = {name: [[0.04 * index, 5.0]] for name in seen_by} if index % every == 0 else {}
         return {'one': [], **slow}
 
-    pipeline = FusionPipeline(JointConfig(), (*CAMERAS, 'three'))
+    pipeline = JointTracker(JointConfig(), (*CAMERAS, 'three'))
     shown = [published(output) for output in run(frames, 100, pipeline)]
     first = next(index for index, known in enumerate(shown) if known)
     assert first * PERIOD_NS < 1.5e9
@@ -597,7 +597,7 @@ def test_whom_only_slow_cameras_see_beside_a_fast_one_is_tracked_all_the_same(ev
 @pytest.mark.parametrize('flooded', ['a', 'z'])
 def test_a_flood_of_one_camera_keeps_nobody_else_from_being_tracked(flooded):
     rng = np.random.default_rng(0)
-    pipeline = FusionPipeline(JointConfig(), (flooded, 'm', 'n'))
+    pipeline = JointTracker(JointConfig(), (flooded, 'm', 'n'))
     place = [[100.0, 0.0]]
     for index in range(25):
         junk = rng.uniform(-50, 50, (300, 2))
@@ -616,7 +616,7 @@ def test_cameras_are_told_that_another_one_sees_apart_whom_they_see_as_one():
         merged = detections(stamp_ns, [[0.3, 0.0]], members=members, member_count=[2])
         return {'one': apart, 'two': merged}
 
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     flags = []
     for index in range(100):
         pipeline.step(tick(index, frames(index)))
@@ -628,7 +628,7 @@ def test_cameras_are_told_that_another_one_sees_apart_whom_they_see_as_one():
 @pytest.mark.parametrize('count', [3, 8])
 def test_cameras_that_share_no_view_track_what_each_sees(count):
     names = tuple(f'cam{index}' for index in range(count))
-    pipeline, rng = FusionPipeline(JointConfig(), names), np.random.default_rng(7)
+    pipeline, rng = JointTracker(JointConfig(), names), np.random.default_rng(7)
     place = {name: np.array([20.0 * index, 0.0]) for index, name in enumerate(names)}
 
     def seen(index):
@@ -641,14 +641,14 @@ def test_cameras_that_share_no_view_track_what_each_sees(count):
 
 def test_what_one_of_four_cameras_alone_sees_at_first_is_not_believed_at_once():
     names = (*CAMERAS, 'three', 'four')
-    pipeline = FusionPipeline(JointConfig(), names)
+    pipeline = JointTracker(JointConfig(), names)
     ghost = run(lambda index: {name: [[0, 0]] * (name == 'one') for name in names}, 65, pipeline)
     assert not any(published(output) for output in ghost)
 
 
 def test_a_false_detection_in_one_of_three_views_that_are_known_is_not_believed():
     names = ('one', 'two', 'three')
-    pipeline = FusionPipeline(JointConfig(), names)
+    pipeline = JointTracker(JointConfig(), names)
     run(lambda index: {name: [[0, 0]] for name in names}, 250, pipeline)
     run(lambda index: {name: [] for name in names}, 75, pipeline, 250)
     ghost = run(lambda index: {'one': [[0, 0]], 'two': [], 'three': []}, 750, pipeline, 325)
@@ -657,7 +657,7 @@ def test_a_false_detection_in_one_of_three_views_that_are_known_is_not_believed(
 
 def test_a_false_detection_of_one_of_three_that_share_a_view_is_not_believed_anywhere():
     names = (*CAMERAS, 'three')
-    pipeline = FusionPipeline(JointConfig(), names)
+    pipeline = JointTracker(JointConfig(), names)
 
     def seen(index):
         together = {name: [[0.02 * index, 0.0]] for name in names}
@@ -670,7 +670,7 @@ def test_a_false_detection_of_one_of_three_that_share_a_view_is_not_believed_any
 
 @pytest.mark.parametrize('every', [10, 25, 30])
 def test_whom_a_slow_camera_alone_sees_is_published_without_a_break(every):
-    pipeline, rng = FusionPipeline(JointConfig(), ('fast', 'slow')), np.random.default_rng(8)
+    pipeline, rng = JointTracker(JointConfig(), ('fast', 'slow')), np.random.default_rng(8)
 
     def seen(index):
         place = np.array([[0.04 * index, 0.0]]) + rng.normal(0, 0.05, (1, 2))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion_scenes import published, tick
-from mctrack_ros.fusion import FusionPipeline, JointConfig
+from mctrack_ros.fusion import JointConfig, JointTracker
 from mctrack_ros.fusion.management.duplicates import Doubt
 from mctrack_ros.fusion.management.initiation import note_beside
 from mctrack_ros.fusion.management.parting import LATELY_S, SOON_S, go_on_as, parted
@@ -112,7 +112,7 @@ def parting(index):
 
 
 def test_who_parts_from_another_keeps_his_id():
-    pipeline = FusionPipeline(JPDA, CAMERAS)
+    pipeline = JointTracker(JPDA, CAMERAS)
     outputs = [pipeline.step(tick(index, parting(index))) for index in range(190)]
     before, after = published(outputs[99]), published(outputs[-1])
     assert len(before) == 2
@@ -137,7 +137,7 @@ def newcomer(index):
 
 @pytest.mark.parametrize('config', [DEFAULT, JPDA])
 def test_who_came_before_two_seemed_one_keeps_his_id_too(config):
-    pipeline = FusionPipeline(config, CAMERAS)
+    pipeline = JointTracker(config, CAMERAS)
     outputs = [pipeline.step(tick(index, newcomer(index))) for index in range(150)]
     before, after = published(outputs[118]), published(outputs[145])
     assert len(before) == 3

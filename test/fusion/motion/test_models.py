@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 from fusion_scenes import tick
 from mctrack_ros.config import config_from, parameters_of
-from mctrack_ros.fusion import FusionPipeline, JointConfig
+from mctrack_ros.fusion import JointConfig, JointTracker
 from mctrack_ros.fusion import config as fusion_config
 from mctrack_ros.fusion.management.duplicates import absorb
 from mctrack_ros.fusion.measurements.packed import measured
@@ -216,7 +216,7 @@ def followed(model, seed):
     """Return the errors (n, 4) and covariances (n, 4, 4) of the walker's track, once settled."""
     config = JointConfig()
     motion = config_from(fusion_config.MOTION, {'model': model, 'sensor_sigma': 0.001})
-    pipeline = FusionPipeline(replace(config, motion=motion), ('one', 'two'))
+    pipeline = JointTracker(replace(config, motion=motion), ('one', 'two'))
     places, velocity = turning_walker()
     rng, errors, spreads = np.random.default_rng(seed), [], []
     for index, place in enumerate(places):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
-from mctrack_ros.fusion import FusionPipeline, JointConfig
+from mctrack_ros.fusion import JointConfig, JointTracker
 from mctrack_ros.fusion.reid.reassignment import PAST_S, Reassignment
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE, EventCode
@@ -27,7 +27,7 @@ class Scene:
     """Feed ticks of people, each given as a place and a colour, to a pipeline."""
 
     def __init__(self):
-        self.pipeline, self.index, self.events = FusionPipeline(JointConfig(), CAMERAS), 0, []
+        self.pipeline, self.index, self.events = JointTracker(JointConfig(), CAMERAS), 0, []
 
     def show(self, *people):
         stamp_ns = self.index * PERIOD_NS + PERIOD_NS // 2
@@ -161,7 +161,7 @@ def test_who_was_lost_long_ago_is_forgotten(scene):
 
 
 def test_without_colours_nothing_is_corrected():
-    pipeline = FusionPipeline(JointConfig(), CAMERAS)
+    pipeline = JointTracker(JointConfig(), CAMERAS)
     for index in range(200):
         gap = abs(100 - index) * 0.03
         places = [[-gap, 0], [gap, 0]]
@@ -209,7 +209,7 @@ def test_two_known_ones_who_share_one_body_are_one_if_alone_and_seen_from_all_si
         return detections(stamp_ns, people + noise, template=colours)
 
     names = ('one', 'two', 'three')[:cameras]
-    pipeline = FusionPipeline(JointConfig(), names)
+    pipeline = JointTracker(JointConfig(), names)
     outputs = [
         pipeline.step(tick(index, {name: image(index, k) for k, name in enumerate(names)}))
         for index in range(260)

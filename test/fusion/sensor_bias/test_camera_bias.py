@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fusion_scenes import detections
-from mctrack_ros.fusion import FusionPipeline, JointConfig
+from mctrack_ros.fusion import JointConfig, JointTracker
 from mctrack_ros.fusion.sensor_bias.camera_bias import SURE, judged
 from mctrack_ros.interfaces import CameraDetections, Tick
 
@@ -21,7 +21,7 @@ class Site:
 
     def __init__(self, cameras=CAMERAS, seed=1, compare=True):
         motion = replace(EXACT, compare_cameras=compare)
-        self.pipeline = FusionPipeline(replace(JointConfig(), motion=motion), cameras)
+        self.pipeline = JointTracker(replace(JointConfig(), motion=motion), cameras)
         self.cameras, self.rng, self.stamp_ns = cameras, np.random.default_rng(seed), 0
 
     def run(self, steps, shift=None, scatter=None):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
-from mctrack_ros.fusion import FusionPipeline, JointConfig
+from mctrack_ros.fusion import JointConfig, JointTracker
 from mctrack_ros.fusion.config import ASSOCIATION
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.information import updated
@@ -27,7 +27,7 @@ def config(request):
 
 
 def run(config, frames_of, ticks, pipeline=None, start=0):
-    pipeline = pipeline or FusionPipeline(config, CAMERAS)
+    pipeline = pipeline or JointTracker(config, CAMERAS)
     return [pipeline.step(tick(index, frames_of(index))) for index in range(start, start + ticks)]
 
 
@@ -84,7 +84,7 @@ def test_consumed_detections_start_no_track(config):
     def frames(index):
         return {'one': [[0.06 * index, 0]], 'two': [[0.06 * index, 0.3], [0.06 * index, -0.5]]}
 
-    pipeline = FusionPipeline(config, CAMERAS)
+    pipeline = JointTracker(config, CAMERAS)
     run(config, lambda index: {name: [[0.06 * index, 0]] for name in CAMERAS}, 25, pipeline)
     outputs = run(config, frames, 50, pipeline, 25)
     assert max(len(output.tracks) for output in outputs) == 1

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.config import config_from
-from mctrack_ros.perception import CameraPipeline, EventTrackerConfig
+from mctrack_ros.perception import EventTracker, EventTrackerConfig
 from mctrack_ros.perception.background.segmentation import inside_edges, otsu_threshold
 
 RED = (30, 30, 220)
@@ -32,7 +32,7 @@ def test_what_lies_outside_an_edge_is_cut():
 )
 def test_a_person_is_found_with_either(new_stage, mapping, settings):
     stage = new_stage()
-    stage.pipeline = CameraPipeline(config_from(EventTrackerConfig, settings), mapping)
+    stage.pipeline = EventTracker(config_from(EventTrackerConfig, settings), mapping)
     stage.empty()
     for step in range(20):
         output = stage.show([((0.1 * step, 1.0), RED)])

@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from mctrack_ros.perception import CameraPipeline, EventTrackerConfig
+from mctrack_ros.perception import EventTracker, EventTrackerConfig
 from mctrack_ros.perception.background.shadow_pixels import colourfulness
 from mctrack_ros.perception.background.shadows import ShadowConfig, Shadows
 
@@ -105,7 +105,7 @@ def test_what_is_switched_off_changes_nothing(mapping):
 
 def test_people_with_shadows_stand_where_their_feet_are(mapping):
     yard = Yard(mapping)
-    pipeline = CameraPipeline(EventTrackerConfig(), mapping, background=yard.ground)
+    pipeline = EventTracker(EventTrackerConfig(), mapping, background=yard.ground)
     for step in range(60):
         places = PLACES + np.array([0.02 * step, 0.0])
         image = yard.image(places, [RED, BLUE] * 2, 0.62)
@@ -154,7 +154,7 @@ def test_how_colourful_an_image_is_does_not_depend_on_which_channel_is_larger():
 @pytest.mark.parametrize(('top', 'count'), [(None, 0), ((60, 90, 160), 1)])
 def test_nobody_is_seen_where_a_shadow_falls_on_a_wall(mapping, top, count):
     yard = Yard(mapping)
-    pipeline = CameraPipeline(EventTrackerConfig(), mapping, background=yard.ground)
+    pipeline = EventTracker(EventTrackerConfig(), mapping, background=yard.ground)
     for step in range(20):
         image, *_ = standing(yard, 0.75, top)
         detections = pipeline.step(image, (step + 1) * PERIOD_NS, None).detections
@@ -180,7 +180,7 @@ def standing(yard, factor, top):
 
 def test_a_clock_that_steps_back_does_not_leave_an_old_sun(mapping):
     yard = Yard(mapping)
-    pipeline = CameraPipeline(EventTrackerConfig(), mapping, background=yard.ground)
+    pipeline = EventTracker(EventTrackerConfig(), mapping, background=yard.ground)
     for step in range(60):
         places = PLACES + np.array([0.02 * step, 0.0])
         stamp_ns = 3600_000_000_000 + step * PERIOD_NS

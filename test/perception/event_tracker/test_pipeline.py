@@ -6,7 +6,7 @@ from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import EventCode, Feedback
 from mctrack_ros.perception import (
     BackwardStampError,
-    CameraPipeline,
+    EventTracker,
     EventTrackerConfig,
     ShiftState,
 )
@@ -45,7 +45,7 @@ def test_predicted_box_lies_on_the_person(stage):
 
 def test_with_a_given_background_people_are_seen_at_once(new_stage, mapping):
     stage = new_stage()
-    stage.pipeline = CameraPipeline(EventTrackerConfig(), mapping, background=empty(mapping))
+    stage.pipeline = EventTracker(EventTrackerConfig(), mapping, background=empty(mapping))
     assert len(stage.show([((1.0, 0.0), RED)]).detections) == 1
 
 
@@ -131,7 +131,7 @@ def test_people_in_one_blob_are_told_apart(stage):
 
 def test_who_stood_still_at_first_leaves_no_ghost(new_stage, mapping):
     stage = new_stage()
-    stage.pipeline = CameraPipeline(EventTrackerConfig(), mapping)
+    stage.pipeline = EventTracker(EventTrackerConfig(), mapping)
     for _ in range(40):
         stage.show([((-1.0, 0.0), RED)])
     for step in range(60):
@@ -167,7 +167,7 @@ def test_gap_restarts_tracks_but_not_ids(stage):
 
 @pytest.mark.parametrize('rate_hz', [0.5, 1.0])
 def test_a_slow_camera_keeps_who_is_in_view(stage, mapping, rate_hz):
-    pipeline = CameraPipeline(EventTrackerConfig(), mapping, background=empty(mapping))
+    pipeline = EventTracker(EventTrackerConfig(), mapping, background=empty(mapping))
     rng, ids = np.random.default_rng(4), []
     for step in range(30):
         image = stage.image([((0.3 * np.sin(step), 1.0), RED)])
@@ -196,7 +196,7 @@ def test_same_images_give_the_same_output(new_stage):
 )
 def test_bad_image_is_refused_with_its_shape(mapping, image, reason):
     with pytest.raises(ValueError, match=reason):
-        CameraPipeline(EventTrackerConfig(), mapping).step(image, 1, None)
+        EventTracker(EventTrackerConfig(), mapping).step(image, 1, None)
 
 
 @pytest.mark.parametrize('back_ns', [0, 1, 900_000_000])
@@ -210,7 +210,7 @@ def test_repeated_or_backward_stamp_is_refused_and_changes_nothing(stage, back_n
 
 def test_a_given_background_outlives_a_far_step_back(new_stage, mapping):
     stage = new_stage()
-    stage.pipeline = CameraPipeline(EventTrackerConfig(), mapping, background=empty(mapping))
+    stage.pipeline = EventTracker(EventTrackerConfig(), mapping, background=empty(mapping))
     stage.show([])
     stage.index = 0
     assert len(stage.show([((0.0, 0.0), WHITE)]).detections) == 1
@@ -223,13 +223,13 @@ def test_far_step_back_starts_over(stage):
 
 def test_mask_of_wrong_size_is_refused(mapping):
     with pytest.raises(ValueError, match='mask has shape'):
-        CameraPipeline(EventTrackerConfig(), mapping, np.zeros((3, 3), np.uint8))
+        EventTracker(EventTrackerConfig(), mapping, np.zeros((3, 3), np.uint8))
 
 
 def test_masked_part_is_ignored(mapping, new_stage):
     stage = new_stage()
     mask = np.zeros((240, 320), np.uint8)
-    stage.pipeline = CameraPipeline(EventTrackerConfig(), mapping, mask)
+    stage.pipeline = EventTracker(EventTrackerConfig(), mapping, mask)
     stage.empty()
     assert not len(stage.show([((0.0, 0.0), RED)]).detections)
 
@@ -241,7 +241,7 @@ def test_camera_that_sees_the_horizon_publishes_only_what_is_on_the_ground(seed)
     eye = np.array([0.0, 0.0, 1.7])
     mapping = ProjectiveMapping(intrinsics @ np.column_stack([level, -level @ eye]), (320, 240))
     pipeline, rng, found = (
-        CameraPipeline(EventTrackerConfig(), mapping),
+        EventTracker(EventTrackerConfig(), mapping),
         np.random.default_rng(seed),
         0,
     )
@@ -276,7 +276,7 @@ def test_a_camera_that_has_moved_is_less_certain_by_the_shift(mapping):
         return Feedback.build(stamp_ns - 80_000_000, **known)
 
     def walk(shift_px):
-        pipeline = CameraPipeline(EventTrackerConfig(watchdog=quick), mapping)
+        pipeline = EventTracker(EventTrackerConfig(watchdog=quick), mapping)
         for index in range(80):
             offset = 20 - (shift_px if index > 50 else 0)
             image = paving[20 : 20 + size[1], offset : offset + size[0]].copy()

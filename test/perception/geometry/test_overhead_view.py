@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.ground import ProjectiveMapping
-from mctrack_ros.perception import CameraPipeline, EventTrackerConfig
+from mctrack_ros.perception import EventTracker, EventTrackerConfig
 from mctrack_ros.perception.geometry.overhead_view import TALL_M
 from mctrack_ros.perception.geometry.person_size import SizeTable
 
@@ -38,7 +38,7 @@ def image(matrix, places, rng):
 
 def track(matrix, paths, seed):
     """Return what is detected of those who walk along paths, (images, 2) each, m."""
-    pipeline = CameraPipeline(EventTrackerConfig(), ProjectiveMapping(matrix, SIZE))
+    pipeline = EventTracker(EventTrackerConfig(), ProjectiveMapping(matrix, SIZE))
     rng, reported = np.random.default_rng(seed), []
     for index in range(-EMPTY_IMAGES, len(paths[0])):
         drawn = image(matrix, [path[index] for path in paths] if index >= 0 else [], rng)

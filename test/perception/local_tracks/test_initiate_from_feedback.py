@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import Feedback
-from mctrack_ros.perception import CameraPipeline, EventTrackerConfig
+from mctrack_ros.perception import EventTracker, EventTrackerConfig
 
 RED, BLUE, GREEN = (40, 40, 200), (200, 60, 40), (90, 200, 90)
 NEAR, BESIDE, BEHIND = (-0.3, 0.0), (0.3, 0.0), (0.0, 1.2)
@@ -12,7 +12,7 @@ NEAR, BESIDE, BEHIND = (-0.3, 0.0), (0.3, 0.0), (0.0, 1.2)
 def camera(new_stage, mapping):
     stage = new_stage()
     background = np.full((*mapping.image_size[::-1], 3), (60, 120, 60), np.uint8)
-    stage.pipeline = CameraPipeline(EventTrackerConfig(), mapping, background=background)
+    stage.pipeline = EventTracker(EventTrackerConfig(), mapping, background=background)
     return stage
 
 

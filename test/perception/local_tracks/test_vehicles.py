@@ -6,7 +6,7 @@ import pytest
 
 from mctrack_ros.config import config_from
 from mctrack_ros.interfaces import ClassCode, Feedback
-from mctrack_ros.perception import CameraPipeline, EventTrackerConfig
+from mctrack_ros.perception import EventTracker, EventTrackerConfig
 from mctrack_ros.perception.local_tracks.vehicles import bicycles_among, vehicles_among
 
 GROUND = (60, 120, 60)
@@ -27,7 +27,7 @@ class Road:
 
     def __init__(self, mapping, rate_hz=25.0, **tracker):
         self.mapping, self.rate_hz = mapping, rate_hz
-        self.pipeline = CameraPipeline(
+        self.pipeline = EventTracker(
             config_from(EventTrackerConfig, {'tracker': tracker}), mapping
         )
         self.rng = np.random.default_rng(0)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion import FusionPipeline, JointConfig
+from mctrack_ros.fusion import JointConfig, JointTracker
 from mctrack_ros.fusion.config import InteractingConfig, JointAssociationConfig
 from mctrack_ros.interfaces import REPORTED, CameraDetections, Detections, Tick, Tracks
 
@@ -43,7 +43,7 @@ class CoreTracker:
 
     def __init__(self, scenario: Any) -> None:
         self._scenario = scenario
-        self._pipeline = FusionPipeline(told_config(scenario), camera_names(scenario))
+        self._pipeline = JointTracker(told_config(scenario), camera_names(scenario))
 
     def prepare(self, frame: int) -> None:
         """Bring a tick's detections into the project's types; not timed."""

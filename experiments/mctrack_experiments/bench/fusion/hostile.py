@@ -23,7 +23,7 @@ from mctrack_experiments.bench.fusion.adapter import (
 from mctrack_experiments.bench.fusion.hostile_input import SPOILERS, Messages
 from mctrack_experiments.bench.fusion.toolkit import Toolkit
 from mctrack_experiments.bench.workers import Progress, run_pinned, silent
-from mctrack_ros.fusion import FusionPipeline, open_batcher
+from mctrack_ros.fusion import JointTracker, open_batcher
 
 BEFORE, SPOILED, AFTER = 75, 25, 75
 """Ticks that are good, that are spoiled, and that are good again."""
@@ -77,7 +77,7 @@ class Listener:
     def __init__(self, scenario: Any) -> None:
         config, cameras = told_config(scenario), camera_names(scenario)
         self._batcher = open_batcher(config, cameras)
-        self._pipeline = FusionPipeline(config, cameras)
+        self._pipeline = JointTracker(config, cameras)
         self._period_ns = round(config.batching.period * 1e9)
         self.refused = 0
 

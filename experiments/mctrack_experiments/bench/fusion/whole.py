@@ -21,7 +21,7 @@ from mctrack_experiments.bench.fusion.synthetic_cameras import SyntheticCameras
 from mctrack_experiments.bench.fusion.toolkit import WARM_UP, Scene, Toolkit
 from mctrack_experiments.bench.workers import Progress, run_pinned, silent
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.fusion import FusionPipeline, open_batcher
+from mctrack_ros.fusion import JointTracker, open_batcher
 from mctrack_ros.interfaces import Detections, Feedback
 from mctrack_ros.recording import ROSBAGS_CLASSES
 
@@ -57,7 +57,7 @@ class WholeTracker:
         self._scenario = scene.scenario
         self._cameras = SyntheticCameras(scene, SEED)
         self._batcher = open_batcher(config, cameras)
-        self._pipeline = FusionPipeline(config, cameras)
+        self._pipeline = JointTracker(config, cameras)
         self._feedback = deque([Feedback.build(0)] * FEEDBACK_DELAY, FEEDBACK_DELAY)
         self.milliseconds: dict[str, list[float]] = defaultdict(list)
 

@@ -25,7 +25,7 @@ from mctrack_experiments.papers.covering.trackers import NAMES, PROPOSED, config
 from mctrack_experiments.real.continuity import isolated_breaks
 from mctrack_ros.evaluation import evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
-from mctrack_ros.fusion import FusionPipeline
+from mctrack_ros.fusion import JointTracker
 
 PITCH_SEEDS, CARPARK_SEEDS = (15, 16, 17), (32, 33)
 """Held out: pitches 1 to 6 and car parks 1 to 3 and 31 are for tuning."""
@@ -145,7 +145,7 @@ def assignment(label: str, scene: CoveringScene, cameras: tuple[str, ...]) -> Me
     """Return what the greedy exchange costs beside the optimum, and what share of a tick."""
     figures: dict[str, float] = {}
     for name, method in PROPOSED.items():
-        pipeline = FusionPipeline(config_of(name, scene.fusion), cameras)
+        pipeline = JointTracker(config_of(name, scene.fusion), cameras)
         with recorded(method) as kept:
             given = list(scene.stored.ticks(cameras))
             began = time.process_time()

@@ -24,7 +24,7 @@ from mctrack_ros.config import config_from, values_of
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.interfaces import Detections
-from mctrack_ros.perception import CameraPipeline, EventTrackerConfig
+from mctrack_ros.perception import EventTracker, EventTrackerConfig
 from mctrack_ros.perception.trackers import CameraTracker
 from mctrack_ros.recording.video.videos import open_video
 from mctrack_ros.resources import config_file
@@ -116,7 +116,7 @@ def pets(data: Path) -> CoveringScene:
     config = config_from(EventTrackerConfig, pets_pixels.CAMERA_SETTINGS)
     images = (image for _, image in pets_pixels.images(folder, camera))
     rate = 1 / pets_pixels.PERIOD_S
-    rows, spent_ms = _detected(CameraPipeline(config, camera.mapping), images, rate)
+    rows, spent_ms = _detected(EventTracker(config, camera.mapping), images, rate)
     truth = pets_pixels.read_truth(folder)
     low, high = truth.position.min(axis=0), truth.position.max(axis=0)
     first, last = pets_pixels.REPORTED_FRAMES

@@ -15,7 +15,7 @@ from mctrack_experiments.papers.silhouettes.activity import wilson_interval
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.interfaces import ClassCode
-from mctrack_ros.perception import CameraPipeline, EventTrackerConfig
+from mctrack_ros.perception import EventTracker, EventTrackerConfig
 from mctrack_ros.perception.blobs.extraction import iou
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import CARPARK, CarParkScenario, CarParkWorld
@@ -117,7 +117,7 @@ def watched(scenario: CarParkScenario) -> list[Told]:
     assert isinstance(world, CarParkWorld)
     config = config_from(EventTrackerConfig, {'tracker': {'vehicles': True}})
     camera = load_site(config_file('carpark.yaml')).cameras['cam1']
-    pipeline = CameraPipeline(config, camera.mapping())
+    pipeline = EventTracker(config, camera.mapping())
     renderer = CARPARK.renderer(world, 0)
     everybody = [Told(ClassCode(kind)) for kind in world.class_id.tolist()]
     for step in range(scenario.steps):
