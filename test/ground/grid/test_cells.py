@@ -92,6 +92,14 @@ def test_ground_to_image_and_back(mapping):
     np.testing.assert_allclose(back, points, atol=1e-5)
 
 
+def test_who_lies_beside_somebody_upright_is_where_he_would_be_alone():
+    mapping = METHODS[0]
+    places = np.array([[0.0, 12.0], [3.0, 10.0]])
+    both = mapping.image_from_ground(places, np.array([0.0, 1.8]))
+    np.testing.assert_allclose(both[:1], mapping.image_from_ground(places[:1]), atol=1e-9)
+    np.testing.assert_allclose(both[1:], mapping.image_from_ground(places[1:], 1.8), atol=1e-9)
+
+
 @pytest.mark.parametrize(('mapping', 'off'), zip(METHODS, (1e-6, 1.0)))
 def test_a_point_beside_the_grid_is_extrapolated_from_the_nearest_cell(mapping, off):
     near = CELLS.ground[:, 0][CELLS.ground[:, 0, 1] == CELLS.ground[..., 1].min()]
