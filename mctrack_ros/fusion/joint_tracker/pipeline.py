@@ -104,7 +104,7 @@ class JointTracker:
         batch = self._measure(tick)  # its detections, without what cameras are known to be off
         if recorder is not None:
             recorder.begin(tick, self._table, ended, self._config, tuple(self._index))
-        left = self._update(batch, tick.stamp_ns, recorder, events)  # associated jointly
+        left = self._associate_and_update(batch, tick.stamp_ns, recorder, events)
         self._manager.begin(self._table, batch, left, tick.stamp_ns)
         if recorder is not None:
             recorder.left(left, self._table, batch)
@@ -153,7 +153,7 @@ class JointTracker:
         self.bias.correct(batch)
         return batch
 
-    def _update(
+    def _associate_and_update(
         self, batch: Batch, stamp_ns: int, recorder: DecisionRecorder | None, events: EventLog
     ) -> NDArray[np.intp]:
         """Give every image its tracks; return what the last image of each camera has left."""

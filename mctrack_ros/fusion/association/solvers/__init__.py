@@ -23,7 +23,11 @@ class Associator(Protocol):
     """How probable the pairs of a tick are."""
 
     def probabilities(self, pairs: Pairs) -> NDArray[np.float64]:
-        """Return the (k,) probabilities; those of one slot sum to 1 at most."""
+        """
+        Return the (k,) probabilities.
+
+        Those of one slot sum to 1 at most; those of one detection too, unless tracks may share it.
+        """
         ...
 
 

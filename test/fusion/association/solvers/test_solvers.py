@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
 
 CERTAIN = {'gnn', 'nearest', 'covering_graph', 'covering_graph_code'}
-EVERYBODYS = {'nearest', 'pda'}
+SHARES_DETECTIONS = {'nearest', 'pda'}
 
 
 def pairs_of(allowed, likelihood):
@@ -68,7 +68,7 @@ def test_probabilities_of_a_slot_sum_to_one_at_most(name, pairs):
     assert probability.shape == pairs.slot.shape
     assert ((probability >= 0) & (probability <= 1)).all()
     assert (np.bincount(pairs.slot, probability) <= 1 + 1e-9).all()
-    if name not in EVERYBODYS:
+    if name not in SHARES_DETECTIONS:
         assert (np.bincount(pairs.detection, probability) <= 1 + 1e-6).all()
     if name in CERTAIN:
         assert np.isin(probability, (0.0, 1.0)).all()
