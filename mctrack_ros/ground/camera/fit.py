@@ -114,9 +114,9 @@ def fit_camera(
 
     """
     places, image = points_of(ground), points_of(image)
+    _check(places, image, click_noise_px)
     origin: Floats = places.mean(axis=0)
     ground = places - origin
-    _check(ground, image, click_noise_px)
     prior = LensPrior(image_size)
     stated_px = np.full(len(ground), click_noise_px)
     starts = _starts(ground, image, image_size) if start is None else [start.moved(-origin)]
