@@ -77,11 +77,9 @@ class LocalTracker:
     ) -> None:
         filtering, blobs, groups = config.filter, config.blobs, config.groups
         self._ignored = ignored
-        self._config, self._matching, self._identity = (
-            config.tracker,
-            config.matching,
-            config.identity,
-        )
+        self._config = config.tracker
+        self._matching = config.matching
+        self._identity = config.identity
         self._partition, self._mapping, self._sizes = config.partition, mapping, sizes
         self._palette, self._size_time_s = PALETTES[config.tracker.template], filtering.size_time_s
         self._observer = Observer(

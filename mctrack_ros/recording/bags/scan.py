@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from array import array
 from collections.abc import Collection, Iterable, Iterator
 from typing import NamedTuple
@@ -29,7 +30,7 @@ class Loss(NamedTuple):
     messages: int
 
 
-class Scan:
+class Scan(ABC):
     """
     A file that was read to its end, or to where it breaks off.
 
@@ -89,6 +90,6 @@ class Scan:
             for topic in topics
         ]
 
+    @abstractmethod
     def _data(self, *place: int) -> bytes:
         """Return a message's data."""
-        raise NotImplementedError
