@@ -7,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := setup.py setup.cfg package.xml pyproject.toml \
 	$(shell find mctrack_ros experiments config launch resource -type f -not -name '*.pyc')
-QUICK := $(addprefix test/,codec evaluation fusion ground interfaces recording site tracking test_config.py test_layers.py)
+QUICK := $(addprefix test/,codec evaluation fusion interfaces site tracking test_config.py)
 RESULTS := lab6p cmc wildtrack pets terrace4 terrace cameras
 
 .PHONY: all demo test check unit quick jazzy same lock results reference clean help
