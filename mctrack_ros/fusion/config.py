@@ -123,10 +123,6 @@ MOTION: OneOf[MotionConfig] = OneOf(
 """The choice of how targets move."""
 
 
-COVERING_METHODS = ('covering_graph', 'covering_graph_code')
-"""Associators of whole ticks, in `mctrack_ros.fusion.update.covering`."""
-
-
 @dataclass(frozen=True)
 class AssociationConfig:
     """
@@ -161,7 +157,7 @@ class AssociationConfig:
 class JointAssociationConfig(AssociationConfig):
     """Parameters of `JointAssociation`."""
 
-    method: str = tag(*(name for name in ASSOCIATORS if name not in COVERING_METHODS))
+    method: str = tag(*(name for name in ASSOCIATORS if name != 'covering_graph'))
     false_density: float = parameter(
         0.002,
         'Detections that belong to no known target, per camera and image [1/m^2]',
@@ -196,7 +192,7 @@ class JointAssociationConfig(AssociationConfig):
 class CoveringConfig(AssociationConfig):
     """Parameters of `CoveringAssociation`."""
 
-    method: str = tag(*COVERING_METHODS)
+    method: str = tag('covering_graph')
 
 
 ASSOCIATION: OneOf[AssociationConfig] = OneOf(
@@ -204,7 +200,7 @@ ASSOCIATION: OneOf[AssociationConfig] = OneOf(
     'weighed_gnn',
     'How pairs compete',
     {
-        name: CoveringConfig if name in COVERING_METHODS else JointAssociationConfig
+        name: CoveringConfig if name == 'covering_graph' else JointAssociationConfig
         for name in ASSOCIATORS
     },
 )

@@ -16,7 +16,7 @@ from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
 from mctrack_ros.fusion.reid.samples import look_at
 from mctrack_ros.fusion.table import TRACKS, TrackTable
-from mctrack_ros.fusion.update.covering import COSTS, CoveringAssociation
+from mctrack_ros.fusion.update.covering import CoveringAssociation
 from mctrack_ros.fusion.update.hidden_members import keep_members
 from mctrack_ros.interfaces import LARGEST_EXTENT, ClassCode
 
@@ -37,7 +37,7 @@ EXTENT_NS = 8e9
 CLASS_S, MOST_CLASS_S = 1.0, 3.0
 """For so long one detection tells a class at most, and for so long a class leads at most, s."""
 PERSON, OTHERS_WEIGH = int(ClassCode.PERSON), 2.0
-ASSOCIATIONS: dict[str, type[Any]] = dict.fromkeys(COSTS, CoveringAssociation)
+ASSOCIATIONS: dict[str, type[Any]] = {'covering_graph': CoveringAssociation}
 """By method, what associates the images of a tick; that of all others is `JointAssociation`."""
 
 

@@ -10,7 +10,7 @@ from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.information import updated
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.fusion.update.covering import COSTS, CoveringAssociation
+from mctrack_ros.fusion.update.covering import CoveringAssociation
 from mctrack_ros.tracking.kalman import position_matrix, update
 
 CAMERAS = ('one', 'two')
@@ -21,9 +21,9 @@ def config_of(method):
     return replace(default, association=ASSOCIATION.made(method))
 
 
-@pytest.fixture(params=sorted(COSTS))
-def config(request):
-    return config_of(request.param)
+@pytest.fixture
+def config():
+    return config_of('covering_graph')
 
 
 def run(config, frames_of, ticks, pipeline=None, start=0):
@@ -100,14 +100,3 @@ def test_walkers_keep_their_ids_from_one_sensor_to_the_next(config):
     outputs = run(config, frames, 130)
     assert len(published(outputs[60])) == 2
     assert published(outputs[60]).keys() == published(outputs[-1]).keys()
-
-
-def test_the_codes_cost_looks_at_colours_and_the_texts_does_not():
-    squared, metres = np.array([1.0, 2.0]), np.array([0.2, 0.3])
-    difference = np.array([0.8, 0.1])
-    text = COSTS['covering_graph'](squared, metres, difference)
-    code = COSTS['covering_graph_code'](squared, metres, difference)
-    np.testing.assert_allclose(text, squared)
-    np.testing.assert_allclose(code, [0.7 * 10 + 0.3 * 80, 0.7 * 15 + 0.3 * 10])
-    far = COSTS['covering_graph_code'](squared, np.array([2.2, 2.2]), difference)
-    assert np.isfinite(far).tolist() == [False, True]

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from mctrack_experiments.papers.covering.code_cost import LARGEST_CODE_COST, METHOD
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Associator, Pairs
 from mctrack_ros.fusion.association.solvers.covering_graph import CoveringGraph, exchange, flags
-from mctrack_ros.fusion.update.covering import LARGEST_CODE_COST
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-UNASSIGNED = {'covering_graph': 13.8, 'covering_graph_code': LARGEST_CODE_COST}
+UNASSIGNED = {'covering_text': 13.8, 'covering_code': LARGEST_CODE_COST}
 """What a track without a detection costs: the gate, and the code's largest cost."""
 REPEATS = 5
 """Time is the least of so many turns."""
@@ -35,7 +35,7 @@ class BestPerSensor:
 
     """
 
-    def __init__(self, unassigned: float = UNASSIGNED['covering_graph']) -> None:
+    def __init__(self, unassigned: float = UNASSIGNED['covering_text']) -> None:
         self._unassigned = unassigned
 
     def probabilities(self, pairs: Pairs) -> Floats:
@@ -84,7 +84,7 @@ class Assignments:
 
 
 @contextmanager
-def recorded(method: str) -> Iterator[list[Pairs]]:
+def recorded() -> Iterator[list[Pairs]]:
     """Keep the pairs that a covering graph is given meanwhile."""
     kept: list[Pairs] = []
 
@@ -93,19 +93,19 @@ def recorded(method: str) -> Iterator[list[Pairs]]:
             kept.append(pairs)
             return super().probabilities(pairs)
 
-    with replaced(method, Recorder):
+    with replaced(Recorder):
         yield kept
 
 
 @contextmanager
-def replaced(method: str, associator: type[Associator]) -> Iterator[None]:
-    """Let another associator stand for a method meanwhile."""
-    usual = ASSOCIATORS[method]
-    ASSOCIATORS[method] = associator
+def replaced(associator: type[Associator]) -> Iterator[None]:
+    """Let another associator stand for the covering graph meanwhile."""
+    usual = ASSOCIATORS[METHOD]
+    ASSOCIATORS[METHOD] = associator
     try:
         yield
     finally:
-        ASSOCIATORS[method] = usual
+        ASSOCIATORS[METHOD] = usual
 
 
 def flagged(pairs: Pairs) -> list[Indices]:
@@ -133,9 +133,9 @@ def cost_of(pairs: Pairs, rows: Indices) -> Floats:
     return np.asarray(-2 * np.log(pairs.likelihood[rows]))
 
 
-def compared(kept: Sequence[Pairs], method: str) -> Assignments:
-    """Return what both ways to assign give, and take."""
-    unassigned = UNASSIGNED[method]
+def compared(kept: Sequence[Pairs], name: str) -> Assignments:
+    """Return what both ways to assign give, and take, for one of the costs."""
+    unassigned = UNASSIGNED[name]
     images = contested = worse = proposals = bound = late = 0
     costs, largest = np.zeros(2), 1.0
     for pairs in kept:

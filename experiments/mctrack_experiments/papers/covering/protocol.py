@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from mctrack_experiments.papers.covering import joint_particles, mean_shift, scenes
 from mctrack_experiments.papers.covering.assignment import UNASSIGNED
-from mctrack_ros.fusion.update.covering import PIXELS_PER_METRE
+from mctrack_experiments.papers.covering.code_cost import PIXELS_PER_METRE
 
 
 def protocol(pitches: Sequence[int], carparks: Sequence[int]) -> dict[str, str]:
@@ -37,7 +37,7 @@ def protocol(pitches: Sequence[int], carparks: Sequence[int]) -> dict[str, str]:
         'pf_js': f'{joint_particles.PARTICLES} particles of all targets, drawn target by target',
         'assignment': 'greedy exchange and the least sum of costs (scipy) on the same pairs of '
         'every sensor with two tracks or more; a track without a detection costs '
-        f'{UNASSIGNED["covering_graph"]:g} (text), {UNASSIGNED["covering_graph_code"]:g} (code); '
+        f'{UNASSIGNED["covering_text"]:g} (text), {UNASSIGNED["covering_code"]:g} (code); '
         'time per tick, in the same process; share_of_tick: of processor time, images included; '
         'optimal: tracked with the optimum instead; late: more rounds than tracks',
     }

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mctrack_experiments.papers.covering.code_cost import METHOD, as_in_the_code
 from mctrack_experiments.papers.covering.joint_particles import JointParticleTracker
 from mctrack_experiments.papers.covering.mean_shift import MeanShiftTracker
 from mctrack_experiments.papers.covering.scenes import CoveringScene
@@ -18,7 +19,7 @@ from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import ASSOCIATION
 
-PROPOSED = {'covering_text': 'covering_graph', 'covering_code': 'covering_graph_code'}
+PROPOSED = ('covering_text', 'covering_code')
 """The paper's method with the cost of its text and of its code."""
 BY_DISTANCE: Mapping[str, Any] = {
     'method': 'nearest',
@@ -28,7 +29,7 @@ BY_DISTANCE: Mapping[str, Any] = {
 }
 """Kalman filter and nearest neighbour: the likeliest by distance alone."""
 ASSOCIATED: Mapping[str, Mapping[str, Any]] = {
-    **{name: {'method': method} for name, method in PROPOSED.items()},
+    **{name: {'method': METHOD} for name in PROPOSED},
     'kf_nn': BY_DISTANCE,
     'weighed_gnn': {'method': 'weighed_gnn'},
     'jpda': {'method': 'jpda'},
@@ -46,7 +47,8 @@ def run(name: str, scene: CoveringScene, cameras: tuple[str, ...]) -> Trajectori
     """Return the tracks that one makes of what some cameras of a scene detect."""
     if name in WHOLE:
         return _alone(WHOLE[name](scene.fusion), scene, cameras)
-    return fused(scene.stored, config_of(name, scene.fusion), cameras)
+    with as_in_the_code(name == 'covering_code'):
+        return fused(scene.stored, config_of(name, scene.fusion), cameras)
 
 
 def config_of(name: str, fusion: JointConfig) -> JointConfig:

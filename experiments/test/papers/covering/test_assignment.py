@@ -14,10 +14,11 @@ from mctrack_experiments.papers.covering.assignment import (
     flagged,
     recorded,
 )
+from mctrack_experiments.papers.covering.code_cost import METHOD, as_in_the_code, code_cost
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
+from mctrack_ros.fusion.update.update import ASSOCIATIONS
 
-METHOD = 'covering_graph'
-GATE = UNASSIGNED[METHOD]
+GATE = UNASSIGNED['covering_text']
 
 
 @st.composite
@@ -57,7 +58,7 @@ def test_the_optimum_costs_no_more_than_any_assignment(pairs):
 
 @given(ticks())
 def test_the_exchange_costs_no_less_than_the_optimum(pairs):
-    given_to = compared([pairs], METHOD)
+    given_to = compared([pairs], 'covering_text')
     assert 1.0 - 1e-9 <= given_to.cost_ratio <= given_to.largest_ratio + 1e-9
     assert given_to.proposals <= given_to.bound
     assert given_to.worse <= given_to.contested <= given_to.images
@@ -76,7 +77,23 @@ def test_the_best_assignment_stays_with_the_primary_sensors(pairs):
 def test_recording_ends_with_the_block():
     usual = ASSOCIATORS[METHOD]
     empty = np.empty(0, np.int64)
-    with recorded(METHOD) as kept:
+    with recorded() as kept:
         ASSOCIATORS[METHOD]().probabilities(Pairs(empty, empty, empty, np.empty(0), empty))
     assert len(kept) == 1
     assert ASSOCIATORS[METHOD] is usual
+
+
+def test_the_codes_cost_looks_at_distance_and_colours():
+    difference = np.array([0.8, 0.1])
+    cost = code_cost(np.array([0.2, 0.3]), difference)
+    np.testing.assert_allclose(cost, [0.7 * 10 + 0.3 * 80, 0.7 * 15 + 0.3 * 10])
+    far = code_cost(np.array([2.2, 2.2]), difference)
+    assert np.isfinite(far).tolist() == [False, True]
+
+
+@pytest.mark.parametrize('wanted', [False, True])
+def test_the_codes_cost_ends_with_the_block(wanted):
+    usual = ASSOCIATIONS[METHOD]
+    with as_in_the_code(wanted):
+        assert (ASSOCIATIONS[METHOD] is not usual) == wanted
+    assert ASSOCIATIONS[METHOD] is usual

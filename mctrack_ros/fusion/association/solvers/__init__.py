@@ -7,7 +7,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.association.solvers.belief import BeliefPropagation
 from mctrack_ros.fusion.association.solvers.covering_graph import CoveringGraph
 from mctrack_ros.fusion.association.solvers.gnn import (
     GlobalNearestNeighbour,
@@ -16,7 +15,6 @@ from mctrack_ros.fusion.association.solvers.gnn import (
 from mctrack_ros.fusion.association.solvers.jpda import JointProbabilisticData
 from mctrack_ros.fusion.association.solvers.nearest import NearestNeighbour
 from mctrack_ros.fusion.association.solvers.pairs import Pairs
-from mctrack_ros.fusion.association.solvers.pda import ProbabilisticData
 
 
 class Associator(Protocol):
@@ -35,11 +33,8 @@ ASSOCIATORS: dict[str, type[Associator]] = {
     'weighed_gnn': WeighedNearestNeighbour,
     'gnn': GlobalNearestNeighbour,
     'jpda': JointProbabilisticData,
-    'belief_propagation': BeliefPropagation,
-    'pda': ProbabilisticData,
     'nearest': NearestNeighbour,
     'covering_graph': CoveringGraph,
-    'covering_graph_code': CoveringGraph,
 }
 
 __all__ = ['ASSOCIATORS', 'Associator', 'Pairs']

@@ -7,7 +7,6 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
-from mctrack_ros.fusion.association.solvers.pairs import Pairs
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -19,23 +18,15 @@ LARGEST = 1e9
 """A likelihood beyond this is as good as certain, and would drown the others in rounding."""
 
 
-class BeliefPropagation:
+@compiled(types.f8[::1](INTS_1D, INTS_1D, FLOATS_1D))
+def beliefs(slot: Indices, detection: Indices, likelihood: Floats) -> Floats:
     """
-    JPDA's probabilities, approximately, in a time that grows with the number of pairs.
+    Return JPDA's probabilities (k,), approximately, in a time that grows with their number.
 
     Slots and detections tell each other how free they are (Williams and Lau 2014, "Approximate
     evaluation of marginal association probabilities with belief propagation"); exact where the
     graph has no loops.
     """
-
-    def probabilities(self, pairs: Pairs) -> Floats:
-        """Return the (k,) probabilities; with the missed detection a slot's sum to 1."""
-        return beliefs(pairs.slot, pairs.detection, pairs.likelihood)
-
-
-@compiled(types.f8[::1](INTS_1D, INTS_1D, FLOATS_1D))
-def beliefs(slot: Indices, detection: Indices, likelihood: Floats) -> Floats:
-    """Return the (k,) probabilities that belief propagation gives the pairs of a graph."""
     count = len(slot)
     if count == 0:
         return np.zeros(0)

@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
+from mctrack_ros.fusion.association.solvers.belief import beliefs
 
-CERTAIN = {'gnn', 'nearest', 'covering_graph', 'covering_graph_code'}
-SHARES_DETECTIONS = {'nearest', 'pda'}
+CERTAIN = {'gnn', 'nearest', 'covering_graph'}
+SHARES_DETECTIONS = {'nearest'}
 
 
 def pairs_of(allowed, likelihood):
@@ -29,6 +30,10 @@ def graphs(draw, largest=4):
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     allowed = rng.random((slots, detections)) < draw(st.sampled_from([0.3, 0.6, 1.0]))
     return pairs_of(allowed, np.exp(rng.normal(0.0, draw(st.sampled_from([1, 4])), allowed.shape)))
+
+
+def beliefs_of(pairs):
+    return beliefs(pairs.slot, pairs.detection, pairs.likelihood)
 
 
 def joint_assignments(pairs):
@@ -112,18 +117,17 @@ def test_belief_propagation_is_exact_without_loops_and_near_with_them():
     chain = np.array([[1, 1, 0], [0, 1, 1], [0, 0, 1]], bool)
     likelihood = np.array([[3.0, 1.0, 0], [0, 0.5, 9.0], [0, 0, 2.0]])
     pairs = pairs_of(chain, likelihood)
-    beliefs = ASSOCIATORS['belief_propagation']()
-    np.testing.assert_allclose(beliefs.probabilities(pairs), marginals(pairs), atol=1e-6)
+    np.testing.assert_allclose(beliefs_of(pairs), marginals(pairs), atol=1e-6)
     crowd = pairs_of(np.ones((3, 3), bool), np.exp(np.random.default_rng(1).normal(size=(3, 3))))
-    np.testing.assert_allclose(beliefs.probabilities(crowd), marginals(crowd), atol=0.05)
+    np.testing.assert_allclose(beliefs_of(crowd), marginals(crowd), atol=0.05)
 
 
 def test_large_clusters_are_left_to_belief_propagation():
     rng = np.random.default_rng(0)
     of_two_clusters = np.add.outer(np.arange(24), np.arange(24)) % 2 == 0
     pairs = pairs_of(of_two_clusters, np.exp(rng.normal(size=(24, 24))))
-    both = (ASSOCIATORS[name]().probabilities(pairs) for name in ('jpda', 'belief_propagation'))
-    np.testing.assert_allclose(*both, rtol=1e-12)
+    joint = ASSOCIATORS['jpda']().probabilities(pairs)
+    np.testing.assert_allclose(joint, beliefs_of(pairs), rtol=1e-12)
 
 
 def test_certain_pairs_stay_certain_however_large_their_likelihood(associator):
