@@ -108,10 +108,6 @@ def reason_of(
             f'It is confirmed: its log-odds of being a target are {value:.1f}, {limit:.1f} are '
             f'needed; seen by {_list(seen_by)}.{beside}'
         ),
-        Reason.FOUND_AGAIN: (
-            f'It is found again: what began as track {other} is where {name} may have gone, and '
-            f"its colours differ from {name}'s by {value:.2f}, at most {limit:.2f} is allowed."
-        ),
         Reason.REAPPEARED: (
             f'It is found again: by place, motion, time and colours what began as track {other} '
             f'is rather {name}, who was lost, than somebody new (cost {value:.1f}, below '

@@ -319,12 +319,6 @@ class LifeConfig:
         minimum=0.0,
         maximum=100.0,
     )
-    twin_time: float = parameter(
-        3.0,
-        'How long, if each was seen alone before: far from others, by three cameras [s]',
-        minimum=0.0,
-        maximum=100.0,
-    )
     template_time: float = parameter(
         8.0, 'Time constant of the appearance template [s]', minimum=0.01, maximum=1000.0
     )
@@ -394,12 +388,6 @@ class ReidConfig:
         'How much less probable all others must be before it is settled [log]',
         minimum=0.0,
         maximum=1000.0,
-    )
-    soon_time: float = parameter(
-        3.0,
-        'For how long a new track that looks like one lost near by is at once him [s]',
-        minimum=0.0,
-        maximum=10000.0,
     )
     lost_time: float = parameter(
         20.0, 'For how long one who was lost may be found again [s]', minimum=0.0, maximum=10000.0

@@ -109,8 +109,6 @@ class TrackTable:
         Bits of the cameras whose latest image shows it, alone or in a group.
     origin : (n,) uint32 array
         Of which track it was part before it began; 0: of none.
-    beside : (n,) uint32 array
-        The confirmed track nearest to which it began, if that was near; 0: none was.
     previous_id : (n,) uint32 array
         What it was called before this tick, where that changed; else 0.
     look : (n, 48) array
@@ -127,7 +125,6 @@ class TrackTable:
     cameras = Column(np.uint32)
     shown_by = Column(np.uint32)
     origin = Column(np.uint32)
-    beside = Column(np.uint32)
     previous_id = Column(np.uint32)
     class_id = Column(np.uint8)
     kit = Column(np.uint8)
@@ -207,8 +204,7 @@ class TrackTable:
         """Change ids, old to new, all at once; return the order by which they ascend."""
         changed = np.isin(self.track_id, list(changes))
         self.previous_id[changed] = self.track_id[changed]
-        self.beside[changed] = 0
-        for ids in (self.track_id, self.group, self.origin, self.beside):
+        for ids in (self.track_id, self.group, self.origin):
             ids[:] = [changes.get(one, one) for one in ids.tolist()]
         return np.argsort(self.track_id)
 

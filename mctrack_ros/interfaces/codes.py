@@ -87,8 +87,6 @@ class Reason(IntEnum):
     """No track explained a detection (log-odds, those that confirm)."""
     CONFIRMED = 4
     """The evidence suffices (log-odds, those that confirm)."""
-    FOUND_AGAIN = 5
-    """It is new, and looks like one who was lost (difference of colours, largest one)."""
     RECOGNISED = 6
     """After an encounter it looks like another (difference from that one, from its own past)."""
     ABSORBED = 7

@@ -52,10 +52,8 @@ def test_tracks_are_added_and_taken_out_where_the_table_lies():
 def test_renaming_exchanges_ids_and_remembers_the_old_ones():
     table = named(1, 2, 3)
     table.group = [1, 1, 0]
-    table.beside = [2, 3, 2]
     order = table.rename({1: 3, 3: 1})
     table = table.select(order)
     assert table.track_id.tolist() == [1, 2, 3]
     assert table.previous_id.tolist() == [3, 0, 1]
     assert table.group.tolist() == [0, 3, 3]
-    assert table.beside.tolist() == [0, 1, 0]

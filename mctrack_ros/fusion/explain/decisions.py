@@ -9,7 +9,7 @@ from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import ground_points, status_of
 from mctrack_ros.fusion.management.lifecycle import is_published, silence
 from mctrack_ros.fusion.reid.reassignment import Reassignment
-from mctrack_ros.fusion.reid.samples import first_sample, sample_of
+from mctrack_ros.fusion.reid.samples import sample_of
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import Decisions, Reason, TrackStatus
 
@@ -174,9 +174,6 @@ def _judge_renamed(
             continue
         if verdicts.reason[row] == Reason.CONFIRMED and new in recognition.found:
             verdicts.say([row], Reason.REAPPEARED, recognition.found[new], 0.0)
-        elif verdicts.reason[row] == Reason.CONFIRMED and new in gallery:
-            distance = gallery.distance(first_sample(table, row), new)
-            verdicts.say([row], Reason.FOUND_AGAIN, distance, config.recognition.new)
         else:
             look = sample_of(table, row)
             own = gallery.difference(look, old) if old in gallery else config.recognition.new

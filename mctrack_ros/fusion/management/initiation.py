@@ -24,8 +24,6 @@ Indices = NDArray[np.int64]
 
 MOST_STARTS = 256
 """So many detections start tracks in one tick, of all cameras in turn."""
-BESIDE_M = 2.0
-"""What begins nearer than this to a confirmed track may be its target, m."""
 MOST_TOGETHER = 16
 """Where so many are within `crowd_distance` of it, no further track begins."""
 
@@ -101,19 +99,10 @@ def with_room(
     return fresh, np.flatnonzero(together)
 
 
-def note_beside(fresh: TrackTable, table: TrackTable, config: JointConfig) -> None:
-    """
-    Note beside which confirmed tracks the new ones begin.
-
-    More evidence is asked of those that begin very near: blobs fall apart.
-    """
-    row, gap = nearest(fresh.mean, table.mean, table.confirmed)
-    (beside,) = (gap < BESIDE_M).nonzero()
-    if len(beside):
-        fresh.beside[beside] = table.track_id[row[beside]]
-    (parts,) = (gap < config.life.crowd_distance).nonzero()
-    if len(parts):
-        fresh.evidence[parts] -= config.life.crowd_evidence
+def ask_more(fresh: TrackTable, table: TrackTable, config: JointConfig) -> None:
+    """Ask more evidence of what begins very near a confirmed track: blobs fall apart."""
+    _, gap = nearest(fresh.mean, table.mean, table.confirmed)
+    fresh.evidence[gap < config.life.crowd_distance] -= config.life.crowd_evidence
 
 
 @compiled(types.Tuple([types.i8[::1], types.i8])(COLUMN_2D, COLUMN_2D, types.f8))

@@ -9,16 +9,15 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.management import lifecycle
-from mctrack_ros.fusion.management.duplicates import DuplicateWatch, absorb, alone, close_pairs
+from mctrack_ros.fusion.management.duplicates import DuplicateWatch, absorb, close_pairs
 from mctrack_ros.fusion.management.event_log import EventLog
 from mctrack_ros.fusion.management.initiation import (
     MOST_STARTS,
+    ask_more,
     new_tracks,
-    note_beside,
     with_room,
 )
 from mctrack_ros.fusion.management.lineage import Lineage
-from mctrack_ros.fusion.management.parting import DOUBT, go_on_as, parted
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
 from mctrack_ros.fusion.neighbours import NearPairs
@@ -60,7 +59,6 @@ class TrackManager:
         self._motion = motion
         self._lineage = Lineage(config)
         self._duplicates = DuplicateWatch(config.life.merge_time)
-        self._twins = DuplicateWatch(config.life.twin_time)
         self.next_id = first_id
 
     def check_ids(self) -> None:
@@ -94,7 +92,7 @@ class TrackManager:
         fresh, beside = with_room(fresh, table, self._config)
         if len(beside):
             fresh.origin[beside] = self._lineage.origins(fresh.mean[beside], table, stamp_ns)
-        note_beside(fresh, table, self._config)
+        ask_more(fresh, table, self._config)
         table.append(fresh)
 
     def note_groups(
@@ -132,7 +130,7 @@ class TrackManager:
         events: EventLog,
     ) -> TrackTable:
         """
-        Join two tracks of one target; let a target that has parted go on as another track.
+        Join two tracks of one target.
 
         Parameters
         ----------
@@ -159,16 +157,9 @@ class TrackManager:
         for keep, drop in joined:
             absorb(table, keep, drop)
             reid.forget(int(table.track_id[drop]))
-        busy = {row for pair in joined for row in pair}
-        gone_on = parted(table, self._duplicates.doubts(DOUBT), busy, stamp_ns)
-        for keep, drop in gone_on:
-            go_on_as(table, keep, drop)
-            reid.pass_on(int(table.track_id[drop]), int(table.track_id[keep]))
-            self._duplicates.forget(int(table.track_id[keep]))
-        duplicates = table.track_id[[drop for _, drop in joined]]
-        ended = self._correct(table, joined + gone_on, events)
+        ended = self._correct(table, joined, events)
         if joined:
-            reid.note_joined(ended.select(np.isin(ended.track_id, duplicates)), stamp_ns)
+            reid.note_joined(ended, stamp_ns)
         return ended
 
     def delete(
@@ -193,19 +184,15 @@ class TrackManager:
         stamp_ns: int,
         seconds: float,
     ) -> list[tuple[int, int]]:
-        """Return pairs of rows (kept, dropped) that are one; two who are known only if alone."""
+        """Return pairs of rows (kept, dropped) that are one; two who are known never are."""
         close = close_pairs(table, *near, self._config.life.merge_distance, seconds)
         if not len(close.one):
             self._duplicates.clear()
-            self._twins.clear()
             return []
         known = reid.knows(table.track_id[close.one], table.track_id[close.other])
         fresh = close.select(~(known | close.grouped))
         over = lifecycle.is_over(table, stamp_ns, self._config)
-        pairs = self._duplicates.find(table, fresh, over, stamp_ns)
-        twins = alone(table, close.select(known & ~close.reported), stamp_ns)
-        twins = twins._replace(gain=np.full(len(twins.one), seconds))
-        return pairs + self._twins.find(table, twins, np.zeros(len(table), bool), stamp_ns)
+        return self._duplicates.find(table, fresh, over)
 
     def _correct(
         self, table: TrackTable, pairs: list[tuple[int, int]], events: EventLog

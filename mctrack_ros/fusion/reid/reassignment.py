@@ -98,11 +98,6 @@ class Reassignment:
         self._hypotheses.erase([name])
         self._met.pop(name, None)
 
-    def pass_on(self, name: int, to: int) -> None:
-        """Forget one who is another from now on, who may be whoever that one may be."""
-        self._hypotheses.meet(name, to)
-        self.forget(name)
-
     def knows(self, one: NDArray[np.uint32], other: NDArray[np.uint32]) -> Mask:
         """Tell which pairs, (k,), have each been seen alone: hardly one and the same."""
         known, pairs = self.gallery, zip(one.tolist(), other.tolist())
@@ -185,30 +180,14 @@ class Reassignment:
                 if math.dist(place, there) < self._reach(stamp_ns - when_ns)
             }
             self._hypotheses.settle(name, self._hypotheses.of(name).union(since))
-            soon = [one for one, ago in since.items() if ago < self._config.soon_time * 1e9]
             best = self._re_entry.find(table, row, look, stamp_ns)
-            lead = -0.5 * self._re_entry.found[best] if best else 0.0
-            if not best:
-                best, lead = self._alike(look, soon)
             if best:
                 found[name] = best
-                self.certainty[name] = float(expit(lead))
+                self.certainty[name] = float(expit(-0.5 * self._re_entry.found[best]))
                 self._replace({name: best})
                 self._hypotheses.become(name, best)
                 self._met.pop(name, None)
         return found
-
-    def _alike(self, look: Floats, lost: list[int]) -> tuple[int, float]:
-        """
-        Return who of some that were lost looks so, (48,), the most; 0: nobody enough.
-
-        And by how much that is likelier than somebody new, log.
-        """
-        alike = {one: self.gallery.distance(look, one) for one in lost if look.any()}
-        best = min(alike, key=alike.__getitem__, default=0)
-        if best and alike[best] < self._config.new:
-            return best, float(np.log1p(self._config.new) - np.log1p(alike[best]))
-        return 0, 0.0
 
     def _judged(self, table: TrackTable, due: Indices, stamp_ns: int) -> dict[int, int]:
         """Learn what those due look like who are surely themselves, and judge the others."""

@@ -34,7 +34,7 @@ class Watched:
         """Add ticks until the two are one; return how many it took."""
         table = two_tracks(**how)
         for index in range(count):
-            self.found = self.watch.find(table, pairs_of(table), np.array(over), SECOND_NS)
+            self.found = self.watch.find(table, pairs_of(table), np.array(over))
             if self.found:
                 return index + 1
         return count
@@ -121,23 +121,8 @@ def test_of_three_in_one_place_two_become_one_at_a_time():
     table.append(table.select(np.array([1])))
     table.track_id[2] = 9
     watch, over = DuplicateWatch(LIMIT_S), np.zeros(3, bool)
-    found = [watch.find(table, pairs_of(table), over, SECOND_NS) for _ in range(40)]
+    found = [watch.find(table, pairs_of(table), over) for _ in range(40)]
     assert next(pairs for pairs in found if pairs) == [(0, 1)]
-
-
-def test_who_has_been_near_another_for_a_while_is_in_doubt(watched):
-    watched.ticks(6)
-    assert watched.watch.doubts(0.19).keys() == {(7, 8)}
-    assert not watched.watch.doubts(0.21)
-    watched.ticks(20)
-    watched.ticks(1, reported=True)
-    assert not watched.watch.doubts(0.19)
-
-
-def test_who_is_elsewhere_is_in_doubt_no_more(watched):
-    watched.ticks(20)
-    watched.watch.forget(8)
-    assert not watched.watch.doubts(0.0)
 
 
 def test_who_is_one_with_somebody_seen_has_not_gone():

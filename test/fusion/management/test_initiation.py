@@ -7,11 +7,10 @@ from fusion_scenes import PERIOD_NS
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import LifeConfig
 from mctrack_ros.fusion.management.initiation import (
-    BESIDE_M,
     MOST_STARTS,
     MOST_TOGETHER,
+    ask_more,
     new_tracks,
-    note_beside,
     with_room,
 )
 from mctrack_ros.fusion.measurements.batch import Batch
@@ -125,14 +124,13 @@ def tracks(places):
     return table
 
 
-def test_what_begins_near_a_confirmed_track_knows_it_and_very_near_needs_more_evidence():
+def test_what_begins_very_near_a_confirmed_track_needs_more_evidence():
     known = tracks([[0, 0], [50, 0], [80, 0]])
     known.confirmed[2] = False
-    fresh = tracks([[50 + gap, 0] for gap in (CROWD - 0.01, CROWD + 0.01, BESIDE_M - 0.01, 2.01)])
+    fresh = tracks([[50 + gap, 0] for gap in (CROWD - 0.01, CROWD + 0.01)])
     fresh = fresh.extended(tracks([[80.1, 0]]))
-    note_beside(fresh, known, CONFIG)
-    assert fresh.beside.tolist() == [2, 2, 2, 0, 0]
-    assert fresh.evidence.tolist() == [-CONFIG.life.crowd_evidence, 0, 0, 0, 0]
+    ask_more(fresh, known, CONFIG)
+    assert fresh.evidence.tolist() == [-CONFIG.life.crowd_evidence, 0, 0]
 
 
 @pytest.mark.parametrize('seed', range(5))

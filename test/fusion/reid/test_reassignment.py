@@ -130,15 +130,6 @@ def test_who_was_lost_is_found_again_by_his_colours(scene):
     assert scene.count(EventCode.NEW) == 2
 
 
-def test_who_turns_up_beside_another_is_found_again_by_all_that_was_seen_of_him(scene):
-    before = scene.hold(75, ([0, 0], RED), ([6, 0], BLUE))
-    scene.hold(50, ([6, 0], BLUE))
-    scene.show(([4.8, 0], GREEN), ([6, 0], BLUE))  # others' colours, as he comes out
-    after = scene.hold(25, ([4.8, 0], RED), ([6, 0], BLUE))
-    assert id_at(after, [4.8, 0]) == id_at(before, [0, 0])
-    assert scene.count(EventCode.CORRECTION) == 1
-
-
 def test_who_looks_like_nobody_lost_is_new(scene):
     before = scene.hold(75, ([0, 0], RED), ([9, 0], BLUE))
     scene.hold(50, ([9, 0], BLUE))
@@ -191,30 +182,3 @@ def test_who_was_joined_with_another_is_found_again_if_he_was_somebody_before(pa
     joined.first_ns = now_ns - round((config.life.merge_time + past_s) * 1e9)
     recognition.note_joined(joined, now_ns)
     assert recognition.step(fresh, NOBODY_NEAR, now_ns, np.ones(1, bool)) == changes
-
-
-@pytest.mark.parametrize(
-    ('third', 'cameras', 'joined'), [(False, 3, 1), (True, 3, 0), (False, 2, 0)]
-)
-def test_two_known_ones_who_share_one_body_are_one_if_alone_and_seen_from_all_sides(
-    third, cameras, joined
-):
-    def image(index, camera):
-        gap = np.clip(3 - 0.06 * (index - 75), 0.05, 3)
-        people = [[-gap, 0], [gap, 0]] if gap > 0.3 else [[0, 0]]
-        people += [[0, 1.8]] if third else []
-        noise = np.random.default_rng([camera, index]).normal(0, 0.2, (len(people), 2))
-        colours = [template(RED, index)] * len(people)
-        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
-        return detections(stamp_ns, people + noise, template=colours)
-
-    names = ('one', 'two', 'three')[:cameras]
-    pipeline = JointTracker(JointConfig(), names)
-    outputs = [
-        pipeline.step(tick(index, {name: image(index, k) for k, name in enumerate(names)}))
-        for index in range(260)
-    ]
-    codes = np.concatenate([output.events.event for output in outputs])
-    assert len(published(outputs[170])) == 2 + third
-    assert (codes == EventCode.CORRECTION).sum() == joined
-    assert not joined or len(published(outputs[-1])) == 1
