@@ -1,10 +1,11 @@
 """
-What each rule of fusion is worth: stored detections fused with it and without.
+What each rule of fusion is worth: the same detections fused with it and without.
 
-``python -m mctrack_experiments.ablations DATA --json FILE`` prints a table with a row for each
-rule and data set: the score with all rules, and what changes without this one. Both are means over
-runs in which every detection is moved a little at random; a change of less than two or three of
-its standard errors is luck.
+``python -m mctrack_experiments.ablations DATA --cache DIR --json FILE`` prints a table with a row
+for each rule and data set: the score with all rules, and what changes without this one. Both are
+means over runs in which every detection is moved a little at random; a change of less than two or
+three of its standard errors is luck. ``--closed-loop`` runs the cameras, too, with each rule and
+without, where feedback matters.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ import argparse
 import contextlib
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +29,17 @@ from mctrack_experiments.datasets.pets_multiview import annotated, load_pets_mul
 from mctrack_experiments.datasets.stored import StoredScene, disturbed, inside
 from mctrack_experiments.datasets.wildtrack import AREA as WILDTRACK_AREA
 from mctrack_experiments.datasets.wildtrack import load_wildtrack, load_wildtrack_boxes
+from mctrack_experiments.pixel_scenes import (
+    FIGURES,
+    PITCH_SEEDS,
+    PixelScene,
+    Scores,
+    four_terrace_cameras,
+    pets,
+    pitch,
+    terrace_videos,
+)
+from mctrack_experiments.pixel_scenes import disturbed as disturbed_ticks
 from mctrack_experiments.real.stored_detections import (
     CMC_SETTINGS,
     LAB6P_SETTINGS,
@@ -36,13 +49,16 @@ from mctrack_experiments.real.stored_detections import (
     Settings,
 )
 from mctrack_experiments.real.stored_tracking import track_stored
-from mctrack_ros.evaluation import Trajectories, evaluate_ground
+from mctrack_ros.evaluation import evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
-from mctrack_ros.fusion.management import manager
+from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
+from mctrack_ros.fusion.update import update
+from mctrack_ros.interfaces import Tick
 from mctrack_ros.perception.boxes import BodyModel
 
-SEEDS, MOVED_M = range(1, 6), 0.02
-FIGURES = ('mota', 'idf1', 'switches')
+SEEDS, MOVED_M = range(1, 4), 0.02
+CLOSED_PITCH = 2
+"""So many matches are tracked in a closed loop."""
 
 
 @dataclass(frozen=True)
@@ -57,132 +73,217 @@ class Rule:
     settings : mapping
         What is set, by dotted name, to leave it out.
     patches : mapping
-        What is replaced in the module of the track manager, by name.
+        What is replaced, by module and name.
+    feeds_back : bool
+        Whether what cameras are told, or tell, matters.
 
     """
 
     what: str
-    settings: Mapping[str, Any]
-    patches: Mapping[str, Any]
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    patches: Mapping[tuple[Any, str], Any] = field(default_factory=dict)
+    feeds_back: bool = False
 
 
 RULES = {
-    'parting': Rule(
-        'who parts from a pair that seem one goes on as the new track',
-        {},
-        {'parted': lambda *_: []},
-    ),
-    'twins': Rule('two known tracks in one place are joined', {'life.twin_time': 100.0}, {}),
     'identity bonus': Rule(
-        'a camera that believes it is the same target', {'association.identity_bonus': 0.0}, {}
+        'a camera that believes it is the same target',
+        {'association.identity_bonus': 0.0},
+        feeds_back=True,
     ),
-    'appearance': Rule(
-        'colours in the cost of a pair', {'association.appearance_weight': 0.0}, {}
+    'overlap trust': Rule(
+        'it is believed less where boxes overlap', {'association.overlap_trust': 1.0}
     ),
-    'lineage': Rule(
-        'a new track shares the past of the group beside it', {'life.crowd_distance': 0.0}, {}
+    'appearance': Rule('colours in the cost of a pair', {'association.appearance_weight': 0.0}),
+    'appearance order': Rule(
+        'who of those near looks most like a detection', {'association.likeness_weight': 0.0}
+    ),
+    'tentative cost': Rule(
+        'a track that is not confirmed gives way', {'association.tentative_cost': 0.0}
     ),
     'camera comparison': Rule(
-        'cameras that lie off the others are corrected', {'motion.compare_cameras': False}, {}
+        'cameras that lie off the others are corrected', {'motion.compare_cameras': False}
     ),
     'crowd evidence': Rule(
-        'what begins beside others has to be seen for longer', {'life.crowd_evidence': 0.0}, {}
+        'what begins beside others has to be seen for longer', {'life.crowd_evidence': 0.0}
     ),
-    'vacancies': Rule('bare ground speaks against a track', {'life.vacancy_weight': 0.0}, {}),
+    'vacancies': Rule(
+        'bare ground speaks against a track', {'life.vacancy_weight': 0.0}, feeds_back=True
+    ),
+    'vacancy distance': Rule(
+        'it does only where the place is sure', {'life.vacancy_distance': 100.0}
+    ),
+    'miss weight': Rule('a miss counts less for the confirmed', {'life.miss_weight': 1.0}),
+    'least evidence': Rule(
+        'misses before it is confirmed are forgotten', {'life.least_evidence': -1000.0}
+    ),
+    'gone': Rule('who has most probably gone is not published', {'life.gone_evidence': 1000.0}),
+    'hidden time': Rule('a group keeps a member only for a while', {'life.hidden_time': 1000.0}),
+    'hidden members': Rule(
+        'a group keeps its members', patches={(update, 'keep_members'): lambda *_: None}
+    ),
+    'view overlap': Rule(
+        'cameras that see nobody together count less',
+        patches={(ViewOverlap, 'share'): lambda self: np.ones_like(self.together)},
+    ),
+    'merge': Rule('two tracks of one target become one', {'life.merge_time': 1000.0}),
+    're-entry': Rule(
+        'the lost are found by prediction and colours', {'recognition.arrival_density': 100.0}
+    ),
+    'contacts': Rule('ids are corrected after encounters', {'recognition.contact_distance': 0.0}),
+    'trust': Rule('short looks count less', {'recognition.trust_time': 0.0}),
+    'strange': Rule('who looks like nobody decides nothing', {'recognition.strange': 1000.0}),
+    'keep': Rule('an id is kept in doubt', {'recognition.keep': 0.0}),
+    'margin': Rule('only the clear is settled', {'recognition.margin': 0.0}),
 }
 
 
 @dataclass(frozen=True)
 class DataSet:
-    """Stored detections with truth, and how tracks of them are scored."""
+    """
+    Detections with truth.
 
-    scene: StoredScene
-    settings: Settings
-    wanted: Callable[[Trajectories], Trajectories]
-    gate_m: float
+    Attributes
+    ----------
+    runs : sequence of int
+        Seeds of the disturbance, or of the matches.
+    scores : callable
+        Fuses them with some settings and for one of the runs.
 
-    def scores(self, extra: Mapping[str, Any], seed: int) -> dict[str, float]:
-        """Return the scores with some settings, every detection moved by chance."""
-        scene = disturbed(self.scene, MOVED_M, seed)
-        tracks = self.wanted(track_stored(scene, {**self.settings, **extra}))
-        scores = evaluate_ground(self.scene.truth, tracks, self.gate_m)
-        return {name: float(getattr(scores, name)) for name in FIGURES}
+    """
+
+    runs: Sequence[int]
+    scores: Callable[[Mapping[str, Any], int], Scores]
 
 
-def data_sets(data: Path) -> dict[str, DataSet]:
-    """Return the real data sets whose detections are stored, by name."""
-    pets = data / 'pets2009_s2l1'
+def stored_sets(data: Path) -> dict[str, DataSet]:
+    """Return the real data sets whose detections others made, by name."""
+    folder = data / 'pets2009_s2l1'
 
-    def within(scene: StoredScene, area: Any) -> Callable[[Trajectories], Trajectories]:
-        def wanted(tracks: Trajectories) -> Trajectories:
+    def stored(scene: StoredScene, settings: Settings, gate_m: float, area: Any = None) -> DataSet:
+        def scores(extra: Mapping[str, Any], seed: int) -> Scores:
+            tracks = track_stored(disturbed(scene, MOVED_M, seed), {**settings, **extra})
             tracks = tracks.at_frames(scene.truth.frame)
-            return tracks if area is None else tracks.select(inside(tracks.position, area))
+            if area is not None:
+                tracks = tracks.select(area(tracks.position))
+            scored = evaluate_ground(scene.truth, tracks, gate_m)
+            return {name: float(getattr(scored, name)) for name in FIGURES}
 
-        return wanted
+        return DataSet(SEEDS, scores)
 
-    lab6p = load_lab6p(data / 'epfl_lab6p', 'proposed_confirmed', 2.0)
-    cmc2 = load_cmc(data / 'cmc_4cam', 2, BodyModel())
-    views = load_pets_multiview(pets, BodyModel())
-    feet = load_wildtrack(data / 'wildtrack', 'proposed_confirmed', 10.0)
+    views = load_pets_multiview(folder, BodyModel())
     boxes = load_wildtrack_boxes(data / 'wildtrack', 2.0)
+    feet = load_wildtrack(data / 'wildtrack', 'proposed_confirmed', 10.0)
     return {
-        'lab6p': DataSet(lab6p, LAB6P_SETTINGS, within(lab6p, None), 0.5),
-        'cmc2': DataSet(cmc2, CMC_SETTINGS, within(cmc2, CMC_AREA), 1.0),
-        'pets, six views': DataSet(
-            views,
-            PETS_SETTINGS,
-            lambda tracks: tracks.select(annotated(pets, tracks.position, views.truth)),
-            1.0,
+        'lab6p': stored(
+            load_lab6p(data / 'epfl_lab6p', 'proposed_confirmed', 2.0), LAB6P_SETTINGS, 0.5
         ),
-        'wildtrack': DataSet(feet, WILDTRACK_SETTINGS, within(feet, WILDTRACK_AREA), 1.0),
-        'wildtrack boxes': DataSet(boxes, PERFECT_SETTINGS, within(boxes, WILDTRACK_AREA), 1.0),
+        'cmc2': stored(
+            load_cmc(data / 'cmc_4cam', 2, BodyModel()),
+            CMC_SETTINGS,
+            1.0,
+            lambda place: inside(place, CMC_AREA),
+        ),
+        'pets, six views': stored(
+            views, PETS_SETTINGS, 1.0, lambda place: annotated(folder, place, views.truth)
+        ),
+        'wildtrack': stored(
+            feet, WILDTRACK_SETTINGS, 1.0, lambda place: inside(place, WILDTRACK_AREA)
+        ),
+        'wildtrack boxes': stored(
+            boxes, PERFECT_SETTINGS, 1.0, lambda place: inside(place, WILDTRACK_AREA)
+        ),
+    }
+
+
+def pixel_sets(data: Path, folder: Path) -> dict[str, DataSet]:
+    """Return the data sets whose detections come from pixels, with a folder for these, by name."""
+
+    @cache
+    def match(seed: int) -> tuple[PixelScene, list[Tick]]:
+        scene = pitch(seed, folder)
+        return scene, scene.ticks(folder)
+
+    def play(extra: Mapping[str, Any], seed: int) -> Scores:
+        scene, ticks = match(seed)
+        return scene.fused(disturbed_ticks(ticks, MOVED_M, seed), extra)
+
+    def filmed(scene: PixelScene) -> DataSet:
+        ticks = scene.ticks(folder)
+        return DataSet(
+            SEEDS,
+            lambda extra, seed: scene.fused(disturbed_ticks(ticks, MOVED_M, seed), extra),
+        )
+
+    return {
+        'pitch': DataSet(PITCH_SEEDS, play),
+        'pets, pixels': filmed(pets(data)),
+        'terrace, two cameras': filmed(terrace_videos(data, folder)),
+        'terrace, four cameras': filmed(four_terrace_cameras(data, folder)),
+    }
+
+
+def closed_loops(data: Path, folder: Path) -> dict[str, DataSet]:
+    """Return those where cameras are run again, with a folder for what they make, by name."""
+
+    def terrace(extra: Mapping[str, Any], seed: int) -> Scores:
+        return four_terrace_cameras(data, folder).closed_loop(extra, folder / 'closed')
+
+    def play(extra: Mapping[str, Any], seed: int) -> Scores:
+        return pitch(seed, folder).closed_loop(extra, folder / 'closed')
+
+    return {
+        'pitch, closed loop': DataSet(PITCH_SEEDS[:CLOSED_PITCH], play),
+        'terrace, four cameras, closed loop': DataSet((1,), terrace),
     }
 
 
 @contextlib.contextmanager
 def left_out(rule: Rule) -> Iterator[Mapping[str, Any]]:
     """Leave a rule out; yield the settings that do so."""
-    kept = {name: getattr(manager, name) for name in rule.patches}
-    for name, value in rule.patches.items():
-        setattr(manager, name, value)
+    kept = {key: getattr(*key) for key in rule.patches}
+    for (owner, name), value in rule.patches.items():
+        setattr(owner, name, value)
     try:
         yield rule.settings
     finally:
-        for name, value in kept.items():
-            setattr(manager, name, value)
+        for (owner, name), value in kept.items():
+            setattr(owner, name, value)
 
 
 def ablate(
-    data: Path, progress: Callable[[str], None] = lambda line: None
+    data_sets: Mapping[str, DataSet],
+    rules: Mapping[str, Rule],
+    progress: Callable[[str], None] = lambda line: None,
 ) -> tuple[Figures, list[str]]:
     """
     Fuse every data set with each rule and without.
 
     Parameters
     ----------
-    data : Path
-        Folder of the real data.
+    data_sets : mapping of str to DataSet
+        By name.
+    rules : mapping of str to Rule
+        By name.
     progress : callable
         Told what is being done.
 
     Returns
     -------
     Figures
-        Mean scores, losses and their standard errors over the seeds, paired.
+        Mean scores, losses and their standard errors over the runs, paired.
     list of str
         The rows of the table, as Markdown.
 
     """
     figures: dict[str, float] = {}
     rows = ['| rule | data | MOTA | IDF1 | switches |', '|---|---|---|---|---|']
-    for place, data_set in data_sets(data).items():
-        progress(place)
-        whole = [data_set.scores({}, seed) for seed in SEEDS]
+    for place, data_set in data_sets.items():
+        whole = [data_set.scores({}, run) for run in data_set.runs]
         figures |= {f'{place}.{name}': _mean(whole, name) for name in FIGURES}
-        for name, rule in RULES.items():
-            progress(f'{place}: without {name}')
+        for name, rule in rules.items():
             with left_out(rule) as settings:
-                without = [data_set.scores(settings, seed) for seed in SEEDS]
+                without = [data_set.scores(settings, run) for run in data_set.runs]
             cells = []
             for figure in FIGURES:
                 change = [b[figure] - a[figure] for a, b in zip(whole, without)]
@@ -191,20 +292,24 @@ def ablate(
                 figures[f'{place}.{name}.{figure}_error'] = error
                 cells.append(f'{_mean(whole, figure):.3f} {mean:+.4f} ± {error:.4f}')
             rows.append(f'| {name} | {place} | {" | ".join(cells)} |')
+            progress(rows[-1])
     protocol = {
-        'change': 'without the rule, paired by seed, mean and standard error',
-        'seeds': f'{len(SEEDS)}; every detection is moved by {MOVED_M:g} m along each axis',
-        'rules': {name: rule.what for name, rule in RULES.items()},
+        'change': 'without the rule, paired by run, mean and standard error',
+        'runs': f'{len(SEEDS)}, on the pitch {len(PITCH_SEEDS)} matches; every detection is moved '
+        f'by {MOVED_M:g} m along each axis',
+        'rules': {name: rule.what for name, rule in rules.items()},
     }
     command = 'python -m mctrack_experiments.ablations'
     return Figures('ablations', command, protocol, figures), rows
 
 
-def _mean(scores: list[dict[str, float]], name: str) -> float:
+def _mean(scores: list[Scores], name: str) -> float:
     return float(np.mean([each[name] for each in scores]))
 
 
 def _error(values: list[float]) -> float:
+    if len(values) < 2:
+        return math.nan
     return float(np.std(values, ddof=1) / math.sqrt(len(values)))
 
 
@@ -212,9 +317,20 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(prog='ablations', description=__doc__)
     parser.add_argument('data', type=Path, help='folder of the real data')
+    parser.add_argument('--cache', type=Path, help='folder for what cameras make of pixels')
+    parser.add_argument('--closed-loop', action='store_true', help='run the cameras each time')
+    parser.add_argument('--only', nargs='*', help='rules, by name')
     parser.add_argument('--json', type=Path, help='also write the figures here')
     arguments = parser.parse_args()
-    figures, rows = ablate(arguments.data, lambda line: print(line, file=sys.stderr, flush=True))
+    rules = {name: rule for name, rule in RULES.items() if name in (arguments.only or RULES)}
+    if arguments.closed_loop:
+        rules = {name: rule for name, rule in rules.items() if rule.feeds_back or arguments.only}
+        data_sets = closed_loops(arguments.data, arguments.cache)
+    else:
+        data_sets = stored_sets(arguments.data)
+        if arguments.cache:
+            data_sets |= pixel_sets(arguments.data, arguments.cache)
+    figures, rows = ablate(data_sets, rules, lambda line: print(line, file=sys.stderr, flush=True))
     print('\n'.join(rows))
     if arguments.json:
         figures.write(arguments.json)
