@@ -3,9 +3,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mctrack_ros.simulation import Scenario, World
+from here import RenderingHere
+from mctrack_ros.simulation import Scenario, World, recording
 
 NOWHERE = (-500.0, -500.0)
+
+
+@pytest.fixture
+def rendering_here(monkeypatch):
+    """Let `simulate` render in this process."""
+    monkeypatch.setattr(recording, 'ProcessPoolExecutor', RenderingHere)
 
 
 @pytest.fixture
