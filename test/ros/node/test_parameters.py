@@ -1,16 +1,11 @@
 """A node whose parameters are wrong stops with one clear line and exit code 2."""
 
-import signal
-import sys
-from importlib import import_module
-
 import pytest
 import yaml
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
 from mctrack_ros.config import nested
-from mctrack_ros.resources import config_file
 from mctrack_ros.ros.nodes.fusion_node import FusionNode
 from mctrack_ros.ros.nodes.player import Player
 from mctrack_ros.ros.nodes.recorder import Recorder
@@ -58,24 +53,10 @@ CASES = {
 }
 
 
-@pytest.fixture
-def handlers():
-    """Give the signals their handlers back."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    yield
-    for number, handler in before.items():
-        signal.signal(number, handler)
-
-
 @pytest.mark.parametrize('case', CASES)
-def test_wrong_parameter_ends_the_node_with_one_line(bench, case, handlers, monkeypatch, capfd):
+def test_wrong_parameter_ends_the_node_with_one_line(refusal, case):
     node, parameters, reason = CASES[case]
-    path = bench.parameter_file(node, parameters)
-    monkeypatch.setattr(sys, 'argv', [node, '--ros-args', '--params-file', str(path)])
-    monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE', str(config_file('fastdds.xml')))
-    assert import_module(f'mctrack_ros.ros.nodes.{node}').main() == 2
-    said, errors = capfd.readouterr()
-    (line,) = (said + errors).splitlines()
+    (line,) = refusal(node, **parameters)
     assert reason in line
 
 
