@@ -1,9 +1,14 @@
 """What all tests share."""
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
+
+# What processes of tests compile is kept: they import the same again and again.
+sys.dont_write_bytecode = False
+os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
 
 ROOT = Path(__file__).resolve().parent
 DATA_REQUIRED = bool(os.environ.get('MCTRACK_REQUIRE_DATA'))

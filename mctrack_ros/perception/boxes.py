@@ -250,8 +250,8 @@ def upright_fit(
     place = _first_guess(boxes, mapping, body, measured, weight)
     prior = np.diag([0.0, 0.0, body.height_sigma**-2])
     for _ in range(ITERATIONS):
-        slope = _slope(place, mapping, body)
-        residual = measured - _edges(place, mapping, body)
+        edges, slope = _edges_and_slope(place, mapping, body)
+        residual = measured - edges
         information = np.einsum('nki,nk,nkj->nij', slope, weight, slope) + prior
         gradient = np.einsum('nki,nk,nk->ni', slope, weight, residual)
         gradient[:, 2] += (body.height - place[:, 2]) / body.height_sigma**2
@@ -297,14 +297,16 @@ def _first_guess(
 def _edges(place: Floats, mapping: GroundMapping, body: BodyModel) -> Floats:
     away = place[:, :2] - mapping.camera_position[:2]
     away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), body.reach)
-    foot = mapping.image_from_ground(place[:, :2])
-    toes = mapping.image_from_ground(place[:, :2] - body.reach * away)
+    on_ground = np.concatenate([place[:, :2], place[:, :2] - body.reach * away])
+    foot, toes = np.split(mapping.image_from_ground(on_ground), 2)
     head = mapping.image_from_ground(place[:, :2], place[:, 2])
     return np.column_stack([(foot[:, 0] + head[:, 0]) / 2, toes[:, 1], head[:, 1]])
 
 
-def _slope(place: Floats, mapping: GroundMapping, body: BodyModel, step: float = 1e-4) -> Floats:
-    offsets = step * np.concatenate([np.eye(3), -np.eye(3)])
+def _edges_and_slope(
+    place: Floats, mapping: GroundMapping, body: BodyModel, step: float = 1e-4
+) -> tuple[Floats, Floats]:
+    offsets = step * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
     around = (place + offsets[:, None]).reshape(-1, 3)
-    after, before = _edges(around, mapping, body).reshape(2, 3, len(place), 3)
-    return np.moveaxis(after - before, 0, 2) / (2 * step)
+    edges = _edges(around, mapping, body).reshape(7, len(place), 3)
+    return edges[0], np.moveaxis(edges[1:4] - edges[4:], 0, 2) / (2 * step)

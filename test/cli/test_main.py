@@ -6,24 +6,13 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
+from command_line import mctrack
 from drawn_hall import write_hall
 from mctrack_ros import __version__
-from mctrack_ros.cli.main import app, main
+from mctrack_ros.cli.main import app
 
 COMMANDS = [command.name for command in app.registered_commands]
 pytestmark = pytest.mark.xdist_group('replay')
-
-
-def mctrack(*arguments):
-    """Run the command line as a user does; return exit code, output and errors."""
-    done = subprocess.run(
-        [sys.executable, '-m', 'mctrack_ros.cli.main', *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    return done.returncode, done.stdout, done.stderr
 
 
 @pytest.fixture(scope='module')
@@ -32,12 +21,11 @@ def tracked(tmp_path_factory):
     folder = tmp_path_factory.mktemp('hall')
     bag, _ = write_hall(folder, seconds=3.0)
     figures = folder / 'figures.json'
-    code, output, errors = mctrack(
-        *('track', bag, '--out', folder / 'out', '--site', folder / 'site.yaml'),
-        *('--json', figures),
-    )
-    assert code == 0, errors
-    assert 'realtime_factor' in output
+    command = [sys.executable, '-m', 'mctrack_ros.cli.main', 'track', bag, '--json', figures]
+    command += ['--out', folder / 'out', '--site', folder / 'site.yaml']
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    assert 'realtime_factor' in done.stdout
     return folder
 
 
@@ -102,16 +90,13 @@ def test_echo_prints_json_without_nan(tracked):
         (['reproduce', 'pets', '--live'], 'pets has no live run: leave --live away'),
     ],
 )
-def test_bad_input_is_one_clear_line(tracked, tmp_path, arguments, reason, monkeypatch, capsys):
+def test_bad_input_is_one_clear_line(tracked, tmp_path, arguments, reason):
     names = {'bag': tracked / 'bag', 'out': tracked / 'out', 'site': tracked / 'site.yaml'}
     names = {key: str(value) for key, value in names.items()}
     filled = [a.format(**names) for a in arguments]
     filled = [str(tmp_path / 'x') if a == 'x' else a for a in filled]
-    monkeypatch.setattr(sys, 'argv', ['mctrack', *filled])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 1
-    errors = capsys.readouterr().err
+    code, _, errors = mctrack(*filled)
+    assert code == 1
     lines = [line for line in errors.splitlines() if line.startswith('mctrack: ')]
     assert len(lines) == 1
     assert reason in lines[0]

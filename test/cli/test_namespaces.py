@@ -1,23 +1,15 @@
-"""Recordings of graphs in a namespace, cut or whole, by the commands as a user runs them."""
+"""Recordings of graphs in a namespace, cut or whole, by the commands."""
 
 import json
-import subprocess
-import sys
 
 import pytest
 import yaml
 
+from command_line import mctrack
 from drawn_hall import write_hall
 from mctrack_ros.recording import BagReader, BagWriter
 
 pytestmark = pytest.mark.xdist_group('replay')
-
-
-def mctrack(*arguments):
-    """Run the command line as a user does; return exit code, output and errors."""
-    command = [sys.executable, '-m', 'mctrack_ros.cli.main', *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    return done.returncode, done.stdout, done.stderr
 
 
 def renamed(bag, out, names):

@@ -1,5 +1,7 @@
 """Far coordinates, as national grids have them, give what the same scene gives near zero."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import yaml
@@ -32,6 +34,8 @@ from mctrack_ros.ground.homography.fit import fit_homography
 from mctrack_ros.ground.origin import local_origin
 
 OFFSETS = [(389000.0, 5820000.0), (389123.4, 5820456.7), (2e6, 2e6), (1e7, 1e7), (-1e7, 640.0)]
+SOME = OFFSETS[1:4:2]
+"""Where each costs much."""
 STRAIGHT = (0, 0, 0, 0, 0)
 MM = 1e-3
 
@@ -139,7 +143,7 @@ def test_covariance_and_derivatives_of_a_moved_camera_belong_together():
     )
 
 
-@pytest.mark.parametrize('offset', OFFSETS)
+@pytest.mark.parametrize('offset', SOME)
 def test_a_check_of_far_points_comes_back_with_the_same_verdict(offset):
     near, far = (check_grid(clicked_grid(each), SIZE) for each in ((0.0, 0.0), offset))
     assert (far.refusal, far.suspicious) == (near.refusal, near.suspicious) == ('', ())
@@ -147,13 +151,13 @@ def test_a_check_of_far_points_comes_back_with_the_same_verdict(offset):
     assert far.deviation_m == pytest.approx(near.deviation_m, rel=0.01)
 
 
-@pytest.mark.parametrize('offset', OFFSETS)
+@pytest.mark.parametrize('offset', SOME)
 def test_a_wrong_far_point_is_named(offset):
     grid = clicked_grid(offset)
     image = np.where(
         (grid.ground == grid.ground[5, 0]).all(axis=2)[..., None], grid.image + 12.0, grid.image
     )
-    wrong = type(grid)(grid.workstation, grid.names, grid.ground, image)
+    wrong = dataclasses.replace(grid, image=image, image_size=SIZE)
     assert check_grid(wrong, SIZE).suspicious == (grid.names[5][0],)
 
 
@@ -257,7 +261,7 @@ def test_cells_far_away_know_what_is_in_them(offset):
     np.testing.assert_allclose(seen, expected, atol=1e-3)
 
 
-@pytest.mark.parametrize('offset', OFFSETS)
+@pytest.mark.parametrize('offset', SOME)
 def test_what_a_far_camera_sees_and_covers_is_the_same(offset):
     views = []
     for by in ((0.0, 0.0), offset):

@@ -5,6 +5,7 @@ import pytest
 from mctrack_ros.config import config_from
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.perception import EventTracker, EventTrackerConfig
+from sensor_noise import with_noise
 
 SIZE = (320, 240)
 PERIOD_NS = 40_000_000
@@ -43,8 +44,7 @@ class Stage:
             centre = ((low[0] + high[0]) // 2, (low[1] + high[1]) // 2)
             axes = ((high[0] - low[0]) // 2, (high[1] - low[1]) // 2)
             cv2.ellipse(image, centre, axes, 0, 0, 360, colour, -1)
-        noisy = image + self.rng.normal(0, 2, image.shape)
-        return np.clip(noisy, 0, 255).astype(np.uint8)
+        return with_noise(image, 2, self.rng)
 
     def show(self, people, feedback=None):
         self.index += 1

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,8 @@ from sensor_msgs.msg import PointCloud2
 
 from mctrack_ros.codec import compressed_message, jpeg_from_image, rows_from_cloud
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
+from mctrack_ros.resources import config_file
+from mctrack_ros.ros.graph.supervise import BAD_CONFIGURATION
 from mctrack_ros.ros.topics.quality import reliable
 from walker import IMAGE_FROM_WORLD, PERIOD_NS, walker_image
 
@@ -166,6 +169,24 @@ class Bench:
         if self.observer is not None:
             self.observer.destroy_node()
             rclpy.try_shutdown()
+
+
+@pytest.fixture
+def refusal(bench, monkeypatch, capfd):
+    """Return a function that runs a node here, with wrong parameters, and gives what it says."""
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE', str(config_file('fastdds.xml')))
+
+    def run(node, **parameters):
+        path = bench.parameter_file(node, parameters)
+        monkeypatch.setattr(sys, 'argv', [node, '--ros-args', '--params-file', str(path)])
+        assert import_module(f'mctrack_ros.ros.nodes.{node}').main() == BAD_CONFIGURATION
+        output, errors = capfd.readouterr()
+        return (output + errors).splitlines()
+
+    yield run
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture

@@ -1,11 +1,44 @@
 import dataclasses
+import pickle
 
 import numpy as np
 import pytest
 
-from mctrack_ros.simulation import Scenario, World
+from here import RenderingHere
+from mctrack_ros.simulation import Scenario, World, recording
+from mctrack_ros.simulation.carpark.rendering import render as carpark_render
+from mctrack_ros.simulation.rendering import render
 
 NOWHERE = (-500.0, -500.0)
+
+
+def remembered(draw):
+    """Let an empty scene be drawn once for each camera and state of random numbers."""
+    drawn = {}
+
+    def once(camera, rng):
+        key = pickle.dumps((camera, rng.bit_generator.state))
+        if key not in drawn:
+            drawn[key] = draw(camera, rng), rng.bit_generator.state
+        image, rng.bit_generator.state = drawn[key]
+        return image.copy()
+
+    return once
+
+
+@pytest.fixture(scope='session', autouse=True)
+def empty_scenes():
+    """Draw no empty scene twice."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(render, 'empty_image', remembered(render.empty_image))
+        patch.setattr(carpark_render, 'empty_ground', remembered(carpark_render.empty_ground))
+        yield
+
+
+@pytest.fixture
+def rendering_here(monkeypatch):
+    """Let `simulate` render in this process."""
+    monkeypatch.setattr(recording, 'ProcessPoolExecutor', RenderingHere)
 
 
 @pytest.fixture

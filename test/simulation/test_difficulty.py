@@ -5,9 +5,9 @@ from mctrack_ros.simulation import DifficultyMeter, EventWatcher, Scenario, Sigh
 EVERY = 10
 
 
-@pytest.mark.parametrize('seed', [1, 2, 3])
+@pytest.mark.parametrize('seed', [1, 2])
 def test_pitch5_is_never_easier_than_its_floors(seed):
-    world = World.simulated(Scenario(seed=seed))
+    world = World.simulated(Scenario(seed=seed, duration_s=60.0))
     meter = DifficultyMeter(world)
     for index in range(len(world.cameras)):
         sight, watcher = Sight(world, index), EventWatcher(world, index)

@@ -21,9 +21,9 @@ def contents(folder):
     return {file.name: file.read_bytes() for file in sorted(folder.iterdir())}
 
 
-def test_bytes_do_not_depend_on_the_number_of_processes(bag, tmp_path):
+def test_bytes_do_not_depend_on_the_number_of_processes(bag, rendering_here, tmp_path):
     again = tmp_path / bag.name
-    simulate(SCENARIO, again, processes=1)
+    simulate(SCENARIO, again)
     assert contents(again) == contents(bag)
 
 
@@ -39,12 +39,12 @@ def test_bag_holds_images_and_truth_in_the_middle_of_their_periods(bag):
     assert {'/site', '/truth/tracks', '/truth/cam1/detections', '/truth/cam1/events'} <= topics
 
 
-def test_a_run_that_breaks_off_leaves_no_bag(tmp_path):
+def test_a_run_that_breaks_off_leaves_no_bag(rendering_here, tmp_path):
     def stop(done, total):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        simulate(SCENARIO, tmp_path / 'match', processes=1, progress=stop)
+        simulate(SCENARIO, tmp_path / 'match', progress=stop)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -53,8 +53,8 @@ def test_a_bag_already_there_is_kept_unless_told_otherwise(bag):
         simulate(SCENARIO, bag)
 
 
-def test_the_car_park_says_what_it_is_and_who_is_parked(tmp_path):
-    simulate(CarParkScenario(duration_s=1.0), tmp_path / 'park', processes=1)
+def test_the_car_park_says_what_it_is_and_who_is_parked(rendering_here, tmp_path):
+    simulate(CarParkScenario(duration_s=1.0), tmp_path / 'park')
     with BagReader(tmp_path / 'park') as reader:
         messages = list(reader.messages())
     by_topic = {topic: message for topic, message, _ in messages}

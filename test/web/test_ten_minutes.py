@@ -28,7 +28,7 @@ CLICK_S, COMMAND_S, LINE_S = 4.0, 20.0, 8.0
 LIMIT_S = 600.0
 GATE_M = 1.0
 START_S = 3.0
-WORLD = World.simulated(Scenario(seed=11, duration_s=10.0, width=1280, height=720))
+WORLD = World.simulated(Scenario(seed=11, duration_s=7.0, width=1280, height=720))
 CAMERAS = {'north': 1, 'south': 0}
 """By the name that the person gives: which camera of the simulated pitch it is."""
 COLUMNS, ROWS = (8.0, 16.0, 24.0, 32.0), (18.0, 34.0, 50.0)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from mctrack_experiments.datasets import pets_multiview
 from mctrack_experiments.datasets.pets_multiview import (
     IMAGE_SIZES,
     LEAST_SCORE,
@@ -69,7 +70,8 @@ def write_site(data, folder):
 
 
 @pytest.mark.real_data
-def test_commands_make_of_real_boxes_what_the_experiment_does(data_root, tmp_path):
+def test_commands_make_of_real_boxes_what_the_experiment_does(data_root, tmp_path, monkeypatch):
+    monkeypatch.setattr(pets_multiview, 'VIEWS', VIEWS)
     data = data_root / 'pets2009_s2l1'
     write_site(data, tmp_path)
     said = mctrack(

@@ -47,13 +47,16 @@ def test_detected_feet_lie_where_view_1_says_that_people_stand(pets, view, most_
     name = f'keypointsrcnn_resnet50_fpn_View_{view:03d}_finetuned_2.json.gz'
     with gzip.open(pets / 'detections_multiview' / name, 'rt') as file:
         stored = json.load(file)
+    counts = [len(boxes) for boxes in stored['bboxes']]
+    frame = np.repeat(np.arange(1, len(counts) + 1), counts)
+    boxes = np.concatenate([np.reshape(boxes, (-1, 4)) for boxes in stored['bboxes']])
+    left, _, right, bottom = boxes.T
+    foot = mapping.ground_from_image(np.column_stack([(left + right) / 2, bottom]))
+    counted = annotated(pets, np.nan_to_num(foot, nan=1e6), truth)
+    counted &= np.concatenate(stored['scores']) > 0.9
     away = []
-    for frame, (boxes, scores) in enumerate(zip(stored['bboxes'], stored['scores']), 1):
-        left, _, right, bottom = np.reshape(boxes, (-1, 4))[np.array(scores) > 0.9].T
-        foot = mapping.ground_from_image(np.column_stack([(left + right) / 2, bottom]))
-        people = truth.position[truth.frame == frame]
-        foot = foot[annotated(pets, np.nan_to_num(foot, nan=1e6), truth)]
-        if len(foot) and len(people):
-            away.extend(np.linalg.norm(foot[:, None] - people, axis=2).min(axis=1))
+    for each in np.intersect1d(frame[counted], truth.frame):
+        apart = foot[counted & (frame == each), None] - truth.position[truth.frame == each]
+        away.extend(np.linalg.norm(apart, axis=2).min(axis=1))
     assert len(away) > 2000
     assert np.median(away) <= most_m

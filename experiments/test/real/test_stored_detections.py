@@ -9,6 +9,7 @@ from mctrack_experiments.datasets.stored import (
     inside,
 )
 from mctrack_experiments.datasets.wildtrack import load_wildtrack, load_wildtrack_boxes
+from mctrack_experiments.real import stored_detections
 from mctrack_experiments.real.stored_detections import (
     by_passage,
     reproduce_cmc,
@@ -60,15 +61,26 @@ def test_a_scene_is_disturbed_by_its_seed_and_by_no_more_than_asked():
     assert (rows.position == 0).all()
 
 
+def first_half(scene):
+    """Return the first half of a scene."""
+    frame = scene.frame[: len(scene.frame) // 2]
+    detections = {camera: rows[: len(frame)] for camera, rows in scene.detections.items()}
+    truth = scene.truth.select(scene.truth.frame <= frame[-1])
+    return StoredScene(frame, scene.rate, detections, truth)
+
+
 @pytest.mark.real_data
-def test_lab6p_four_cameras_beat_any_one(data_root):
+def test_lab6p_four_cameras_beat_any_one(data_root, monkeypatch):
+    load = stored_detections.load_lab6p
+    monkeypatch.setattr(stored_detections, 'load_lab6p', lambda *each: first_half(load(*each)))
     figures = reproduce_lab6p(data_root).figures
     assert figures['lab6p.moda'] >= 0.95
     assert figures['lab6p.moda'] > figures['lab6p.best_single.moda']
 
 
 @pytest.mark.real_data
-def test_cmc_is_tracked(data_root):
+def test_cmc_is_tracked(data_root, monkeypatch):
+    monkeypatch.setattr(stored_detections, 'SEEDS', (1, 2))
     figures = reproduce_cmc(data_root).figures
     assert figures['cmc1.mota'] >= 0.98
     assert figures['cmc2.moda'] >= 0.94

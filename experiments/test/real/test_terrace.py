@@ -63,7 +63,6 @@ def table(wandering, tmp_path_factory):
 @pytest.mark.parametrize(
     ('cameras', 'first', 'last', 'every'),
     [
-        ('0,1,2,3', 75, 2500, False),
         ('0,1,2,3', 1251, 2500, False),
         ('2', 75, 1250, False),
         ('0,1', 900, 1500, True),

@@ -33,6 +33,6 @@ def test_what_is_not_stood_for_and_other_windows_do_not_count():
     assert dead(GHOSTS, [tentative, reported(WINDOW_S + 3.5, (10.0, 10.0))], 0) == [True, True]
 
 
-def test_cameras_that_are_told_of_ghosts_go_on(tmp_path):
+def test_cameras_that_are_told_of_ghosts_go_on(here, tmp_path):
     simulate(Scenario(duration_s=0.4), tmp_path / 'match')
     assert len(haunted(tmp_path / 'match', 1, 1)) == AT_A_TIME

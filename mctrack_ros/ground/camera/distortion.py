@@ -23,9 +23,9 @@ SURE = 0.99
 
 def packed_lens(intrinsics: Floats, distortion: Floats) -> Floats:
     """Return intrinsics, eight terms, and the square of the largest radius: (13,)."""
-    terms = np.pad(distortion, (0, TERMS - len(distortion)))
     radius = min(turning_radius(distortion), pole_radius(distortion))
-    return np.concatenate([intrinsics, terms, [radius**2]])
+    rest = np.zeros(TERMS - len(distortion))
+    return np.concatenate([intrinsics, distortion, rest, [radius**2]])
 
 
 def turning_radius(distortion: Floats) -> float:

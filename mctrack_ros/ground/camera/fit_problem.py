@@ -104,6 +104,7 @@ class CameraProblem:
     ) -> None:
         self._start, self._ground, self._image, self._prior = start, ground, image, prior
         self._noise_px = noise_px[:, None]
+        self._last: tuple[Floats, CameraMapping] | None = None
         across, down, x, y = start.intrinsics
         k1, k2, p1, p2, k3 = start.distortion
         self.first = np.array(
@@ -129,18 +130,25 @@ class CameraProblem:
     def misses(self, values: Floats) -> Floats:
         """Return the misses along both axes, and the prior's deviations, (2n + 9,)."""
         values = _possible(values)
-        seen = CameraMapping(self.camera(values), self._prior.image_size).unfolded(self._ground)
+        seen = self._mapping(values).unfolded(self._ground)
         missed = np.where(np.isfinite(seen), (seen - self._image) / self._noise_px, FAR)
         return np.concatenate([missed.ravel(), self._prior.deviations(values)])
 
     def derivatives(self, values: Floats) -> Floats:
         """Return the (2n + 9, 15) derivatives of the misses by the parameters."""
         values = _possible(values)
-        mapping = CameraMapping(self.camera(values), self._prior.image_size)
-        slopes = mapping.parameter_jacobian(self._ground) / self._noise_px[..., None]
+        slopes = self._mapping(values).parameter_jacobian(self._ground)
+        slopes /= self._noise_px[..., None]
         slopes[:, :, _ROTATION] = slopes[:, :, _ROTATION] @ _turned(values[_ROTATION])
         slopes = np.where(np.isfinite(slopes), slopes, 0.0).reshape(-1, UNKNOWNS)
         return np.concatenate([slopes, self._prior.slopes(values[0])])
+
+    def _mapping(self, values: Floats) -> CameraMapping:
+        """Return the camera's mapping; misses and derivatives are asked one after the other."""
+        if self._last is None or not np.array_equal(self._last[0], values):
+            mapping = CameraMapping(self.camera(values), self._prior.image_size)
+            self._last = values, mapping
+        return self._last[1]
 
     def solved(self, is_robust: bool) -> tuple[Camera, float]:
         """Return the camera at the minimum and its cost; robust: soft L1 of clicks."""

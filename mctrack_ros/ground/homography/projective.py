@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -160,8 +161,12 @@ class ProjectiveMapping(GroundMapping):
     @property
     def camera_position(self) -> Floats:
         """Return where the camera is, (3,) m."""
+        return self._stated(self._place)
+
+    @cached_property
+    def _place(self) -> Floats:
         place: Floats = -np.linalg.solve(self._projection[:, :3], self._projection[:, 3])
-        return self._stated(place)
+        return place
 
     def ground_from_image(self, pixel: ArrayLike) -> Floats:
         """Return the (n, 2) ground positions, m, of (n, 2) pixels; NaN beyond the horizon."""

@@ -5,9 +5,10 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+from command_line import mctrack
 from drawn_hall import PERIOD_NS, SIZE, VIEWS, image, projection, walkers
 from films import cut, write_film
-from mctrack_ros.cli.main import app, main
+from mctrack_ros.cli.main import app
 from mctrack_ros.ground import ProjectiveMapping
 
 pytestmark = pytest.mark.xdist_group('replay')
@@ -47,13 +48,11 @@ def films(hall, **others):
     return [f'{name}={others.get(name, hall / f"{name}.mp4")}' for name in VIEWS]
 
 
-def error_of(capsys, monkeypatch, *arguments):
+def error_of(*arguments):
     """Return what the command prints as its error."""
-    monkeypatch.setattr('sys.argv', ['mctrack', *(str(argument) for argument in arguments)])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 1
-    return capsys.readouterr().err.splitlines()[-1]
+    code, _, errors = mctrack(*arguments)
+    assert code == 1
+    return errors.splitlines()[-1]
 
 
 def test_videos_give_the_tracks_of_the_bag_that_is_made_of_them(hall, tmp_path):
@@ -69,9 +68,9 @@ def test_videos_give_the_tracks_of_the_bag_that_is_made_of_them(hall, tmp_path):
 
 
 @pytest.mark.parametrize('options', [[], ['--site', 'site.yaml', '--out', 'out']])
-def test_a_video_alone_is_answered_by_how_it_is_named(hall, capsys, monkeypatch, options):
+def test_a_video_alone_is_answered_by_how_it_is_named(hall, monkeypatch, options):
     monkeypatch.chdir(hall)
-    line = error_of(capsys, monkeypatch, 'track', 'north.mp4', *options)
+    line = error_of('track', 'north.mp4', *options)
     assert 'mctrack track CAMERA=north.mp4 ... --site SITE.yaml --out FOLDER' in line
 
 
@@ -95,20 +94,20 @@ def test_results_need_a_folder(hall):
         (['north.mp4', '--rate', '25'], '--later and --rate are for videos'),
     ],
 )
-def test_wrong_videos_end_in_one_line(hall, tmp_path, capsys, monkeypatch, arguments, reason):
+def test_wrong_videos_end_in_one_line(hall, tmp_path, monkeypatch, arguments, reason):
     monkeypatch.chdir(hall)
     write_film(hall / 'small.mp4', [0.0, 0.04, 0.08])
     site = ('--site', 'site.yaml', '--out', tmp_path / 'out')
-    assert reason in error_of(capsys, monkeypatch, 'track', *arguments, *site)
+    assert reason in error_of('track', *arguments, *site)
     assert not (tmp_path / 'out').exists()
 
 
-def test_a_video_that_breaks_off_is_tracked_to_there(hall, tmp_path, capsys, monkeypatch):
+def test_a_video_that_breaks_off_is_tracked_to_there(hall, tmp_path):
     broken = tmp_path / 'broken.mp4'
     broken.write_bytes((hall / 'south.mp4').read_bytes())
     cut(broken, 0.7)
     site = ('--site', hall / 'site.yaml', '--out', tmp_path / 'out')
-    line = error_of(capsys, monkeypatch, 'track', *films(hall, south=broken), *site)
+    line = error_of('track', *films(hall, south=broken), *site)
     assert 'broken.mp4 breaks off after' in line
     assert (tmp_path / 'out' / 'tracks.txt').read_text()
 

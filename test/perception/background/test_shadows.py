@@ -5,6 +5,7 @@ import pytest
 from mctrack_ros.perception import EventTracker, EventTrackerConfig
 from mctrack_ros.perception.background.shadow_pixels import colourfulness
 from mctrack_ros.perception.background.shadows import ShadowConfig, Shadows
+from sensor_noise import with_noise
 
 PERIOD_NS = 40_000_000
 AWAY_FROM_SUN = np.array([0.96, 0.28])
@@ -47,8 +48,7 @@ class Yard:
         for place, colour in zip(places, colours):
             body = self.truth(place[None])[0]
             image[body] = self.ground[body] * colour if np.isscalar(colour) else colour
-        noisy = image + self.rng.normal(0, 2, image.shape)
-        return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+        return with_noise(image + 0.5, 2, self.rng)
 
 
 def watched(yard, colours, factor, steps=60, config=None):

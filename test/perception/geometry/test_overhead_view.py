@@ -8,6 +8,7 @@ from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.perception import EventTracker, EventTrackerConfig
 from mctrack_ros.perception.geometry.overhead_view import TALL_M
 from mctrack_ros.perception.geometry.person_size import SizeTable
+from sensor_noise import with_noise
 
 SIZE = (320, 240)
 PERIOD_NS = 40_000_000
@@ -33,7 +34,7 @@ def image(matrix, places, rng):
         shown = matrix @ np.reshape(rim, (4, -1))
         hull = cv2.convexHull(np.rint((shown[:2] / shown[2]).T).astype(np.int32))
         cv2.fillConvexPoly(image, hull, (30, 30, 200))
-    return np.clip(image + rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
+    return with_noise(image, 2, rng)
 
 
 def track(matrix, paths, seed):

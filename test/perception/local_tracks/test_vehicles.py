@@ -8,6 +8,7 @@ from mctrack_ros.config import config_from
 from mctrack_ros.interfaces import ClassCode, Feedback
 from mctrack_ros.perception import EventTracker, EventTrackerConfig
 from mctrack_ros.perception.local_tracks.vehicles import bicycles_among, vehicles_among
+from sensor_noise import with_noise
 
 GROUND = (60, 120, 60)
 
@@ -51,7 +52,7 @@ class Road:
         image = np.full((height, width, 3), GROUND, np.uint8)
         for place, size, colour in bodies:
             cv2.fillConvexPoly(image, self.outline(place, size), colour)
-        noisy = np.clip(image + self.rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
+        noisy = with_noise(image, 2, self.rng)
         feedback = reported(targets, stamp_ns) if targets else None
         return self.pipeline.step(noisy, stamp_ns, feedback)
 

@@ -4,6 +4,7 @@ import pytest
 
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.perception.silhouettes import SilhouettePipeline
+from sensor_noise import with_noise
 
 SIZE = (640, 480)
 PERIOD_NS = 250_000_000
@@ -35,8 +36,7 @@ class CarPark:
         for x, bottom, (width, height), grey in things:
             low, high = max(round(x - width / 2), 0), max(round(x + width / 2), 0)
             drawn[round(bottom) - height : round(bottom), low:high] = grey
-        noisy = drawn + self.rng.normal(0, self.noise, drawn.shape)
-        return cv2.cvtColor(np.clip(noisy, 0, 255).astype(np.uint8), cv2.COLOR_GRAY2BGR)
+        return cv2.cvtColor(with_noise(drawn, self.noise, self.rng), cv2.COLOR_GRAY2BGR)
 
     def show(self, things):
         return self.step(self.image(things))

@@ -34,17 +34,28 @@ CAMERAS = ('cam1', 'cam2')
 RECORDED = ['/tracks', '/feedback', '/events', '/ticks', '/cam./detections']
 
 
-@pytest.fixture
-def site(tmp_path, projection):
-    """Return a site of two cameras that see the same walker from the same place."""
+def written(folder, projection, names):
+    """Return a site, in a file, of cameras that see the same walker from the same place."""
     camera = {'image_width': SIZE[0], 'image_height': SIZE[1], 'calibration': projection.name}
     content = {
-        'cameras': {name: camera for name in CAMERAS},
+        'cameras': {name: camera for name in names},
         'pipeline': {'background': {'learning_s': 0.2}},
     }
-    path = tmp_path / 'site.yaml'
+    path = folder / 'site.yaml'
     path.write_text(yaml.safe_dump(content))
     return load_site(path)
+
+
+@pytest.fixture
+def site(tmp_path, projection):
+    """Return a site of two cameras."""
+    return written(tmp_path, projection, CAMERAS)
+
+
+@pytest.fixture
+def lone_site(tmp_path, projection):
+    """Return a site of one camera: its graph is started sooner."""
+    return written(tmp_path, projection, CAMERAS[:1])
 
 
 def test_every_node_of_a_far_site_is_told_the_same_origin(tmp_path):
@@ -167,11 +178,11 @@ def now_ns(bench):
 
 
 @pytest.mark.live
-def test_nodes_on_simulated_time_track_a_bag(bench, site, supervised, walker_bag, tmp_path):
+def test_nodes_on_simulated_time_track_a_bag(bench, lone_site, supervised, walker_bag, tmp_path):
     nodes = [
-        *patient_nodes(site, use_sim_time=True),
+        *patient_nodes(lone_site, use_sim_time=True),
         recorder_node(tmp_path / 'out', RECORDED, use_sim_time=True),
-        player_node(walker_bag, wait_for=awaited_topics(site, True)),
+        player_node(walker_bag, wait_for=awaited_topics(lone_site, True)),
     ]
     _, thread, lines = supervised(nodes)
     thread.join(timeout=240)
@@ -220,7 +231,7 @@ def test_simulator_shows_images_and_truth_of_the_same_instant(bench):
 
 @pytest.mark.live
 def test_a_graph_runs_in_a_namespace_and_leaves_nothing_when_its_terminal_closes(
-    bench, site, tmp_path
+    bench, lone_site, tmp_path
 ):
     folder = tmp_path / 'temporary'
     folder.mkdir()

@@ -37,10 +37,10 @@ def test_an_executable_says_how_it_is_used_and_loads_nothing_for_it(node, argume
     check(subprocess.run(command, capture_output=True, text=True, timeout=60, check=False), node)
 
 
-@pytest.mark.parametrize('node', ['recorder', 'camera_node'])
-def test_a_module_that_is_run_says_the_same(node):
-    command = [sys.executable, '-m', f'mctrack_ros.ros.nodes.{node}', '--help']
-    check(subprocess.run(command, capture_output=True, text=True, timeout=60, check=False), node)
+def test_a_module_that_is_run_says_the_same():
+    command = [sys.executable, '-m', 'mctrack_ros.ros.nodes.recorder', '--help']
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    check(done, 'recorder')
 
 
 def test_parameters_far_down_are_counted(monkeypatch, capsys):

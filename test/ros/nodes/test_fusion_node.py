@@ -173,10 +173,9 @@ def test_site_says_what_positions_are_told_from(bench):
     assert json.loads(sites[0].data)['origin'] == [389000.0, 5820000.0]
 
 
-def test_what_is_no_origin_ends_it_with_its_reason(bench):
-    process = bench.spawn('fusion_node', origin='389000')
-    assert bench.exit_code(process, 120.0) == 2
-    assert 'expected x,y in metres, for example 389000,5820000' in bench.log('fusion_node')
+def test_what_is_no_origin_ends_it_with_its_reason(refusal):
+    line = refusal('fusion_node', origin='389000')[-1]
+    assert 'expected x,y in metres, for example 389000,5820000' in line
 
 
 def ids_of(graph, indices):

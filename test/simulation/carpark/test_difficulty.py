@@ -9,7 +9,7 @@ from mctrack_ros.simulation.carpark import (
 
 
 def test_the_car_park_is_never_easier_than_its_floors():
-    world = carpark_world(CarParkScenario(seed=1, duration_s=120))
+    world = carpark_world(CarParkScenario(seed=1, duration_s=80))
     meter, watcher = CarParkMeter(world), EventWatcher(world, 0)
     renderer = CarParkRenderer(world, 0)
     for step in range(world.scenario.steps):

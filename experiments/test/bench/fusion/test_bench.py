@@ -4,7 +4,7 @@ from mctrack_experiments.bench.fusion import bench_fusion
 from mctrack_experiments.bench.parts import Part
 
 
-def test_figures_name_the_command_that_measures_them_again(folder):
+def test_figures_name_the_command_that_measures_them_again(here, folder):
     shown = []
 
     @contextmanager

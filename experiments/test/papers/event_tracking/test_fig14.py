@@ -17,7 +17,7 @@ def test_three_are_one_silhouette_at_first_and_split_twice(seed):
     assert np.concatenate(told[1:]).tolist().count(EventCode.SPLIT) == 2
 
 
-def test_who_splits_off_shares_the_past_of_the_group():
+def test_who_splits_off_shares_the_past_of_the_group(here):
     truth, tracks, origin = play(1)
     assert len(origin) >= 1
     begun = truth.frame.min()

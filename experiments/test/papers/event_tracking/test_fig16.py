@@ -28,7 +28,7 @@ def test_what_a_case_is_called_truly_happens(case, seed):
     assert {code: codes.count(code) for code in case.codes} == TRUE_COUNTS[case.name]
 
 
-def test_who_leaves_an_image_is_told_and_keeps_the_id():
+def test_who_leaves_an_image_is_told_and_keeps_the_id(here):
     leaving = next(case for case in CASES if case.name == 'leaving')
     score, switched, people = play(leaving, 1)
     assert (score.true, score.told, score.hits) == (1, 1, 1)

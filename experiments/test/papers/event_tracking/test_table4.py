@@ -1,8 +1,11 @@
+import pytest
+
 from mctrack_experiments.papers.event_tracking.table4 import reproduce_table4
 
 
-def test_a_short_match_is_scored_event_by_event():
-    figures = reproduce_table4(seeds=(1,), duration_s=4.0).figures
+@pytest.mark.xdist_group('match')
+def test_a_short_match_is_scored_event_by_event(kept_matches):
+    figures = reproduce_table4(seeds=(1,), duration_s=3.0).figures
     for code in ('e1', 'e3', 'e5'):
         assert figures[f'{code}.true'] > 0
         assert figures[f'{code}.f1'] > 0.5

@@ -1,12 +1,11 @@
-import numpy as np
 import pytest
 
-from mctrack_experiments.papers.silhouettes.classes import DURATION_S, KINDS, reproduce_classes
+from mctrack_experiments.papers.silhouettes.classes import KINDS, reproduce_classes
 
 
 @pytest.fixture(scope='module')
-def figures():
-    return reproduce_classes(seeds=(1,), duration_s=DURATION_S / 10)
+def figures(here):
+    return reproduce_classes(seeds=(5,), duration_s=40)
 
 
 def test_every_kind_comes_and_most_are_told_for_what_they_are(figures):
@@ -20,7 +19,8 @@ def test_every_kind_comes_and_most_are_told_for_what_they_are(figures):
     assert values['bicycles.error_median_m'] < 0.3
 
 
-def test_figures_are_reproducible_and_say_what_they_are(figures):
-    again = reproduce_classes(seeds=(1,), duration_s=DURATION_S / 10)
-    assert np.allclose(list(again.figures.values()), list(figures.figures.values()))
+@pytest.mark.filterwarnings('ignore::RuntimeWarning')  # nobody of some kinds
+def test_figures_are_reproducible_and_say_what_they_are(here, figures):
+    first, again = (reproduce_classes(seeds=(1,), duration_s=8).figures for _ in range(2))
+    assert list(again.values()) == pytest.approx(list(first.values()), nan_ok=True)
     assert 'tuned on 1 to 3' in figures.protocol['seeds']

@@ -8,12 +8,13 @@ from mctrack_ros.simulation import CARPARK, CarParkScenario
 
 
 @pytest.fixture(scope='module')
-def figures():
-    return reproduce_silhouettes(seeds=(1,), duration_s=60)
+def figures(here):
+    return reproduce_silhouettes(seeds=(1,), duration_s=40)
 
 
 def test_rates_follow_from_counts(figures):
     values = figures.figures
+    assert values['events.perfect'] > 0
     assert values['events.correct'] == values['events.perfect'] / values['events.all']
     assert values['events.low'] <= values['events.correct'] <= values['events.high']
     assert values['events.all'] == values['pedestrians.events'] + values['vehicles.events']
@@ -27,7 +28,7 @@ def test_protocol_states_events_tables_and_seeds(figures):
 
 
 def test_an_operator_sees_parties_and_moves_of_cars():
-    world = CARPARK.world(CarParkScenario(duration_s=60))
+    world = CARPARK.world(CarParkScenario(duration_s=30))
     renderer, operator = CARPARK.renderer(world, 0), Operator(world)
     for step in range(world.scenario.steps):
         operator.watch(step, renderer.frame(step)[1])

@@ -61,13 +61,13 @@ def test_people_walk_no_faster_than_people_do(world):
 
 
 def test_people_of_a_group_are_one_party():
-    world = carpark_world(CarParkScenario(seed=2, duration_s=400))
+    world = carpark_world(CarParkScenario(seed=2, duration_s=150))
     people = world.party[world.class_id == ClassCode.PERSON]
     assert len(np.unique(people)) < len(people)
 
 
 def test_people_ride_through_on_bicycles_only_if_asked_for(world):
-    scenario = CarParkScenario(seed=1, duration_s=200, bicycles=True)
+    scenario = CarParkScenario(seed=1, duration_s=120, bicycles=True)
     riding = carpark_world(scenario)
     riders = riding.class_id == ClassCode.BICYCLE
     assert riders.sum() >= 5

@@ -14,7 +14,7 @@ def visible(world, step=0):
     return dict(zip(view.person.tolist(), view.visible.tolist()))
 
 
-@pytest.mark.parametrize('heading', [0.0, np.pi / 2, 0.8])
+@pytest.mark.parametrize('heading', [0.0, 0.8])
 def test_a_car_hides_whom_it_is_before_and_not_whom_it_is_behind(scene, heading):
     behind = visible(scene((CAR, PLACE, heading), (PERSON, PLACE - [-0.3, -3.0], 0.0)))
     before = visible(scene((CAR, PLACE, heading), (PERSON, PLACE - [0.3, 3.0], 0.0)))
