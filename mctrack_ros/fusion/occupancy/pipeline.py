@@ -38,7 +38,7 @@ MOST_FOREGROUND = 0.6
 """Share of a mask above which its camera is dazzled and left out."""
 FROZEN_NS = 5_000_000_000
 """For how long a mask with foreground may be the same to the pixel, ns."""
-PRIOR_GAIN, PRIOR_SIGMA_M = 0.02, 0.4
+PRIOR_GAIN, PRIOR_SIGMA_M = 0.03, 0.3
 """What a predicted track adds to the gain of a person there, and how far from it, m."""
 NEAR_M = 0.7
 """How near to a person the detection must be that tells his colours, m."""
