@@ -64,7 +64,7 @@ STAGES = {
         ('files',),
     ),
     'perception': (
-        ('config', 'image_clock', 'image_state', 'camera_shift', 'geometry'),
+        ('config', 'foreground', 'image_clock', 'image_state', 'camera_shift', 'geometry'),
         ('output', 'blobs'),
         ('blob_split', 'feedback', 'front_end'),
         ('local_tracks',),
@@ -74,7 +74,7 @@ STAGES = {
         ('trackers', 'boxes', 'overlay'),
     ),
     'fusion': (
-        ('table', 'neighbours'),
+        ('table', 'neighbours', 'views'),
         ('association.solvers',),
         ('config',),
         ('camera_clocks', 'measurements'),
@@ -83,6 +83,7 @@ STAGES = {
         ('update',),
         ('management',),
         ('joint_tracker',),
+        ('occupancy',),
         ('explain',),
         ('trackers',),
     ),

@@ -8,11 +8,14 @@ from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.fusion.trackers import (
     FUSION,
     FusionTracker,
+    Joining,
     fusion_method,
+    joined,
     open_batcher,
     open_fusion,
     open_recorder,
 )
+from mctrack_ros.fusion.views import OpenViews, Views
 
 __all__ = [
     'FUSION',
@@ -21,9 +24,13 @@ __all__ = [
     'FusionConfig',
     'FusionOutput',
     'FusionTracker',
+    'Joining',
     'JointConfig',
     'JointTracker',
+    'OpenViews',
+    'Views',
     'fusion_method',
+    'joined',
     'open_batcher',
     'open_fusion',
     'open_recorder',

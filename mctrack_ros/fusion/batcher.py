@@ -12,9 +12,9 @@ import numpy as np
 
 from mctrack_ros.fusion.camera_clocks import CameraClocks
 from mctrack_ros.fusion.config import FusionConfig
-from mctrack_ros.interfaces import RESTART_NS, CameraRows, Rows, RowsTick, Ticks
+from mctrack_ros.interfaces import RESTART_NS, CameraRows, RowsTick, Stamped, Ticks
 
-R = TypeVar('R', bound=Rows)
+R = TypeVar('R', bound=Stamped)
 
 SECOND_NS = 1_000_000_000
 

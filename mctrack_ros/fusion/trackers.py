@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
 
-from mctrack_ros.config import OneOf
+from mctrack_ros.config import ConfigError, OneOf
 from mctrack_ros.fusion.batcher import Batcher
 from mctrack_ros.fusion.config import FusionConfig, JointConfig
 from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.fusion.measurements.admission import unusable_count
+from mctrack_ros.fusion.occupancy.config import OccupancyConfig
+from mctrack_ros.fusion.occupancy.pipeline import OccupancyTracker
+from mctrack_ros.fusion.occupancy.sighting import Sighting
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
-from mctrack_ros.interfaces import Detections, Rows, RowsTick
+from mctrack_ros.fusion.views import OpenViews, Views
+from mctrack_ros.interfaces import Detections, Foreground, Message, Rows, RowsTick, Stamped
 
 
 class FusionTracker(Protocol):
@@ -33,8 +37,8 @@ class FusionTracker(Protocol):
         """
         Process one tick; see `JointTracker.step`.
 
-        Its messages are of the type that the tracker's `FusionMethod` names. The recorder is one
-        of `open_recorder`.
+        Its messages are what the tracker's `FusionMethod` makes of those of a camera. The recorder
+        is one of `open_recorder`.
         """
         ...
 
@@ -43,7 +47,10 @@ class FusionTracker(Protocol):
         ...
 
 
-Opener = Callable[[Any, tuple[str, ...], int], FusionTracker]
+MOST_WAITING = 8
+"""Images of a camera that are incomplete; of more, the oldest are given up."""
+
+Opener = Callable[[Any, tuple[str, ...], int, OpenViews], FusionTracker]
 
 
 class FusionMethod(NamedTuple):
@@ -55,11 +62,14 @@ class FusionMethod(NamedTuple):
     config : type
         Its parameters.
     open : callable
-        Makes one of parameters, the cameras' names and the first id; see `open_fusion`.
-    messages : type
-        What it is told by the cameras, on the topic of that row type.
+        Makes one of parameters, the cameras' names, the first id and the views; see
+        `open_fusion`.
+    messages : tuple of type
+        What it is told by a camera of every image, each on the topic of its type.
+    joined : callable
+        Makes one of these messages of one image.
     unusable : callable
-        Tells how many rows of such a message cannot be used.
+        Tells how many rows of that cannot be used.
     recorder : callable, optional
         Makes what takes down why a tick is decided as it is; None: this tracker does not say.
 
@@ -67,16 +77,36 @@ class FusionMethod(NamedTuple):
 
     config: type[FusionConfig]
     open: Opener
-    messages: type[Rows]
+    messages: tuple[type[Message], ...]
+    joined: Callable[..., Stamped]
     unusable: Callable[[Any], int]
     recorder: Callable[[], DecisionRecorder] | None = None
 
 
 TRACKERS: dict[str, FusionMethod] = {
-    'joint': FusionMethod(JointConfig, JointTracker, Detections, unusable_count, DecisionRecorder),
+    'joint': FusionMethod(
+        JointConfig,
+        lambda config, cameras, first_id, _: JointTracker(config, cameras, first_id),
+        (Detections,),
+        lambda detections: detections,
+        unusable_count,
+        DecisionRecorder,
+    ),
+    'occupancy': FusionMethod(
+        OccupancyConfig,
+        OccupancyTracker,
+        (Detections, Foreground),
+        Sighting,
+        lambda sighting: 0,
+        DecisionRecorder,
+    ),
 }
 FUSION: OneOf[FusionConfig] = OneOf(
-    'tracker', 'joint', 'How all cameras are tracked with: their detections jointly', TRACKERS
+    'tracker',
+    'joint',
+    'What all cameras are tracked by: their detections jointly, or the people who explain their '
+    'foreground masks',
+    TRACKERS,
 )
 """The choice of fusion's tracker, with its parameters."""
 
@@ -86,8 +116,16 @@ def fusion_method(config: FusionConfig) -> FusionMethod:
     return TRACKERS[config.tracker]
 
 
+def no_views() -> Views:
+    """Refuse, by `ConfigError`, a tracker that has to know how cameras see the ground."""
+    raise ConfigError('this tracker needs the calibrations of the cameras: name a site')
+
+
 def open_fusion(
-    config: FusionConfig, cameras: tuple[str, ...], first_id: int = 1
+    config: FusionConfig,
+    cameras: tuple[str, ...],
+    first_id: int = 1,
+    views: OpenViews = no_views,
 ) -> FusionTracker:
     """
     Return the tracker that parameters are of.
@@ -100,14 +138,18 @@ def open_fusion(
         Names in the site's order, at most 32.
     first_id : int
         Id of the first track; those of later ones ascend from it.
+    views : callable
+        Reads how the cameras see the ground, if the tracker has to know.
 
     Raises
     ------
+    ConfigError, CalibrationError
+        If the tracker has to know that, and it is not known.
     ValueError
         If there are too many cameras or a name occurs twice.
 
     """
-    return fusion_method(config).open(config, cameras, first_id)
+    return fusion_method(config).open(config, cameras, first_id, views)
 
 
 def open_batcher(config: FusionConfig, cameras: tuple[str, ...]) -> Batcher[Any]:
@@ -119,3 +161,35 @@ def open_recorder(config: FusionConfig) -> DecisionRecorder | None:
     """Return what takes down why the next tick is decided as it is; None: nobody can say."""
     recorder = fusion_method(config).recorder
     return None if recorder is None else recorder()
+
+
+class Joining:
+    """
+    Collects what a camera tells of one image on several topics.
+
+    Parameters
+    ----------
+    config : FusionConfig
+        Of the tracker that is told.
+
+    """
+
+    def __init__(self, config: FusionConfig) -> None:
+        self._kinds = len(fusion_method(config).messages)
+        self._waiting: dict[str, dict[int, dict[str, Message]]] = {}
+
+    def add(self, camera: str, message: Message) -> dict[str, Message] | None:
+        """Take a message; return all of its image by topic, once that is complete."""
+        images = self._waiting.setdefault(camera, {})
+        parts = images.setdefault(message.stamp_ns, {})
+        parts[message.TOPIC] = message
+        if len(parts) < self._kinds:
+            while len(images) > MOST_WAITING:
+                del images[next(iter(images))]
+            return None
+        return images.pop(message.stamp_ns)
+
+
+def joined(method: FusionMethod, parts: Mapping[str, Message]) -> Stamped:
+    """Join all that a camera tells of one image, by topic."""
+    return method.joined(*(parts[kind.TOPIC] for kind in method.messages))

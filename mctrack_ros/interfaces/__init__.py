@@ -17,6 +17,7 @@ from mctrack_ros.interfaces.detections import Detections
 from mctrack_ros.interfaces.events import NO_CAMERA, Events
 from mctrack_ros.interfaces.explanation import Candidates, Decisions, Explanation
 from mctrack_ros.interfaces.feedback import Feedback
+from mctrack_ros.interfaces.foreground import Foreground
 from mctrack_ros.interfaces.limits import (
     LARGEST_DISTANCE,
     LARGEST_EXTENT,
@@ -24,7 +25,7 @@ from mctrack_ros.interfaces.limits import (
     LARGEST_VARIANCE,
     RESTART_NS,
 )
-from mctrack_ros.interfaces.rows import Column, Rows
+from mctrack_ros.interfaces.rows import Column, Message, Rows, Stamped
 from mctrack_ros.interfaces.ticks import CameraDetections, CameraRows, RowsTick, Tick, Ticks
 from mctrack_ros.interfaces.tracks import Tracks
 
@@ -52,9 +53,12 @@ __all__ = [
     'Explanation',
     'Feedback',
     'FeedbackFlag',
+    'Foreground',
+    'Message',
     'Reason',
     'Rows',
     'RowsTick',
+    'Stamped',
     'Tick',
     'Ticks',
     'TrackStatus',

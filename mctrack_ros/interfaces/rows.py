@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +36,46 @@ class Column:
 
 AnyRows = TypeVar('AnyRows', bound='Rows')
 
+
+class Stamped(Protocol):
+    """What is known of one image."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """Stamp of the image, ns."""
+        ...
+
+    def __len__(self) -> int:
+        """Return how many there are, rows for example."""
+        ...
+
+    def at(self, stamp_ns: int) -> Self:
+        """Return the same under another stamp, ns."""
+        ...
+
+
+class Message(Stamped, Protocol):
+    """
+    What a camera tells of one image, on a topic below its own: rows, or a mask.
+
+    Attributes
+    ----------
+    TOPIC : str
+        Where, below the camera's own topic.
+    ROS_TYPE : str
+        As which message.
+
+    """
+
+    TOPIC: ClassVar[str]
+    ROS_TYPE: ClassVar[str]
+
+    @classmethod
+    def build(cls, stamp_ns: int) -> Self:
+        """Return what is told where nothing is known."""
+        ...
+
+
 POSITION = Column('f4', (3,), float('nan'))
 
 
@@ -57,6 +97,7 @@ class Rows:
 
     COLUMNS: ClassVar[dict[str, Column]] = {}
     TOPIC: ClassVar[str] = ''
+    ROS_TYPE: ClassVar[str] = 'sensor_msgs/msg/PointCloud2'
     LAYOUT: ClassVar[tuple[tuple[str, np.dtype[Any], tuple[int, ...], float], ...]] = ()
     NONE: ClassVar[tuple[NDArray[Any], ...]] = ()
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces.detections import Detections
-from mctrack_ros.interfaces.rows import POSITION, Column, Rows
+from mctrack_ros.interfaces.rows import POSITION, Column, Rows, Stamped
 
-R = TypeVar('R', bound=Rows)
+R = TypeVar('R', bound=Stamped)
 
 
 @dataclass(frozen=True, eq=False)

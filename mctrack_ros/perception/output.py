@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.interfaces import Detections, Events, Rows
+from mctrack_ros.interfaces import Detections, Events, Message
 from mctrack_ros.perception.camera_shift.monitor import CameraShift
 
 Image = NDArray[np.uint8]
@@ -21,9 +21,9 @@ class CameraOutput:
 
     Attributes
     ----------
-    messages : mapping of str to Rows
-        What is told of every image, by topic below the camera's; without rows while the
-        background is learned.
+    messages : mapping of str to Message
+        What is told of every image, by topic below the camera's; empty while the background is
+        learned.
     events : Events
         What happened to the camera's own tracks; ``others`` are local ids.
     shift : CameraShift
@@ -31,14 +31,17 @@ class CameraOutput:
 
     """
 
-    messages: Mapping[str, Rows]
+    messages: Mapping[str, Message]
     events: Events
     shift: CameraShift
 
     @classmethod
-    def empty(cls, rows: type[Rows], stamp_ns: int, shift: CameraShift) -> CameraOutput:
+    def empty(
+        cls, kinds: Iterable[type[Message]], stamp_ns: int, shift: CameraShift
+    ) -> CameraOutput:
         """Return what is said while there is nothing to compare an image with."""
-        return cls({rows.TOPIC: rows.build(stamp_ns)}, Events.build(stamp_ns), shift)
+        messages = {kind.TOPIC: kind.build(stamp_ns) for kind in kinds}
+        return cls(messages, Events.build(stamp_ns), shift)
 
     @property
     def detections(self) -> Detections:

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import OneOf
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.interfaces import Detections, Feedback, Rows
+from mctrack_ros.interfaces import Detections, Feedback, Message, Rows
 from mctrack_ros.perception.config import CameraConfig
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
-from mctrack_ros.perception.event_tracker.pipeline import EventTracker
+from mctrack_ros.perception.event_tracker.pipeline import TOLD, EventTracker
 from mctrack_ros.perception.feedback.buffer import FeedbackBuffer, RowsBuffer
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.silhouettes import SilhouetteCameraConfig, SilhouettePipeline
@@ -56,7 +56,7 @@ class CameraMethod(NamedTuple):
     open : callable
         Makes one of parameters, the camera's mapping, mask and background; see `open_camera`.
     messages : tuple of type
-        What it tells of every image, each on the topic of its row type.
+        What it tells of every image, each on the topic of its type.
     feedback : type
         What it is told by fusion.
 
@@ -64,12 +64,12 @@ class CameraMethod(NamedTuple):
 
     config: type[CameraConfig]
     open: Opener
-    messages: tuple[type[Rows], ...] = (Detections,)
+    messages: tuple[type[Message], ...] = (Detections,)
     feedback: type[Rows] = Feedback
 
 
 TRACKERS: dict[str, CameraMethod] = {
-    'groups': CameraMethod(EventTrackerConfig, EventTracker),
+    'groups': CameraMethod(EventTrackerConfig, EventTracker, TOLD),
     'silhouettes': CameraMethod(
         SilhouetteCameraConfig,
         lambda config, *given: SilhouettePipeline(config.silhouettes, *given),

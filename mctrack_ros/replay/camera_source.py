@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 from mctrack_ros.codec import (
     image_from_message,
     jpeg_from_image,
-    rows_from_cloud,
+    message_from_ros,
     stamp_ns_of,
 )
-from mctrack_ros.interfaces import Detections, Events, Rows
+from mctrack_ros.fusion.trackers import MOST_WAITING
+from mctrack_ros.interfaces import Detections, Events, Message, Rows
 from mctrack_ros.perception import (
     ImageState,
     ImageWatch,
@@ -80,7 +81,7 @@ class CameraTask:
         How the stamps of its messages are used; unless given, as they are.
     debug : Debug, optional
         Where images with what is seen in them are written.
-    told : type
+    told : tuple of type
         What fusion is told by the camera, where that is replayed instead of images.
 
     """
@@ -94,7 +95,7 @@ class CameraTask:
     video: CameraVideo | None = None
     stamps: Stamps | None = None
     debug: Debug | None = None
-    told: type[Rows] = Detections
+    told: tuple[type[Message], ...] = (Detections,)
 
     @property
     def image_topic(self) -> str:
@@ -103,8 +104,8 @@ class CameraTask:
 
     @property
     def told_topic(self) -> str:
-        """Topic of what fusion was told, detections for example."""
-        return f'/{self.camera}/{self.told.TOPIC}'
+        """Topic of what fusion was told first of an image, detections for example."""
+        return f'/{self.camera}/{self.told[0].TOPIC}'
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -116,7 +117,7 @@ class CameraResult:
     ----------
     camera : str
         Its name.
-    messages : mapping of str to Rows
+    messages : mapping of str to Message
         What it publishes, by topic below its own.
     events : Events
         Its own events.
@@ -128,7 +129,7 @@ class CameraResult:
     """
 
     camera: str
-    messages: Mapping[str, Rows]
+    messages: Mapping[str, Message]
     events: Events
     feedback_missed: bool
     session: int = 0
@@ -214,16 +215,19 @@ class CameraSource:
         self.session, self._read = 0, 0
         self._advance()
 
-    def _open(self) -> Iterator[tuple[str, object, int]]:
-        """Open the bag or the video; return its messages."""
+    def _open(self) -> Iterator[tuple[Any, ...]]:
+        """Open the bag or the video; return the messages of each image."""
         video = self._task.video
         if video is not None:
             self._from_images, self._reading = True, video.reading()
-            return video.messages(self._reading)
+            return ((message,) for _, message, _ in video.messages(self._reading))
         self._reader = BagReader(self._task.bag, self._task.namespace)
         topic = topic_of(self._task, self._reader)
         self._from_images = topic == self._task.image_topic
-        return self._reader.messages([topic])
+        if self._from_images:
+            return ((message,) for _, message, _ in self._reader.messages([topic]))
+        topics = [f'/{self._task.camera}/{kind.TOPIC}' for kind in self._task.told]
+        return _of_one_image(self._reader, topics)
 
     def _new_buffer(self) -> RowsBuffer[Any]:
         """Return a buffer without feedback."""
@@ -271,7 +275,7 @@ class CameraSource:
             self._draw(output)
             result = CameraResult(name, output.messages, output.events, missed, session)
         else:
-            told = {self._rows.TOPIC: self._rows.at(stamp_ns)}
+            told = {topic: message.at(stamp_ns) for topic, message in self._told.items()}
             result = CameraResult(name, told, Events.build(stamp_ns), False, session)
         quality.messages += 1
         quality.detections += sum(map(_seen, result.messages.values()))
@@ -295,9 +299,9 @@ class CameraSource:
     def _advance(self) -> None:
         """Read ahead by one message; skip what the camera node would refuse."""
         session = self.session
-        for _, message, _ in self._messages:
-            stamp_ns = self._judged(message)
-            if stamp_ns != LEFT_OUT and self._is_usable(message):
+        for messages in self._messages:
+            stamp_ns = self._judged(messages[0])
+            if stamp_ns != LEFT_OUT and self._is_usable(messages):
                 self.next_stamp_ns = stamp_ns
                 if session != self.session:
                     self._buffer = self._new_buffer()
@@ -321,15 +325,18 @@ class CameraSource:
         )
         return stamps.stamp_ns[index]
 
-    def _is_usable(self, message: object) -> bool:
-        """Decode a message; tell whether this succeeds and an image has the camera's size."""
-        settings = self._task.settings
+    def _is_usable(self, messages: tuple[Any, ...]) -> bool:
+        """Decode messages; tell whether this succeeds and an image has the camera's size."""
+        settings, kinds = self._task.settings, self._task.told
         try:
             if self._from_images:
                 size = (settings.image_width, settings.image_height)
-                self._image = image_from_message(message, size)
+                self._image = image_from_message(messages[0], size)
             else:
-                self._rows = rows_from_cloud(message, self._task.told)
+                if len(messages) < len(kinds):
+                    raise ValueError(f'it lacks {kinds[-1].TOPIC}')
+                told = (message_from_ros(*each) for each in zip(messages, kinds))
+                self._told = {message.TOPIC: message for message in told}
         except ValueError as error:
             self.quality.refused += 1
             self.quality.reason = str(error)
@@ -337,6 +344,33 @@ class CameraSource:
         return True
 
 
-def _seen(rows: Rows) -> int:
+def _of_one_image(reader: BagReader, topics: list[str]) -> Iterator[tuple[Any, ...]]:
+    """
+    Yield what was told of each image, a message a topic, in the order of the first topic.
+
+    Of an image of which not all is there the first message is yielded alone.
+    """
+    waiting: dict[int, dict[str, Any]] = {}
+    for topic, message, _ in reader.messages(topics):
+        waiting.setdefault(stamp_ns_of(message), {})[topic] = message
+        while waiting:
+            stamp_ns, parts = next(iter(waiting.items()))
+            if len(parts) < len(topics) and len(waiting) <= MOST_WAITING:
+                break
+            yield from _complete(waiting.pop(stamp_ns), topics)
+    for parts in waiting.values():
+        yield from _complete(parts, topics)
+
+
+def _complete(parts: dict[str, Any], topics: list[str]) -> Iterator[tuple[Any, ...]]:
+    if len(parts) == len(topics):
+        yield tuple(parts[topic] for topic in topics)
+    elif topics[0] in parts:
+        yield (parts[topics[0]],)
+
+
+def _seen(message: Message) -> int:
     """Return how many rows tell of somebody: of detections, those that are not vacant."""
-    return int((~rows.is_vacant).sum()) if isinstance(rows, Detections) else len(rows)
+    if isinstance(message, Detections):
+        return int((~message.is_vacant).sum())
+    return len(message) if isinstance(message, Rows) else 0

@@ -6,8 +6,15 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from mctrack_ros.fusion import FusionConfig, FusionOutput, open_fusion, open_recorder
+from mctrack_ros.fusion import (
+    FusionConfig,
+    FusionOutput,
+    OpenViews,
+    open_fusion,
+    open_recorder,
+)
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
+from mctrack_ros.fusion.trackers import no_views
 from mctrack_ros.interfaces import Explanation, Rows, RowsTick
 
 
@@ -44,6 +51,7 @@ def drive(
     cameras: tuple[str, ...],
     ticks: Iterable[RowsTick[Any]],
     is_asked_why: Callable[[RowsTick[Any]], bool] = lambda tick: False,
+    views: OpenViews = no_views,
 ) -> Iterator[TickOutput]:
     """
     Step a new tracker over ticks.
@@ -59,6 +67,8 @@ def drive(
         the output of the one before: a generator can use the feedback of all earlier ticks.
     is_asked_why : callable
         Whether a tick is explained.
+    views : callable
+        Reads how the cameras see the ground, if the tracker has to know.
 
     Yields
     ------
@@ -67,11 +77,11 @@ def drive(
 
     Raises
     ------
-    ValueError, OverflowError
+    ConfigError, CalibrationError, ValueError, OverflowError
         As the tracker's making and its `step` do.
 
     """
-    tracker = open_fusion(config, cameras)
+    tracker = open_fusion(config, cameras, views=views)
     for tick in ticks:
         recorder = open_recorder(config) if is_asked_why(tick) else None
         output = tracker.step(tick, recorder)

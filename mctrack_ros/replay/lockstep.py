@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
-from mctrack_ros.fusion import FusionConfig, fusion_method, open_batcher
+from mctrack_ros.fusion import FusionConfig, fusion_method, joined, open_batcher
 from mctrack_ros.interfaces import Rows, RowsTick
 from mctrack_ros.replay.camera_source import CameraResult, CameraTask
 from mctrack_ros.replay.drive import TickOutput, drive
@@ -90,7 +90,7 @@ def run_lockstep(
     batches = Batches(site.fusion, site.camera_names)
     periods = _Periods(workers, round(site.fusion.batching.period * 1e9))
     ticks = (tick for results in periods.complete() for tick in batches.ticks(results))
-    for ticked in drive(site.fusion, site.camera_names, ticks, lambda tick: explain):
+    for ticked in drive(site.fusion, site.camera_names, ticks, lambda tick: explain, site.views):
         periods.feedback.append((batches.session, ticked.feedback))
         yield periods.results, ticked
 
@@ -183,7 +183,7 @@ class Batches:
 
     def __init__(self, config: FusionConfig, cameras: tuple[str, ...]) -> None:
         self._batcher = open_batcher(config, cameras)
-        self._topic = fusion_method(config).messages.TOPIC
+        self._method = fusion_method(config)
         self.session = 0
 
     def ticks(self, results: Results) -> list[RowsTick[Any]]:
@@ -195,5 +195,6 @@ class Batches:
         ticks = []
         for result in results:
             self._batcher.feedback_missed(result.camera, int(result.feedback_missed))
-            ticks += self._batcher.add(result.camera, result.messages[self._topic], now_ns)
+            told = joined(self._method, result.messages)
+            ticks += self._batcher.add(result.camera, told, now_ns)
         return ticks + self._batcher.flush()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from mctrack_ros.fusion import FusionConfig, fusion_method
-from mctrack_ros.interfaces import CameraRows, Events, Rows, RowsTick, Ticks
+from mctrack_ros.fusion import FusionConfig, Joining, fusion_method, joined
+from mctrack_ros.fusion.trackers import FusionMethod
+from mctrack_ros.interfaces import CameraRows, Events, Message, RowsTick, Stamped, Ticks
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.camera_source import CameraResult
 from mctrack_ros.replay.lockstep import Batches, in_order
@@ -15,8 +16,8 @@ from mctrack_ros.replay.quality import LEFT_OUT
 from mctrack_ros.replay.stamps import Entry, judge
 
 TICKS_TOPIC = '/ticks'
-Message = tuple[int, str, Rows]
-"""Log time, ns, camera and what it holds."""
+Told = tuple[int, str, Mapping[str, Message]]
+"""Log time, ns, camera and what it told of an image, by topic."""
 
 
 def recorded_ticks(
@@ -43,43 +44,55 @@ def recorded_ticks(
         If the bag holds none of these, or lacks some that were admitted.
 
     """
-    period_ns, kind = round(config.batching.period * 1e9), fusion_method(config).messages
-    present = [camera for camera in cameras if reader.count(f'/{camera}/{kind.TOPIC}')]
+    period_ns, kinds = round(config.batching.period * 1e9), fusion_method(config).messages
+    names = ' and '.join(kind.TOPIC for kind in kinds)
+    present = [
+        camera
+        for camera in cameras
+        if all(reader.count(f'/{camera}/{kind.TOPIC}') for kind in kinds)
+    ]
     if not present:
         raise BagError(
-            f'{reader.path} holds no {kind.TOPIC} of {", ".join(cameras)}: track it first '
-            f'(mctrack track), or record /<camera>/{kind.TOPIC}'
+            f'{reader.path} holds no {names} of {", ".join(cameras)}: track it first '
+            f'(mctrack track), or record /<camera>/{kinds[0].TOPIC}'
         )
-    messages = [
-        (time_ns, camera, rows)
+    parts = [
+        (time_ns, camera, part)
         for camera in present
-        for rows, time_ns in reader.rows(f'/{camera}/{kind.TOPIC}', kind)
+        for kind in kinds
+        for part, time_ns in reader.rows(f'/{camera}/{kind.TOPIC}', kind)
     ]
-    messages.sort(key=lambda message: message[0])
+    parts.sort(key=lambda part: part[0])
+    joining = Joining(config)
+    messages = [
+        (time_ns, camera, whole)
+        for time_ns, camera, part in parts
+        if (whole := joining.add(camera, part)) is not None
+    ]
     if reader.count(TICKS_TOPIC):
         records = [rows for rows, _ in reader.rows(TICKS_TOPIC, Ticks)]
-        yield from _admitted(records, messages, cameras, period_ns, reader)
+        yield from _admitted(records, messages, cameras, period_ns, reader, fusion_method(config))
     else:
         yield from _judged(messages, cameras, config)
 
 
 def _judged(
-    messages: list[Message], cameras: tuple[str, ...], config: FusionConfig
+    messages: Sequence[Told], cameras: tuple[str, ...], config: FusionConfig
 ) -> Iterator[RowsTick[Any]]:
     """Yield ticks as the offline runner makes them, from plausible stamps."""
     period_ns, batches = round(config.batching.period * 1e9), Batches(config, cameras)
-    entries = [Entry(camera, rows.stamp_ns, time_ns) for time_ns, camera, rows in messages]
+    entries = [Entry(camera, _stamp_ns(told), time_ns) for time_ns, camera, told in messages]
     judged = {
         camera: iter(zip(stamps.stamp_ns, stamps.session))
         for camera, stamps in judge(entries, cameras, config.batching)[0].items()
     }
     periods: dict[int, list[CameraResult]] = defaultdict(list)
-    for _, camera, rows in messages:
+    for _, camera, told in messages:
         stamp_ns, session = next(judged[camera])
         if stamp_ns != LEFT_OUT:
             events = Events.build(stamp_ns)
-            told = {rows.TOPIC: rows.at(stamp_ns)}
-            result = CameraResult(camera, told, events, False, session)
+            restamped = {topic: part.at(stamp_ns) for topic, part in told.items()}
+            result = CameraResult(camera, restamped, events, False, session)
             periods[result.tick(period_ns)].append(result)
     for index in sorted(periods):
         yield from batches.ticks(in_order(periods[index]))
@@ -87,14 +100,16 @@ def _judged(
 
 def _admitted(
     records: list[Ticks],
-    messages: list[Message],
+    messages: Sequence[Told],
     cameras: tuple[str, ...],
     period_ns: int,
     reader: BagReader,
+    method: FusionMethod,
 ) -> Iterator[RowsTick[Any]]:
     """Yield the recorded ticks, each message with the stamp that fusion gave it."""
-    waiting: dict[tuple[str, int], list[Rows]] = defaultdict(list)
-    for _, camera, rows in messages:
+    waiting: dict[tuple[str, int], list[Stamped]] = defaultdict(list)
+    for _, camera, told in messages:
+        rows = joined(method, told)
         waiting[camera, rows.stamp_ns // period_ns].append(rows)
     for record in records:
         if record.camera.max(initial=0) >= len(cameras):
@@ -121,7 +136,7 @@ def _admitted(
             )
             if len(found) - first < count:
                 raise BagError(
-                    f'{reader.path} lacks {messages[0][2].TOPIC} of {name} that were fused at '
+                    f'{reader.path} lacks messages of {name} that were fused at '
                     f'{record.stamp_ns * 1e-9:.3f} s: it cannot be replayed'
                 )
             for store, rows in found[first : first + count]:
@@ -129,3 +144,8 @@ def _admitted(
                 frames.append(CameraRows(name, rows.at(rows.stamp_ns + added_ns)))
         frames.sort(key=lambda frame: (frame.camera, frame.rows.stamp_ns))
         yield RowsTick(record.stamp_ns, tuple(frames), record)
+
+
+def _stamp_ns(told: Mapping[str, Message]) -> int:
+    """Return the stamp of the image that messages are of, ns."""
+    return next(iter(told.values())).stamp_ns

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
-from mctrack_ros.interfaces import Rows
+from mctrack_ros.interfaces import Message
 from mctrack_ros.recording import BagWriter, MotTextWriter, TrackTableWriter
 from mctrack_ros.recording.closing import Closing
 from mctrack_ros.replay.drive import TickOutput
@@ -76,7 +76,7 @@ class _LogTimes:
         return self._last_ns
 
 
-def _topics(results: Results, ticked: TickOutput) -> Iterator[tuple[str, Rows]]:
+def _topics(results: Results, ticked: TickOutput) -> Iterator[tuple[str, Message]]:
     """
     Yield topics and rows of one tick, in a fixed order.
 

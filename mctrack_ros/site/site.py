@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import shapely.affinity
 from numpy.typing import NDArray
 
 from mctrack_ros.config import ConfigError, config_from, of_chosen, parameter, values_of
-from mctrack_ros.fusion import FUSION, FusionConfig, fusion_method
+from mctrack_ros.fusion import FUSION, FusionConfig, Views, fusion_method
 from mctrack_ros.ground import CalibrationError
 from mctrack_ros.ground.coverage.coverage import area_from
 from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
@@ -52,6 +53,8 @@ class SiteConfig:
     origin : (float, float)
         What positions are told from inside and on topics, in the coordinates of the site's files,
         m.
+    path : str
+        Of the file that it was read from; may be empty.
 
     """
 
@@ -62,11 +65,29 @@ class SiteConfig:
     cameras: Mapping[str, CameraSettings]
     fusion: FusionConfig
     origin: Origin = (0.0, 0.0)
+    path: str = ''
 
     @property
     def camera_names(self) -> tuple[str, ...]:
         """Names in the order of the camera bits."""
         return tuple(self.cameras)
+
+    def views(self) -> Views:
+        """
+        Read how the cameras see the ground, positions told from the site's origin.
+
+        Raises
+        ------
+        ConfigError, CalibrationError
+            If a calibration cannot be read.
+
+        """
+        area = (
+            shapely.affinity.translate(area_from(self.area), *np.negative(self.origin))
+            if self.area
+            else None
+        )
+        return Views({name: camera.mapping() for name, camera in self.cameras.items()}, area)
 
     def description(self, began_ns: int) -> str:
         """Return what `/site` says of a run over a recording, by the stamp of its first tick."""
@@ -114,7 +135,7 @@ def load_site(path: str | Path) -> SiteConfig:
     path = Path(path)
     content = read_yaml_file(path, ConfigError)
     try:
-        return site_from(content, path.parent)
+        return dataclasses.replace(site_from(content, path.parent), path=str(path.resolve()))
     except ConfigError as error:
         raise ConfigError(f'{path}: {error}') from error
 
@@ -183,11 +204,13 @@ def _check_messages(cameras: Mapping[str, CameraSettings], fusion: FusionConfig)
     wanted = fusion_method(fusion).messages
     for name, camera in cameras.items():
         told = camera_method(camera.pipeline).messages
-        if wanted not in told:
-            topics = ' and '.join(rows.TOPIC for rows in told)
+        if not set(wanted) <= set(told):
+            topics, taken = (
+                ' and '.join(kind.TOPIC for kind in kinds) for kinds in (told, wanted)
+            )
             raise ConfigError(
                 f'cameras.{name}.pipeline.local_tracker is {camera.pipeline.local_tracker}, which '
-                f'tells {topics}; fusion.tracker {fusion.tracker} takes {wanted.TOPIC}'
+                f'tells {topics}; fusion.tracker {fusion.tracker} takes {taken}'
             )
 
 

@@ -21,6 +21,8 @@ class Frame:
         Its foreground as found, 255.
     mask : (h, w) uint8 array
         The same, cleaned: without what is only a few pixels wide.
+    objects : (h, w) uint8 array
+        The foreground that no change of light explains, 255.
     background : (h, w, 3) uint8 array
         Without what moves.
     difference : (h, w) uint8 array
@@ -33,6 +35,7 @@ class Frame:
     image: NDArray[np.uint8]
     found: NDArray[np.uint8]
     mask: NDArray[np.uint8]
+    objects: NDArray[np.uint8]
     background: NDArray[np.uint8]
     difference: NDArray[np.uint8]
     scale: float

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.interfaces import Detections, Feedback
+from mctrack_ros.interfaces import Detections, Feedback, Foreground, Message
+from mctrack_ros.perception.background.colour_test import objects_in
 from mctrack_ros.perception.background.ghost_removal import GhostRemoval
 from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.background.segmentation import inside_edges
@@ -16,11 +17,14 @@ from mctrack_ros.perception.blobs.extraction import Blobs, clean_mask, find_blob
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.perception.event_tracker.tracker import LocalTracker
+from mctrack_ros.perception.foreground import Reduction
 from mctrack_ros.perception.front_end import Arrival, FrontEnd
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.output import CameraOutput, check_image
 
 Image = NDArray[np.uint8]
+TOLD = (Detections, Foreground)
+"""What is told of every image."""
 
 
 class EventTracker:
@@ -62,6 +66,7 @@ class EventTracker:
             check_image(background, mapping.image_size)
             self._given = self._reduced(background)
             self._background.begin(self._given)
+        self._reduction = Reduction(mapping, config.reduction)
         self._shadows = Shadows(config.shadows, mapping, float(config.reduction))
         self._ghosts = GhostRemoval(config.ghosts)
         self._tracker = LocalTracker(config, mapping, self._sizes, mask)
@@ -90,17 +95,19 @@ class EventTracker:
         """
         arrival = self._front.take(image, stamp_ns)
         if arrival is None:
-            return CameraOutput.empty(Detections, stamp_ns, self._front.shift)
+            return CameraOutput.empty(TOLD, stamp_ns, self._front.shift)
         self._begin_anew(arrival)
         frame = self._foreground(image, stamp_ns)  # background subtracted, shadows taken out
         if frame is None:
             self._restart_tracks()
-            return CameraOutput.empty(Detections, stamp_ns, arrival.shift)
+            return CameraOutput.empty(TOLD, stamp_ns, arrival.shift)
         blobs = self._blobs(frame)  # connected foreground that is not shade alone
         noise_px = arrival.shift.noise_px
         detections, events = self._tracker.step(blobs, frame, stamp_ns, feedback, noise_px)
         self._learn(frame, blobs, detections, stamp_ns)  # where people are, and are not
-        return CameraOutput({Detections.TOPIC: detections}, events, arrival.shift)
+        foreground = self._reduction.foreground(frame.objects, stamp_ns)
+        told: dict[str, Message] = {Detections.TOPIC: detections, Foreground.TOPIC: foreground}
+        return CameraOutput(told, events, arrival.shift)
 
     def predicted_boxes(self) -> NDArray[np.float64]:
         """Return the (n, 4) boxes, px, where the last image was to show its tracks."""
@@ -131,6 +138,9 @@ class EventTracker:
         background, difference = self._background.model, self._background.difference
         if found is None or background is None:
             return None
+        objects = objects_in(small, background, found)
+        if self._mask is not None:
+            cv2.bitwise_and(objects, self._mask, objects)
         noise = self._background.noise or 0.0
         self._shadows.take_out(small, background, found, noise, stamp_ns)
         if self._mask is not None:
@@ -138,7 +148,8 @@ class EventTracker:
         if self._config.blobs.edges == 'laplacian':
             found = inside_edges(found, difference)
         mask = clean_mask(found, difference, self._background.threshold, self._config.blobs)
-        return Frame(small, found, mask, background, difference, float(self._config.reduction))
+        scale = float(self._config.reduction)
+        return Frame(small, found, mask, objects, background, difference, scale)
 
     def _blobs(self, frame: Frame) -> Blobs:
         """Return the blobs of a frame, in pixels of the full image."""

@@ -122,13 +122,13 @@ class SilhouettePipeline:
         """
         arrival = self._front.take(image, stamp_ns)
         if arrival is None:
-            return CameraOutput.empty(Detections, stamp_ns, self._front.shift)
+            return CameraOutput.empty((Detections,), stamp_ns, self._front.shift)
         self._begin_anew(arrival)
         grey = self._grey(image)
         mask = self._background.apply(grey, stamp_ns)
         if mask is None:
             self._restart()
-            return CameraOutput.empty(Detections, stamp_ns, arrival.shift)
+            return CameraOutput.empty((Detections,), stamp_ns, arrival.shift)
         if self._mask is not None:
             mask = cv2.bitwise_and(mask, self._mask)  # type: ignore[assignment]
         self._rest.watch(self._background, grey, mask, stamp_ns)

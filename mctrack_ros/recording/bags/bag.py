@@ -13,8 +13,8 @@ from rosbags.interfaces import Connection, ConnectionExtRosbag2, Qos
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.typesys.store import Typestore
 
-from mctrack_ros.codec import CodecError, MessageClasses, cloud_from_rows, rows_from_cloud
-from mctrack_ros.interfaces import Rows
+from mctrack_ros.codec import CodecError, MessageClasses, message_from_ros, ros_from_message
+from mctrack_ros.interfaces import Message
 from mctrack_ros.recording.bags.definitions import (
     TYPES,
     TypeDefinition,
@@ -30,7 +30,7 @@ from mctrack_ros.recording.errors import BagError
 _NO_HASH = f'RIHS00_{0:064}'
 """Of a type whose hash nobody knows; rosbags does not write an empty one."""
 
-AnyRows = TypeVar('AnyRows', bound=Rows)
+AnyRows = TypeVar('AnyRows', bound=Message)
 
 ROSBAGS_CLASSES = MessageClasses(
     cloud=TYPES.types['sensor_msgs/msg/PointCloud2'],
@@ -93,12 +93,12 @@ class BagWriter(Closing):
         )
 
     def write_rows(
-        self, topic: str, rows: Rows, frame_id: str, time_ns: int | None = None
+        self, topic: str, rows: Message, frame_id: str, time_ns: int | None = None
     ) -> None:
-        """Append rows as a cloud, logged at their own stamp unless a time is given."""
-        cloud = cloud_from_rows(rows, ROSBAGS_CLASSES, frame_id)
+        """Append rows or a mask, logged at their own stamp unless a time is given."""
+        message = ros_from_message(rows, ROSBAGS_CLASSES, frame_id)
         offered = [OF_ROWS.get(type(rows), USUAL)]
-        self.write(topic, cloud, rows.stamp_ns if time_ns is None else time_ns, offered)
+        self.write(topic, message, rows.stamp_ns if time_ns is None else time_ns, offered)
 
     def write_text(self, topic: str, text: str, time_ns: int) -> None:
         """Append a ``std_msgs/String`` on a latched topic."""
@@ -271,7 +271,9 @@ class BagReader(Closing):
         stop_ns: int | None = None,
     ) -> Iterator[tuple[AnyRows, int]]:
         """
-        Yield a topic's clouds as rows, each with its log time (ns); the part as in `messages`.
+        Yield a topic's clouds as rows, or its masks, each with its log time (ns).
+
+        Start and stop are as in `messages`.
 
         Raises
         ------
@@ -281,7 +283,7 @@ class BagReader(Closing):
         """
         for _, message, time_ns in self.messages([topic], start_ns, stop_ns):
             try:
-                rows = rows_from_cloud(message, kind)
+                rows = message_from_ros(message, kind)
             except (CodecError, AttributeError) as error:
                 raise BagError(
                     f'{self.path}: {topic} holds no {kind.__name__}: {error}'

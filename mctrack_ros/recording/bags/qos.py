@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from rosbags.interfaces import (
     Qos,
@@ -13,7 +14,7 @@ from rosbags.interfaces import (
     QosTime,
 )
 
-from mctrack_ros.interfaces import Candidates, Decisions, Events, Rows, Ticks
+from mctrack_ros.interfaces import Candidates, Decisions, Events, Ticks
 
 FOREVER = QosTime(9223372036, 854775807)
 """A duration without end, as rosbag2 writes it."""
@@ -44,7 +45,7 @@ OF_TYPES: Mapping[str, Qos] = {
 }
 """What the nodes offer, by message type (see docs/reference/topics.md)."""
 
-OF_ROWS: Mapping[type[Rows], Qos] = dict.fromkeys(
+OF_ROWS: Mapping[type[Any], Qos] = dict.fromkeys(
     (Events, Ticks, Candidates, Decisions), reliable(100)
 )
 """What the nodes offer for clouds of rows."""

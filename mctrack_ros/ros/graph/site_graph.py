@@ -21,6 +21,7 @@ def site_nodes(
         cameras=site.camera_names,
         ground_frame=site.ground_frame,
         origin=origin_text(site.origin),
+        site=site.path,
         fusion=site.fusion,
     )
     nodes = [NodeSpec('fusion_node', 'fusion', values_of(fusion) | clock)]
@@ -52,7 +53,7 @@ def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
     """
     cameras, extra = site.cameras, int(recorded)
     awaited = [resolved(named_image_topic(name, one.image_topic)) for name, one in cameras.items()]
-    told = fusion_method(site.fusion).messages.TOPIC
-    awaited += [f'/{name}/{told} {1 + extra}' for name in cameras]
+    told = fusion_method(site.fusion).messages
+    awaited += [f'/{name}/{kind.TOPIC} {1 + extra}' for name in cameras for kind in told]
     awaited.append(f'/feedback {len(cameras) + extra}')
     return awaited + (['/tracks 1', '/events 1', '/ticks 1'] if recorded else [])

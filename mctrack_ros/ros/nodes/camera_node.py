@@ -10,14 +10,14 @@ from rclpy.lifecycle import LifecyclePublisher
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 
 from mctrack_ros.codec import (
-    cloud_from_rows,
     image_from_message,
     image_message,
+    ros_from_message,
     rows_from_cloud,
     stamp_ns_of,
 )
 from mctrack_ros.config import parameter
-from mctrack_ros.interfaces import RESTART_NS, Rows
+from mctrack_ros.interfaces import RESTART_NS, Message
 from mctrack_ros.perception import (
     CameraShift,
     ImageState,
@@ -35,7 +35,7 @@ from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.node.silence import warn_of_silence
 from mctrack_ros.ros.topics import quality
-from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
+from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.names import check_camera_name, named_image_topic
 
@@ -90,8 +90,10 @@ class CameraNode(GraphNode):
         self.diagnostics = Diagnostics(self, parts, (camera,))
         reliable = quality.reliable
         self.messages = {
-            rows.TOPIC: self.publisher(PointCloud2, f'{camera}/{rows.TOPIC}', reliable(10))
-            for rows in self.method.messages
+            kind.TOPIC: self.publisher(
+                message_class(kind.ROS_TYPE), f'{camera}/{kind.TOPIC}', reliable(10)
+            )
+            for kind in self.method.messages
         }
         self.events = self.publisher(PointCloud2, f'{camera}/events', reliable(100))
         self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
@@ -156,8 +158,8 @@ class CameraNode(GraphNode):
         output = self.tracker.step(image, stamp_ns, feedback)
         if len(output.events):
             self.send(self.events, output.events)
-        for topic, rows in output.messages.items():
-            self.send(self.messages[topic], rows)
+        for topic, message in output.messages.items():
+            self.send(self.messages[topic], message)
         self.note_shift(output.shift)
         self.show(image, output)
 
@@ -205,9 +207,10 @@ class CameraNode(GraphNode):
         self.health.count('refused')
         self.get_logger().warning(reason, throttle_duration_sec=5.0)
 
-    def send(self, publisher: LifecyclePublisher, rows: Rows) -> None:
-        """Publish rows as a cloud."""
-        publisher.publish(cloud_from_rows(rows, RCLPY_CLASSES, self.config.ground_frame))
+    def send(self, publisher: LifecyclePublisher, message: Message) -> None:
+        """Publish rows or a mask."""
+        frame = self.config.ground_frame
+        publisher.publish(ros_from_message(message, RCLPY_CLASSES, frame))
 
 
 def main() -> int:

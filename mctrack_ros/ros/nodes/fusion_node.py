@@ -17,12 +17,15 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
+from mctrack_ros.codec import cloud_from_rows, message_from_ros, rows_from_cloud
 from mctrack_ros.config import ConfigError, parameter, values_of
 from mctrack_ros.fusion import (
     FUSION,
     FusionConfig,
+    Joining,
+    Views,
     fusion_method,
+    joined,
     open_batcher,
     open_fusion,
     open_recorder,
@@ -40,9 +43,10 @@ from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.node.track_ids import TrackIds, state_path
 from mctrack_ros.ros.topics import markers, quality
-from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
+from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class
 from mctrack_ros.site.description import site_description
 from mctrack_ros.site.names import check_camera_name
+from mctrack_ros.site.site import load_site
 from mctrack_ros.site.stated_origin import origin_from
 
 
@@ -63,6 +67,11 @@ class FusionNodeConfig:
         'auto',
         'file of the ids used so far, so that none is used again; auto: a file of this node '
         'below ROS_HOME or ~/.ros; empty: none, ids begin at 1 at each configuration',
+    )
+    site: str = parameter(
+        '',
+        'site YAML with the calibrations of the cameras, for a tracker that has to know them: '
+        'occupancy',
     )
     fusion: FusionConfig = FUSION.field()
 
@@ -88,9 +97,10 @@ class FusionNode(GraphNode):
             check_camera_name(camera)
         self.origin = origin_from(self.config.origin)
         self.batcher = open_batcher(self.config.fusion, cameras)
-        self.messages = fusion_method(self.config.fusion).messages
+        self.method = fusion_method(self.config.fusion)
+        self.joining = Joining(self.config.fusion)
         self.ids = self.open_ids()
-        self.tracker = open_fusion(self.config.fusion, cameras, self.ids.first)
+        self.tracker = open_fusion(self.config.fusion, cameras, self.ids.first, self.views)
         self.health = {camera: StreamHealth() for camera in cameras}
         clocks = self.batcher.clocks
         parts: dict[str, Health] = {
@@ -116,6 +126,13 @@ class FusionNode(GraphNode):
         self.poses = self.publisher(PoseArray, 'tracks/poses', reliable(1))
         self.obstacles = self.publisher(cloud, 'tracks/obstacles', reliable(1))
 
+    def views(self) -> Views:
+        """Read how the cameras see the ground."""
+        if not self.config.site:
+            tracker = self.config.fusion.tracker
+            raise ConfigError(f'fusion.tracker {tracker} has to know the cameras: name the site')
+        return load_site(self.config.site).views()
+
     def open_ids(self) -> TrackIds:
         """Reserve ids that no earlier run used."""
         node, domain = self.get_fully_qualified_name(), self.context.get_domain_id()
@@ -140,12 +157,14 @@ class FusionNode(GraphNode):
         description = site_description(values, list(self.config.cameras), uuid.uuid4().hex)
         self.site.publish(String(data=description))
         for camera in self.config.cameras:
-            for topic, heard, depth in (
-                ('events', self.on_events, 100),
-                (self.messages.TOPIC, self.on_message, 10),
-            ):
-                callback, reliable = partial(heard, camera), quality.reliable(depth)
-                self.subscribe(PointCloud2, f'{camera}/{topic}', callback, reliable)
+            heard = partial(self.on_events, camera)
+            self.subscribe(PointCloud2, f'{camera}/events', heard, quality.reliable(100))
+            for kind in self.method.messages:
+                told, ros_type = (
+                    partial(self.on_message, camera, kind),
+                    message_class(kind.ROS_TYPE),
+                )
+                self.subscribe(ros_type, f'{camera}/{kind.TOPIC}', told, quality.reliable(10))
         # Waiting is measured on a clock that no time service moves, unless time is simulated.
         simulated = self.get_parameter('use_sim_time').value
         self.clock = self.get_clock() if simulated else Clock(clock_type=ClockType.STEADY_TIME)
@@ -175,13 +194,17 @@ class FusionNode(GraphNode):
             self.batcher.feedback_missed(camera, missed)
             self.health[camera].count('feedback missed', missed)
 
-    def on_message(self, camera: str, message: PointCloud2, info: dict[str, int]) -> None:
+    def on_message(self, camera: str, kind: type[Any], message: Any, info: dict[str, int]) -> None:
         """Give what one camera tells to the batcher, and fuse what is complete."""
         try:
-            rows = rows_from_cloud(message, self.messages)
+            part = message_from_ros(message, kind)
         except ValueError as error:
-            self.refuse(camera, f'{self.messages.TOPIC} of {camera} refused: {error}')
+            self.refuse(camera, f'{kind.TOPIC} of {camera} refused: {error}')
             return
+        parts = self.joining.add(camera, part)
+        if parts is None:
+            return
+        rows = joined(self.method, parts)
         self.health[camera].arrived(rows.stamp_ns, self.get_clock().now().nanoseconds)
         self.fuse(self.batcher.add(camera, rows, *self.arrival_ns(info)))
         self.note_clock(camera)

@@ -1,0 +1,1 @@
+"""Joint occupancy: which set of people explains the foreground masks of all cameras."""

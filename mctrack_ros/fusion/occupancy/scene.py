@@ -1,0 +1,135 @@
+"""Where people can stand, and what they cover there in each camera's mask."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from mctrack_ros.fusion.occupancy.config import PeopleConfig
+from mctrack_ros.fusion.views import Views
+from mctrack_ros.ground import GroundMapping
+from mctrack_ros.ground.coverage.field_of_view import Region
+
+Floats = NDArray[np.float64]
+Boxes = NDArray[np.int16]
+
+LEAST_HEIGHT_PX = 16.0
+"""Where a person would look smaller than this in every image, nobody is looked for, px."""
+MARGIN_M = 1.0
+"""How far beyond the stated area people are looked for, m: who stands on its edge is not whole
+within."""
+MOST_CELLS = 60_000
+"""Larger scenes have wider cells: the solver takes 0.3 us a cell, camera and person."""
+SAMPLED_PX = 8
+LEAST_SEEN = 0.3
+"""Share of a person's box that must be in an image to be looked for there."""
+
+
+class Scene:
+    """
+    The cells of a site.
+
+    Parameters
+    ----------
+    views : Views
+        How its cameras see the ground.
+    cameras : tuple of str
+        Their names in the site's order.
+    config : PeopleConfig
+        Distance of the cells, sizes of people.
+
+    Attributes
+    ----------
+    position : (cells, 2) array
+        Of the cells, m.
+
+    """
+
+    def __init__(self, views: Views, cameras: tuple[str, ...], config: PeopleConfig) -> None:
+        self._config = config
+        mappings = [views.mappings[name] for name in cameras]
+        corners = _bounds(mappings, views.area, config.person_height)
+        self.position = _lattice(corners, config.cell)
+        if views.area is not None:
+            near = shapely.buffer(views.area, MARGIN_M)
+            self.position = self.position[shapely.contains_xy(near, *self.position.T)]
+        self._box = np.stack([self._boxes(mapping) for mapping in mappings])
+        kept = np.isfinite(self._box[..., 0]).any(axis=0)
+        self.position = np.ascontiguousarray(self.position[kept])
+        self._box = self._box[:, kept]
+        self._sizes = [mapping.image_size for mapping in mappings]
+        self._scaled: dict[tuple[tuple[int, int], ...], Boxes] = {}
+
+    def boxes(self, shapes: tuple[tuple[int, int], ...]) -> Boxes:
+        """
+        Return what a person covers of masks.
+
+        Parameters
+        ----------
+        shapes : tuple of (int, int)
+            Height and width of each camera's mask, px.
+
+        Returns
+        -------
+        (cameras, cells, 4) int16 array
+            Left, top, right and bottom (exclusive), px of the mask; where right is left, nothing.
+
+        """
+        if shapes not in self._scaled:
+            self._scaled = {shapes: self._scale(shapes)}
+        return self._scaled[shapes]
+
+    def _boxes(self, mapping: GroundMapping) -> Floats:
+        """Return the (cells, 4) boxes in a camera's images; NaN: not to be seen there."""
+        foot = mapping.image_from_ground(self.position)
+        head = mapping.image_from_ground(self.position, self._config.person_height)
+        width = mapping.width_px(self.position, self._config.person_width)
+        middle = (foot[:, 0] + head[:, 0]) / 2
+        top, bottom = np.minimum(head[:, 1], foot[:, 1]), np.maximum(head[:, 1], foot[:, 1])
+        box = np.column_stack([middle - width / 2, top, middle + width / 2, bottom])
+        columns, rows = mapping.image_size
+        with np.errstate(invalid='ignore', divide='ignore'):
+            across = np.clip(box[:, 2], 0, columns) - np.clip(box[:, 0], 0, columns)
+            down = np.clip(box[:, 3], 0, rows) - np.clip(box[:, 1], 0, rows)
+            share = across * down / (width * (bottom - top))
+            seen = (share >= LEAST_SEEN) & (bottom - top >= LEAST_HEIGHT_PX)
+        box[~seen] = np.nan
+        return box
+
+    def _scale(self, shapes: tuple[tuple[int, int], ...]) -> Boxes:
+        scaled = np.zeros(self._box.shape, np.int16)
+        for camera, ((height, width), (columns, rows)) in enumerate(zip(shapes, self._sizes)):
+            factor = np.array([width / columns, height / rows] * 2)
+            edge = np.array([width, height] * 2)
+            box = np.clip(np.rint(self._box[camera] * factor), 0, edge)
+            is_empty = ~(np.diff(box.reshape(-1, 2, 2), axis=1) > 0).all(axis=(1, 2))
+            box[is_empty] = 0
+            scaled[camera] = box
+        return scaled
+
+
+def _bounds(mappings: list[GroundMapping], area: Region | None, height: float) -> Floats:
+    """Return the (2, 2) corners around all places where people are looked for, m."""
+    if area is not None:
+        beyond = np.array([[-MARGIN_M], [MARGIN_M]])
+        return np.asarray(np.reshape(area.bounds, (2, 2)) + beyond)
+    places = []
+    for mapping in mappings:
+        width, rows = mapping.image_size
+        column, row = np.meshgrid(np.arange(0, width, SAMPLED_PX), np.arange(0, rows, SAMPLED_PX))
+        place = mapping.ground_from_image(np.column_stack([column.ravel(), row.ravel()]))
+        place = place[np.isfinite(place).all(axis=1)]
+        places.append(place[mapping.height_px(place, height) >= LEAST_HEIGHT_PX])
+    every = np.concatenate(places)
+    if not len(every):
+        raise ValueError('no camera sees ground where a person would be large enough to be found')
+    return np.stack([every.min(axis=0) - MARGIN_M, every.max(axis=0) + MARGIN_M])
+
+
+def _lattice(corners: Floats, cell: float) -> Floats:
+    """Return the (n, 2) points of a lattice between two corners, m, `MOST_CELLS` at most."""
+    width, height = corners[1] - corners[0]
+    step = max(cell, float(np.sqrt(width * height / MOST_CELLS)))
+    x, y = (np.arange(low, high, step) for low, high in zip(*corners))
+    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)

@@ -1,0 +1,50 @@
+"""The foreground mask that a camera tells: so small that a person is some pixels high."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.ground import GroundMapping
+from mctrack_ros.interfaces import Foreground
+
+Image = NDArray[np.uint8]
+PERSON_M, PERSON_PX = 1.75, 22.0
+"""Height of a person, m, and how high the median one is in the reduced mask, px."""
+NARROWEST_PX = 90
+"""A mask is at least so wide."""
+SAMPLED_PX = 8
+
+
+class Reduction:
+    """
+    Reduces masks of a camera by a whole factor.
+
+    Parameters
+    ----------
+    mapping : GroundMapping
+        Of the camera.
+    scale : float
+        Pixels of its images to one of the masks.
+
+    """
+
+    def __init__(self, mapping: GroundMapping, scale: float) -> None:
+        width, height = mapping.image_size
+        column, row = np.meshgrid(
+            np.arange(SAMPLED_PX // 2, width, SAMPLED_PX),
+            np.arange(SAMPLED_PX // 2, height, SAMPLED_PX),
+        )
+        position = mapping.ground_from_image(np.column_stack([column.ravel(), row.ravel()]))
+        upright = mapping.height_px(position[np.isfinite(position).all(axis=1)], PERSON_M)
+        usual = float(np.median(upright)) if len(upright) else PERSON_PX
+        factor = min(usual / PERSON_PX, width / NARROWEST_PX) / scale
+        self._factor = max(int(factor), 1)
+
+    def foreground(self, mask: Image, stamp_ns: int) -> Foreground:
+        """Return a mask, (h, w) with 255, reduced: foreground where at least half of it is."""
+        height, width = mask.shape
+        size = max(width // self._factor, 1), max(height // self._factor, 1)
+        share = cv2.resize(mask, size, interpolation=cv2.INTER_AREA)
+        return Foreground(stamp_ns, np.where(share > 127, np.uint8(255), np.uint8(0)))
