@@ -2,8 +2,6 @@
 
 from concurrent.futures import Future
 
-from mctrack_ros.simulation import recording
-
 
 class Here:
     """An executor that does what it is given at once."""
@@ -33,4 +31,6 @@ class RenderingHere(Here):
     """One for `simulate`: it begins with the world that is to be shown."""
 
     def __init__(self, count, context, begin, arguments):
+        from mctrack_ros.simulation import recording
+
         recording._workers[:] = [recording._Worker(*arguments)]

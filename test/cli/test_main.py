@@ -109,7 +109,7 @@ def test_a_number_out_of_range_is_refused_by_its_option():
     assert '--rate' in re.sub(r'\x1b\[[0-9;]*m', '', result.output)
 
 
-def test_bicycles_come_to_the_car_park_only(tmp_path):
+def test_bicycles_come_to_the_car_park_only(rendering_here, tmp_path):
     bag = tmp_path / 'bag'
     code, _, errors = mctrack('simulate', bag, '--bicycles', '--seconds', 1)
     assert code == 2

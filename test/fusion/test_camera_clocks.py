@@ -89,7 +89,7 @@ def drift(offset_s):
 KINDS = (constant, jump, single, drift)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     kind=st.sampled_from(KINDS),
     size=st.floats(-3.5, 3.56),

@@ -18,7 +18,7 @@ from mctrack_ros.recording import ROSBAGS_CLASSES, BagReader, BagWriter
 
 START_NS = 1_700_000_000 * 10**9
 CAMERAS = ('cam1', 'cam2', 'cam3')
-COUNT = 150
+COUNT = 120
 
 
 @pytest.fixture

@@ -4,8 +4,7 @@ import pickle
 import numpy as np
 import pytest
 
-from here import RenderingHere
-from mctrack_ros.simulation import Scenario, World, recording
+from mctrack_ros.simulation import Scenario, World
 from mctrack_ros.simulation.carpark.rendering import render as carpark_render
 from mctrack_ros.simulation.rendering import render
 
@@ -33,12 +32,6 @@ def empty_scenes():
         patch.setattr(render, 'empty_image', remembered(render.empty_image))
         patch.setattr(carpark_render, 'empty_ground', remembered(carpark_render.empty_ground))
         yield
-
-
-@pytest.fixture
-def rendering_here(monkeypatch):
-    """Let `simulate` render in this process."""
-    monkeypatch.setattr(recording, 'ProcessPoolExecutor', RenderingHere)
 
 
 @pytest.fixture

@@ -1,3 +1,5 @@
+import functools
+
 import numpy as np
 import pytest
 
@@ -78,8 +80,15 @@ def test_lab6p_four_cameras_beat_any_one(data_root, monkeypatch):
     assert figures['lab6p.moda'] > figures['lab6p.best_single.moda']
 
 
+@pytest.fixture(scope='module')
+def cmc():
+    """Return `load_cmc`, which loads nothing twice."""
+    return functools.cache(load_cmc)
+
+
 @pytest.mark.real_data
-def test_cmc_is_tracked(data_root, monkeypatch):
+def test_cmc_is_tracked(data_root, cmc, monkeypatch):
+    monkeypatch.setattr(stored_detections, 'load_cmc', cmc)
     monkeypatch.setattr(stored_detections, 'SEEDS', (1, 2))
     figures = reproduce_cmc(data_root).figures
     assert figures['cmc1.mota'] >= 0.98
@@ -99,8 +108,8 @@ def test_pets_six_views_are_tracked(data_root):
 
 
 @pytest.mark.real_data
-def test_detections_outside_the_room_are_dropped(data_root):
-    scene = load_cmc(data_root / 'cmc_4cam', 1, BodyModel())
+def test_detections_outside_the_room_are_dropped(data_root, cmc):
+    scene = cmc(data_root / 'cmc_4cam', 1, BodyModel())
     positions = np.concatenate([one.position for one in scene.detections['cam4']])
     assert inside(positions.astype(float), AREA).all()
 

@@ -15,7 +15,7 @@ def mctrack(*arguments):
 
 
 @pytest.mark.xdist_group('replay')
-def test_offline_demo_leaves_a_folder_of_results(tmp_path):
+def test_offline_demo_leaves_a_folder_of_results(rendering_here, tmp_path):
     out, copy = tmp_path / 'demo', tmp_path / 'copy.json'
     output = mctrack(
         *('demo', '--offline', '--seconds', 2, '--cameras', 2, '--out', out, '--json', copy)

@@ -1,3 +1,5 @@
+import copy
+
 import cv2
 import numpy as np
 import pytest
@@ -33,11 +35,16 @@ class Camera:
         return said
 
 
-@pytest.fixture
-def camera():
+@pytest.fixture(scope='module')
+def settled():
     camera = Camera()
     assert camera.show(SETTLED_S)[-1].state is ShiftState.STILL
     return camera
+
+
+@pytest.fixture
+def camera(settled):
+    return copy.deepcopy(settled)
 
 
 @pytest.mark.parametrize(

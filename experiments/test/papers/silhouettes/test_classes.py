@@ -21,6 +21,6 @@ def test_every_kind_comes_and_most_are_told_for_what_they_are(figures):
 
 @pytest.mark.filterwarnings('ignore::RuntimeWarning')  # nobody of some kinds
 def test_figures_are_reproducible_and_say_what_they_are(here, figures):
-    first, again = (reproduce_classes(seeds=(1,), duration_s=8).figures for _ in range(2))
+    first, again = (reproduce_classes(seeds=(1,), duration_s=5).figures for _ in range(2))
     assert list(again.values()) == pytest.approx(list(first.values()), nan_ok=True)
     assert 'tuned on 1 to 3' in figures.protocol['seeds']
