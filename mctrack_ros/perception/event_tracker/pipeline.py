@@ -10,7 +10,6 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, Feedback
 from mctrack_ros.perception.background.ghost_removal import GhostRemoval
 from mctrack_ros.perception.background.model import Background
-from mctrack_ros.perception.background.segmentation import inside_edges
 from mctrack_ros.perception.background.shadows import Shadows
 from mctrack_ros.perception.blobs.extraction import Blobs, clean_mask, find_blobs
 from mctrack_ros.perception.blobs.frame import Frame
@@ -63,7 +62,7 @@ class EventTracker:
             self._given = self._reduced(background)
             self._background.begin(self._given)
         self._shadows = Shadows(config.shadows, mapping, float(config.reduction))
-        self._ghosts = GhostRemoval(config.ghosts)
+        self._ghosts = GhostRemoval()
         self._tracker = LocalTracker(config, mapping, self._sizes, mask)
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
@@ -135,8 +134,6 @@ class EventTracker:
         self._shadows.take_out(small, background, found, noise, stamp_ns)
         if self._mask is not None:
             found = cv2.bitwise_and(found, self._mask)  # type: ignore[assignment]
-        if self._config.blobs.edges == 'laplacian':
-            found = inside_edges(found, difference)
         mask = clean_mask(found, difference, self._background.threshold, self._config.blobs)
         return Frame(small, found, mask, background, difference, float(self._config.reduction))
 
