@@ -24,6 +24,8 @@ from numba.core.caching import CacheImpl
 
 _PACKAGE = __name__.partition('.')[0]
 F = TypeVar('F', bound=Callable[..., Any])
+_LEAN: Any = {'no_cfunc_wrapper': True, 'error_model': 'numpy'}
+"""Left out is what nobody needs: functions for C, checks for divisions by zero (infinite here)."""
 
 BYTES_2D = types.Array(types.u1, 2, 'C', readonly=True)
 BYTES_3D = types.Array(types.u1, 3, 'C', readonly=True)
@@ -49,20 +51,20 @@ COLUMN_FLAGS = types.Array(types.b1, 1, 'A', readonly=True)
 
 def compiled(signature: Any) -> Callable[[F], F]:
     """Compile a function that others call, for a numba signature."""
-    decorated: Callable[[F], F] = njit(signature, cache=True)
+    decorated: Callable[[F], F] = njit(signature, cache=True, **_LEAN)
     return decorated
 
 
 def inner(function: F) -> F:
     """Compile a function that compiled functions call."""
-    decorated: F = njit(function)  # type: ignore[assignment]
-    return decorated
+    decorate: Callable[[F], F] = njit(**_LEAN)
+    return decorate(function)
 
 
 def inlined(function: F) -> F:
     """Compile a short function into its callers: to hand it arrays costs more than it does."""
-    decorated: F = njit(function, inline='always')  # type: ignore[assignment]
-    return decorated
+    decorate: Callable[[F], F] = njit(inline='always', **_LEAN)
+    return decorate(function)
 
 
 class _ByContent:

@@ -24,11 +24,9 @@ from mctrack_ros.ground.files.projection import ProjectionError, read_projection
 from mctrack_ros.ground.files.several_cameras import Choice
 from mctrack_ros.ground.files.tsai import TsaiCalibration, read_tsai
 from mctrack_ros.ground.grid.calibration_check import CalibrationCheck, check_grid, first_look
-from mctrack_ros.ground.grid.cells import CellMapping, Cells
 from mctrack_ros.ground.grid.checks import grid_flaws
 from mctrack_ros.ground.grid.edit import write_fov
 from mctrack_ros.ground.grid.file import read_grid, write_grid
-from mctrack_ros.ground.grid.iterated import IteratedMapping
 from mctrack_ros.ground.grid.methods import METHODS, mapping_from_grid
 from mctrack_ros.ground.grid.scene import read_scene, write_scene
 from mctrack_ros.ground.grid.transformation_grid import TransformationGrid, grid_from_points
@@ -45,14 +43,11 @@ __all__ = [
     'Camera',
     'CameraFit',
     'CameraMapping',
-    'CellMapping',
-    'Cells',
     'Choice',
     'FitError',
     'GridError',
     'GroundMapping',
     'HeardCamera',
-    'IteratedMapping',
     'LensPrior',
     'Pose',
     'ProjectionError',

@@ -75,6 +75,7 @@ def _is_blank(image: Image) -> bool:
             for channel in range(3):
                 bright[channel] += image[y, x, channel]
                 dark[channel] += 255 - image[y, x, channel]
-        if bright.max() >= BLACK * samples and dark.max() >= (255 - WHITE) * samples:
+        brightest, darkest = max(bright[0], bright[1], bright[2]), max(dark[0], dark[1], dark[2])
+        if brightest >= BLACK * samples and darkest >= (255 - WHITE) * samples:
             return False
     return True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -16,7 +17,6 @@ from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.perception.event_tracker.pipeline import TOLD, EventTracker
 from mctrack_ros.perception.feedback.buffer import FeedbackBuffer, RowsBuffer
 from mctrack_ros.perception.output import CameraOutput
-from mctrack_ros.perception.silhouettes import SilhouetteCameraConfig, SilhouettePipeline
 
 Image = NDArray[np.uint8]
 
@@ -68,12 +68,35 @@ class CameraMethod(NamedTuple):
     feedback: type[Rows] = Feedback
 
 
-TRACKERS: dict[str, CameraMethod] = {
-    'groups': CameraMethod(EventTrackerConfig, EventTracker, TOLD),
-    'silhouettes': CameraMethod(
+class Deferred:
+    """A tracker that is imported when it is chosen, as its loops are compiled on import."""
+
+    def __init__(self, method: Callable[[], CameraMethod]) -> None:
+        self._method = cache(method)
+
+    @property
+    def config(self) -> type[CameraConfig]:
+        """Its parameters."""
+        return self._method().config
+
+    @property
+    def chosen(self) -> CameraMethod:
+        """The tracker."""
+        return self._method()
+
+
+def _silhouettes() -> CameraMethod:
+    from mctrack_ros.perception.silhouettes import SilhouetteCameraConfig, SilhouettePipeline
+
+    return CameraMethod(
         SilhouetteCameraConfig,
         lambda config, *given: SilhouettePipeline(config.silhouettes, *given),
-    ),
+    )
+
+
+TRACKERS: dict[str, CameraMethod | Deferred] = {
+    'groups': CameraMethod(EventTrackerConfig, EventTracker, TOLD),
+    'silhouettes': Deferred(_silhouettes),
 }
 CAMERA: OneOf[CameraConfig] = OneOf(
     'local_tracker',
@@ -86,7 +109,8 @@ CAMERA: OneOf[CameraConfig] = OneOf(
 
 def camera_method(config: CameraConfig) -> CameraMethod:
     """Return the tracker that a camera's parameters are of."""
-    return TRACKERS[config.local_tracker]
+    method = TRACKERS[config.local_tracker]
+    return method.chosen if isinstance(method, Deferred) else method
 
 
 def open_camera(

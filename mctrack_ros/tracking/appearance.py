@@ -14,38 +14,32 @@ from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 class Palette(NamedTuple):
     """
-    What a template counts: in each slice first the hues, then the levels of brightness.
+    What a template counts: first the hues, then the levels of brightness.
 
     A pixel counts for its hue as far as it has colour, and for its brightness by the rest.
 
     Attributes
     ----------
-    slices : int
-        Horizontal slices of equal height, from the top.
     hues, greys : int
-        Bins of hue, and of brightness, in each slice.
+        Bins of hue, and of brightness.
     hue_share : float
         Of a wholly saturated pixel, what counts for its hue; 0 to 1.
 
     """
 
-    slices: int
     hues: int
     greys: int
     hue_share: float
 
 
-MIXED = Palette(1, 12, 36, 0.5)
+MIXED = Palette(12, 36, 0.5)
 PALETTES = {
     'mixed': MIXED,
-    'hue': Palette(1, 16, 1, 1.0),
-    'slices': Palette(3, 4, 12, 0.5),
-    'grey': Palette(1, 1, 16, 0.0),
+    'hue': Palette(16, 1, 1.0),
 }
-"""By name. `slices` keeps where colours are, as Figure 2 of the event-tracking paper does by the
-average colour of each slice; here it is a small histogram, so that one distance serves all."""
+"""By name: `mixed` tells people apart best, `hue` where cameras are not exposed alike."""
 
-PALETTE = types.NamedTuple([types.i8, types.i8, types.i8, types.f8], Palette)
+PALETTE = types.NamedTuple([types.i8, types.i8, types.f8], Palette)
 
 
 def colour_templates(
@@ -105,27 +99,34 @@ def _roots(template: NDArray[np.floating]) -> NDArray[np.float64]:
     return np.asarray(np.sqrt(np.maximum(template, 0)), np.float64)
 
 
+@inner
+def is_empty(template: NDArray[np.float64]) -> bool:
+    """Tell whether a template, (48,), counts nothing, in compiled functions."""
+    bin = 0
+    while bin < len(template) and template[bin] == 0.0:
+        bin += 1
+    return bin == len(template)
+
+
 @compiled(types.f8[:, ::1](FLOATS_2D, FLOATS_2D, FLOATS_2D))
 def _distances(
     shared: NDArray[np.float64], first: NDArray[np.float64], second: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the Bhattacharyya distances from products of (n, 48) and (m, 48) roots."""
-    distance = np.empty(shared.shape)
+    distance, empty = np.empty(shared.shape), np.empty(len(second), np.bool_)
+    for column in range(len(second)):
+        empty[column] = is_empty(second[column])
     for row in range(len(first)):
+        blank = is_empty(first[row])
         for column in range(len(second)):
             distance[row, column] = np.sqrt(min(max(1.0 - shared[row, column], 0.0), 1.0))
-        if not first[row].any():
-            distance[row] = 0.5
-    for column in range(len(second)):
-        if not second[column].any():
-            distance[:, column] = 0.5
+            if blank or empty[column]:
+                distance[row, column] = 0.5
     return distance
 
 
 @inner
-def colour_bins(
-    palette: Palette, part: int, blue: float, green: float, red: float
-) -> tuple[int, int, float]:
+def colour_bins(palette: Palette, blue: float, green: float, red: float) -> tuple[int, int, float]:
     """
     Return a colour's bins of hue and of brightness, and the weight of the former.
 
@@ -133,19 +134,16 @@ def colour_bins(
     ----------
     palette : Palette
         What is counted.
-    part : int
-        Which slice the pixel is in.
     blue, green, red : float
         0 to 255.
 
     """
-    first = part * (palette.hues + palette.greys)
     value = max(blue, green, red)
     spread = value - min(blue, green, red)
     luma = 0.114 * blue + 0.587 * green + 0.299 * red
-    grey = first + palette.hues + min(int(luma * palette.greys / 256.0), palette.greys - 1)
+    grey = palette.hues + min(int(luma * palette.greys / 256.0), palette.greys - 1)
     if spread == 0.0:
-        return first, grey, 0.0
+        return 0, grey, 0.0
     if value == red:
         sixth = (green - blue) / spread
     elif value == green:
@@ -153,7 +151,7 @@ def colour_bins(
     else:
         sixth = 4.0 + (red - green) / spread
     hue = int(np.floor(sixth * (palette.hues / 6.0))) % palette.hues
-    return first + hue, grey, palette.hue_share * spread / value
+    return hue, grey, palette.hue_share * spread / value
 
 
 @compiled(types.f8[:, ::1](BYTES_3D, BYTES_2D, INTS_2D, PALETTE))
@@ -164,13 +162,11 @@ def _count(
     templates = np.zeros((len(box), TEMPLATE_SIZE))
     shades = np.empty(256, np.int64)
     for level in range(256):
-        shades[level] = colour_bins(palette, 0, float(level), float(level), float(level))[1]
+        shades[level] = colour_bins(palette, float(level), float(level), float(level))[1]
     for index in range(len(box)):
         left, top, width, height = box[index]
         template, count = templates[index], 0
         for row in range(max(top, 0), min(top + height, mask.shape[0])):
-            part = (row - top) * palette.slices // height
-            shift = part * (palette.hues + palette.greys)
             for column in range(max(left, 0), min(left + width, mask.shape[1])):
                 if not mask[row, column]:
                     continue
@@ -178,11 +174,9 @@ def _count(
                 pixel = image[row, column]
                 blue, green, red = pixel[0], pixel[1], pixel[2]
                 if blue == green == red:  # as every pixel of a grey image is
-                    template[shift + shades[blue]] += 1.0
+                    template[shades[blue]] += 1.0
                     continue
-                hue, grey, weight = colour_bins(
-                    palette, part, float(blue), float(green), float(red)
-                )
+                hue, grey, weight = colour_bins(palette, float(blue), float(green), float(red))
                 template[hue] += weight
                 template[grey] += 1.0 - weight
         template /= max(count, 1)

@@ -25,13 +25,6 @@ def patch(*colours):
     return image, np.full(image.shape[:2], 255, np.uint8), boxes
 
 
-def shirt_and_shorts(above, below):
-    """Return an image of one who is dressed in two colours, half each, and his box."""
-    image, mask, _ = patch(above)
-    image[5:] = below
-    return image, mask, np.array([[0, 0, 10, 10]])
-
-
 @pytest.fixture(params=PALETTES)
 def palette(request):
     return PALETTES[request.param]
@@ -43,17 +36,7 @@ def test_templates_sum_to_one(palette):
 
 
 def test_a_palette_fits_into_a_template(palette):
-    assert palette.slices * (palette.hues + palette.greys) <= TEMPLATE_SIZE
-
-
-def test_only_slices_know_where_a_colour_is():
-    for name, palette in PALETTES.items():
-        one, other = (
-            colour_templates(*shirt_and_shorts(*colours), palette)
-            for colours in ((RED, BLUE), (BLUE, RED))
-        )
-        far = bhattacharyya_distance(one, other)[0, 0]
-        assert far > 0.5 if name == 'slices' else far < 1e-6
+    assert palette.hues + palette.greys <= TEMPLATE_SIZE
 
 
 def test_only_what_counts_brightness_tells_light_from_dark_of_one_hue():
@@ -99,7 +82,7 @@ def test_nothing_is_known_of_an_empty_template():
 @given(st.lists(st.integers(0, 255), min_size=3, max_size=3))
 @settings(deadline=None)
 def test_bins_are_those_of_hue_and_brightness(colour):
-    hue, grey, weight = colour_bins(MIXED, 0, *map(float, colour))
+    hue, grey, weight = colour_bins(MIXED, *map(float, colour))
     expected_hue, saturation, _ = colorsys.rgb_to_hsv(*(each / 255 for each in colour[::-1]))
     brightness = np.dot(colour, [0.114, 0.587, 0.299]) * MIXED.greys / 256
     assert -1e-6 < brightness - (grey - MIXED.hues) < 1 + 1e-6
@@ -108,24 +91,13 @@ def test_bins_are_those_of_hue_and_brightness(colour):
     assert turn < 1 + 1e-9 or turn > MIXED.hues - 1e-9
 
 
-@given(st.integers(0, 2), st.lists(st.integers(0, 255), min_size=3, max_size=3))
-@settings(deadline=None)
-def test_every_slice_has_its_own_bins(part, colour):
-    palette = PALETTES['slices']
-    size = palette.hues + palette.greys
-    first = colour_bins(palette, 0, *map(float, colour))
-    hue, grey, weight = colour_bins(palette, part, *map(float, colour))
-    assert (hue - part * size, grey - part * size, weight) == first
-
-
 @pytest.mark.parametrize('palette', PALETTES.values(), ids=PALETTES)
-def test_pixels_count_in_the_bins_of_their_slice_whether_grey_or_not(palette):
+def test_pixels_count_in_their_bins_whether_grey_or_not(palette):
     image = np.random.default_rng(1).integers(0, 256, (12, 5, 3), np.uint8)
     image[::2, :, 1:] = image[::2, :, :1]  # grey rows
     expected = np.zeros(48)
     for row, column in np.ndindex(12, 5):
-        part = row * palette.slices // 12
-        hue, grey, weight = colour_bins(palette, part, *image[row, column].astype(float))
+        hue, grey, weight = colour_bins(palette, *image[row, column].astype(float))
         expected[hue] += weight / 60
         expected[grey] += (1 - weight) / 60
     mask = np.full((12, 5), 255, np.uint8)

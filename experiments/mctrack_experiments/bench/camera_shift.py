@@ -11,7 +11,11 @@ from numpy.typing import NDArray
 
 from mctrack_experiments.real.watched_scene import KINDS, RATE_HZ, SIZE, WatchedScene
 from mctrack_ros.evaluation.figures import Figures
-from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig, CameraShiftMonitor
+from mctrack_ros.perception.camera_shift.monitor import (
+    PERIOD_S,
+    CameraShiftConfig,
+    CameraShiftMonitor,
+)
 
 Image = NDArray[np.uint8]
 PEER_EVERY = 50
@@ -63,7 +67,7 @@ def _costs(kind: str, count: int, seed: int) -> dict[str, float]:
         WatchedScene(kind, seed, count / RATE_HZ),
         CameraShiftMonitor(CameraShiftConfig()),
     )
-    between = round(CameraShiftConfig().period_s * RATE_HZ)
+    between = round(PERIOD_S * RATE_HZ)
     first = image = scene.image(0.0)
     spent, peer = np.zeros(count), []
     for index in range(count):
@@ -85,7 +89,7 @@ def _costs(kind: str, count: int, seed: int) -> dict[str, float]:
 def _covered_ms(count: int, seed: int) -> float:
     """Return what an image costs while the reference is looked for and never found, ms."""
     scene, watchdog = WatchedScene('square', seed, SEEN_S), CameraShiftMonitor(CameraShiftConfig())
-    for time_s in np.arange(0, SEEN_S, CameraShiftConfig().period_s).tolist():
+    for time_s in np.arange(0, SEEN_S, PERIOD_S).tolist():
         watchdog.watch(scene.image(time_s), round(time_s * 1e9))
     noise = np.random.default_rng(seed).integers(0, 256, (SIZE[1], SIZE[0], 3), np.uint8)
     cover = np.asarray(cv2.GaussianBlur(noise, (0, 0), COVER_GRAIN_PX), np.uint8)

@@ -17,7 +17,11 @@ from mctrack_experiments.real.terrace_videos import CAMERAS, video, watermark_ma
 from mctrack_experiments.real.watched_scene import KINDS, SIZE, WIND_PX, WatchedScene
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.perception import ShiftState
-from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig, CameraShiftMonitor
+from mctrack_ros.perception.camera_shift.monitor import (
+    PERIOD_S,
+    CameraShiftConfig,
+    CameraShiftMonitor,
+)
 from mctrack_ros.recording.video.videos import open_video
 from mctrack_ros.simulation import CameraRenderer, Scenario, World
 
@@ -67,7 +71,7 @@ def reproduce_watchdog(
         'mctrack reproduce watchdog',
         {
             'drawn': f'{hours:g} h of {SIZE[0]} x {SIZE[1]} px, only the images that the '
-            f'watchdog looks at, one in {CameraShiftConfig().period_s:g} s: light, clouds, up to '
+            f'watchdog looks at, one in {PERIOD_S:g} s: light, clouds, up to '
             '120 people who stand on the ground, a pole in the wind with '
             f'{WIND_PX:g} px along each axis (rms, 0.6 Hz)',
             'trials': f'{trials} of each movement in each of {", ".join(KINDS)}',
@@ -84,7 +88,7 @@ def reproduce_watchdog(
 def scene_images(kind: str, seed: int, duration_s: float) -> Iterator[tuple[int, Image]]:
     """Yield stamps and images of a scene in which the camera stands still."""
     scene = WatchedScene(kind, seed, duration_s)
-    for time_s in np.arange(0, duration_s, CameraShiftConfig().period_s).tolist():
+    for time_s in np.arange(0, duration_s, PERIOD_S).tolist():
         yield round(time_s * 1e9), scene.image(time_s)
 
 
@@ -92,7 +96,7 @@ def pitch_images(seed: int) -> Iterator[tuple[int, Image]]:
     """Yield stamps and looked-at images of two minutes of the pitch in changing light."""
     scenario = Scenario(seed=seed, lighting_drift=PITCH_DRIFT)
     renderer = CameraRenderer(World.simulated(scenario), 0)
-    between = round(CameraShiftConfig().period_s * scenario.rate_hz)
+    between = round(PERIOD_S * scenario.rate_hz)
     for step in range(0, scenario.steps, between):
         yield scenario.stamp_ns(step), renderer.frame(step)[0]
 
@@ -129,7 +133,7 @@ def detection_delay(kind: str, name: str, seed: int) -> tuple[float, float]:
     begin_s = float(rng.uniform(0, 200))
     scene = WatchedScene(kind, seed, begin_s + BEFORE_S + AFTER_S + 1)
     watchdog = CameraShiftMonitor(CameraShiftConfig())
-    period_s = CameraShiftConfig().period_s
+    period_s = PERIOD_S
     moved, moved_s = _movement(name, rng), BEFORE_S + float(rng.uniform(0, period_s))
     delay_s = float('inf')
     for time_s in np.arange(0, BEFORE_S + AFTER_S, period_s).tolist():

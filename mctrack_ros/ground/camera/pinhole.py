@@ -336,9 +336,10 @@ def _slopes(lens: Floats, pose: Floats, position: Floats) -> Floats:
     for index in range(len(position)):
         x, y = position[index]
         _derive(lens, pose, x, y, work, by_axes, jacobian)
-        slopes[index] = jacobian[:, :2]
-        if _is_folded(lens, pose, x, y):
-            slopes[index] = np.nan
+        folded = _is_folded(lens, pose, x, y)
+        for row in range(2):
+            for axis in range(2):
+                slopes[index, row, axis] = np.nan if folded else jacobian[row, axis]
     return slopes
 
 
@@ -349,17 +350,20 @@ def _spread(
     """Return ground covariances: of pixels, one for all or one each, of the camera, outside."""
     spread = np.empty((len(position), 2, 2))
     work, by_axes, jacobian = np.zeros(DERIVED), np.empty(3), np.empty((2, DERIVATIVES))
-    known = calibration.any()
-    image = np.empty((2, 2))
+    known, image = False, np.empty((2, 2))
+    for value in calibration.flat:
+        known |= value != 0.0
     for index in range(len(position)):
         x, y = position[index]
         _derive(lens, pose, x, y, work, by_axes, jacobian)
         if _is_folded(lens, pose, x, y):
             jacobian[:] = np.nan
-        image[:] = noise[index if len(noise) > 1 else 0]
+        for row in range(2):
+            for column in range(2):
+                image[row, column] = noise[index if len(noise) > 1 else 0, row, column]
         if len(hull) > 0:
-            column, row = lens[0] * work[0] + lens[2], lens[1] * work[1] + lens[3]
-            variance = doubt(hull, column, row)
+            across, down = lens[0] * work[0] + lens[2], lens[1] * work[1] + lens[3]
+            variance = doubt(hull, across, down)
             image[0, 0] += variance
             image[1, 1] += variance
         if known:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from mctrack_ros.ground.camera.fit import FitError, fit_camera
 from mctrack_ros.ground.camera.pinhole import CameraMapping
-from mctrack_ros.ground.grid.cells import CellMapping, Cells
-from mctrack_ros.ground.grid.iterated import IteratedMapping
 from mctrack_ros.ground.grid.transformation_grid import TransformationGrid
 from mctrack_ros.ground.homography.projective import ProjectiveMapping
 from mctrack_ros.ground.mapping import GroundMapping
@@ -54,9 +52,14 @@ def mapping_from_grid(
 def _mapping(
     grid: TransformationGrid, image_size: tuple[int, int], method: str, click_noise_px: float
 ) -> GroundMapping:
-    if method == 'cell':
+    if method == 'cell':  # imported when chosen: their loops are compiled on import
+        from mctrack_ros.ground.grid.cells import CellMapping, Cells
+
         return CellMapping(Cells.of(grid), image_size, click_noise_px)
     if method == 'iterated':
+        from mctrack_ros.ground.grid.cells import Cells
+        from mctrack_ros.ground.grid.iterated import IteratedMapping
+
         return IteratedMapping(Cells.of(grid), image_size, click_noise_px=click_noise_px)
     ground, image = grid.points()
     if method == 'homography':

@@ -9,7 +9,7 @@ import numpy as np
 from numba import types
 from numpy.typing import ArrayLike, NDArray
 
-from mctrack_ros.compiled import FLOATS_2D, compiled
+from mctrack_ros.compiled import FLOATS_2D, compiled, inner
 from mctrack_ros.ground.homography.covariance import add_spread
 from mctrack_ros.ground.homography.fit import HomographyFit, fit_homography
 from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, propagated
@@ -277,14 +277,26 @@ def _derivatives(matrix: Floats, points: Floats) -> Floats:
     return derivatives
 
 
+@inner
+def _reach(corners: Floats) -> float:
+    """Return the root mean square distance of corners, (n, 2), from their middle."""
+    x = y = square = 0.0
+    for index in range(len(corners)):
+        x += corners[index, 0]
+        y += corners[index, 1]
+    x, y = x / len(corners), y / len(corners)
+    for index in range(len(corners)):
+        square += (corners[index, 0] - x) ** 2
+        square += (corners[index, 1] - y) ** 2
+    return float(np.sqrt(square / len(corners)))
+
+
 @compiled(types.f8[:, :, ::1](FLOATS_2D, FLOATS_2D, FLOATS_2D, types.f8, FLOATS_2D))
 def _uncertain(
     matrix: Floats, terms: Floats, hull: Floats, misfit: float, places: Floats
 ) -> Floats:
     """Return covariances, px², of a fitted homography's pixels, more outside its points."""
-    image = np.zeros((len(places), 2, 2))
-    middle = np.array([hull[:, 0].mean(), hull[:, 1].mean()])
-    reach = np.sqrt(((hull - middle) ** 2).sum() / len(hull))
+    image, reach = np.zeros((len(places), 2, 2)), _reach(hull)
     for index in range(len(places)):
         a, b = places[index]
         depth = matrix[2, 0] * a + matrix[2, 1] * b + matrix[2, 2]

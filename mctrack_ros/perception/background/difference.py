@@ -39,13 +39,14 @@ def subtract(image: Image, model: Image, difference: Image) -> int:
             one, other = new[3 * index + channel], old[3 * index + channel]
             largest = max(largest, np.uint8(max(one, other) - min(one, other)))
         out[index] = largest
-    histogram = np.zeros(256, np.int64)
+    histogram, samples = np.zeros(256, np.int64), 0
     height, width = difference.shape
     for y in range(0, height, SAMPLED_PX):
         for x in range(0, width, SAMPLED_PX):
             histogram[difference[y, x]] += 1
+            samples += 1
     total, median = histogram[0], 0
-    while 2 * total < histogram.sum():
+    while 2 * total < samples:
         median += 1
         total += histogram[median]
     return median

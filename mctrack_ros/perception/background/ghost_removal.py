@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BYTES_2D, BYTES_3D, INTS_2D, compiled, inner
-from mctrack_ros.config import parameter
 from mctrack_ros.perception.blobs.extraction import iou
 
 Image = NDArray[np.uint8]
@@ -21,32 +18,15 @@ MARGIN = 3
 KERNEL = np.ones((3, 3), np.uint8)
 
 
-@dataclass(frozen=True)
-class GhostConfig:
-    """Parameters of `GhostRemoval`."""
-
-    period_s: float = parameter(0.2, 'time between searches [s]', minimum=0.0)
-    patience_s: float = parameter(
-        1.0, 'time that something must look like a ghost in one place [s]', minimum=0.0
-    )
-    settling_s: float = parameter(
-        4.0, 'time from the first background in which ghosts are usual: none is waited for [s]',
-        minimum=0.0,
-    )  # fmt: skip
-    same_share: float = parameter(
-        0.7,
-        'share of two boxes (intersection over union) from which they are one place',
-        minimum=0.0,
-        maximum=1.0,
-    )
-    edge_ratio: float = parameter(
-        1.25,
-        "times that the background's edges along an outline exceed the image's",
-        minimum=1.0,
-    )
-    edge_difference: float = parameter(
-        6.0, 'and by how much they do at least [grey levels]', minimum=0.0
-    )
+PERIOD_S = 0.2  # between searches: as between lessons of the background
+PATIENCE_S = 1.0
+"""Time that something must look like a ghost in one place: passers-by do for less on terrace."""
+SETTLING_S = 4.0
+"""Time from the first background in which ghosts are usual, and none is waited for."""
+SAME_SHARE = 0.7  # intersection over union from which two boxes are one place
+EDGE_RATIO, EDGE_DIFFERENCE = 1.25, 6.0
+"""Times, and grey levels, by which the background's edges along an outline exceed the image's:
+by trial on simulated matches."""
 
 
 class GhostRemoval:
@@ -58,13 +38,13 @@ class GhostRemoval:
 
     Parameters
     ----------
-    config : GhostConfig
-        Parameters.
+    settling_s : float
+        Time from the first background in which none is waited for, s.
 
     """
 
-    def __init__(self, config: GhostConfig) -> None:
-        self._config = config
+    def __init__(self, settling_s: float = SETTLING_S) -> None:
+        self._settling_ns = round(settling_s * 1e9)
         self.restart()
 
     def restart(self) -> None:
@@ -102,11 +82,11 @@ class GhostRemoval:
         healed = np.zeros(len(box), np.bool_)
         if stamp_ns < self._next_ns:
             return healed
-        self._next_ns = stamp_ns + round(self._config.period_s * 1e9)
+        self._next_ns = stamp_ns + round(PERIOD_S * 1e9)
         cells = np.rint(box).astype(np.int64)
         edges = outline_edges(image, model, mask, cells)
-        suspicious = (edges[:, 1] > self._config.edge_ratio * edges[:, 0]) & (
-            edges[:, 1] - edges[:, 0] > self._config.edge_difference
+        suspicious = (edges[:, 1] > EDGE_RATIO * edges[:, 0]) & (
+            edges[:, 1] - edges[:, 0] > EDGE_DIFFERENCE
         )
         since = self._suspected_since(box, stamp_ns)
         healed = suspicious & (stamp_ns - since >= self._patience_ns(stamp_ns))
@@ -121,14 +101,14 @@ class GhostRemoval:
     def _patience_ns(self, stamp_ns: int) -> int:
         if self._first_ns is None:
             self._first_ns = stamp_ns
-        settled = stamp_ns - self._first_ns >= round(self._config.settling_s * 1e9)
-        return round(self._config.patience_s * 1e9) if settled else 0
+        settled = stamp_ns - self._first_ns >= self._settling_ns
+        return round(PATIENCE_S * 1e9) if settled else 0
 
     def _suspected_since(self, box: NDArray[np.floating], stamp_ns: int) -> NDArray[np.int64]:
         """Return since when something has been suspected at the places of boxes, ns."""
         if not len(self._box):
             return np.full(len(box), stamp_ns, np.int64)
-        same = iou(box.astype(np.float64), self._box) >= self._config.same_share
+        same = iou(box.astype(np.float64), self._box) >= SAME_SHARE
         since: NDArray[np.int64] = np.where(same, self._since_ns[None], stamp_ns).min(axis=1)
         return since
 
@@ -181,15 +161,21 @@ def _edges(
     """Return the mean gradients of both images along the outline in a part."""
     width, totals, count = part[2] - part[0], np.zeros(2, np.int64), 0
     filled, marked = np.zeros(width + 2, np.uint8), np.zeros(width, np.bool_)
+    columns = np.empty(width, np.int64)
     for y in range(part[1], part[3]):
         _outline(mask, y, part, filled, marked)
-        columns = np.flatnonzero(marked)
-        count += len(columns)
-        if len(columns) == 0:
+        found = 0
+        for x in range(width):
+            if marked[x]:
+                columns[found] = x
+                found += 1
+        count += found
+        if found == 0:
             continue
         for which in range(2):
             _ranges(images[which], y, part, work[0], work[1], work[2])
-            for x in columns:
+            for place in range(found):
+                x = columns[place]
                 for channel in range(3):
                     totals[which] += work[2, 3 * x + channel]
     return totals[0] / max(3 * count, 1), totals[1] / max(3 * count, 1)
@@ -219,7 +205,8 @@ def outline_edges(image: Image, model: Image, mask: Image, box: Ints) -> Floats:
     edges, part = np.zeros((len(box), 2)), np.empty(4, np.int64)
     work = np.empty((3, 3 * width + 6), np.uint8)
     for index in range(len(box)):
-        left, top, across, down = box[index]
+        left, top = box[index, 0], box[index, 1]
+        across, down = box[index, 2], box[index, 3]
         part[0], part[1] = max(left - MARGIN, 0), max(top - MARGIN, 0)
         part[2] = min(left + across + MARGIN, width)
         part[3] = min(top + down + MARGIN, height)
@@ -233,7 +220,7 @@ def outline_edges(image: Image, model: Image, mask: Image, box: Ints) -> Floats:
             ):
                 same = other
         if same >= 0:
-            edges[index] = edges[same]
+            edges[index, 0], edges[index, 1] = edges[same, 0], edges[same, 1]
         elif part[0] < part[2] and part[1] < part[3]:
-            edges[index] = _edges((image, model), mask, part, work)
+            edges[index, 0], edges[index, 1] = _edges((image, model), mask, part, work)
     return edges

@@ -32,7 +32,6 @@ from mctrack_ros.perception.background.rules.illumination import (
     samples,
 )
 from mctrack_ros.perception.background.rules.ranks import SAMPLES
-from mctrack_ros.perception.background.segmentation import otsu_threshold
 
 Image = NDArray[np.uint8]
 NOISE_TIME_S = 0.8
@@ -62,11 +61,6 @@ class BackgroundConfig:
         0.2,
         'time between lessons; in each, the approximate median moves by one grey level [s]',
         minimum=0.001,
-    )
-    threshold: str = parameter(
-        'noise',
-        "how different foreground is: as the noise says, or Otsu's threshold, never lower",
-        choices=('noise', 'otsu'),
     )
     threshold_sigmas: float = parameter(
         5.0, 'difference that is foreground, in standard deviations of the noise', minimum=1.0
@@ -106,8 +100,6 @@ class ApproximateMedianConfig(MedianConfig):
     """Parameters of a background learned by `ApproximateMedian`."""
 
     model: str = tag('approximate_median')
-    foreground_slowdown: int = parameter(10, 'of so many lessons one moves foreground', minimum=1)
-    tracked_slowdown: int = parameter(10, 'and of so many of these one what is tracked', minimum=1)
 
 
 @dataclass(frozen=True)
@@ -147,8 +139,6 @@ RULES: dict[str, Callable[[Any, bool], Rule]] = {
     'approximate_median': lambda config, is_given: ApproximateMedian(
         config.renewal_s if is_given else min(3 * config.learning_s, config.renewal_s),
         config.renewal_s,
-        config.foreground_slowdown,
-        config.tracked_slowdown,
     ),
     'buffered_median': lambda config, is_given: BufferedMedian(config.renewal_s),
     'low_pass': lambda config, is_given: LowPassRule(config.beta, LOW_PASS_PERIOD_S),
@@ -287,8 +277,6 @@ class Background:
             self._mask = own
             return own, cv2.countNonZero(own)
         least, usual = self._thresholds
-        if self._config.threshold == 'otsu':
-            least = otsu_threshold(self.difference, max(least, usual))
         return self._mask, self._noise_map.foreground(self.difference, least, usual, self._mask)
 
     def _follow_light(self, image: Image) -> bool:

@@ -113,13 +113,15 @@ def _above(difference: Image, levels: Image, mask: Image) -> int:
 def _medians(difference: Image, mask: Image) -> tuple[Floats, NDArray[np.int64]]:
     """Return the median difference of each part's background, of grouped data, and its pixels."""
     histogram = np.zeros((ROWS, COLUMNS, 256), np.int64)
+    count = np.zeros((ROWS, COLUMNS), np.int64)
     height, width = difference.shape
     for y in range(0, height, SAMPLED_PX):
         row = y * ROWS // height
         for x in range(0, width, SAMPLED_PX):
             if mask[y, x] == 0:
                 histogram[row, x * COLUMNS // width, difference[y, x]] += 1
-    median, count = np.zeros((ROWS, COLUMNS)), histogram.sum(axis=2)
+                count[row, x * COLUMNS // width] += 1
+    median = np.zeros((ROWS, COLUMNS))
     for row in range(ROWS):
         for column in range(COLUMNS):
             below, half = 0, count[row, column] / 2

@@ -12,6 +12,7 @@ from mctrack_ros.compiled import BYTES_2D, BYTES_3D, FLOATS_1D, FLOATS_2D, compi
 
 Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 WRITABLE = types.Array(types.u1, 2, 'C')
 FLOATS_4D = types.Array(types.f8, 4, 'C', readonly=True)
 
@@ -62,7 +63,9 @@ def _is_left(field: Floats, y: int, x: int, direction: Floats) -> bool:
 
 
 @inner
-def _walk(kind: Image, field: Floats, y: int, x: int, direction: Floats, longest_m: float) -> int:
+def _walk(
+    kind: Image, field: Floats, y: int, x: int, east: float, north: float, longest_m: float
+) -> int:
     """
     Go over the ground from a pixel and return what comes first: a body, or open ground.
 
@@ -72,8 +75,8 @@ def _walk(kind: Image, field: Floats, y: int, x: int, direction: Floats, longest
     """
     height, width = kind.shape
     row, column = y // FIELD_PX, x // FIELD_PX
-    right = field[row, column, 0, 0] * direction[0] + field[row, column, 0, 1] * direction[1]
-    down = field[row, column, 1, 0] * direction[0] + field[row, column, 1, 1] * direction[1]
+    right = field[row, column, 0, 0] * east + field[row, column, 0, 1] * north
+    down = field[row, column, 1, 0] * east + field[row, column, 1, 1] * north
     length = math.hypot(right, down)
     if not length > 0.0 or abs(right) < UPRIGHT * abs(down):
         return SHADE
@@ -156,7 +159,7 @@ def mark(
     return count
 
 
-@compiled(types.f8[:, ::1](BYTES_3D, BYTES_3D, BYTES_2D, FLOATS_4D, FLOATS_2D, types.f8))
+@compiled(types.f8[:, ::1](BYTES_3D, BYTES_3D, WRITABLE, FLOATS_4D, FLOATS_2D, types.f8))
 def votes(
     image: Image,
     model: Image,
@@ -196,12 +199,13 @@ def votes(
             if kind[y, x] != SHADE:
                 continue
             for index in range(len(direction)):
-                ahead = _walk(kind, field, y, x, direction[index], longest_m)
+                east, north = direction[index, 0], direction[index, 1]
+                ahead = _walk(kind, field, y, x, east, north, longest_m)
                 if ahead == SHADE:
                     continue
                 found[index, 1] += 1.0
                 if ahead == BODY and (
-                    _walk(kind, field, y, x, -direction[index], longest_m) == GROUND
+                    _walk(kind, field, y, x, -east, -north, longest_m) == GROUND
                 ):
                     found[index, 0] += 1.0
                     for channel in range(3):
@@ -237,7 +241,7 @@ def remove(kind: Image, field: Floats, direction: Floats, longest_m: float, mask
                 y, x = index // width, index % width
                 if flat[index] != SHADE or _is_left(field, y, x, direction) != leftward:
                     continue
-                if _walk(kind, field, y, x, direction, longest_m) == BODY:
+                if _walk(kind, field, y, x, direction[0], direction[1], longest_m) == BODY:
                     flat[index] = SHADOW
                     mask[y, x] = 0
 
@@ -251,6 +255,16 @@ def colourfulness(image: Image, step: int) -> float:
             difference += abs(float(image[y, x, 0]) - float(image[y, x, 2]))
             count += 1
     return difference / count
+
+
+@inner
+def _quantile(found: Ints, rank: float) -> int:
+    """Return the first bin up to which there are so many."""
+    total, place = found[0], 0
+    while total < rank:
+        place += 1
+        total += found[place]
+    return place
 
 
 @compiled(
@@ -303,7 +317,8 @@ def nothing_but_shade(
                 break
         if others > most or count < LEAST_PX or dark < LEAST_SHADE * (count + others):
             continue
-        quarter = np.searchsorted(np.cumsum(found), np.array([0.25, 0.5, 0.75]) * count)
-        is_even = (quarter[2] - quarter[0]) * 0.01 <= SPREAD
-        shade[one] = is_even and quarter[1] * 0.01 >= DARKEST
+        low, high = _quantile(found, 0.25 * count), _quantile(found, 0.75 * count)
+        middle = _quantile(found, 0.5 * count)
+        is_even = (high - low) * 0.01 <= SPREAD
+        shade[one] = is_even and middle * 0.01 >= DARKEST
     return shade

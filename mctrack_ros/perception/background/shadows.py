@@ -22,6 +22,14 @@ from mctrack_ros.perception.background.shadow_pixels import (
 Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 DIRECTIONS = 24
+DARKEST, BRIGHTEST = 0.35, 0.92
+"""Share of the light that shade has: a wide range, from which the factor is learned."""
+LEAST_SURPLUS = 0.33
+"""Share of what may be shade that must lie where one sun puts it, beyond that where the opposite
+does, to believe in shadows; by trial: PETS, nearly overcast, stays below."""
+LEAST_PIXELS = 30.0  # that must have voted in the time constant, by trial
+PERIOD_S = 0.8  # between looks for the sun, which does not move
+MEMORY_S = 5.0  # time constant with which earlier looks are forgotten: of several steps
 LEAST_SHADE = 0.1  # of what bodies cover; what is less is clothes
 FAITH = 0.6  # share of the surplus that keeps the belief
 MARGIN = 0.08  # of the factor, about what was learned
@@ -34,27 +42,7 @@ class ShadowConfig:
     """Parameters of `Shadows`."""
 
     suppress: bool = parameter(True, 'shadows are looked for and taken out of the foreground')
-    darkest: float = parameter(
-        0.35, 'share of the light that shade has at least', minimum=0.0, maximum=1.0
-    )
-    brightest: float = parameter(
-        0.92, 'and at most', minimum=0.0, maximum=1.0
-    )  # fmt: skip
     longest_m: float = parameter(5.0, 'length of the longest shadows [m]', minimum=0.1)
-    least_surplus: float = parameter(
-        0.33,
-        'share of what may be shade that must lie where one sun puts it, beyond that where the '
-        'opposite does, to believe in shadows',
-        minimum=0.0,
-        maximum=1.0,
-    )
-    least_pixels: float = parameter(
-        30.0, 'pixels that must have voted in the time constant [px]', minimum=1.0
-    )
-    period_s: float = parameter(0.8, 'time between looks for the sun [s]', minimum=0.0)
-    memory_s: float = parameter(
-        5.0, 'time constant with which earlier looks are forgotten [s]', minimum=0.1
-    )
 
 
 class Shadows:
@@ -125,9 +113,8 @@ class Shadows:
         if looks:
             self._look(image, model, mask, noise, stamp_ns)
         if self.sun is not None:
-            darkest = max(self._factor - MARGIN, self._config.darkest)
-            brightest = self._config.brightest
-            mark(image, model, mask, self._tint, darkest, brightest, noise, self._kind)
+            darkest = max(self._factor - MARGIN, DARKEST)
+            mark(image, model, mask, self._tint, darkest, BRIGHTEST, noise, self._kind)
             remove(self._kind, self._field, self.sun, self._config.longest_m, mask)
 
     def alone(
@@ -152,31 +139,29 @@ class Shadows:
         may_be_shade = self._config.suppress and len(box)
         if not may_be_shade or colourfulness(image, SAMPLE_PX) < LEAST_COLOUR:
             return np.zeros(len(box), np.bool_)
-        darkest, brightest = self._config.darkest, self._config.brightest
-        return nothing_but_shade(image, model, mask, box, area, darkest, brightest, noise)
+        return nothing_but_shade(image, model, mask, box, area, DARKEST, BRIGHTEST, noise)
 
     def _look(self, image: Image, model: Image, mask: Image, noise: float, stamp_ns: int) -> None:
         """Let pixels vote and count."""
-        config = self._config
-        body = mark(
-            image, model, mask, self._tint, config.darkest, config.brightest, noise, self._kind
+        body = mark(image, model, mask, self._tint, DARKEST, BRIGHTEST, noise, self._kind)
+        found = votes(
+            image, model, self._kind, self._field, self._direction, self._config.longest_m
         )
-        found = votes(image, model, self._kind, self._field, self._direction, config.longest_m)
         seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9
         self._last_ns = stamp_ns
-        self._next_ns = stamp_ns + round(self._config.period_s * 1e9)
-        kept = np.exp(-seconds / config.memory_s)
+        self._next_ns = stamp_ns + round(PERIOD_S * 1e9)
+        kept = np.exp(-seconds / MEMORY_S)
         self._votes = kept * self._votes + found
         self._body = kept * self._body + body / VOTER_PX**2
         self._judge()
 
     def _judge(self) -> None:
         """Believe in the direction for which clearly more vote than for its opposite."""
-        least = max(self._config.least_pixels, LEAST_SHADE * self._body)
+        least = max(LEAST_PIXELS, LEAST_SHADE * self._body)
         share = self._votes[:, 0] / np.maximum(self._votes[:, 1], least)
         surplus = share - np.roll(share, DIRECTIONS // 2)
         best = int(surplus.argmax())
-        believed = self._config.least_surplus * (1.0 if self.sun is None else FAITH)
+        believed = LEAST_SURPLUS * (1.0 if self.sun is None else FAITH)
         if surplus[best] < believed:
             self.sun = None
             self._tint, self._factor = np.ones(3), 0.0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import inner
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.perception.geometry.person_size import TALLEST, metre_at
-from mctrack_ros.tracking.appearance import Palette, colour_bins
+from mctrack_ros.tracking.appearance import Palette, colour_bins, is_empty
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -68,7 +68,7 @@ def cell_grid_of(
     cells: int,
 ) -> CellGrid:
     """Reduce a blob to cells of which a person of usual height spans so many."""
-    left, top, width, height = box
+    left, top, width, height = box[0], box[1], box[2], box[3]
     middle = left + width / 2
     expected = metre_at(sizes, middle, top + height)[1] * height_m
     step = max(expected / cells, scale)
@@ -76,21 +76,21 @@ def cell_grid_of(
     last_x, last_y = round((left + width) / scale), round((top + height) / scale)
     columns = max(1, min(math.ceil(width / step), last_x - first_x))
     rows = max(1, min(math.ceil(height / step), last_y - first_y))
-    metre = np.empty(rows)
+    metre, tallest = np.empty(rows), 0.0
     for row in range(rows):
         upright = metre_at(sizes, middle, top + (row + 1) * step)[1]
         metre[row] = upright / step if upright > 0 else 0.0
+        tallest = max(tallest, metre[row])
     across = metre_at(sizes, middle, top + (rows // 2 + 1) * step)[0] / step
     body = max(1, round(across * width_m))
-    above = math.ceil(metre.max() * (TALLEST + 0.05) * height_m)
+    above = math.ceil(tallest * (TALLEST + 0.05) * height_m)
     side = body // 2
     foreground = np.zeros((above + rows, columns + body))
     colour, count = np.zeros((rows, columns, 3)), np.zeros((rows, columns))
-    column_of = np.arange(last_x - first_x) * columns // (last_x - first_x)
     for y in range(first_y, last_y):
         row = (y - first_y) * rows // (last_y - first_y)
         for x in range(first_x, last_x):
-            column = column_of[x - first_x]
+            column = (x - first_x) * columns // (last_x - first_x)
             count[row, column] += 1.0
             foreground[above + row, side + column] += mask[y, x] > 0
             for channel in range(3):
@@ -98,29 +98,19 @@ def cell_grid_of(
     for row in range(rows):
         for column in range(columns):
             foreground[above + row, side + column] /= count[row, column]
-            colour[row, column] /= count[row, column]
-    part = np.array([first_x, first_y, last_x, last_y])
+            for channel in range(3):
+                colour[row, column, channel] /= count[row, column]
+    part = np.empty(4, np.int64)
+    part[0], part[1], part[2], part[3] = first_x, first_y, last_x, last_y
     return CellGrid(foreground, colour, metre, above, body, left, top, step, part)
 
 
 @inner
-def tops_of(canvas: CellGrid, height_m: float) -> Ints:
-    """Return the first row, margin counted, of a body standing in each row."""
-    tops = np.empty(len(canvas.metre), np.int64)
+def write_tops(canvas: CellGrid, height_m: float, tops: Ints) -> None:
+    """Write the first row, margin counted, of a body standing in each row."""
     for row in range(len(tops)):
         bottom = canvas.above + row + 1
         tops[row] = bottom - min(max(round(canvas.metre[row] * height_m), 1), bottom)
-    return tops
-
-
-@inner
-def _whole_body(template: Floats, palette: Palette) -> Floats:
-    """Return what (n, 48) templates count in all their slices together."""
-    size = palette.hues + palette.greys
-    colours = np.zeros((len(template), size))
-    for part in range(palette.slices):
-        colours += template[:, part * size : (part + 1) * size]
-    return colours
 
 
 @inner
@@ -133,7 +123,11 @@ def values_of(
     Foreground of a colour that is more likely another member's is worth nothing, neither for nor
     against.
     """
-    known = np.array([index for index in range(len(template)) if template[index].any()], np.int64)
+    known, count = np.empty(len(template), np.int64), 0
+    for index in range(len(template)):
+        if not is_empty(template[index]):
+            known[count] = index
+            count += 1
     height, width = canvas.foreground.shape
     values = np.empty((len(template) + 1, height, width))
     for index in range(len(values)):
@@ -141,22 +135,25 @@ def values_of(
             for x in range(width):
                 foreground = canvas.foreground[y, x]
                 values[index, y, x] = foreground * (1.0 + background_weight) - background_weight
-    if len(known) < 2:
+    if count < 2:
         return values
-    side, likelihood = canvas.width // 2, np.empty(len(known))
-    colours = _whole_body(template, palette)
+    side, likelihood = canvas.width // 2, np.empty(count)
     rows, columns, _ = canvas.colour.shape
     for row in range(rows):
         for column in range(columns):
             y, x = canvas.above + row, side + column
-            blue, green, red = canvas.colour[row, column]
-            hue, grey, weight = colour_bins(palette, 0, blue, green, red)
-            for index, member in enumerate(known):
+            colour = canvas.colour[row, column]
+            hue, grey, weight = colour_bins(palette, colour[0], colour[1], colour[2])
+            total = 0.0
+            for index in range(count):
+                member = known[index]
                 likelihood[index] = (
-                    RARE + weight * colours[member, hue] + (1.0 - weight) * colours[member, grey]
+                    RARE + weight * template[member, hue] + (1.0 - weight) * template[member, grey]
                 )
-            usual = likelihood.mean()
-            for index, member in enumerate(known):
+                total += likelihood[index]
+            usual = total / count
+            for index in range(count):
+                member = known[index]
                 share = min(likelihood[index] / usual, 1.0)
                 values[member, y, x] += canvas.foreground[y, x] * (share - 1.0)
     return values
@@ -165,7 +162,7 @@ def values_of(
 @inner
 def _score_at(
     canvas: CellGrid, value: Floats, cover: Ints, tops: Ints, certainty: float,
-    place: Floats, row: int, column: int, precision: Floats,
+    place: tuple[float, float], row: int, column: int, precision: Floats,
 ) -> float:  # fmt: skip
     """Return the score of one place, given where (2,) in px from it somebody is expected."""
     total, bottom = 0.0, canvas.above + row + 1
@@ -173,7 +170,13 @@ def _score_at(
         for x in range(column, column + canvas.width):
             total += value[y, x] if cover[y, x] == 0 else 0.0
     size = (bottom - tops[row]) * canvas.width
-    score: float = certainty * total / size - 0.5 * (place @ precision @ place)
+    across, down = place
+    distance = (
+        precision[0, 0] * across * across
+        + 2 * precision[0, 1] * across * down
+        + precision[1, 1] * down * down
+    )
+    score: float = certainty * total / size - 0.5 * distance
     return score
 
 
@@ -196,7 +199,7 @@ def _reach(
     row, column = min(max(round(down), 0), rows - 1), min(max(round(across), 0), columns - 1)
     if canvas.metre[row] == 0.0:
         return 0, rows - 1, 0, columns - 1
-    place = np.array([column - across, row - down]) * canvas.step
+    place = (column - across) * canvas.step, (row - down) * canvas.step
     least = _score_at(
         canvas, value, cover, tops, certainty, place, row, column, precision
     )  # fmt: skip
@@ -283,12 +286,13 @@ def templates_of(
 ) -> Floats:  # fmt: skip
     """Count the colours of what is seen of each body past those before it in an order."""
     owner = np.full(canvas.foreground.shape, -1)
-    for index in order[::-1]:
+    for place in range(len(order) - 1, -1, -1):
+        index = order[place]
         for y in range(tops[index, row[index]], canvas.above + row[index] + 1):
             for x in range(column[index], column[index] + canvas.width):
                 owner[y, x] = index
     templates, count = np.zeros((len(order), TEMPLATE_SIZE)), np.zeros(len(order))
-    left, top, right, bottom = canvas.part
+    left, top, right, bottom = canvas.part[0], canvas.part[1], canvas.part[2], canvas.part[3]
     rows, columns, _ = canvas.colour.shape
     for y in range(top, bottom, COUNTED_PX):
         line = canvas.above + (y - top) * rows // (bottom - top)
@@ -296,20 +300,15 @@ def templates_of(
             index = owner[line, canvas.width // 2 + (x - left) * columns // (right - left)]
             if index >= 0 and mask[y, x]:
                 pixel = image[y, x]
-                above = tops[index, row[index]]
-                size = canvas.above + row[index] + 1 - above
                 hue, grey, weight = colour_bins(
-                    palette,
-                    (line - above) * palette.slices // size,
-                    float(pixel[0]),
-                    float(pixel[1]),
-                    float(pixel[2]),
+                    palette, float(pixel[0]), float(pixel[1]), float(pixel[2])
                 )
                 templates[index, hue] += weight
                 templates[index, grey] += 1.0 - weight
                 count[index] += 1.0
     for index in order:
-        templates[index] /= max(count[index], 1.0)
+        for bin in range(TEMPLATE_SIZE):
+            templates[index, bin] /= max(count[index], 1.0)
     return templates
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
 from mctrack_ros.perception.blob_split.single_blobs import NEW, SINGLE_BLOBS, SingleBlobs
 from mctrack_ros.perception.blob_split.types import BODIES, Bodies
 from mctrack_ros.perception.geometry.foot_noise import foot_variance
@@ -17,6 +17,10 @@ from mctrack_ros.perception.geometry.person_size import foot_below, metre_at
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
+LEAST_VISIBLE = 0.15
+"""Share of a body that must be seen to measure it; by trial on simulated matches, as the next."""
+LEAST_PROVEN = 0.35
+"""Share of a body that must explain what older tracks do not, to be sure of it."""
 
 
 class Observations(NamedTuple):
@@ -89,8 +93,6 @@ class Footing(NamedTuple):
         Standard deviation of a foot point, part that is the same for all, px.
     noise_share : float
         Part that grows with the box, as a share of its height.
-    least_visible : float
-        Share of a body that is taken to be seen at least.
     height_m : float
         Usual height of a person, m.
     least_height_px : float
@@ -100,12 +102,18 @@ class Footing(NamedTuple):
 
     noise_px: float
     noise_share: float
-    least_visible: float
     height_m: float
     least_height_px: float
 
 
-FOOTING = types.NamedUniTuple(types.f8, 5, Footing)
+FOOTING = types.NamedUniTuple(types.f8, 4, Footing)
+
+
+@inner
+def _copy(source: Floats, row: int, target: Floats, to: int) -> None:
+    """Copy a row of a table; numba takes seconds to compile an assignment of arrays."""
+    for column in range(source.shape[1]):
+        target[to, column] = source[row, column]
 
 
 @compiled(
@@ -143,7 +151,9 @@ def gathered(
         Where their feet are is still to be written.
 
     """
-    count = np.count_nonzero(singles.alone) + len(bodies.blob)
+    count = len(bodies.blob)
+    for index in range(len(singles.alone)):
+        count += singles.alone[index]
     track, blob = np.full(count, NEW), np.empty(count, np.int64)
     box, colours = np.empty((count, 4)), np.empty((count, template.shape[1]))
     visible, proven = np.ones(count), np.ones(count)
@@ -152,14 +162,16 @@ def gathered(
     for index in range(len(singles.alone)):
         if singles.alone[index]:
             track[row], blob[row] = singles.track[index], index
-            box[row], colours[row] = blob_box[index], template[index]
+            _copy(blob_box, index, box, row)
+            _copy(template, index, colours, row)
             row += 1
         while body < len(bodies.blob) and shared[bodies.blob[body]] == index:
             if bodies.is_known[body]:
                 track[row] = rows[known]
                 known += 1
             blob[row], fitted[row] = index, True
-            box[row], colours[row] = bodies.box[body], bodies.template[body]
+            _copy(bodies.box, body, box, row)
+            _copy(bodies.template, body, colours, row)
             hidden = singles.single[index] and track[row] != singles.best[index]
             visible[row], proven[row] = bodies.visible[body], bodies.proven[body]
             if hidden:
@@ -210,12 +222,13 @@ def footed(
     """
     foot, noise = np.empty((len(seen.box), 2)), np.zeros((len(seen.box), 2, 2))
     near = np.empty(len(seen.box), np.bool_)
-    for row, box in enumerate(seen.box):
-        blob, (x, y) = seen.blob[row], foot_below(sizes, box)
+    for row in range(len(seen.box)):
+        box, blob = seen.box[row], seen.blob[row]
+        x, y = foot_below(sizes, box[0], box[1], box[2], box[3])
         foot[row, 0], foot[row, 1] = x, y
         near[row] = metre_at(sizes, x, y)[1] * footing.height_m >= footing.least_height_px
         variance = foot_variance(box[3], footing.noise_px, footing.noise_share)
-        hidden = 1 / min(max(seen.visible[row], footing.least_visible), 1.0)
+        hidden = 1 / min(max(seen.visible[row], LEAST_VISIBLE), 1.0)
         variance *= hidden**2
         for axis in range(2):
             observed = 1.0 if seen.track[row] == NEW else noise_ratio[seen.track[row], axis]

@@ -16,6 +16,13 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 NEW = -1
+ODD_WIDTH, ODD_HEIGHT = 1.8, 1.25
+"""Width and height from which a blob is more than one person, in usual ones: of a full stride, and
+of a tall one with arms raised."""
+SINGLE_WIDTH = 1.4
+"""Width below which a blob shows no more than one person, likewise; by trial."""
+LEAST_ALIKE = 0.5
+"""Intersection over union with its tracks below which a usual blob is new: terrace."""
 
 
 class SingleBlobs(NamedTuple):
@@ -47,13 +54,10 @@ SINGLE_BLOBS = types.NamedTuple(
 )
 
 
-@compiled(
-    SINGLE_BLOBS(INTS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, BOOLS_1D, BOOLS_1D, *[types.f8] * 4)
-)  # fmt: skip
+@compiled(SINGLE_BLOBS(INTS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, BOOLS_1D, BOOLS_1D))
 def single_blobs(
     blob_of: Ints, predicted: Floats, box: Floats, expected: Floats, truncated: Booleans,
-    vehicle: Booleans, odd_width: float, odd_height: float, single_width: float,
-    least_alike: float,
+    vehicle: Booleans,
 ) -> SingleBlobs:  # fmt: skip
     """
     Tell which blobs are one person or vehicle each.
@@ -68,8 +72,6 @@ def single_blobs(
         Of the blobs, px, and the size of one person there.
     truncated, vehicle : (n,) bool arrays
         Which touch the image's edge, and which are one vehicle each.
-    odd_width, odd_height, single_width, least_alike : float
-        See `PartitionConfig`.
 
     """
     count = len(box)
@@ -85,13 +87,13 @@ def single_blobs(
                     most, best[blob] = alike, row
         width, height = box[blob, 2], box[blob, 3]
         usual_width, usual_height = expected[blob]
-        small = width <= odd_width * usual_width and height <= odd_height * usual_height
-        not_halved = height * odd_height > min(least, usual_height)
+        small = width <= ODD_WIDTH * usual_width and height <= ODD_HEIGHT * usual_height
+        not_halved = height * ODD_HEIGHT > min(least, usual_height)
         whole = members < 2 and (truncated[blob] or (small and not_halved))
         whole = whole or vehicle[blob]
-        fits_one = width / usual_width < single_width and height / usual_height < odd_height
+        fits_one = width / usual_width < SINGLE_WIDTH and height / usual_height < ODD_HEIGHT
         single[blob] = not whole and fits_one
-        strange = single[blob] and most < least_alike
+        strange = single[blob] and most < LEAST_ALIKE
         alone[blob] = whole or strange
         track[blob] = NEW if strange else best[blob]
     return SingleBlobs(alone, single, track, best)
@@ -127,9 +129,17 @@ def members_of(
             if blob_of[row] == shared[index]:
                 rows[count], number[count] = row, index
                 count += 1
-    rows = rows[:count]
-    bottom = np.empty((count, 2))
-    for place, own in enumerate(box[rows]):
-        bottom[place, 0], bottom[place, 1] = own[0] + own[2] * 0.5, own[1] + own[3]
-    known = Members(number[:count], bottom, spread[rows], extent[rows], template[rows])
-    return rows, known
+    bottom, width = np.empty((count, 2)), template.shape[1]
+    spreads, extents = np.empty((count, 2, 2)), np.empty((count, 2))
+    templates = np.empty((count, width))
+    for place in range(count):
+        row = rows[place]
+        bottom[place, 0] = box[row, 0] + box[row, 2] * 0.5
+        bottom[place, 1] = box[row, 1] + box[row, 3]
+        for axis in range(2):
+            extents[place, axis] = extent[row, axis]
+            for other in range(2):
+                spreads[place, axis, other] = spread[row, axis, other]
+        for bin in range(width):
+            templates[place, bin] = template[row, bin]
+    return rows[:count], Members(number[:count], bottom, spreads, extents, templates)

@@ -89,6 +89,15 @@ def _next_set(pixels: Bytes, words: Words, occupied: Bools, place: int, stop: in
 
 
 @inner
+def _doubled(array: Ints) -> Ints:
+    """Return an array of twice the size."""
+    larger = np.empty(2 * len(array), np.int64)
+    for index in range(len(array)):
+        larger[index] = array[index]
+    return larger
+
+
+@inner
 def runs_of(mask: Bytes) -> Runs:
     """Return the runs of what is not zero in an (h, w) mask."""
     height, width = mask.shape
@@ -102,7 +111,7 @@ def runs_of(mask: Bytes) -> Runs:
         place = _next_set(pixels, words, occupied, start, stop)
         while place < stop:
             if count == len(first):
-                first, last = np.append(first, first), np.append(last, last)
+                first, last = _doubled(first), _doubled(last)
             first[count] = place - start
             while place < stop and pixels[place]:
                 place += 1
@@ -131,7 +140,9 @@ def _unite(parent: Ints, one: int, other: int) -> None:
 @inner
 def labels_of(runs: Runs) -> tuple[Ints, int]:
     """Return which component each run is in, as numbered by their first runs; how many."""
-    parent = np.arange(len(runs.first))
+    parent = np.empty(len(runs.first), np.int64)
+    for index in range(len(parent)):
+        parent[index] = index
     for y in range(1, len(runs.row) - 1):
         a, b = runs.row[y - 1], runs.row[y]
         while a < runs.row[y] and b < runs.row[y + 1]:

@@ -13,23 +13,22 @@ from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, compiled, inner
 from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.blobs.connected_components import component_boxes
-from mctrack_ros.perception.blobs.fragments import Joining, from_left_to_right, joined, trimmed
+from mctrack_ros.perception.blobs.fragments import from_left_to_right, joined, trimmed
 from mctrack_ros.perception.blobs.morphology import opened
 from mctrack_ros.perception.geometry.person_size import SizeTable
 
 Booleans = NDArray[np.bool_]
 Floats = NDArray[np.float64]
+SMALLEST_HEIGHT, LARGEST_HEIGHT = 0.35, 6.0
+"""Heights of a blob, in expected ones: from a person whose legs are not seen to a large group."""
+SMALLEST_AREA = 0.08
+"""Least foreground, as a share of the expected box, of which a person fills a third and more."""
 
 
 @dataclass(frozen=True)
 class BlobConfig:
     """Parameters of `find_blobs`; kernels are odd, so that nothing is shifted."""
 
-    edges: str = parameter(
-        'as_found',
-        'whether what lies outside the edges that a Laplacian of a Gaussian finds is cut',
-        choices=('as_found', 'laplacian'),
-    )
     opening_px: int = parameter(3, 'what is narrower is noise [px]', minimum=1, maximum=31)
     leg_contrast: float = parameter(
         1.7,
@@ -51,21 +50,6 @@ class BlobConfig:
     person_width_m: float = parameter(0.6, 'width of what is tracked [m]', minimum=0.05)
     farthest_height_px: float = parameter(
         8.0, 'where a person would look smaller than this, it is too far away [px]', minimum=0.0
-    )
-    smallest_height: float = parameter(
-        0.35, 'least height of a blob, as a share of the expected', minimum=0.0
-    )
-    smallest_area: float = parameter(
-        0.08, 'least foreground, as a share of the expected box', minimum=0.0
-    )
-    largest_height: float = parameter(
-        6.0, 'greatest height of a blob, as a share of the expected', minimum=1.0
-    )
-    widest_stride: float = parameter(
-        1.8, 'width of one person in full stride, in usual widths', minimum=1.0
-    )
-    join_gap: float = parameter(
-        0.25, 'greatest gap between fragments of one, as a share of its height', minimum=0.0
     )
 
     def __post_init__(self) -> None:
@@ -181,10 +165,7 @@ def find_blobs(
 
     """
     box = from_left_to_right(component_boxes(mask), config.opening_px**2)
-    joining = Joining(
-        config.person_width_m, config.person_height_m, config.widest_stride, config.join_gap
-    )
-    box = joined(box * scale, sizes.table, joining)
+    box = joined(box * scale, sizes.table, config.person_width_m, config.person_height_m)
     found = trimmed(mask, difference, box / scale, config.halo_share)
     box, area = found[:, :4] * scale, found[:, 4] * scale**2
     blobs, plausible = describe(box, area, mapping, sizes, config)
@@ -199,27 +180,16 @@ def describe(
     expected = sizes.per_metre(foot) * [config.person_width_m, config.person_height_m]
     width, height = mapping.image_size
     truncated, plausible = _judged(
-        box,
-        area,
-        expected,
-        float(width),
-        float(height),
-        config.farthest_height_px,
-        config.smallest_height,
-        config.smallest_area,
-        config.largest_height,
+        box, area, expected, float(width), float(height), config.farthest_height_px
     )
     position = mapping.ground_from_image(foot)
     return Blobs(box, area, foot, position, expected, truncated), plausible
 
 
-@compiled(
-    types.UniTuple(types.b1[::1], 2)(FLOATS_2D, FLOATS_1D, FLOATS_2D, *[types.f8] * 6)
-)  # fmt: skip
+@compiled(types.UniTuple(types.b1[::1], 2)(FLOATS_2D, FLOATS_1D, FLOATS_2D, *[types.f8] * 3))
 def _judged(
-    box: Floats, area: Floats, expected: Floats, width: float, height: float,
-    farthest: float, smallest_height: float, smallest_area: float, largest_height: float,
-) -> tuple[Booleans, Booleans]:  # fmt: skip
+    box: Floats, area: Floats, expected: Floats, width: float, height: float, farthest: float
+) -> tuple[Booleans, Booleans]:
     """Tell which boxes touch the edge of an image, and which may be persons by their size."""
     truncated, plausible = np.empty(len(box), np.bool_), np.empty(len(box), np.bool_)
     for row in range(len(box)):
@@ -227,11 +197,11 @@ def _judged(
         usual_width, usual_height = expected[row]
         far_edge = left + across >= width - 1 or top + down >= height - 1
         truncated[row] = left <= 1 or top <= 1 or far_edge
-        least = smallest_height * usual_height * (0.5 if truncated[row] else 1.0)
+        least = SMALLEST_HEIGHT * usual_height * (0.5 if truncated[row] else 1.0)
         plausible[row] = (
             usual_height >= farthest
-            and least <= down <= largest_height * usual_height
-            and area[row] >= smallest_area * usual_width * usual_height
+            and least <= down <= LARGEST_HEIGHT * usual_height
+            and area[row] >= SMALLEST_AREA * usual_width * usual_height
         )
     return truncated, plausible
 

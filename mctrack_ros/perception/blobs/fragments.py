@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
@@ -14,35 +12,14 @@ from mctrack_ros.perception.geometry.person_size import TALLEST, metre_at
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 
-WIDEST = 1.2  # width of one person who stands, in usual widths
-
-
-class Joining(NamedTuple):
-    """
-    Which fragments are one person.
-
-    Attributes
-    ----------
-    width_m, height_m : float
-        Usual size of a person, m.
-    widest_stride : float
-        Width of one person in full stride, in usual widths.
-    gap : float
-        Greatest gap between fragments, as a share of the person's height.
-
-    """
-
-    width_m: float
-    height_m: float
-    widest_stride: float
-    gap: float
-
-
-JOINING = types.NamedUniTuple(types.f8, 4, Joining)
+WIDEST, WIDEST_STRIDE = 1.2, 1.8
+"""Width of one person who stands, and of one in full stride, in usual widths; by trial."""
+JOIN_GAP = 0.25
+"""Greatest gap between fragments, as a share of the person's height; by trial."""
 
 
 @inner
-def _excess(first: Floats, second: Floats, sizes: Floats, joining: Joining) -> float:
+def _excess(first: Floats, second: Floats, sizes: Floats, usual: tuple[float, float]) -> float:
     """Return the gap, px, between two boxes that may be one person; else infinity."""
     left, top = min(first[0], second[0]), min(first[1], second[1])
     right = max(first[0] + first[2], second[0] + second[2])
@@ -53,22 +30,22 @@ def _excess(first: Floats, second: Floats, sizes: Floats, joining: Joining) -> f
     middle = (left + right) / 2
     lean = metre_at(sizes, middle, bottom)[2]
     across, upright, _, _ = metre_at(sizes, middle - lean * (bottom - top) / 2, bottom)
-    width, height = across * joining.width_m, upright * joining.height_m
+    width, height = across * usual[0], upright * usual[1]
     stacked = -gap_x >= 0.5 * min(first[2], second[2])
-    widest = joining.widest_stride if stacked else WIDEST
+    widest = WIDEST_STRIDE if stacked else WIDEST
     fits = (
         right - left <= widest * width
         and bottom - top <= TALLEST * height
-        and gap <= joining.gap * height
+        and gap <= JOIN_GAP * height
     )
     return gap if fits else np.inf
 
 
 @inner
 def _is_before(first: Floats, second: Floats) -> bool:
-    for one, other in zip(first, second):
-        if one != other:
-            return bool(one < other)
+    for side in range(4):
+        if first[side] != second[side]:
+            return bool(first[side] < second[side])
     return False
 
 
@@ -81,15 +58,17 @@ def from_left_to_right(box: Floats, least_area: float) -> Floats:
             continue
         place = count
         while place and _is_before(box[index], ordered[place - 1]):
-            ordered[place] = ordered[place - 1]
+            for side in range(4):
+                ordered[place, side] = ordered[place - 1, side]
             place -= 1
-        ordered[place] = box[index]
+        for side in range(4):
+            ordered[place, side] = box[index, side]
         count += 1
     return ordered[:count]
 
 
-@compiled(types.f8[:, ::1](FLOATS_2D, FLOATS_3D, JOINING))
-def joined(box: Floats, sizes: Floats, joining: Joining) -> Floats:
+@compiled(types.f8[:, ::1](FLOATS_2D, FLOATS_3D, types.f8, types.f8))
+def joined(box: Floats, sizes: Floats, width_m: float, height_m: float) -> Floats:
     """
     Join the closest fragments, again and again, while the union is no larger than one person.
 
@@ -99,8 +78,8 @@ def joined(box: Floats, sizes: Floats, joining: Joining) -> Floats:
         Left, top, width, height, px.
     sizes : (r, c, 4) array
         The camera's `SizeTable.table`.
-    joining : Joining
-        Parameters.
+    width_m, height_m : float
+        Usual size of a person, m.
 
     Returns
     -------
@@ -114,7 +93,7 @@ def joined(box: Floats, sizes: Floats, joining: Joining) -> Floats:
         best, one, other = np.inf, 0, 0
         for first in range(count):
             for second in range(first + 1, count):
-                excess = _excess(box[first], box[second], sizes, joining)
+                excess = _excess(box[first], box[second], sizes, (width_m, height_m))
                 if excess < best:
                     best, one, other = excess, first, second
         if best == np.inf:
@@ -122,10 +101,12 @@ def joined(box: Floats, sizes: Floats, joining: Joining) -> Floats:
         left, top = min(box[one, 0], box[other, 0]), min(box[one, 1], box[other, 1])
         right = max(box[one, 0] + box[one, 2], box[other, 0] + box[other, 2])
         bottom = max(box[one, 1] + box[one, 3], box[other, 1] + box[other, 3])
-        box[one] = np.array([left, top, right - left, bottom - top])
+        box[one, 0], box[one, 1] = left, top
+        box[one, 2], box[one, 3] = right - left, bottom - top
         count -= 1
         for row in range(other, count):
-            box[row] = box[row + 1]
+            for side in range(4):
+                box[row, side] = box[row + 1, side]
     return box[:count].copy()
 
 
@@ -176,5 +157,7 @@ def trimmed(mask: Bytes, difference: Bytes, box: Floats, halo_share: float) -> F
         for y in range(low_y, high_y):
             for x in range(low_x, high_x):
                 area += mask[y, x] > 0
-        result[index] = np.array([low_x, low_y, high_x - low_x, high_y - low_y, area])
+        result[index, 0], result[index, 1] = low_x, low_y
+        result[index, 2], result[index, 3] = high_x - low_x, high_y - low_y
+        result[index, 4] = area
     return result

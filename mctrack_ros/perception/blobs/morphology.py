@@ -20,8 +20,9 @@ def _hang_legs(cleaned: Bytes, found: Runs, difference: Bytes, clear: float) -> 
         for index in range(found.row[y], found.row[y + 1]):
             for x in range(found.first[index], found.last[index]):
                 if not cleaned[y, x] and difference[y, x] > clear:
-                    above = cleaned[y - 1, max(x - 1, 0) : min(x + 2, width)]
-                    cleaned[y, x] = above.max()
+                    left, right = max(x - 1, 0), min(x + 1, width - 1)
+                    above = cleaned[y - 1, left] | cleaned[y - 1, x] | cleaned[y - 1, right]
+                    cleaned[y, x] = above
 
 
 @inner

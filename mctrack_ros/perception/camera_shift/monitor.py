@@ -59,6 +59,12 @@ class RankedImages:
         self._motions.clear()
 
 
+PERIOD_S = 0.4
+"""Time between looks: ten in the time over which a shift must last."""
+RENEWAL_S = 20.0
+"""Time after which patches that are seldom found are exchanged: light changes slower."""
+UNKNOWN_PX = 20.0
+"""Noise added to places in the image while the first view is not found again: a large shift."""
 SEARCH_PX = 5
 WIDE_SEARCH_PX = 12
 CLOSE_PX = 2.5
@@ -82,18 +88,9 @@ class CameraShiftConfig:
     sustain_s: float = parameter(
         4.0, 'time of whose shifts the median counts; found in about half of it [s]', minimum=0.1
     )
-    period_s: float = parameter(0.4, 'time between looks [s]', minimum=0.0)
     settling_s: float = parameter(
         10.0,
         'time after the start whose median image and shift are taken for no shift [s]',
-        minimum=0.0,
-    )
-    renewal_s: float = parameter(
-        20.0, 'time after which patches that are seldom found are exchanged [s]', minimum=0.1
-    )
-    unknown_px: float = parameter(
-        20.0,
-        'noise added to places in the image while the first view is not found again [px]',
         minimum=0.0,
     )
 
@@ -195,7 +192,7 @@ class CameraShiftMonitor:
             self._next_ns = self._coarse_ns = self._started_ns = stamp_ns
         if self._looked_ns is None or stamp_ns >= self._next_ns:
             self._looked_ns = stamp_ns
-            self._next_ns = stamp_ns + _ns(self._config.period_s)
+            self._next_ns = stamp_ns + _ns(PERIOD_S)
             self._look(prepared(image), stamp_ns)
         return self.shift
 
@@ -266,7 +263,7 @@ class CameraShiftMonitor:
 
     def _forget_kept(self, stamp_ns: int) -> None:
         self._kept.clear()
-        self._renewal_ns = stamp_ns + _ns(self._config.renewal_s)
+        self._renewal_ns = stamp_ns + _ns(RENEWAL_S)
         self._keep_ns = self._renewal_ns - self._learning_ns
 
     def _measure(self, patches: Patches, grey: Grey, stamp_ns: int) -> tuple[Motion, int] | None:
@@ -314,7 +311,7 @@ class CameraShiftMonitor:
         if len(self._recent) < LEAST_MEASURES:
             return None
         span = self._recent[-1][0] - self._recent[0][0]
-        if span < LEAST_SPAN * _ns(self._config.sustain_s - self._config.period_s):
+        if span < LEAST_SPAN * _ns(self._config.sustain_s - PERIOD_S):
             return None
         return median_motion([motion for _, motion in self._recent])
 
@@ -323,7 +320,7 @@ class CameraShiftMonitor:
         moved = self.shift.state is ShiftState.MOVED
         if lasting is None:
             if not self._recent and not moved:
-                self.shift = CameraShift(ShiftState.UNKNOWN, noise_px=self._config.unknown_px)
+                self.shift = CameraShift(ShiftState.UNKNOWN, noise_px=UNKNOWN_PX)
             return
         self._held, size = lasting, lasting.size(self._image_size)
         limit = self._config.threshold_px * (END_SHARE if moved else 1.0)

@@ -5,19 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from mctrack_ros.config import parameter, tag
-from mctrack_ros.perception.background.ghost_removal import GhostConfig
 from mctrack_ros.perception.background.model import BACKGROUND, BackgroundConfig
 from mctrack_ros.perception.background.shadows import ShadowConfig
-from mctrack_ros.perception.blob_split.split import PartitionConfig
 from mctrack_ros.perception.blobs.extraction import BlobConfig
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
 from mctrack_ros.perception.config import CameraConfig, Sight
-from mctrack_ros.perception.events.appearance_events import AppearanceEventsConfig
 from mctrack_ros.perception.events.groups import GroupConfig
-from mctrack_ros.perception.feedback.id_assignment import IdentityConfig
-from mctrack_ros.perception.feedback.persons_in_view import PersonsInViewConfig
 from mctrack_ros.perception.local_tracks.association import MatchingConfig
-from mctrack_ros.perception.local_tracks.classification import BicycleConfig, ClassConfig
+from mctrack_ros.perception.local_tracks.classification import ClassConfig
 from mctrack_ros.perception.local_tracks.table import FilterConfig
 from mctrack_ros.tracking.appearance import PALETTES
 
@@ -42,11 +37,8 @@ class TrackerConfig:
     )
     template: str = parameter(
         'mixed',
-        'what is kept of looks: hue and brightness, hue alone, both in slices, brightness alone',
+        'what is kept of looks: hue and brightness, or hue alone',
         choices=tuple(PALETTES),
-    )
-    template_time_s: float = parameter(
-        1.0, 'time constant with which the template follows the colours [s]', minimum=0.0
     )
 
 
@@ -61,16 +53,10 @@ class EventTrackerConfig(CameraConfig):
     background: BackgroundConfig = BACKGROUND.field()
     shadows: ShadowConfig = field(default_factory=ShadowConfig)
     blobs: BlobConfig = field(default_factory=BlobConfig)
-    ghosts: GhostConfig = field(default_factory=GhostConfig)
     filter: FilterConfig = field(default_factory=FilterConfig)
     matching: MatchingConfig = field(default_factory=MatchingConfig)
-    partition: PartitionConfig = field(default_factory=PartitionConfig)
-    company: PersonsInViewConfig = field(default_factory=PersonsInViewConfig)
     groups: GroupConfig = field(default_factory=GroupConfig)
-    presence: AppearanceEventsConfig = field(default_factory=AppearanceEventsConfig)
-    identity: IdentityConfig = field(default_factory=IdentityConfig)
     classes: ClassConfig = field(default_factory=ClassConfig)
-    bicycles: BicycleConfig = field(default_factory=BicycleConfig)
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
     watchdog: CameraShiftConfig = field(default_factory=CameraShiftConfig)
 

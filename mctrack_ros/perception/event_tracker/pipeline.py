@@ -11,7 +11,6 @@ from mctrack_ros.interfaces import Detections, Feedback, Foreground, Message
 from mctrack_ros.perception.background.colour_test import objects_in
 from mctrack_ros.perception.background.ghost_removal import GhostRemoval
 from mctrack_ros.perception.background.model import Background
-from mctrack_ros.perception.background.segmentation import inside_edges
 from mctrack_ros.perception.background.shadows import Shadows
 from mctrack_ros.perception.blobs.extraction import Blobs, clean_mask, find_blobs
 from mctrack_ros.perception.blobs.frame import Frame
@@ -68,7 +67,7 @@ class EventTracker:
             self._background.begin(self._given)
         self._reduction = Reduction(mapping, config.reduction)
         self._shadows = Shadows(config.shadows, mapping, float(config.reduction))
-        self._ghosts = GhostRemoval(config.ghosts)
+        self._ghosts = GhostRemoval()
         self._tracker = LocalTracker(config, mapping, self._sizes, mask)
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
@@ -145,8 +144,6 @@ class EventTracker:
         self._shadows.take_out(small, background, found, noise, stamp_ns)
         if self._mask is not None:
             found = cv2.bitwise_and(found, self._mask)  # type: ignore[assignment]
-        if self._config.blobs.edges == 'laplacian':
-            found = inside_edges(found, difference)
         mask = clean_mask(found, difference, self._background.threshold, self._config.blobs)
         scale = float(self._config.reduction)
         return Frame(small, found, mask, objects, background, difference, scale)

@@ -28,21 +28,27 @@ def sighted(
     stamp_ns: int,
 ) -> tuple[Ints, Floats, Floats, Booleans, Floats, Floats]:  # fmt: skip
     """Return the columns of `Sighting`: the tracks that are believed, as an image shows them."""
-    row_of = np.full(len(confirmed), -1)
-    for row, track in enumerate(seen.track):
-        if track >= 0:
-            row_of[track] = row
-    old = np.flatnonzero(confirmed)
-    place, box = np.empty((len(old), 2)), np.zeros((len(old), 4))
-    is_seen, proven = np.zeros(len(old), np.bool_), np.zeros(len(old))
-    age_s = np.empty(len(old))
-    for index, track in enumerate(old):
-        place[index] = mean[track, :2]
+    row_of, count = np.full(len(confirmed), -1), 0
+    for row in range(len(seen.track)):
+        if seen.track[row] >= 0:
+            row_of[seen.track[row]] = row
+    for track in range(len(confirmed)):
+        count += confirmed[track]
+    ids, place, box = np.empty(count, np.int64), np.empty((count, 2)), np.zeros((count, 4))
+    is_seen, proven = np.zeros(count, np.bool_), np.zeros(count)
+    age_s, index = np.empty(count), 0
+    for track in range(len(confirmed)):
+        if not confirmed[track]:
+            continue
+        ids[index], row = local_id[track], row_of[track]
+        place[index, 0], place[index, 1] = mean[track, 0], mean[track, 1]
         age_s[index] = (stamp_ns - first_ns[track]) * 1e-9
-        row = row_of[track]
         if row >= 0:
-            box[index], is_seen[index], proven[index] = seen.box[row], True, seen.proven[row]
-    return local_id[old], place, box, is_seen, proven, age_s
+            is_seen[index], proven[index] = True, seen.proven[row]
+            for side in range(4):
+                box[index, side] = seen.box[row, side]
+        index += 1
+    return ids, place, box, is_seen, proven, age_s
 
 
 class ReportedPersons(NamedTuple):
@@ -68,18 +74,19 @@ SHOWN = types.NamedTuple(
     ReportedPersons,
 )  # fmt: skip
 LEAST_SCORE = 0.1
+LEAST_COLOURED = 0.3
+"""Share of a body that must be seen to tell its colours, and not those remembered; by trial."""
 
 
 @compiled(
     SHOWN(
         OBSERVATIONS, FLOATS_1D, BOOLS_1D, FLOATS_3D, INTS_1D, INTS_1D, INTS_1D, FLOATS_2D,
-        types.i8, types.f8, types.f8,
+        types.i8, types.f8,
     )
 )  # fmt: skip
 def reported_persons(
     seen: Observations, blob_area: Floats, truncated: Booleans, sizes: Floats, first_ns: Ints,
     local_id: Ints, track_id: Ints, template: Floats, stamp_ns: int, confirm_s: float,
-    least_coloured: float,
 ) -> ReportedPersons:  # fmt: skip
     """
     Write one row a person.
@@ -98,17 +105,15 @@ def reported_persons(
         Time of the image, ns.
     confirm_s : float
         Age at which a track is certain, s.
-    least_coloured : float
-        Share of a body that must be seen to tell its colours, and not those remembered.
 
     """
     count = len(seen.track)
     shown = ReportedPersons(
         np.zeros((count, 3), np.float32),
-        seen.box.astype(np.float32),
+        np.empty((count, 4), np.float32),
         np.empty(count, np.float32),
         np.empty(count, np.float32),
-        np.full((count, 2), np.float32(np.nan)),
+        np.empty((count, 2), np.float32),
         np.empty((count, template.shape[1]), np.float32),
         np.empty(count, np.uint32),
         np.empty(count, np.uint32),
@@ -116,16 +121,23 @@ def reported_persons(
     )
     for row, track in enumerate(seen.track):
         blob, is_body = seen.blob[row], seen.fitted[row]
-        shown.position[row, 0], shown.position[row, 1] = seen.position[row]
+        for axis in range(2):
+            shown.position[row, axis] = seen.position[row, axis]
+        for side in range(4):
+            shown.box[row, side] = seen.box[row, side]
         area = seen.visible[row] * seen.box[row, 2] * seen.box[row, 3]
         shown.area[row] = area if is_body else blob_area[blob]
         age = (stamp_ns - first_ns[track]) * 1e-9
         shown.score[row] = min(max(age / confirm_s, LEAST_SCORE), 1.0)
-        is_coloured = not is_body or seen.visible[row] >= least_coloured
-        shown.template[row] = seen.template[row] if is_coloured else template[track]
-        if not is_body and not truncated[blob]:
-            metre = metre_at(sizes, seen.foot[row, 0], seen.foot[row, 1])
-            shown.extent[row] = seen.box[row, 2:] / metre[:2]
+        is_coloured = not is_body or seen.visible[row] >= LEAST_COLOURED
+        for bin in range(template.shape[1]):
+            own = seen.template[row, bin] if is_coloured else template[track, bin]
+            shown.template[row, bin] = own
+        metre = metre_at(sizes, seen.foot[row, 0], seen.foot[row, 1])
+        is_whole = not is_body and not truncated[blob]
+        for axis in range(2):
+            size = seen.box[row, 2 + axis] / metre[axis]
+            shown.extent[row, axis] = size if is_whole else np.nan
         shown.local_id[row], shown.track_id[row] = local_id[track], track_id[track]
         shown.truncated[row] = truncated[blob]
     return shown

@@ -7,9 +7,12 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
-from mctrack_ros.perception.blob_split.measurements import Observations
+from mctrack_ros.perception.blob_split.measurements import (
+    LEAST_PROVEN,
+    LEAST_VISIBLE,
+    Observations,
+)
 from mctrack_ros.perception.blob_split.single_blobs import NEW
-from mctrack_ros.perception.blobs.connected_components import Strength
 from mctrack_ros.perception.blobs.extraction import Blobs
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.blobs.touching import contacts
@@ -42,6 +45,8 @@ from mctrack_ros.perception.local_tracks.vehicles import Vehicles
 from mctrack_ros.tracking.appearance import PALETTES, colour_templates
 
 Ints = NDArray[np.int64]
+SIZE_TIME_S, COLOURS_TIME_S = 0.5, 1.0
+"""Time constants with which tracked sizes and colours follow what is seen: a step, and two."""
 
 
 class LocalTracker:
@@ -79,19 +84,15 @@ class LocalTracker:
         self._ignored = ignored
         self._config = config.tracker
         self._matching = config.matching
-        self._identity = config.identity
-        self._partition, self._mapping, self._sizes = config.partition, mapping, sizes
-        self._palette, self._size_time_s = PALETTES[config.tracker.template], filtering.size_time_s
-        self._observer = Observer(
-            mapping, sizes, blobs, filtering, config.partition, self._palette
-        )
+        self._mapping, self._sizes = mapping, sizes
+        self._palette = PALETTES[config.tracker.template]
+        self._observer = Observer(mapping, sizes, blobs, filtering, self._palette)
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
-        self._vehicles = Vehicles(config.classes, config.bicycles, config.tracker.vehicles, usual)
-        self._roll, self._in_view = PersonList(config.company, usual, sizes, mapping), NOBODY
+        self._vehicles = Vehicles(config.classes, config.tracker.vehicles, usual)
+        self._roll, self._in_view = PersonList(usual, sizes, mapping), NOBODY
         self._groups, self._steadiness = Groups(groups), StableEvents(groups.stable_s)
-        self._strength = Strength(groups.contact_share, groups.contact_colour)
-        self._presence = AppearanceEvents(config.presence, usual, sizes, mapping)
+        self._presence = AppearanceEvents(usual, sizes, mapping)
         self.predicted_box: NDArray[np.float64] = np.zeros((0, 4))
         self._last_ns: int | None = None
 
@@ -190,23 +191,20 @@ class LocalTracker:
         if feedback is not None:
             self._groups.rename(feedback.corrections())
         in_view = self._roll.call(self._sighting(seen, stamp_ns), feedback, stamp_ns)
-        part = contacts(in_view.box, blobs.box, frame, self._strength)
+        part = contacts(in_view.box, blobs.box, frame)
         self._note_groups(in_view, part, stamp_ns, log)
         return part
 
     def _classify(self, seen: Observations, blobs: Blobs, seconds: float) -> Observations:
         """Tell vehicles from people; return those of whom enough is seen to be told of."""
         self._vehicles.classify(self.tracks, seen, blobs, seconds)
-        return seen.select(
-            (seen.visible >= self._partition.least_visible)
-            & (seen.proven >= self._partition.least_proven)
-        )
+        return seen.select((seen.visible >= LEAST_VISIBLE) & (seen.proven >= LEAST_PROVEN))
 
     def _identify(self, blobs: Blobs, part: Ints, feedback: Feedback, stamp_ns: int) -> None:
         """Learn global ids, and begin tracks of members that only the fusion node knows."""
         tracks, in_view = self.tracks, self._in_view
-        learn_identities(tracks, feedback, stamp_ns, self._identity)
-        rows = hidden_members(in_view, part, tracks.track_id, blobs, self._partition)
+        learn_identities(tracks, feedback, stamp_ns)
+        rows = hidden_members(in_view, part, tracks.track_id, blobs)
         begin_hidden(tracks, in_view, rows, feedback, stamp_ns)
 
     def _with_groups(
@@ -284,10 +282,8 @@ class LocalTracker:
         """Correct the tracks with what is seen of them (E6); learn from who is alone."""
         tracks = self.tracks
         pace = Pace(
-            float(1 - np.exp(-seconds / max(self._size_time_s, 1e-9))),
-            float(1 - np.exp(-seconds / max(self._config.template_time_s, 1e-9))),
-            self._partition.least_visible,
-            self._partition.least_proven,
+            float(1 - np.exp(-seconds / SIZE_TIME_S)),
+            float(1 - np.exp(-seconds / COLOURS_TIME_S)),
         )
         measured = learn(
             seen,
@@ -341,7 +337,6 @@ class LocalTracker:
             tracks.template,
             stamp_ns,
             max(self._config.confirm_s, 1e-9),
-            self._partition.least_coloured,
         )
         covariance = self._mapping.ground_covariance(seen.position, noise)
         if seen.depth.any():

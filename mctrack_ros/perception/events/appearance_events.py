@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import EventCode, Feedback
 from mctrack_ros.perception.blobs.extraction import overlap
@@ -18,36 +15,20 @@ from mctrack_ros.perception.local_tracks.table import LocalTracks
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class AppearanceEventsConfig:
-    """Parameters of `AppearanceEvents`."""
-
-    word_s: float = parameter(
-        2.0, 'silence of the fusion node after which the camera tells who is new [s]', minimum=0.0
-    )
-    enter_s: float = parameter(
-        0.08, 'time for which an expected target is seen before it has entered [s]', minimum=0.0
-    )
-    gone_s: float = parameter(
-        0.4, 'time for which a target is out of view before it has left [s]', minimum=0.0
-    )
-    start_s: float = parameter(
-        0.6, 'time at first in which whoever is told of is new [s]', minimum=0.0
-    )
-    again_s: float = parameter(
-        10.0, 'time in which one who was lost may turn up by another id [s]', minimum=0.0
-    )
-    again_m: float = parameter(2.0, 'distance at which he may at once [m]', minimum=0.0)
-    again_m_s: float = parameter(2.0, 'speed at which that distance grows [m/s]', minimum=0.0)
-    beside_m: float = parameter(
-        2.5, 'who is first told of so near to another was hidden by him [m]', minimum=0.0
-    )
-    covered_share: float = parameter(
-        0.5,
-        'share of an expected person that must be foreground to be seen',
-        minimum=0.0,
-        maximum=1.0,
-    )
+SILENCE_NS = 2_000_000_000
+"""Silence of the fusion node after which the camera tells who is new: many of its periods."""
+ENTER_NS = 80_000_000
+"""Time for which an expected target is seen before it has entered: two images."""
+GONE_NS = 400_000_000
+"""Time for which a target is out of view before it has left: as groups part (`groups.part_s`)."""
+START_NS = 600_000_000
+"""Time at first in which whoever is told of is new: until the fusion node has confirmed tracks."""
+AGAIN_NS, AGAIN_M, AGAIN_M_S = 10_000_000_000, 2.0, 2.0
+"""Time in which one who was lost may turn up by another id, how far away at once, and how much
+farther with time: a person who runs."""
+BESIDE_M = 2.5
+"""Who is first told of so near to another was hidden by him; by trial on simulated matches."""
+COVERED_SHARE = 0.5  # of an expected person that must be foreground to be seen: most of him
 
 
 class AppearanceEvents:
@@ -64,8 +45,6 @@ class AppearanceEvents:
 
     Parameters
     ----------
-    config : AppearanceEventsConfig
-        Parameters.
     extent : (2,) array
         Width and height of who is expected, m.
     sizes : SizeTable
@@ -75,18 +54,8 @@ class AppearanceEvents:
 
     """
 
-    def __init__(
-        self,
-        config: AppearanceEventsConfig,
-        extent: Floats,
-        sizes: SizeTable,
-        mapping: GroundMapping,
-    ) -> None:
-        self._config, self._extent = config, extent
-        self._sizes, self._mapping = sizes, mapping
-        self._word_ns, self._gone_ns = round(config.word_s * 1e9), round(config.gone_s * 1e9)
-        self._enter_ns = round(config.enter_s * 1e9)
-        self._again_ns = round(config.again_s * 1e9)
+    def __init__(self, extent: Floats, sizes: SizeTable, mapping: GroundMapping) -> None:
+        self._extent, self._sizes, self._mapping = extent, sizes, mapping
         self.restart()
 
     def restart(self) -> None:
@@ -130,7 +99,7 @@ class AppearanceEvents:
         if feedback is not None:
             self._heard_ns = stamp_ns
             self._follow(feedback, blob_box, stamp_ns, log)
-        silent = self._heard_ns is None or stamp_ns - self._heard_ns >= self._word_ns
+        silent = self._heard_ns is None or stamp_ns - self._heard_ns >= SILENCE_NS
         names, targets = tracks.local_id.tolist(), tracks.track_id.tolist()
         for row in np.flatnonzero(tracks.confirmed).tolist():
             local, target = names[row], targets[row]
@@ -173,7 +142,7 @@ class AppearanceEvents:
                 self._leave(target, feedback.position[row], stamp_ns, log)
             elif is_inside and self._is_seen(foot[row], blob_box):
                 since_ns = self._entering_ns.setdefault(target, stamp_ns)
-                if stamp_ns - since_ns >= self._enter_ns:
+                if stamp_ns - since_ns >= ENTER_NS:
                     self._arrive(target, feedback.position[row], stamp_ns, log)
             else:
                 self._entering_ns.pop(target, None)
@@ -182,7 +151,7 @@ class AppearanceEvents:
         """Note where everybody is, who is lost, and whom the fusion node has long known."""
         if self._old is None:
             self._old = set(ids)
-            self._new_until_ns = stamp_ns + round(self._config.start_s * 1e9)
+            self._new_until_ns = stamp_ns + START_NS
         for target in self._place.keys() - set(ids):
             place = self._place.pop(target)
             if self._present_ns.pop(target, None) is not None:
@@ -195,7 +164,7 @@ class AppearanceEvents:
         self._old.intersection_update(ids)
 
     def _is_past(self, lost: tuple[int, Floats], stamp_ns: int) -> bool:
-        return stamp_ns - lost[0] > self._again_ns
+        return stamp_ns - lost[0] > AGAIN_NS
 
     def _arrive(
         self, target: int, position: NDArray[np.floating], stamp_ns: int, log: EventLog
@@ -214,12 +183,12 @@ class AppearanceEvents:
             return EventCode.NEW
         place = self._place[target]
         for other, (when_ns, there) in self._lost.items():
-            reach = self._config.again_m + self._config.again_m_s * (stamp_ns - when_ns) * 1e-9
+            reach = AGAIN_M + AGAIN_M_S * (stamp_ns - when_ns) * 1e-9
             if np.hypot(*(there - place)) < reach:
                 del self._lost[other]
                 return None
         beside = (
-            np.hypot(*(self._place[other] - place)) < self._config.beside_m
+            np.hypot(*(self._place[other] - place)) < BESIDE_M
             for other in self._present_ns
             if other in self._place and other != target
         )
@@ -229,7 +198,7 @@ class AppearanceEvents:
         self, target: int, position: NDArray[np.floating], stamp_ns: int, log: EventLog
     ) -> None:
         """Note that a target is out of view; it has left when it was for some time."""
-        if stamp_ns - self._present_ns[target] >= self._gone_ns:
+        if stamp_ns - self._present_ns[target] >= GONE_NS:
             del self._present_ns[target]
             log.add_target(EventCode.EXIT, target, position)
 
@@ -239,4 +208,4 @@ class AppearanceEvents:
         width, height = self._mapping.image_size
         shown = overlap(box, np.array([[0.0, 0.0, width, height]]))[0, 0]
         covered = overlap(box, blob_box).max(initial=0.0)
-        return bool(covered > 0 and covered >= self._config.covered_share * shown)
+        return bool(covered > 0 and covered >= COVERED_SHARE * shown)

@@ -61,29 +61,55 @@ def _gathered(
 ) -> tuple[Floats, Floats, Floats, NDArray[np.uint32], Ints]:
     """Return place, covariance, box, members and their number of each group that hides some."""
     most = len(part)
-    is_shown = np.array([(shown == one).any() for one in local_id], np.bool_)
+    is_shown, is_first = np.zeros(most, np.bool_), np.ones(most, np.bool_)
+    for row in range(most):
+        for one in range(len(shown)):
+            is_shown[row] |= shown[one] == local_id[row]
+        for before in range(row):
+            is_first[row] &= part[before] != part[row]
     place, spread = np.zeros((most, 3)), np.zeros((most, 2, 2))
     around, members = np.empty((most, 4)), np.zeros((most, MEMBERS), np.uint32)
     count = np.zeros(most, np.int64)
     done = 0
     for first in range(most):
-        if part[first] < 0 or (part[:first] == part[first]).any():
+        if part[first] < 0 or not is_first[first]:
             continue
-        rows = np.flatnonzero(part == part[first])
-        seen = rows[is_shown[rows]]
-        named = track_id[rows][track_id[rows] > 0]
-        if len(seen) == 0 or not (~is_shown[rows] & (track_id[rows] > 0)).any():
+        own, seen, named, is_hiding = 0, 0, 0, False
+        x = y = 0.0
+        left = top = np.inf
+        right = bottom = -np.inf
+        for row in range(first, most):
+            if part[row] != part[first]:
+                continue
+            own += 1
+            left, top = min(left, box[row, 0]), min(top, box[row, 1])
+            right = max(right, box[row, 0] + box[row, 2])
+            bottom = max(bottom, box[row, 1] + box[row, 3])
+            if is_shown[row]:
+                seen += 1
+                x += position[row, 0]
+                y += position[row, 1]
+            is_hiding |= track_id[row] > 0 and not is_shown[row]
+        if seen == 0 or not is_hiding:
             continue
-        for axis in range(2):
-            place[done, axis] = position[seen, axis].mean()
-            around[done, axis] = box[rows, axis].min()
-            around[done, 2 + axis] = (box[rows, axis] + box[rows, 2 + axis]).max()
-            around[done, 2 + axis] -= around[done, axis]
-        off_x, off_y = position[seen, 0] - place[done, 0], position[seen, 1] - place[done, 1]
-        spread[done, 0, 0] = (off_x * off_x).mean() + SPREAD_M**2
-        spread[done, 1, 1] = (off_y * off_y).mean() + SPREAD_M**2
-        spread[done, 0, 1] = spread[done, 1, 0] = (off_x * off_y).mean()
-        members[done, : min(len(named), MEMBERS)] = named[:MEMBERS]
-        count[done] = len(rows)
+        x, y = x / seen, y / seen
+        xx = xy = yy = 0.0
+        for row in range(first, most):
+            if part[row] != part[first]:
+                continue
+            if is_shown[row]:
+                off_x, off_y = position[row, 0] - x, position[row, 1] - y
+                xx += off_x * off_x
+                xy += off_x * off_y
+                yy += off_y * off_y
+            if track_id[row] > 0 and named < MEMBERS:
+                members[done, named] = track_id[row]
+                named += 1
+        place[done, 0], place[done, 1] = x, y
+        spread[done, 0, 0], spread[done, 1, 1] = xx / seen + SPREAD_M**2, yy / seen + SPREAD_M**2
+        spread[done, 0, 1] = spread[done, 1, 0] = xy / seen
+        around[done, 0], around[done, 1] = left, top
+        around[done, 2], around[done, 3] = right - left, bottom - top
+        count[done] = own
         done += 1
     return place[:done], spread[:done], around[:done], members[:done], count[:done]

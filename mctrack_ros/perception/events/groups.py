@@ -21,19 +21,6 @@ MOMENTS = types.Array(types.i8, 2, 'C')
 class GroupConfig:
     """Parameters of `Groups`."""
 
-    contact_share: float = parameter(
-        0.4,
-        'contrast with the background below which foreground joins nobody, as a share of its '
-        "blob's mean",
-        minimum=0.0,
-        maximum=1.0,
-    )
-    contact_colour: float = parameter(
-        0.15,
-        'how much of the contrast a difference in colour is, as a share of one in brightness',
-        minimum=0.0,
-        maximum=1.0,
-    )
     part_s: float = parameter(
         0.4, 'time for which tracks must be apart to have parted [s]', minimum=0.0
     )
@@ -176,17 +163,21 @@ def _carried_over(
     local_id: Ints, old_id: Ints, group: Ints, touched_ns: Ints, never_ns: int
 ) -> tuple[Booleans, Ints, Ints]:
     """Return which tracks are known, and groups and last times of all; both ids ascend."""
-    free = group.max() + 1 if len(group) else 1
-    place, groups = np.full(len(local_id), -1), free + np.arange(len(local_id))
-    for row, old in enumerate(np.searchsorted(old_id, local_id)):
-        if old < len(old_id) and old_id[old] == local_id[row]:
-            place[row], groups[row] = old, group[old]
-    touched = np.full((len(local_id), len(local_id)), never_ns)
-    for row in range(len(local_id)):
-        for column in range(len(local_id)):
-            if place[row] >= 0 and place[column] >= 0:
-                touched[row, column] = touched_ns[place[row], place[column]]
-    return place >= 0, groups, touched
+    count, old, free = len(local_id), 0, 1
+    for row in range(len(group)):
+        free = max(free, group[row] + 1)
+    known, groups = np.zeros(count, np.bool_), np.empty(count, np.int64)
+    place, touched = np.empty(count, np.int64), np.empty((count, count), np.int64)
+    for row in range(count):
+        while old < len(old_id) and old_id[old] < local_id[row]:
+            old += 1
+        known[row], place[row] = old < len(old_id) and old_id[old] == local_id[row], old
+        groups[row] = group[old] if known[row] else free + row
+    for row in range(count):
+        for column in range(count):
+            both = known[row] and known[column]
+            touched[row, column] = touched_ns[place[row], place[column]] if both else never_ns
+    return known, groups, touched
 
 
 @compiled(types.b1[:, ::1](MOMENTS, INTS_1D, types.i8, types.i8, types.i8))

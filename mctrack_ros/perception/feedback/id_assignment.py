@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -11,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from mctrack_ros.compiled import FLOATS_2D, INTS_1D, compiled
-from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import Feedback
 from mctrack_ros.tracking.kalman import inverse
 
@@ -22,19 +20,12 @@ _FOUND = types.UniTuple(types.b1[::1], 2)
 TOO_FAR = 1e6
 
 
-@dataclass(frozen=True)
-class IdentityConfig:
-    """Parameters of `learn_identities`."""
-
-    learn_gate: float = parameter(
-        9.0, 'greatest squared Mahalanobis distance at which an id is learned', minimum=0.1
-    )
-    learn_distance_m: float = parameter(
-        1.5, 'greatest distance at which an id is learned [m]', minimum=0.0
-    )
-    keep_distance_m: float = parameter(
-        3.0, 'distance from the target at which its id is given up [m]', minimum=0.0
-    )
+LEARN_GATE = 9.0
+"""Greatest squared Mahalanobis distance at which an id is learned: .99 of chi-square of two."""
+LEARN_M = 1.5
+"""Greatest distance at which an id is learned; by trial on simulated matches."""
+KEEP_M = 3.0
+"""Distance from the target at which its id is given up: twice as far."""
 
 
 class Identified(Protocol):
@@ -57,9 +48,7 @@ class Identified(Protocol):
     def confirmed(self) -> NDArray[np.bool_]: ...  # noqa: D102
 
 
-def learn_identities(
-    tracks: Identified, feedback: Feedback, stamp_ns: int, config: IdentityConfig
-) -> None:
+def learn_identities(tracks: Identified, feedback: Feedback, stamp_ns: int) -> None:
     """
     Give confirmed tracks the global ids of the feedback targets that they match, one to one.
 
@@ -73,14 +62,12 @@ def learn_identities(
         Older than the image by the design's delay.
     stamp_ns : int
         The image's time, ns.
-    config : IdentityConfig
-        Parameters.
 
     """
     _rename_corrected(tracks, feedback)
     known_id = feedback.track_id.astype(np.int64)
     place, seconds = feedback.places(stamp_ns), (stamp_ns - feedback.stamp_ns) * 1e-9
-    near, held = _held(tracks.track_id, tracks.mean, known_id, place, config.keep_distance_m)
+    near, held = _held(tracks.track_id, tracks.mean, known_id, place, KEEP_M)
     tracks.track_id[~near] = 0
     seeking = np.flatnonzero(tracks.confirmed & ~near)
     offered = np.flatnonzero(~held)
@@ -88,11 +75,11 @@ def learn_identities(
         return
     difference = tracks.mean[seeking, None, :2] - place[None, offered]
     distance = np.hypot(difference[..., 0], difference[..., 1])
-    usable = distance <= config.learn_distance_m
+    usable = distance <= LEARN_M
     if not usable.any():
         return
     cost = _costs(tracks.covariance[seeking], feedback.covariance[offered], difference, seconds)
-    usable &= (cost >= 0.0) & (cost <= config.learn_gate)
+    usable &= (cost >= 0.0) & (cost <= LEARN_GATE)
     row, column = linear_sum_assignment(np.where(usable, cost, TOO_FAR))
     fits = usable[row, column]
     tracks.track_id[seeking[row[fits]]] = known_id[offered[column[fits]]]

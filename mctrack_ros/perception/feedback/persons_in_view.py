@@ -9,7 +9,6 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, INTS_1D, compiled, inner
-from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Feedback
 from mctrack_ros.perception.geometry.person_size import SizeTable
@@ -20,25 +19,13 @@ Booleans = NDArray[np.bool_]
 NO_FEEDBACK = Feedback.build(0)
 
 
-@dataclass(frozen=True)
-class PersonsInViewConfig:
-    """Parameters of `PersonList`."""
-
-    same_m: float = parameter(
-        1.0, 'distance within which a local track and a target may be one person [m]', minimum=0.0
-    )
-    sure_s: float = parameter(
-        0.4, 'age from which a local track that is no target is a person [s]', minimum=0.0
-    )
-    sure_share: float = parameter(
-        0.35,
-        'share of the body that such a track must explain alone',
-        minimum=0.0,
-        maximum=1.0,
-    )
-    memory_s: float = parameter(
-        1.0, 'time for which targets are predicted without new feedback [s]', minimum=0.0
-    )
+SAME_M = 1.0
+"""Distance within which a local track and a target may be one person: twice a person's width."""
+SURE_S, SURE_SHARE = 0.4, 0.35
+"""Age, s, and share of the body that it must explain alone, from which a local track that is no
+target is a person; by trial on simulated matches."""
+MEMORY_S = 1.0
+"""Time for which targets are predicted without new feedback: many periods of the fusion node."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -119,8 +106,6 @@ class PersonList:
 
     Parameters
     ----------
-    config : PersonsInViewConfig
-        Parameters.
     extent : (2,) array
         Width and height of who is expected, m.
     sizes : SizeTable
@@ -130,11 +115,8 @@ class PersonList:
 
     """
 
-    def __init__(
-        self, config: PersonsInViewConfig, extent: Floats, sizes: SizeTable, mapping: GroundMapping
-    ) -> None:
-        self._config, self._extent = config, extent
-        self._sizes, self._mapping = sizes, mapping
+    def __init__(self, extent: Floats, sizes: SizeTable, mapping: GroundMapping) -> None:
+        self._extent, self._sizes, self._mapping = extent, sizes, mapping
         self._image_size = np.array(mapping.image_size, np.float64)
         self.restart()
 
@@ -159,12 +141,12 @@ class PersonList:
         """
         if feedback is not None:
             self._feedback = feedback
-        if (stamp_ns - self._feedback.stamp_ns) * 1e-9 > self._config.memory_s:
+        if (stamp_ns - self._feedback.stamp_ns) * 1e-9 > MEMORY_S:
             return self._alone(local)
         place = self._feedback.places(stamp_ns)
         foot = self._mapping.image_from_ground(place)
-        sure = local.seen & (local.proven >= self._config.sure_share)
-        sure &= local.age_s >= self._config.sure_s
+        sure = local.seen & (local.proven >= SURE_SHARE)
+        sure &= local.age_s >= SURE_S
         key, local_id, track_id, position, box, came, self._outside = _joined(
             self._feedback.track_id.astype(np.int64),
             place,
@@ -178,7 +160,6 @@ class PersonList:
             local.seen,
             sure,
             self._image_size,
-            self._config.same_m,
         )
         return PersonsInView(key, local_id, track_id, position, box, came)
 
@@ -194,24 +175,26 @@ class PersonList:
 
 
 @inner
-def _pairs(place: Floats, position: Floats, seen: Booleans, same_m: float) -> Ints:
+def _pairs(place: Floats, position: Floats, seen: Booleans) -> Ints:
     """Return the local track that each target is, or -1: the nearest pairs first, each once."""
-    gap = np.full((len(place), len(position)), np.inf)
+    gap = np.empty((len(place), len(position)))
     for one in range(len(place)):
         for other in range(len(position)):
-            if not seen[other]:
-                continue
             across = place[one, 0] - position[other, 0]
-            gap[one, other] = np.hypot(across, place[one, 1] - position[other, 1])
-    found = np.full(len(place), -1)
-    while gap.size > 0:
-        nearest = int(gap.argmin())
-        one, other = nearest // gap.shape[1], nearest % gap.shape[1]
-        if not gap[one, other] < same_m:
-            break
-        found[one] = other
-        gap[one], gap[:, other] = np.inf, np.inf
-    return found
+            far = np.hypot(across, place[one, 1] - position[other, 1])
+            gap[one, other] = far if seen[other] else np.inf
+    found, taken = np.full(len(place), -1), np.zeros(len(position), np.bool_)
+    while True:
+        least, nearest, to = SAME_M, -1, -1
+        for one in range(len(place)):
+            if found[one] >= 0:
+                continue
+            for other in range(len(position)):
+                if gap[one, other] < least and not taken[other]:
+                    least, nearest, to = gap[one, other], one, other
+        if nearest < 0:
+            return found
+        found[nearest], taken[to] = to, True
 
 
 @inner
@@ -219,39 +202,62 @@ def _is_inside(foot: Floats, size: Floats) -> bool:
     return bool(0 <= foot[0] <= size[0] and 0 <= foot[1] <= size[1])
 
 
+@inner
+def _insert(key: Ints, source: Ints, count: int, new: int, row: int) -> int:
+    """Insert a key, and the row that it is of, into ascending ones; return how many there are."""
+    place = count
+    while place and key[place - 1] > new:
+        key[place], source[place] = key[place - 1], source[place - 1]
+        place -= 1
+    key[place], source[place] = new, row
+    return count + 1
+
+
 @compiled(
     types.Tuple([types.i8[::1]] * 3 + [types.f8[:, ::1]] * 2 + [types.b1[::1], types.i8[::1]])(
         INTS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, INTS_1D, INTS_1D, FLOATS_2D, FLOATS_2D,
-        FLOATS_2D, BOOLS_1D, BOOLS_1D, FLOATS_1D, types.f8,
+        FLOATS_2D, BOOLS_1D, BOOLS_1D, FLOATS_1D,
     )
 )  # fmt: skip
 def _joined(
     target: Ints, place: Floats, foot: Floats, box: Floats, outside: Ints, local_id: Ints,
     position: Floats, local_box: Floats, local_foot: Floats, seen: Booleans, sure: Booleans,
-    size: Floats, same_m: float,
+    size: Floats,
 ) -> tuple[Ints, Ints, Ints, Floats, Floats, Booleans, Ints]:  # fmt: skip
     """Return the columns of `PersonsInView`, and the targets that are out of the image."""
-    local_of = _pairs(place, position, seen, same_m)
-    inside = np.array([_is_inside(one, size) for one in foot], np.bool_)
-    alone = sure.copy()
-    alone[local_of[local_of >= 0]] = False
-    for row in range(len(alone)):
-        alone[row] = alone[row] and _is_inside(local_foot[row], size)
-    targets, others = np.flatnonzero(inside), np.flatnonzero(alone)
-    key = np.concatenate((target[targets], -local_id[others]))
-    order, count = np.argsort(key), len(key)
-    local, track = np.zeros(count, np.int64), np.zeros(count, np.int64)
+    local_of = _pairs(place, position, seen)
+    most = len(target) + len(local_id)
+    key, local, track = (
+        np.empty(most, np.int64),
+        np.zeros(most, np.int64),
+        np.zeros(most, np.int64),
+    )
+    source, left_out = np.empty(most, np.int64), np.empty(len(target), np.int64)
+    alone, count, away = sure.copy(), 0, 0
+    for one in range(len(target)):
+        if local_of[one] >= 0:
+            alone[local_of[one]] = False
+        if _is_inside(foot[one], size):
+            count = _insert(key, source, count, target[one], one)
+        else:
+            left_out[away] = target[one]
+            away += 1
+    for other in range(len(local_id)):
+        if alone[other] and _is_inside(local_foot[other], size):
+            count = _insert(key, source, count, -local_id[other], len(target) + other)
     where, boxes = np.empty((count, 2)), np.empty((count, 4))
     came = np.zeros(count, np.bool_)
     for row in range(count):
-        if order[row] >= len(targets):
-            other = others[order[row] - len(targets)]
+        one = source[row]
+        other = one - len(target) if one >= len(target) else local_of[one]
+        if other >= 0:
             local[row] = local_id[other]
-            where[row], boxes[row] = position[other], local_box[other]
-            continue
-        one = targets[order[row]]
-        track[row], where[row], boxes[row] = target[one], place[one], box[one]
-        came[row] = (outside == target[one]).any()
-        if local_of[one] >= 0:
-            local[row], boxes[row] = local_id[local_of[one]], local_box[local_of[one]]
-    return key[order], local, track, where, boxes, came, target[~inside]
+        if one < len(target):
+            track[row] = target[one]
+            for index in range(len(outside)):
+                came[row] |= outside[index] == target[one]
+        for axis in range(2):
+            where[row, axis] = place[one, axis] if one < len(target) else position[other, axis]
+        for side in range(4):
+            boxes[row, side] = box[one, side] if other < 0 else local_box[other, side]
+    return key[:count], local[:count], track[:count], where, boxes, came, left_out[:away]

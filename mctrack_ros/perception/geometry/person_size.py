@@ -109,14 +109,17 @@ def metre_at(table: Floats, x: float, y: float) -> Floats:
 def _metres(table: Floats, foot: Floats) -> Floats:
     found = np.empty((len(foot), table.shape[2]))
     for index in range(len(foot)):
-        found[index] = metre_at(table, foot[index, 0], foot[index, 1])
+        metre = metre_at(table, foot[index, 0], foot[index, 1])
+        for column in range(len(metre)):
+            found[index, column] = metre[column]
     return found
 
 
 @inner
-def foot_below(table: Floats, box: Floats) -> tuple[float, float]:
-    """Return the foot point, px, of a box, (4,), in compiled functions."""
-    left, top, width, height = box
+def foot_below(
+    table: Floats, left: float, top: float, width: float, height: float
+) -> tuple[float, float]:
+    """Return the foot point, px, of a box in compiled functions."""
     middle, bottom = left + width / 2, top + height
     x, y = middle, top + height / 2
     if metre_at(table, middle, bottom)[3] == 0.0 and metre_at(table, x, y)[3] == 0.0:
@@ -142,7 +145,8 @@ def box_at(table: Floats, foot: Floats, extent: Floats, box: Floats) -> None:
 def _feet(table: Floats, box: Floats) -> Floats:
     foot = np.empty((len(box), 2))
     for index in range(len(box)):
-        foot[index, 0], foot[index, 1] = foot_below(table, box[index])
+        left, top, width, height = box[index]
+        foot[index, 0], foot[index, 1] = foot_below(table, left, top, width, height)
     return foot
 
 

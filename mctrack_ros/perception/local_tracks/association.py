@@ -20,6 +20,9 @@ Ints = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 TOO_FAR = 1e6
 NOWHERE = -1
+SIZE_WEIGHT = 4.0
+"""Cost of a height twice or half the predicted, as a squared Mahalanobis distance; by trial."""
+INSIDE_SHARE = 0.5  # of a predicted box, in a blob, from which the track may be in it: most of it
 ROWS = types.Array(types.i8, 1, 'C')
 
 
@@ -33,13 +36,6 @@ class MatchingConfig:
     appearance_weight: float = parameter(
         8.0, 'cost of wholly different colours, in squared Mahalanobis distances', minimum=0.0
     )
-    size_weight: float = parameter(
-        4.0, 'cost of a height twice or half the predicted, likewise', minimum=0.0
-    )
-    inside_share: float = parameter(
-        0.5, 'share of a predicted box inside a blob from which the track may be in it',
-        minimum=0.0, maximum=1.0,
-    )  # fmt: skip
 
 
 def match(
@@ -82,21 +78,18 @@ def match(
         blobs.foot,
         blobs.box,
         config.appearance_weight * colour,
-        config.size_weight,
         config.gate,
     )
     row, column = linear_sum_assignment(cost)
     fits = cost[row, column] < TOO_FAR
     blob_of = np.full(len(tracks), NOWHERE, np.int64)
     blob_of[row[fits]] = column[fits]
-    _hide(blob_of, tracks.confirmed, predicted.box, blobs.box, config.inside_share)
+    _hide(blob_of, tracks.confirmed, predicted.box, blobs.box)
     return blob_of
 
 
 @compiled(
-    types.f8[:, ::1](
-        FLOATS_2D, FLOATS_3D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FLOATS_2D, types.f8, types.f8
-    )
+    types.f8[:, ::1](FLOATS_2D, FLOATS_3D, FLOATS_2D, FLOATS_2D, FLOATS_2D, FLOATS_2D, types.f8)
 )
 def _costs(
     foot: Floats,
@@ -105,7 +98,6 @@ def _costs(
     seen_foot: Floats,
     seen_box: Floats,
     colour: Floats,
-    size_weight: float,
     gate: float,
 ) -> Floats:
     """Return (tracks, blobs) costs, from 0, `TOO_FAR` beyond the gate."""
@@ -121,7 +113,7 @@ def _costs(
             far = (yy * across * across - 2 * xy * across * down + xx * down * down) / scale
             ratio = np.log2(max(seen_box[blob, 3], 1.0) / height)
             distance[track, blob] = far
-            cost[track, blob] = far + colour[track, blob] + size_weight * ratio * ratio
+            cost[track, blob] = far + colour[track, blob] + SIZE_WEIGHT * ratio * ratio
             cost[track, blob] += np.log(scale)
             least = min(least, cost[track, blob])
     for track in range(len(foot)):
@@ -131,10 +123,8 @@ def _costs(
     return cost
 
 
-@compiled(types.void(ROWS, BOOLS_1D, FLOATS_2D, FLOATS_2D, types.f8))
-def _hide(
-    blob_of: Ints, confirmed: Booleans, box: Floats, blob_box: Floats, inside_share: float
-) -> None:
+@compiled(types.void(ROWS, BOOLS_1D, FLOATS_2D, FLOATS_2D))
+def _hide(blob_of: Ints, confirmed: Booleans, box: Floats, blob_box: Floats) -> None:
     """Put confirmed tracks without a blob into the blob that covers their predicted box."""
     for track in range(len(blob_of)):
         if blob_of[track] != NOWHERE or not confirmed[track]:
@@ -145,4 +135,4 @@ def _hide(
             inside = shared / max(box[track, 2] * box[track, 3], 1e-9)
             if inside > most:
                 most = inside
-                blob_of[track] = blob if inside >= inside_share else NOWHERE
+                blob_of[track] = blob if inside >= INSIDE_SHARE else NOWHERE

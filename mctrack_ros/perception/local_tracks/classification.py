@@ -12,47 +12,25 @@ from mctrack_ros.config import parameter
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+VEHICLE_ASPECT = 1.3
+"""Width to height of the rectangle above which half that area will do: a car's side."""
+MEMORY_S = 3.0
+"""Time of one class that outweighs all before it; by trial on the synthetic car park, as below."""
+BICYCLE_WIDTH_M, BICYCLE_LENGTH_M = 0.95, 2.2
+"""Width from which what is fast and seen through is a bicycle, and up to which it is one."""
+BICYCLE_SPEED, BICYCLE_FILL = 2.5, 0.5
+"""Speed from which it is one, m/s, and share of its rectangle that is foreground, at most."""
 
 
 @dataclass(frozen=True)
 class ClassConfig:
-    """What makes a vehicle, and how long it is remembered."""
+    """What makes a vehicle."""
 
     vehicle_area_m2: float = parameter(
         3.0, 'bounding rectangle above which an object is a vehicle [m²]', minimum=0.0
     )
     vehicle_width_m: float = parameter(1.5, 'width from which it is one [m]', minimum=0.0)
-    vehicle_aspect: float = parameter(
-        1.3,
-        'width to height of the rectangle above which half that area will do',
-        minimum=0.0,
-    )
     vehicle_height_m: float = parameter(1.5, 'height of vehicles [m]', minimum=0.1)
-    memory_s: float = parameter(
-        3.0, 'time of one class that outweighs all before it [s]', minimum=0.0
-    )
-
-
-@dataclass(frozen=True)
-class BicycleConfig:
-    """What makes a bicycle."""
-
-    width_m: float = parameter(
-        0.95, 'width from which what is fast and seen through is a bicycle [m]', minimum=0.0
-    )
-    length_m: float = parameter(2.2, 'width up to which it is one [m]', minimum=0.0)
-    speed: float = parameter(2.5, 'speed from which it is one [m/s]', minimum=0.0)
-    fill: float = parameter(
-        0.5, 'share of its rectangle that is foreground, at most', minimum=0.0, maximum=1.0
-    )
-    height_m: float = parameter(1.7, 'height of people on bicycles [m]', minimum=0.1)
-
-    def __post_init__(self) -> None:
-        """Refuse sizes that no bicycle has."""
-        if self.width_m > self.length_m:
-            raise ValueError(
-                f'width_m is {self.width_m}, expected at most length_m, {self.length_m}'
-            )
 
 
 def looks_like_vehicle(extent: Floats, config: ClassConfig) -> Mask:
@@ -72,12 +50,12 @@ def looks_like_vehicle(extent: Floats, config: ClassConfig) -> Mask:
         Parameters.
 
     """
-    area, wide = extent.prod(axis=1), extent[:, 0] > config.vehicle_aspect * extent[:, 1]
+    area, wide = extent.prod(axis=1), extent[:, 0] > VEHICLE_ASPECT * extent[:, 1]
     large = area > np.where(wide, 0.5, 1.0) * config.vehicle_area_m2
     return np.asarray(large & (extent[:, 0] >= config.vehicle_width_m))
 
 
-def looks_like_bicycle(extent: Floats, fill: Floats, speed: Floats, config: BicycleConfig) -> Mask:
+def looks_like_bicycle(extent: Floats, fill: Floats, speed: Floats) -> Mask:
     """
     Tell which boxes are those of people on bicycles.
 
@@ -93,13 +71,10 @@ def looks_like_bicycle(extent: Floats, fill: Floats, speed: Floats, config: Bicy
         Share of each that is foreground.
     speed : (n,) array
         On the ground, m/s; NaN: not known.
-    config : BicycleConfig
-        Parameters.
 
     """
-    low, high = config.width_m, config.length_m
-    long = (extent[:, 0] >= low) & (extent[:, 0] <= high)
-    return np.asarray(long & (fill <= config.fill) & (speed >= config.speed))
+    long = (extent[:, 0] >= BICYCLE_WIDTH_M) & (extent[:, 0] <= BICYCLE_LENGTH_M)
+    return np.asarray(long & (fill <= BICYCLE_FILL) & (speed >= BICYCLE_SPEED))
 
 
 class ClassVotes:
@@ -109,16 +84,9 @@ class ClassVotes:
     Only what is whole counts: neither at the image's edge nor in a merged silhouette. One class
     leads, by so many seconds; those of others are taken from its lead (Boyer and Moore 1991,
     "MJRTY: a fast majority vote algorithm").
-
-    Parameters
-    ----------
-    memory_s : float
-        Longest lead, s.
-
     """
 
-    def __init__(self, memory_s: float) -> None:
-        self._memory_s = memory_s
+    def __init__(self) -> None:
         self._lead: dict[int, tuple[int, float]] = {}
 
     def leads(self, local_id: Ints) -> tuple[Ints, Floats]:
@@ -161,4 +129,4 @@ class ClassVotes:
         leader, ahead = self._lead.get(key, (look, 0.0))
         ahead += seconds if look == leader else -seconds
         leader = leader if ahead >= 0.0 else look
-        return leader, min(abs(ahead), self._memory_s)
+        return leader, min(abs(ahead), MEMORY_S)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import Feedback
-from mctrack_ros.perception.blob_split.split import PartitionConfig
+from mctrack_ros.perception.blob_split.single_blobs import ODD_HEIGHT, SINGLE_WIDTH
 from mctrack_ros.perception.blobs.extraction import Blobs, overlap
 from mctrack_ros.perception.feedback.persons_in_view import PersonsInView
 from mctrack_ros.perception.local_tracks.table import LocalTracks
@@ -16,9 +16,7 @@ INSIDE_SHARE = 0.5
 """Share of the box where somebody is expected that must lie in the blob."""
 
 
-def hidden_members(
-    in_view: PersonsInView, part: Ints, tracked: Ints, blobs: Blobs, config: PartitionConfig
-) -> Ints:
+def hidden_members(in_view: PersonsInView, part: Ints, tracked: Ints, blobs: Blobs) -> Ints:
     """
     Return the rows of the company, (k,), that no track stands for in blobs of several.
 
@@ -32,8 +30,6 @@ def hidden_members(
         Global ids of the local tracks, 0: none.
     blobs : Blobs
         Of the image.
-    config : PartitionConfig
-        What is more than one person.
 
     """
     rows = np.flatnonzero((in_view.local_id == 0) & (part >= 0))
@@ -44,7 +40,7 @@ def hidden_members(
     inside = overlap(in_view.box[rows], blobs.box)
     blob = inside.argmax(axis=1)
     width, height = (blobs.box[blob, 2:] / blobs.expected[blob]).T
-    several = (width >= config.single_width) | (height >= config.odd_height)
+    several = (width >= SINGLE_WIDTH) | (height >= ODD_HEIGHT)
     area = in_view.box[rows, 2] * in_view.box[rows, 3]
     return np.asarray(rows[several & (inside.max(axis=1) >= INSIDE_SHARE * area)], np.int64)
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.blob_split.measurements import Footing, Observations, footed, gathered
 from mctrack_ros.perception.blob_split.single_blobs import members_of, single_blobs
-from mctrack_ros.perception.blob_split.split import PartitionConfig, partition
+from mctrack_ros.perception.blob_split.split import partition
 from mctrack_ros.perception.blobs.extraction import BlobConfig, Blobs
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.geometry.ground_extent import ground_depth
@@ -35,8 +35,6 @@ class Observer:
         A person's usual size.
     filtering : FilterConfig
         How well feet are seen.
-    config : PartitionConfig
-        Parameters.
     palette : Palette
         What templates count.
 
@@ -48,11 +46,10 @@ class Observer:
         sizes: SizeTable,
         blobs: BlobConfig,
         filtering: FilterConfig,
-        config: PartitionConfig,
         palette: Palette,
     ) -> None:
         self._mapping, self._sizes = mapping, sizes
-        self._config, self._palette = config, palette
+        self._palette = palette
         memory_s, usual_m = filtering.height_time_s, blobs.person_height_m
         self._hidden_feet = (
             OccludedFeet(mapping.image_size, usual_m, memory_s) if memory_s else None
@@ -60,7 +57,6 @@ class Observer:
         self._footing = Footing(
             filtering.foot_noise_px,
             filtering.foot_noise_share,
-            config.least_visible,
             blobs.person_height_m,
             blobs.farthest_height_px,
         )
@@ -100,7 +96,6 @@ class Observer:
             Time of the image, ns, and since the last one, s.
 
         """
-        config = self._config
         by_size = single_blobs(
             blob_of,
             predicted.box,
@@ -108,10 +103,6 @@ class Observer:
             blobs.expected,
             blobs.truncated,
             height_m > 0.0,
-            config.odd_width,
-            config.odd_height,
-            config.single_width,
-            config.least_alike,
         )
         shared = np.flatnonzero(~by_size.alone)
         rows, members = members_of(
@@ -124,7 +115,6 @@ class Observer:
             members,
             self._footing.height_m,
             self._palette,
-            config,
         )
         seen = gathered(by_size, bodies, shared, rows, blobs.box, template)
         if self._hidden_feet is not None:

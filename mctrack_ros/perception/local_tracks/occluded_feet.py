@@ -153,7 +153,7 @@ def _reaching_down(sizes: Floats, box: Floats, height_m: float) -> Floats:
     """Return the box, (4,) px, of the same top whose height is so much at its own foot."""
     whole = box.copy()
     for _ in range(ROUNDS):
-        x, y = foot_below(sizes, whole)
+        x, y = foot_below(sizes, whole[0], whole[1], whole[2], whole[3])
         whole[3] = height_m * metre_at(sizes, x, y)[1]
     return whole
 
@@ -180,7 +180,7 @@ def _note_passing(
     """Count an image of one who passes a cell; at his first, the one before him."""
     balance, tally, passer, last_ns = places
     if passer[row, column] != local_id or stamp_ns - last_ns[row, column] > AWAY_NS:
-        passed = balance[row, column] + np.sign(tally[row, column])
+        passed = balance[row, column] + (tally[row, column] > 0) - (tally[row, column] < 0)
         balance[row, column] = min(max(passed, -FORGETFUL), FORGETFUL)
         tally[row, column], passer[row, column] = 0, local_id
     last_ns[row, column] = stamp_ns
@@ -225,7 +225,7 @@ def _reach(
         lower = _reaching_down(sizes, box, height_m[track] if is_known else usual_m)
         if _meets_others(lower, blob_box, blob) or _meets_others(lower, predicted, track):
             continue
-        x, y = foot_below(sizes, lower)
+        x, y = foot_below(sizes, lower[0], lower[1], lower[2], lower[3])
         down, right = int(y / cell[1]), int(x / cell[0])
         if not (0 <= down < CELLS[0] and 0 <= right < CELLS[1]):
             continue
@@ -235,10 +235,14 @@ def _reach(
             short = visible < SHORT
             _note_passing(places, down, right, local_id[track], short, walks, stamp_ns)
         about = 0 if is_known else 1  # rows: an unknown height tells less well where feet are
-        column = places.balance[max(down - about, 0) : down + about + 1, right]
-        if visible < WHOLE and column.max() >= SURE:
-            seen.box[row], seen.visible[row] = lower, visible
+        most = places.balance[down, right]
+        for near in range(max(down - about, 0), min(down + about + 1, CELLS[0])):
+            most = max(most, places.balance[near, right])
+        if visible < WHOLE and most >= SURE:
+            seen.visible[row] = visible
+            for side in range(4):
+                seen.box[row, side] = lower[side]
         elif track != NEW:
-            x, y = foot_below(sizes, box)
+            x, y = foot_below(sizes, box[0], box[1], box[2], box[3])
             shown_m = box[3] / metre_at(sizes, x, y)[1]
             _remember(height_m, height_s, track, shown_m, seconds, memory_s)

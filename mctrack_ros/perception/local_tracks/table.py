@@ -45,9 +45,6 @@ class FilterConfig:
         'them, never below the above; 0: it is as above [s]',
         minimum=0.0,
     )
-    size_time_s: float = parameter(
-        0.5, 'time constant with which the tracked size follows the box [s]', minimum=0.0
-    )
     height_time_s: float = parameter(
         20.0,
         'time constant of the height that is remembered: by it and the head feet are found that '

@@ -9,7 +9,12 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
-from mctrack_ros.perception.blob_split.measurements import OBSERVATIONS, Observations
+from mctrack_ros.perception.blob_split.measurements import (
+    LEAST_PROVEN,
+    LEAST_VISIBLE,
+    OBSERVATIONS,
+    Observations,
+)
 from mctrack_ros.perception.blob_split.single_blobs import NEW
 from mctrack_ros.perception.geometry.person_size import metre_at
 from mctrack_ros.tracking.kalman import updated
@@ -23,28 +28,22 @@ _TABLE = types.f8[:, ::1]
 
 class Pace(NamedTuple):
     """
-    What is learned of whom, and how fast.
+    How fast it is learned.
 
     Attributes
     ----------
     size, colours : float
         Share of the difference by which sizes and colours follow those seen.
-    least_visible : float
-        Share of a body that must be seen to measure it.
-    least_proven : float
-        Share of a body that must explain what older tracks do not, to be sure of it.
 
     """
 
     size: float
     colours: float
-    least_visible: float
-    least_proven: float
 
 
 @compiled(
     types.i8[::1](
-        OBSERVATIONS, BOOLS_1D, types.i8, FLOATS_3D, types.NamedUniTuple(types.f8, 4, Pace),
+        OBSERVATIONS, BOOLS_1D, types.i8, FLOATS_3D, types.NamedUniTuple(types.f8, 2, Pace),
         _TIMES, _TIMES, _TABLE, _TABLE,
     )
 )  # fmt: skip
@@ -66,7 +65,7 @@ def learn(
     sizes : (r, c, 4) array
         The camera's `SizeTable.table`.
     pace : Pace
-        What is learned of whom, and how fast.
+        How fast it is learned.
     seen_ns, clear_ns : (t,) int64 arrays
         Last time that each track was seen, and that it was to be sure, ns; changed in place.
     extent, template : (t, 2) and (t, 48) arrays
@@ -83,13 +82,14 @@ def learn(
         if track == NEW:
             continue
         seen_ns[track] = stamp_ns
-        if seen.proven[row] >= pace.least_proven:
+        if seen.proven[row] >= LEAST_PROVEN:
             clear_ns[track] = stamp_ns
-        if not seen.fitted[row] or seen.visible[row] >= pace.least_visible:
+        if not seen.fitted[row] or seen.visible[row] >= LEAST_VISIBLE:
             measured[row] = track
         if seen.fitted[row]:
             continue
-        template[track] += pace.colours * (seen.template[row] - template[track])
+        for bin in range(template.shape[1]):
+            template[track, bin] += pace.colours * (seen.template[row, bin] - template[track, bin])
         if not truncated[seen.blob[row]]:
             metre = metre_at(sizes, seen.foot[row, 0], seen.foot[row, 1])
             for axis in range(2):
@@ -120,17 +120,23 @@ def correct(
         Measured, px, and the covariance, px².
 
     """
-    innovation, is_known = np.zeros((len(rows), 2)), np.zeros(len(rows), np.bool_)
+    one, spread = np.empty((1, 4)), np.empty((1, 4, 4))
+    innovation, error, jacobian = np.empty((1, 2)), np.empty((1, 2, 2)), np.zeros((1, 2, 4))
     for index, track in enumerate(rows):
-        if track != NEW:
-            innovation[index] = foot[index] - expected[track]
-            is_known[index] = np.isfinite(innovation[index]).all()
-    known = np.flatnonzero(is_known)
-    own = rows[known]
-    jacobian = np.zeros((len(own), 2, 4))
-    jacobian[:, :, :2] = slope[own]
-    new_mean, new_covariance = updated(
-        mean[own], covariance[own], innovation[known], noise[known], jacobian
-    )
-    for index, track in enumerate(own):
-        mean[track], covariance[track] = new_mean[index], new_covariance[index]
+        if track == NEW:
+            continue
+        for i in range(2):
+            innovation[0, i] = foot[index, i] - expected[track, i]
+            for j in range(2):
+                error[0, i, j], jacobian[0, i, j] = noise[index, i, j], slope[track, i, j]
+        if not (np.isfinite(innovation[0, 0]) and np.isfinite(innovation[0, 1])):
+            continue
+        for i in range(4):
+            one[0, i] = mean[track, i]
+            for j in range(4):
+                spread[0, i, j] = covariance[track, i, j]
+        new_mean, new_covariance = updated(one, spread, innovation, error, jacobian)
+        for i in range(4):
+            mean[track, i] = new_mean[0, i]
+            for j in range(4):
+                covariance[track, i, j] = new_covariance[0, i, j]

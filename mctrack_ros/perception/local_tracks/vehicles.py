@@ -9,7 +9,7 @@ from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.blob_split.measurements import Observations
 from mctrack_ros.perception.blobs.extraction import Blobs
 from mctrack_ros.perception.local_tracks.classification import (
-    BicycleConfig,
+    BICYCLE_LENGTH_M,
     ClassConfig,
     ClassVotes,
     looks_like_bicycle,
@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
+BICYCLE_HEIGHT_M = 1.7  # of people on bicycles: about as on foot
 PROVEN_S = 0.3
 """What has looked like something for so long is that, also in a blob as large as a vehicle, s."""
 
@@ -33,8 +34,6 @@ class Vehicles:
     ----------
     config : ClassConfig
         What makes a vehicle.
-    bicycles : BicycleConfig
-        What makes a bicycle.
     come : bool
         Whether there are any; else all are people.
     usual : (2,) array
@@ -42,12 +41,9 @@ class Vehicles:
 
     """
 
-    def __init__(
-        self, config: ClassConfig, bicycles: BicycleConfig, come: bool, usual: Floats
-    ) -> None:
-        self._config, self._bicycles = config, bicycles
-        self._come, self._usual = come, usual
-        self._votes = ClassVotes(config.memory_s)
+    def __init__(self, config: ClassConfig, come: bool, usual: Floats) -> None:
+        self._config, self._come, self._usual = config, come, usual
+        self._votes = ClassVotes()
 
     def heights(self, blobs: Blobs, blob_of: Ints, tracks: LocalTracks) -> Floats:
         """
@@ -72,9 +68,9 @@ class Vehicles:
         extent = self._extent(blobs)
         look = self._look(blobs, extent, speed)
         kind, lead = self._votes.leads(tracks.local_id)
-        short = extent[:, 0] <= self._bicycles.length_m
+        short = extent[:, 0] <= BICYCLE_LENGTH_M
         bicycle = bicycles_among(blob_of, kind, tracks.confirmed, look, short)
-        height[bicycle] = self._bicycles.height_m
+        height[bicycle] = BICYCLE_HEIGHT_M
         vehicle = vehicles_among(blob_of, kind, lead, look, blobs.truncated)
         height[vehicle] = self._config.vehicle_height_m
         return height
@@ -116,7 +112,7 @@ class Vehicles:
     def _look(self, blobs: Blobs, extent: Floats, speed: Floats) -> Ints:
         """Return the `ClassCode` that each blob looks like, (n,), so large, m, and fast, m/s."""
         fill = blobs.area / blobs.box[:, 2:].prod(axis=1)
-        bicycle = looks_like_bicycle(extent, fill, speed, self._bicycles)
+        bicycle = looks_like_bicycle(extent, fill, speed)
         vehicle = looks_like_vehicle(extent, self._config)
         is_large = np.where(vehicle, ClassCode.VEHICLE, ClassCode.PERSON)
         return np.where(bicycle, ClassCode.BICYCLE, is_large)

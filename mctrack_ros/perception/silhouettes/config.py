@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from mctrack_ros.config import tag
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
 from mctrack_ros.perception.config import CameraConfig
-from mctrack_ros.perception.feedback.id_assignment import IdentityConfig
 from mctrack_ros.perception.silhouettes.background.absorption import AbsorptionConfig
 from mctrack_ros.perception.silhouettes.background.holes import HoleConfig
 from mctrack_ros.perception.silhouettes.background.model import LowPassConfig
@@ -37,7 +36,6 @@ class SilhouetteConfig:
     rest: AbsorptionConfig = field(default_factory=AbsorptionConfig)
     places: PlaceConfig = field(default_factory=PlaceConfig)
     report: ReportConfig = field(default_factory=ReportConfig)
-    identity: IdentityConfig = field(default_factory=IdentityConfig)
     watchdog: CameraShiftConfig = field(default_factory=CameraShiftConfig)
 
 

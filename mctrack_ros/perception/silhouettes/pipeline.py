@@ -79,7 +79,7 @@ class SilhouettePipeline:
         self._places = Places(config.places, config.tracker.classes.vehicle_height_m, mapping)
         self._tracker = SilhouetteTracker(config.tracker, self._places.sizes)
         self._rest = Absorption(config.rest)
-        self._classes = ClassVotes(config.tracker.classes.memory_s)
+        self._classes = ClassVotes()
         self._groups = Groups(GroupConfig(part_s=config.report.part_s))
         self._passed: set[int] = set()
 
@@ -168,7 +168,7 @@ class SilhouettePipeline:
         objects.class_id[:] = self._classes.count(objects.local_id, look, whole, arrival.seconds)
         self._place(arrival.shift)
         if feedback is not None:
-            learn_identities(objects, feedback, stamp_ns, self._config.identity)
+            learn_identities(objects, feedback, stamp_ns)
         note_arrivals(objects, log)
         self._pass_on(stamp_ns, log)
         template = colour_templates(image, mask, objects.box.astype(np.int64))

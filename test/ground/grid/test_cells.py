@@ -6,13 +6,12 @@ from hypothesis import strategies as st
 
 from lens_cameras import SIZE, camera, seen_grid
 from mctrack_ros.ground import (
-    CellMapping,
-    Cells,
     GridError,
-    IteratedMapping,
     TransformationGrid,
     grid_from_points,
 )
+from mctrack_ros.ground.grid.cells import CellMapping, Cells
+from mctrack_ros.ground.grid.iterated import IteratedMapping
 from mctrack_ros.ground.support import OUTSIDE_SHARE
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.perception.background.ghost_removal import GhostConfig, GhostRemoval
+from mctrack_ros.perception.background.ghost_removal import GhostRemoval
 
 BOX = np.array([[10, 8, 8, 20]])
 
@@ -16,7 +16,7 @@ def scene(person):
 
 
 def watched(model, image, mask, box, times_s=(0.0, 0.5, 1.0)):
-    watch = GhostRemoval(GhostConfig(settling_s=0.0))
+    watch = GhostRemoval(settling_s=0.0)
     return [
         watch.look(model, image, mask, box, round(seconds * 1e9)).tolist() for seconds in times_s
     ]
@@ -45,7 +45,7 @@ def test_ghost_at_the_edge_of_the_image_is_found():
 
 @pytest.mark.parametrize('step', [0, 8])
 def test_only_what_stays_is_healed(step):
-    watch, healed = GhostRemoval(GhostConfig(settling_s=0.0)), []
+    watch, healed = GhostRemoval(settling_s=0.0), []
     for index in range(4):
         model, image = np.full((2, 40, 60, 3), 90, np.uint8)
         mask, left = np.zeros((40, 60), np.uint8), 10 + index * step

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.perception.blob_split.split import PartitionConfig, partition
+from mctrack_ros.perception.blob_split.measurements import LEAST_PROVEN
+from mctrack_ros.perception.blob_split.split import partition
 from mctrack_ros.perception.blob_split.types import Members
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.geometry.person_size import SizeTable
@@ -46,9 +47,7 @@ class Crowd:
         )
         background = np.zeros_like(self.image)
         frame = Frame(self.image, self.mask, self.mask, background, self.mask, 1.0)
-        return partition(
-            frame, self.blob[None], self.sizes, members, 1.75, MIXED, PartitionConfig()
-        )
+        return partition(frame, self.blob[None], self.sizes, members, 1.75, MIXED)
 
 
 def bottoms(bodies):
@@ -83,7 +82,7 @@ def test_the_second_of_two_tracks_on_one_person_proves_nothing(mapping):
     crowd = Crowd(mapping, [((0.0, 0.0), RED)])
     bodies = crowd.split(np.add(crowd.bottom, [[0.0, 0.0], [1.0, 1.0]]))
     assert bodies.proven[0] > 0.8
-    assert bodies.proven[1] < PartitionConfig().least_proven
+    assert bodies.proven[1] < LEAST_PROVEN
 
 
 @pytest.mark.parametrize('order', [(0, 1), (1, 0)])

@@ -3,10 +3,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mctrack_ros.perception.blobs.fragments import Joining, joined, trimmed
+from mctrack_ros.perception.blobs.fragments import joined, trimmed
 from mctrack_ros.perception.geometry.person_size import SizeTable
 
-JOINING = Joining(0.6, 1.75, 1.8, 0.25)
+USUAL = 0.6, 1.75
 
 
 @settings(deadline=None)
@@ -37,7 +37,7 @@ def test_three_fragments_of_one_person_become_one(mapping):
     left, top, width, height = sizes.box_of(foot, np.array([[0.6, 1.75]]))[0]
     parts = [(0.0, 0.3), (0.35, 0.3), (0.7, 0.3)]
     box = np.array([[left, top + at * height, width, share * height] for at, share in parts])
-    whole = joined(box, sizes.table, JOINING)
+    whole = joined(box, sizes.table, *USUAL)
     assert np.allclose(whole, [[left, top, width, height]])
 
 
@@ -45,10 +45,10 @@ def test_what_is_above_the_horizon_is_left_alone(mapping):
     sizes = SizeTable(mapping)
     sizes.table[:] = np.nan
     box = np.array([[10.0, 10.0, 5.0, 5.0], [10.0, 16.0, 5.0, 5.0]])
-    assert np.array_equal(joined(box, sizes.table, JOINING), box)
+    assert np.array_equal(joined(box, sizes.table, *USUAL), box)
 
 
 @pytest.mark.parametrize('count', [0, 1])
 def test_nothing_to_join(mapping, count):
     box = np.full((count, 4), 5.0)
-    assert np.array_equal(joined(box, SizeTable(mapping).table, JOINING), box)
+    assert np.array_equal(joined(box, SizeTable(mapping).table, *USUAL), box)

@@ -5,7 +5,11 @@ import numpy as np
 import pytest
 
 from mctrack_ros.perception import ShiftState
-from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig, CameraShiftMonitor
+from mctrack_ros.perception.camera_shift.monitor import (
+    UNKNOWN_PX,
+    CameraShiftConfig,
+    CameraShiftMonitor,
+)
 from moving_camera import SIZE, ground, seen
 
 PERIOD_S = 0.4
@@ -163,7 +167,7 @@ def test_a_covered_lens_is_said_and_no_shift(camera):
     said = camera.show(10.0, lambda image, time_s: np.zeros_like(image))
     assert said[-1].state is ShiftState.UNKNOWN
     assert said[-1].size_px == 0.0
-    assert said[-1].noise_px == CameraShiftConfig().unknown_px
+    assert said[-1].noise_px == UNKNOWN_PX
     back = camera.show(6.0)[-1]
     assert back.state is ShiftState.STILL
     assert back.noise_px == 0.0

@@ -37,7 +37,6 @@ def reported(seen, age_s=1.0, truncated=True):
         np.full((2, 48), 0.5),
         5 * SECOND_NS,
         0.2,
-        0.3,
     )
 
 

@@ -4,7 +4,6 @@ import pytest
 from mctrack_ros.interfaces import EventCode, Feedback
 from mctrack_ros.perception.events.appearance_events import (
     AppearanceEvents,
-    AppearanceEventsConfig,
 )
 from mctrack_ros.perception.events.event_log import EventLog
 from mctrack_ros.perception.geometry.person_size import SizeTable
@@ -19,9 +18,7 @@ class Camera:
     def __init__(self, mapping):
         self.tracks = LocalTracks(FilterConfig(), mapping, SizeTable(mapping))
         extent = np.array([0.6, 1.75])
-        self.presence = AppearanceEvents(
-            AppearanceEventsConfig(), extent, SizeTable(mapping), mapping
-        )
+        self.presence = AppearanceEvents(extent, SizeTable(mapping), mapping)
         self.now_ns = START_NS
 
     def begin(self, track_id=0):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import Feedback, FeedbackFlag
-from mctrack_ros.perception.feedback.id_assignment import IdentityConfig, learn_identities
+from mctrack_ros.perception.feedback.id_assignment import learn_identities
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.local_tracks.table import FilterConfig, LocalTracks
 
@@ -39,7 +39,7 @@ def reported(*targets, variance=0.05):
 
 
 def learn(tracks, feedback):
-    learn_identities(tracks, feedback, NOW, IdentityConfig())
+    learn_identities(tracks, feedback, NOW)
     return tracks.track_id.tolist()
 
 

@@ -4,7 +4,6 @@ import pytest
 from mctrack_ros.interfaces import Feedback
 from mctrack_ros.perception.feedback.persons_in_view import (
     PersonList,
-    PersonsInViewConfig,
     Sighting,
 )
 from mctrack_ros.perception.geometry.person_size import SizeTable
@@ -29,7 +28,7 @@ def tracks(*places, seen=True, proven=1.0, age_s=1.0):
 class Camera:
     def __init__(self, mapping):
         extent = np.array([0.6, 1.75])
-        self.roll = PersonList(PersonsInViewConfig(), extent, SizeTable(mapping), mapping)
+        self.roll = PersonList(extent, SizeTable(mapping), mapping)
         self.now_ns = START_NS
 
     def show(self, local, *targets, feedback=True, after_ns=PERIOD_NS):

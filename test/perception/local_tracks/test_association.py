@@ -6,7 +6,7 @@ import pytest
 
 from mctrack_ros.perception.blobs.extraction import BlobConfig, describe
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.local_tracks.association import MatchingConfig, match
+from mctrack_ros.perception.local_tracks.association import SIZE_WEIGHT, MatchingConfig, match
 from mctrack_ros.perception.local_tracks.table import FilterConfig, LocalTracks
 
 RED, BLUE = np.eye(48)[0], np.eye(48)[20]
@@ -79,7 +79,7 @@ def test_blobs_are_shared_out_as_is_likeliest(scene, seed):
     gap = blobs.foot - predicted.foot[:, None]
     cost = np.einsum('tbi,tij,tbj->tb', gap, np.linalg.inv(spread), gap)
     cost += np.log(np.linalg.det(spread))[:, None]
-    cost += config.size_weight * np.log2(blobs.box[:, 3] / predicted.box[:, 3:]) ** 2
+    cost += SIZE_WEIGHT * np.log2(blobs.box[:, 3] / predicted.box[:, 3:]) ** 2
     ways = np.array(list(permutations(range(5), 3)))
     likeliest = ways[cost[ways, np.arange(3)].sum(axis=1).argmin()]
     blob_of = match(tracks, predicted, blobs, np.zeros((3, 48)), config)

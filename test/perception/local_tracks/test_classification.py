@@ -2,7 +2,6 @@ import numpy as np
 
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.local_tracks.classification import (
-    BicycleConfig,
     ClassConfig,
     ClassVotes,
     looks_like_bicycle,
@@ -38,7 +37,7 @@ RIDES = {
 
 def test_length_speed_and_what_is_seen_through_tell_bicycles():
     extent, fill, speed, expected = map(np.array, zip(*RIDES.values()))
-    assert looks_like_bicycle(extent, fill, speed, BicycleConfig()).tolist() == expected.tolist()
+    assert looks_like_bicycle(extent, fill, speed).tolist() == expected.tolist()
 
 
 def counted(votes, look, whole=True, times=1):
@@ -51,7 +50,7 @@ PERSON, BICYCLE, VEHICLE = ClassCode.PERSON, ClassCode.BICYCLE, ClassCode.VEHICL
 
 
 def test_most_of_the_time_counts_but_not_while_it_is_cut_or_merged():
-    votes = ClassVotes(memory_s=3.0)
+    votes = ClassVotes()
     assert counted(votes, PERSON, whole=False, times=9) == PERSON
     assert counted(votes, VEHICLE, times=3) == VEHICLE
     assert counted(votes, PERSON) == VEHICLE
@@ -59,13 +58,13 @@ def test_most_of_the_time_counts_but_not_while_it_is_cut_or_merged():
 
 
 def test_a_long_past_does_not_count_for_ever():
-    votes = ClassVotes(memory_s=3.0)
+    votes = ClassVotes()
     counted(votes, VEHICLE, times=400)
     assert counted(votes, PERSON, times=13) == PERSON
 
 
 def test_the_lead_passes_to_whichever_class_outlasts_it():
-    votes = ClassVotes(memory_s=3.0)
+    votes = ClassVotes()
     counted(votes, PERSON, times=2)
     assert counted(votes, BICYCLE, times=2) == BICYCLE
     assert counted(votes, VEHICLE) == VEHICLE

@@ -6,7 +6,7 @@ from mctrack_ros.perception.local_tracks.update import Pace, learn
 
 STAMP_NS = 10**18
 TABLE = np.tile([20.0, 40.0, 0.0], (64, 64, 1))  # px to a metre, across and upright
-PACE = Pace(size=0.5, colours=0.5, least_visible=0.2, least_proven=0.4)
+PACE = Pace(size=0.5, colours=0.5)
 
 
 class Pupils:

@@ -147,7 +147,10 @@ def test_a_method_named_before_configuration_brings_its_parameters(bench, projec
     from mctrack_ros.ros.nodes.camera_node import CameraNode
 
     node = bench.make(CameraNode, autostart=False, **camera_parameters(projection))
-    gone, come = 'settings.pipeline.blobs.edges', 'settings.pipeline.silhouettes.holes.still_s'
+    gone, come = (
+        'settings.pipeline.blobs.halo_share',
+        'settings.pipeline.silhouettes.holes.still_s',
+    )
     assert node.has_parameter(gone)
     assert not node.has_parameter(come)
     choice = Parameter('settings.pipeline.local_tracker', value='silhouettes')

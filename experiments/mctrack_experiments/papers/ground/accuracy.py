@@ -12,17 +12,16 @@ from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.ground import (
     Camera,
     CameraMapping,
-    CellMapping,
-    Cells,
     FitError,
     GridError,
     GroundMapping,
-    IteratedMapping,
     LensPrior,
     ProjectiveMapping,
     fit_camera,
     grid_from_points,
 )
+from mctrack_ros.ground.grid.cells import CellMapping, Cells
+from mctrack_ros.ground.grid.iterated import IteratedMapping
 
 Floats = NDArray[np.float64]
 IMAGE_SIZE = (720, 576)

@@ -18,6 +18,10 @@ from mctrack_ros.perception.background.rules.rule import BackgroundUpdate, Image
 
 IMAGE = types.Array(types.u1, 3, 'C')
 BANDS = 16
+FOREGROUND_SLOWDOWN = 10
+"""Of so many lessons one moves foreground; by trial on simulated matches, as the next."""
+TRACKED_SLOWDOWN = 100
+"""Of so many lessons one moves what is tracked."""
 
 
 @compiled(types.void(IMAGE, BYTES_3D, BYTES_2D))
@@ -54,16 +58,11 @@ class ApproximateMedian:
     ----------
     length_s, longest_s : float
         Time over which the first such median is taken, s, and the longest.
-    slowdown, tracked_slowdown : int
-        Of so many lessons one moves foreground, and one what is tracked.
 
     """
 
-    def __init__(
-        self, length_s: float, longest_s: float, slowdown: int, tracked_slowdown: int
-    ) -> None:
+    def __init__(self, length_s: float, longest_s: float) -> None:
         self._length_s, self._longest_s = length_s, max(length_s, longest_s)
-        self._slowdown, self._tracked_slowdown = slowdown, slowdown * tracked_slowdown
         self._samples: list[Image] = []
         self._gain: list[NDArray[np.float64]] = []
         self._band = self._lessons = 0
@@ -80,9 +79,9 @@ class ApproximateMedian:
         """Move the model; see `Rule`."""
         self._lessons += 1
         kept = lesson.mask
-        if self._lessons % self._tracked_slowdown == 0:
+        if self._lessons % TRACKED_SLOWDOWN == 0:
             kept = np.zeros_like(lesson.mask)
-        elif self._lessons % self._slowdown == 0:
+        elif self._lessons % FOREGROUND_SLOWDOWN == 0:
             kept = lesson.tracked_mask()
         approach(model, lesson.image, kept)
 
