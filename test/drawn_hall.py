@@ -54,16 +54,17 @@ def image(mapping, people, rng):
     return np.clip(image + noise, 0, 255).astype(np.uint8)
 
 
-def write_hall(folder, seconds=7.5, offset_ns=0):
+def write_hall(folder, seconds=7.5, offset_ns=0, positions=None):
     """
     Write the bag and its site below a folder.
 
-    The floor is empty for the first moments; ``offset_ns`` delays the second camera.
+    The floor is empty for the first moments; ``offset_ns`` delays the camera 'south';
+    other cameras are given by their positions.
     """
     cameras = {}
     with BagWriter(folder / 'bag') as writer:
         views = {}
-        for name, position in VIEWS.items():
+        for name, position in (positions or VIEWS).items():
             matrix = projection(position)
             views[name] = ProjectiveMapping(matrix, SIZE)
             (folder / f'{name}.yaml').write_text(f'image_from_world: {matrix.tolist()}')

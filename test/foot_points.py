@@ -111,7 +111,13 @@ class Nearest:
 
 
 CAMERA_METHOD = CameraMethod(FeetConfig, Feet, (FootPoints,), Headcount)
-FUSION_METHOD = FusionMethod(NearestConfig, Nearest, FootPoints, lambda rows: 0)
+FUSION_METHOD = FusionMethod(
+    NearestConfig,
+    lambda config, cameras, first_id, _: Nearest(config, cameras, first_id),
+    (FootPoints,),
+    lambda rows: rows,
+    lambda rows: 0,
+)
 
 
 def register(monkeypatch):

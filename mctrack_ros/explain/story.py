@@ -12,8 +12,11 @@ from typing import Any
 import numpy as np
 
 from mctrack_ros.config import ConfigError, config_from, of_chosen
-from mctrack_ros.fusion import FUSION, FusionConfig, JointConfig
+from mctrack_ros.fusion import FUSION, FusionConfig, JointConfig, OpenViews
 from mctrack_ros.fusion.management.lifecycle import GONE_EVIDENCE
+from mctrack_ros.fusion.occupancy.config import OccupancyConfig
+from mctrack_ros.fusion.occupancy.pipeline import ALL
+from mctrack_ros.fusion.trackers import no_views
 from mctrack_ros.interfaces import Candidates, Decisions, Explanation, Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.replay.drive import drive
@@ -118,7 +121,8 @@ def tell(
         reported = list(_stored(reader, *wanted))
         is_stored = any(abs(each.stamp_ns - at_ns) <= half_ns for each in reported)
         if not is_stored:
-            reported = list(_replayed(reader, cameras, config, *wanted))
+            views = no_views if site is None else site.views
+            reported = list(_replayed(reader, cameras, config, *wanted, views))
         index = _nearest(reported, at_ns)
         if index is None or abs(reported[index].stamp_ns - at_ns) > 2 * half_ns:
             raise ValueError(_outside(reader, at_s, start_ns, cameras, config))
@@ -127,7 +131,7 @@ def tell(
         same = is_stored or _is_as_recorded(reader, now)
     return Story(
         track_id=track_id,
-        cameras=cameras,
+        cameras=(ALL,) if isinstance(config, OccupancyConfig) else cameras,
         start_ns=start_ns,
         explanations=tuple(reported),
         index=index,
@@ -193,11 +197,12 @@ def _replayed(
     config: FusionConfig,
     begin_ns: int,
     end_ns: int,
+    views: OpenViews,
 ) -> Iterator[Explanation]:
     """Fuse the bag's detections from its start on, and yield why, of some time."""
     recorded = recorded_ticks(reader, cameras, config)
     ticks = takewhile(lambda tick: tick.stamp_ns <= end_ns, recorded)
-    for ticked in drive(config, cameras, ticks, lambda tick: tick.stamp_ns >= begin_ns):
+    for ticked in drive(config, cameras, ticks, lambda tick: tick.stamp_ns >= begin_ns, views):
         if ticked.explanation is not None:
             yield ticked.explanation
 

@@ -18,6 +18,7 @@ from mctrack_ros.fusion.occupancy.sighting import Sighting
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.fusion.views import OpenViews, Views
 from mctrack_ros.interfaces import Detections, Foreground, Message, Rows, RowsTick, Stamped
+from mctrack_ros.interfaces.rows import MOST_WAITING
 
 
 class FusionTracker(Protocol):
@@ -46,9 +47,6 @@ class FusionTracker(Protocol):
         """Return what the cameras are told after the last tick, stamped with it."""
         ...
 
-
-MOST_WAITING = 8
-"""Images of a camera that are incomplete; of more, the oldest are given up."""
 
 Opener = Callable[[Any, tuple[str, ...], int, OpenViews], FusionTracker]
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from mctrack_ros.ground import GroundMapping
-from mctrack_ros.ground.coverage.field_of_view import Region
+if TYPE_CHECKING:  # a process that needs no calibrations loads none
+    from mctrack_ros.ground import GroundMapping
+    from mctrack_ros.ground.coverage.field_of_view import Region
 
 
 class Views(NamedTuple):

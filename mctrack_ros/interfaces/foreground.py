@@ -19,8 +19,8 @@ class Foreground:
     stamp_ns : int
         Of the image, ns.
     mask : (h, w) uint8 array
-        255 where there is foreground, else 0; read-only. Of no pixels: the background is not
-        known yet.
+        255 where there is foreground, else 0; read-only. Of no pixels: it is not known, as long
+        as the background is learned or after the camera has moved.
 
     """
 
@@ -45,7 +45,7 @@ class Foreground:
 
     @classmethod
     def build(cls, stamp_ns: int) -> Self:
-        """Return the foreground of an image whose background is not known."""
+        """Return the foreground of an image of which none is known."""
         return cls(stamp_ns, np.zeros((0, 0), np.uint8))
 
     def at(self, stamp_ns: int) -> Self:

@@ -76,6 +76,8 @@ class Message(Stamped, Protocol):
         ...
 
 
+MOST_WAITING = 8
+"""Images of a camera of which messages are missing; of more, the oldest are given up."""
 POSITION = Column('f4', (3,), float('nan'))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +14,8 @@ from mctrack_ros.codec import (
     message_from_ros,
     stamp_ns_of,
 )
-from mctrack_ros.fusion.trackers import MOST_WAITING
 from mctrack_ros.interfaces import Detections, Events, Message, Rows
+from mctrack_ros.interfaces.rows import MOST_WAITING
 from mctrack_ros.perception import (
     ImageState,
     ImageWatch,
@@ -350,23 +351,30 @@ def _of_one_image(reader: BagReader, topics: list[str]) -> Iterator[tuple[Any, .
 
     Of an image of which not all is there the first message is yielded alone.
     """
-    waiting: dict[int, dict[str, Any]] = {}
+    first, others = topics[0], topics[1:]
+    waiting: deque[Any] = deque()
+    heard: dict[str, dict[int, Any]] = {topic: {} for topic in others}
+
+    def taken() -> tuple[Any, ...]:
+        message = waiting.popleft()
+        parts = [heard[topic].pop(stamp_ns_of(message), None) for topic in others]
+        return (message,) if None in parts else (message, *parts)
+
+    def is_complete() -> bool:
+        stamp_ns = stamp_ns_of(waiting[0])
+        return all(stamp_ns in heard[topic] for topic in others)
+
     for topic, message, _ in reader.messages(topics):
-        waiting.setdefault(stamp_ns_of(message), {})[topic] = message
-        while waiting:
-            stamp_ns, parts = next(iter(waiting.items()))
-            if len(parts) < len(topics) and len(waiting) <= MOST_WAITING:
-                break
-            yield from _complete(waiting.pop(stamp_ns), topics)
-    for parts in waiting.values():
-        yield from _complete(parts, topics)
-
-
-def _complete(parts: dict[str, Any], topics: list[str]) -> Iterator[tuple[Any, ...]]:
-    if len(parts) == len(topics):
-        yield tuple(parts[topic] for topic in topics)
-    elif topics[0] in parts:
-        yield (parts[topics[0]],)
+        if topic == first:
+            waiting.append(message)
+        else:
+            heard[topic][stamp_ns_of(message)] = message
+            if len(heard[topic]) > MOST_WAITING:
+                del heard[topic][next(iter(heard[topic]))]
+        while waiting and (len(waiting) > MOST_WAITING or is_complete()):
+            yield taken()
+    while waiting:
+        yield taken()
 
 
 def _seen(message: Message) -> int:

@@ -86,6 +86,9 @@ def test_cameras_that_do_not_tell_what_fusion_wants_are_refused(hall, tmp_path):
     content['cameras']['south']['pipeline'] = {'local_tracker': 'groups'}
     content['pipeline'] = {'local_tracker': 'feet'}
     path.write_text(yaml.safe_dump(content))
-    reason = 'cameras.south.pipeline.local_tracker is groups, which tells detections; '
+    reason = (
+        'cameras.south.pipeline.local_tracker is groups, which tells detections and '
+        'foreground/compressed; '
+    )
     with pytest.raises(ConfigError, match=reason + 'fusion.tracker feet takes foot_points'):
         load_site(path)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -49,11 +50,14 @@ class FusionOutput:
         Published tracks, and those that ended, sorted by id.
     events : Events
         What happened, sorted by code and track.
+    left_out : mapping of str to str
+        Cameras whose masks the tick did without, and why.
 
     """
 
     tracks: Tracks
     events: Events
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
 
 def tracks_of(

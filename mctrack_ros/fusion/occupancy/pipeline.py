@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,6 +47,15 @@ LEAST_SUPPORT = 0.5
 """Share of a person's box that must be foreground in a camera that sees him."""
 
 
+class Unusable(StrEnum):
+    """Why a camera's mask is left out."""
+
+    SILENT = f'it has told no mask for {OLDEST_NS * 1e-9:g} s'
+    UNKNOWN = 'it does not know its background, or has moved'
+    DAZZLED = f'more than {MOST_FOREGROUND:.0%} of its image is foreground'
+    FROZEN = f'its mask has not changed for {FROZEN_NS * 1e-9:g} s'
+
+
 class OccupancyTracker:
     """
     Finds people by the masks of all cameras together and tracks them.
@@ -68,9 +78,9 @@ class OccupancyTracker:
     Raises
     ------
     ConfigError, CalibrationError
-        If that is not known.
+        If that is not known, or no camera sees anybody anywhere.
     ValueError
-        If there are too many cameras, a name occurs twice or no camera sees any ground.
+        If there are too many cameras or a name occurs twice.
 
     """
 
@@ -98,15 +108,16 @@ class OccupancyTracker:
         Process one tick; see `JointTracker.step`.
 
         A camera without a new mask counts with its last one for `OLDEST_NS`; one whose mask is
-        nearly all foreground, frozen or unknown does not count.
+        nearly all foreground, frozen or unknown does not count, which the output says.
         """
         self._take(tick)
-        used = self._usable(tick.stamp_ns)
+        left_out = self._left_out(tick.stamp_ns)
+        used = np.array([camera not in left_out for camera in self._cameras])
         people = self._explain(used, tick.stamp_ns)
         detections = self._detections(people, tick)
         joint = RowsTick(tick.stamp_ns, (CameraRows(ALL, detections),), tick.record)
         output = self._joint.step(joint, recorder)
-        return replace(output, tracks=self._seen_by(output.tracks, people))
+        return replace(output, tracks=self._seen_by(output.tracks, people), left_out=left_out)
 
     def feedback(self) -> Feedback:
         """Return what the cameras are told after the last tick: a prediction of every target."""
@@ -126,17 +137,20 @@ class OccupancyTracker:
             if old is None or not len(new) or not np.array_equal(old.mask, new.mask):
                 self._changed_ns[message.camera] = new.stamp_ns
 
-    def _usable(self, stamp_ns: int) -> NDArray[np.bool_]:
-        """Tell which masks, (cameras,), are worth anything."""
-        used = np.zeros(len(self._cameras), bool)
-        for index, camera in enumerate(self._cameras):
+    def _left_out(self, stamp_ns: int) -> dict[str, Unusable]:
+        """Tell whose masks are worth nothing, and why."""
+        left_out = {}
+        for camera in self._cameras:
             last = self._last.get(camera)
-            if last is not None and last.mask.size:
-                is_recent = stamp_ns - last.stamp_ns <= OLDEST_NS
-                is_dazzled = len(last) > MOST_FOREGROUND * last.mask.size
-                is_frozen = stamp_ns - self._changed_ns[camera] > FROZEN_NS
-                used[index] = is_recent and not is_dazzled and not is_frozen
-        return used
+            if last is None or stamp_ns - last.stamp_ns > OLDEST_NS:
+                left_out[camera] = Unusable.SILENT
+            elif not last.mask.size:
+                left_out[camera] = Unusable.UNKNOWN
+            elif len(last) > MOST_FOREGROUND * last.mask.size:
+                left_out[camera] = Unusable.DAZZLED
+            elif stamp_ns - self._changed_ns[camera] > FROZEN_NS:
+                left_out[camera] = Unusable.FROZEN
+        return left_out
 
     def _explain(self, used: NDArray[np.bool_], stamp_ns: int) -> Occupancy:
         """Return the people that explain the masks, given where they were."""
@@ -147,6 +161,8 @@ class OccupancyTracker:
         prior = np.zeros(len(position))
         known = self._joint.feedback()
         seconds = (stamp_ns - known.stamp_ns) * 1e-9
+        if seconds < 0.0:  # time begins anew
+            known = Feedback.build(stamp_ns)
         for place in known.position[:, :2] + seconds * known.velocity:
             squared = ((position - place) ** 2).sum(axis=1) / PRIOR_SIGMA_M**2
             np.maximum(prior, PRIOR_GAIN * np.exp(-squared / 2), out=prior)
@@ -169,8 +185,9 @@ class OccupancyTracker:
                 own = near & (nearest == person)
                 template[person] = seen.template[own].mean(axis=0)
                 extent[person] = seen.extent[own].mean(axis=0)
+        within_cell = np.eye(2) * self._scene.step**2 / 12  # of a place anywhere in its cell
         return columns.replace(
-            covariance=people.covariance,
+            covariance=people.covariance + within_cell,
             local_id=np.arange(1, count + 1),
             template=template,
             extent=extent,

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion.occupancy.config import PeopleConfig
 from mctrack_ros.fusion.views import Views
-from mctrack_ros.ground import GroundMapping
-from mctrack_ros.ground.coverage.field_of_view import Region
+
+if TYPE_CHECKING:
+    from mctrack_ros.ground import GroundMapping
+    from mctrack_ros.ground.coverage.field_of_view import Region
 
 Floats = NDArray[np.float64]
 Boxes = NDArray[np.int16]
@@ -43,6 +48,13 @@ class Scene:
     ----------
     position : (cells, 2) array
         Of the cells, m.
+    step : float
+        Their distance, m.
+
+    Raises
+    ------
+    ConfigError
+        If no camera sees anybody anywhere.
 
     """
 
@@ -50,12 +62,14 @@ class Scene:
         self._config = config
         mappings = [views.mappings[name] for name in cameras]
         corners = _bounds(mappings, views.area, config.person_height)
-        self.position = _lattice(corners, config.cell)
+        self.position, self.step = _lattice(corners, config.cell)
         if views.area is not None:
             near = shapely.buffer(views.area, MARGIN_M)
             self.position = self.position[shapely.contains_xy(near, *self.position.T)]
         self._box = np.stack([self._boxes(mapping) for mapping in mappings])
         kept = np.isfinite(self._box[..., 0]).any(axis=0)
+        if not kept.any():
+            raise ConfigError('no camera sees a place of the area where a person is large enough')
         self.position = np.ascontiguousarray(self.position[kept])
         self._box = self._box[:, kept]
         self._sizes = [mapping.image_size for mapping in mappings]
@@ -123,13 +137,13 @@ def _bounds(mappings: list[GroundMapping], area: Region | None, height: float) -
         places.append(place[mapping.height_px(place, height) >= LEAST_HEIGHT_PX])
     every = np.concatenate(places)
     if not len(every):
-        raise ValueError('no camera sees ground where a person would be large enough to be found')
+        raise ConfigError('no camera sees ground where a person would be large enough to be found')
     return np.stack([every.min(axis=0) - MARGIN_M, every.max(axis=0) + MARGIN_M])
 
 
-def _lattice(corners: Floats, cell: float) -> Floats:
-    """Return the (n, 2) points of a lattice between two corners, m, `MOST_CELLS` at most."""
+def _lattice(corners: Floats, cell: float) -> tuple[Floats, float]:
+    """Return points between two corners, (n, 2), about `MOST_CELLS` at most, and their step, m."""
     width, height = corners[1] - corners[0]
     step = max(cell, float(np.sqrt(width * height / MOST_CELLS)))
     x, y = (np.arange(low, high, step) for low, high in zip(*corners))
-    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2), step

@@ -200,20 +200,18 @@ def _solve(
     for camera in range(cameras):
         _refresh(masks[camera], cover[camera], free[camera], found[camera], 0, 0)
         wrong[camera] = found[camera, height, width]
-    # where half of nothing is foreground nobody can ever be
+    # nobody is looked for where no camera has foreground in more than half of his box
     hopeful = np.empty(len(prior), np.int64)
     count = 0
     for cell in range(len(prior)):
-        most = prior[cell] - cost
         for camera in range(cameras):
             box = boxes[camera, cell]
             if box[2] > box[0]:
                 own, lit = _inside(free[camera], box), _inside(found[camera], box)
                 if 2 * lit > own:
-                    most += (2 * lit - own) / SMALLEST_UNION + wrong[camera] / SMALLEST_UNION
-        if most > 0.0:
-            hopeful[count] = cell
-            count += 1
+                    hopeful[count] = cell
+                    count += 1
+                    break
     hopeful = hopeful[:count]
     people = np.empty(MOST_PEOPLE, np.int64)
     gains = np.zeros(MOST_PEOPLE)
@@ -222,10 +220,10 @@ def _solve(
         before = number
         while number < MOST_PEOPLE:
             best, highest = -1, 0.0
-            for cell in hopeful:
-                gain = _gain(cell, boxes, free, found, wrong, union) + prior[cell] - cost
+            for place in hopeful:
+                gain = _gain(int(place), boxes, free, found, wrong, union) + prior[place] - cost
                 if gain > highest:
-                    best, highest = cell, gain
+                    best, highest = int(place), gain
             if best < 0:
                 break
             _put(1, best, boxes, masks, cover, free, found, wrong, union)
@@ -240,12 +238,14 @@ def _solve(
             _put(-1, own_cell, boxes, masks, cover, free, found, wrong, union)
             best, highest = -1, 0.0
             x, y = position[own_cell, 0], position[own_cell, 1]
-            for cell in hopeful:
-                dx, dy = position[cell, 0] - x, position[cell, 1] - y
+            for place in hopeful:
+                dx, dy = position[place, 0] - x, position[place, 1] - y
                 if dx * dx + dy * dy <= REACH_M * REACH_M:
-                    gain = _gain(cell, boxes, free, found, wrong, union) + prior[cell] - cost
+                    gain = (
+                        _gain(int(place), boxes, free, found, wrong, union) + prior[place] - cost
+                    )
                     if gain > highest:
-                        best, highest = cell, gain
+                        best, highest = int(place), gain
             if best < 0:
                 for later in range(index, number - 1):
                     people[later], gains[later] = people[later + 1], gains[later + 1]

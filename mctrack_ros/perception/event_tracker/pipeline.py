@@ -14,6 +14,7 @@ from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.background.shadows import Shadows
 from mctrack_ros.perception.blobs.extraction import Blobs, clean_mask, find_blobs
 from mctrack_ros.perception.blobs.frame import Frame
+from mctrack_ros.perception.camera_shift.monitor import ShiftState
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.perception.event_tracker.tracker import LocalTracker
 from mctrack_ros.perception.foreground import Reduction
@@ -104,7 +105,9 @@ class EventTracker:
         noise_px = arrival.shift.noise_px
         detections, events = self._tracker.step(blobs, frame, stamp_ns, feedback, noise_px)
         self._learn(frame, blobs, detections, stamp_ns)  # where people are, and are not
-        foreground = self._reduction.foreground(frame.objects, stamp_ns)
+        foreground = Foreground.build(stamp_ns)
+        if arrival.shift.state is not ShiftState.MOVED:
+            foreground = self._reduction.foreground(frame.objects, stamp_ns)
         told: dict[str, Message] = {Detections.TOPIC: detections, Foreground.TOPIC: foreground}
         return CameraOutput(told, events, arrival.shift)
 

@@ -1,4 +1,4 @@
-"""Whether a camera's detections and its clock agree with the others', on `/diagnostics`."""
+"""Whether a camera's detections, masks and clock can be used, on `/diagnostics`."""
 
 from __future__ import annotations
 
@@ -126,6 +126,29 @@ class ClockJumps:
             self.reported, level = jump, DiagnosticStatus.WARN
         message = f'{jump}' if jump else "all cameras' clocks go on evenly"
         return DiagnosticStatus(level=level, name=name, message=message)
+
+
+@dataclass(slots=True)
+class MaskHealth:
+    """
+    Whether a camera's foreground masks are used.
+
+    Attributes
+    ----------
+    reason : str
+        Why they are left out; empty: they are used.
+
+    """
+
+    reason: str = ''
+
+    def report(self, name: str) -> DiagnosticStatus:
+        """Return the state: masks that are left out are a warning."""
+        return DiagnosticStatus(
+            level=DiagnosticStatus.WARN if self.reason else DiagnosticStatus.OK,
+            name=name,
+            message=f'its masks are left out: {self.reason}' if self.reason else 'they are used',
+        )
 
 
 def clock_message(offset_s: float) -> str:

@@ -6,10 +6,12 @@ import sys
 import time
 import uuid
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import numpy as np
 from geometry_msgs.msg import PoseArray
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecyclePublisher
@@ -31,10 +33,20 @@ from mctrack_ros.fusion import (
     open_recorder,
 )
 from mctrack_ros.fusion.camera_clocks import Jump
-from mctrack_ros.interfaces import MAX_CAMERAS, EventCode, Events, Rows, RowsTick, Tracks
+from mctrack_ros.fusion.occupancy.pipeline import Unusable
+from mctrack_ros.interfaces import (
+    MAX_CAMERAS,
+    EventCode,
+    Events,
+    Foreground,
+    Rows,
+    RowsTick,
+    Tracks,
+)
 from mctrack_ros.ros.node.camera_agreement import (
     ClockAgreement,
     ClockJumps,
+    MaskHealth,
     agreements,
     clock_message,
 )
@@ -46,8 +58,7 @@ from mctrack_ros.ros.topics import markers, quality
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class
 from mctrack_ros.site.description import site_description
 from mctrack_ros.site.names import check_camera_name
-from mctrack_ros.site.site import load_site
-from mctrack_ros.site.stated_origin import origin_from
+from mctrack_ros.site.stated_origin import origin_from, origin_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +110,13 @@ class FusionNode(GraphNode):
         self.batcher = open_batcher(self.config.fusion, cameras)
         self.method = fusion_method(self.config.fusion)
         self.joining = Joining(self.config.fusion)
-        self.ids = self.open_ids()
-        self.tracker = open_fusion(self.config.fusion, cameras, self.ids.first, self.views)
+        ids = self.open_ids()
+        try:
+            self.tracker = open_fusion(self.config.fusion, cameras, ids.first, self.views)
+        except ValueError:
+            ids.close(ids.first)
+            raise
+        self.ids = ids
         self.health = {camera: StreamHealth() for camera in cameras}
         clocks = self.batcher.clocks
         parts: dict[str, Health] = {
@@ -108,8 +124,12 @@ class FusionNode(GraphNode):
             **agreements(cameras, self.tracker.bias),
             **{f'{camera} clock': ClockAgreement(clocks, camera) for camera in cameras},
             'clocks': ClockJumps(clocks),
-            'ids': self.ids,
+            'ids': ids,
         }
+        self.masks: dict[str, MaskHealth] = {}
+        if Foreground in self.method.messages:
+            self.masks = {camera: MaskHealth() for camera in cameras}
+            parts |= {f'{camera} mask': health for camera, health in self.masks.items()}
         self.left_out: set[str] = set()
         self.unexplained: Counter[str] = Counter()
         self.jump: Jump | None = None
@@ -128,10 +148,21 @@ class FusionNode(GraphNode):
 
     def views(self) -> Views:
         """Read how the cameras see the ground."""
+        from mctrack_ros.site.site import load_site  # with all cameras' code: only when needed
+
         if not self.config.site:
             tracker = self.config.fusion.tracker
             raise ConfigError(f'fusion.tracker {tracker} has to know the cameras: name the site')
-        return load_site(self.config.site).views()
+        site = load_site(self.config.site)
+        unknown = sorted(set(self.config.cameras) - set(site.cameras))
+        if unknown:
+            raise ConfigError(f'{self.config.site} lacks cameras: {", ".join(unknown)}')
+        if not np.allclose(site.origin, self.origin):
+            raise ConfigError(
+                f'origin is {self.config.origin}, that of {self.config.site} is '
+                f'{origin_text(site.origin)}: give the same'
+            )
+        return site.views()
 
     def open_ids(self) -> TrackIds:
         """Reserve ids that no earlier run used."""
@@ -284,7 +315,19 @@ class FusionNode(GraphNode):
                 self.send(self.candidates, recorder.explanation.candidates)
                 self.send(self.decisions, recorder.explanation.decisions)
             self.count(tick)
+            self.note_masks(output.left_out)
             self.show(output.tracks)
+
+    def note_masks(self, left_out: Mapping[str, str]) -> None:
+        """Keep whose masks are left out; log when that changes, but for a camera's silence."""
+        for camera, health in self.masks.items():
+            before, health.reason = health.reason, left_out.get(camera, '')
+            if before == health.reason or Unusable.SILENT in (before, health.reason):
+                continue
+            if health.reason:
+                self.get_logger().warning(f'the masks of {camera} are left out: {health.reason}')
+            else:
+                self.get_logger().info(f'the masks of {camera} are used again')
 
     def reserve_ids(self) -> None:
         """See to it that what the next tick begins has ids of its own for ever."""

@@ -17,6 +17,8 @@ from mctrack_ros.codec import image_from_message, stamp_ns_of
 from mctrack_ros.config import ConfigError, config_from
 from mctrack_ros.interfaces import Detections, EventCode, Events, Ticks, Tracks
 from mctrack_ros.recording import BagReader
+from mctrack_ros.replay.drive import drive
+from mctrack_ros.replay.recorded import recorded_ticks
 from mctrack_ros.ros.default_files import NODE_CONFIGS
 from mctrack_ros.ros.graph.graph import (
     ENVIRONMENT,
@@ -68,9 +70,12 @@ def test_every_node_of_a_far_site_is_told_the_same_origin(tmp_path):
 
 def patient_nodes(site, **options):
     """Return a site's nodes, with queues and waits that lose nothing on a busy machine."""
-    queue, wait = {'depth': 100}, {'fusion': {'batching': {'max_wait': 50.0}}}
+    batching = replace(site.fusion.batching, max_wait=50.0)
+    site = replace(site, fusion=replace(site.fusion, batching=batching))
     return [
-        replace(node, parameters={**node.parameters, **(wait if node.name == 'fusion' else queue)})
+        node
+        if node.name == 'fusion'
+        else replace(node, parameters=node.parameters | {'depth': 100})
         for node in site_nodes(site, **options)
     ]
 
@@ -144,6 +149,33 @@ def test_a_bag_is_tracked_live_and_recorded(bench, site, supervised, walker_bag,
     assert counts['/cam1/detections'] == counts['/cam2/detections'] == 50, (counts, lines)
     assert counts['/ticks'] == 50, (counts, lines)
     assert max(widths) == 1
+
+
+@pytest.mark.live
+def test_people_who_explain_the_masks_are_tracked_live(site, supervised, walker_bag, tmp_path):
+    path = tmp_path / 'occupancy.yaml'
+    others = {'area': '-3,-2,4,2', 'fusion': {'tracker': 'occupancy'}}
+    path.write_text(yaml.safe_dump(yaml.safe_load((tmp_path / 'site.yaml').read_text()) | others))
+    site = load_site(path)
+    nodes = [
+        *patient_nodes(site),
+        recorder_node(tmp_path / 'out', [*RECORDED, '/cam./foreground/compressed', '/site']),
+        player_node(walker_bag, restamp=True, wait_for=awaited_topics(site, True)),
+    ]
+    supervisor, thread, lines = supervised(nodes)
+    thread.join(timeout=240)
+    assert not thread.is_alive(), lines
+    assert not supervisor.failed, '\n'.join(lines)
+    with BagReader(tmp_path / 'out') as bag:
+        assert bag.count('/cam1/foreground/compressed') == bag.count('/cam1/detections') == 50
+        live = [rows for rows, _ in bag.rows('/tracks', Tracks)]
+        ticks = recorded_ticks(bag, site.camera_names, site.fusion)
+        driven = drive(site.fusion, site.camera_names, ticks, views=site.views)
+        again = [ticked.output.tracks for ticked in driven]
+    assert max(map(len, live)) >= 1
+    for one, other in zip(live, again, strict=True):
+        np.testing.assert_array_equal(one.position, other.position)
+        np.testing.assert_array_equal(one.cameras, other.cameras)
 
 
 @pytest.mark.live
