@@ -51,8 +51,12 @@ from mctrack_experiments.real.stored_detections import (
 from mctrack_experiments.real.stored_tracking import track_stored
 from mctrack_ros.evaluation import evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
+from mctrack_ros.fusion.association import likelihood
+from mctrack_ros.fusion.existence import evidence
 from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
-from mctrack_ros.fusion.update import update
+from mctrack_ros.fusion.management import initiation, lifecycle
+from mctrack_ros.fusion.reid import gallery, re_entry, reassignment
+from mctrack_ros.fusion.update import hidden_members, update
 from mctrack_ros.interfaces import Tick
 from mctrack_ros.perception.boxes import BodyModel
 
@@ -92,33 +96,37 @@ RULES = {
         feeds_back=True,
     ),
     'overlap trust': Rule(
-        'it is believed less where boxes overlap', {'association.overlap_trust': 1.0}
+        'it is believed less where boxes overlap', patches={(likelihood, 'OVERLAP_TRUST'): 1.0}
     ),
     'appearance': Rule('colours in the cost of a pair', {'association.appearance_weight': 0.0}),
     'appearance order': Rule(
         'who of those near looks most like a detection', {'association.likeness_weight': 0.0}
     ),
     'tentative cost': Rule(
-        'a track that is not confirmed gives way', {'association.tentative_cost': 0.0}
+        'a track that is not confirmed gives way', patches={(likelihood, 'TENTATIVE_COST'): 0.0}
     ),
     'camera comparison': Rule(
         'cameras that lie off the others are corrected', {'motion.compare_cameras': False}
     ),
     'crowd evidence': Rule(
-        'what begins beside others has to be seen for longer', {'life.crowd_evidence': 0.0}
+        'what begins beside others has to be seen for longer',
+        patches={(initiation, 'CROWD_EVIDENCE'): 0.0},
     ),
     'vacancies': Rule(
-        'bare ground speaks against a track', {'life.vacancy_weight': 0.0}, feeds_back=True
+        'bare ground speaks against a track',
+        patches={(evidence, 'VACANCY_WEIGHT'): 0.0},
+        feeds_back=True,
     ),
-    'vacancy distance': Rule(
-        'it does only where the place is sure', {'life.vacancy_distance': 100.0}
+    'miss weight': Rule(
+        'a miss counts less for the confirmed', patches={(evidence, 'MISS_WEIGHT'): 1.0}
     ),
-    'miss weight': Rule('a miss counts less for the confirmed', {'life.miss_weight': 1.0}),
-    'least evidence': Rule(
-        'misses before it is confirmed are forgotten', {'life.least_evidence': -1000.0}
+    'gone': Rule(
+        'who has most probably gone is not published',
+        patches={(lifecycle, 'GONE_EVIDENCE'): 1000.0},
     ),
-    'gone': Rule('who has most probably gone is not published', {'life.gone_evidence': 1000.0}),
-    'hidden time': Rule('a group keeps a member only for a while', {'life.hidden_time': 1000.0}),
+    'hidden time': Rule(
+        'a group keeps a member only for a while', patches={(hidden_members, 'HIDDEN_S'): 1000.0}
+    ),
     'hidden members': Rule(
         'a group keeps its members', patches={(update, 'keep_members'): lambda *_: None}
     ),
@@ -126,15 +134,18 @@ RULES = {
         'cameras that see nobody together count less',
         patches={(ViewOverlap, 'share'): lambda self: np.ones_like(self.together)},
     ),
-    'merge': Rule('two tracks of one target become one', {'life.merge_time': 1000.0}),
+    'merge': Rule('two tracks of one target become one', {'life.merge_distance': 0.0}),
     're-entry': Rule(
-        'the lost are found by prediction and colours', {'recognition.arrival_density': 100.0}
+        'the lost are found by prediction and colours',
+        patches={(re_entry, 'ARRIVAL_DENSITY'): 100.0},
     ),
     'contacts': Rule('ids are corrected after encounters', {'recognition.contact_distance': 0.0}),
-    'trust': Rule('short looks count less', {'recognition.trust_time': 0.0}),
-    'strange': Rule('who looks like nobody decides nothing', {'recognition.strange': 1000.0}),
-    'keep': Rule('an id is kept in doubt', {'recognition.keep': 0.0}),
-    'margin': Rule('only the clear is settled', {'recognition.margin': 0.0}),
+    'trust': Rule('short looks count less', patches={(gallery, 'TRUST_S'): 0.0}),
+    'strange': Rule(
+        'who looks like nobody decides nothing', patches={(reassignment, 'STRANGE'): 1000.0}
+    ),
+    'keep': Rule('an id is kept in doubt', patches={(reassignment, 'KEEP'): 0.0}),
+    'margin': Rule('only the clear is settled', patches={(reassignment, 'MARGIN'): 0.0}),
 }
 
 

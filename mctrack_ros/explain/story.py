@@ -13,6 +13,7 @@ import numpy as np
 
 from mctrack_ros.config import ConfigError, config_from, of_chosen
 from mctrack_ros.fusion import FUSION, FusionConfig, JointConfig
+from mctrack_ros.fusion.management.lifecycle import GONE_EVIDENCE
 from mctrack_ros.interfaces import Candidates, Decisions, Explanation, Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.replay.drive import drive
@@ -131,7 +132,7 @@ def tell(
         explanations=tuple(reported),
         index=index,
         gate=config.association.gate,
-        gone=config.life.gone_evidence,
+        gone=GONE_EVIDENCE,
         is_stored=is_stored,
         is_same=same,
     )

@@ -9,6 +9,8 @@ from mctrack_ros.fusion.association.solvers import ASSOCIATORS
 
 MISSED_IMAGES = 2.5
 """A camera from which nothing came for so many of its intervals has lost two images, not one."""
+LOOK_S = 0.25
+"""Images of one camera within this time count as one look, s: so long errors of feet last."""
 
 
 @dataclass(frozen=True)
@@ -63,12 +65,6 @@ class MotionConfig:
         '[m^2/s^3]',
         minimum=1e-4,
         maximum=1000.0,
-    )
-    initial_speed_sigma: float = parameter(
-        2.0,
-        'Standard deviation of the velocity of a new target [m/s]',
-        minimum=0.01,
-        maximum=100.0,
     )
     sensor_sigma: float = parameter(
         0.2,
@@ -164,9 +160,6 @@ class JointAssociationConfig(AssociationConfig):
         minimum=1e-9,
         maximum=100.0,
     )
-    tentative_cost: float = parameter(
-        4.0, 'What a track that is not confirmed costs more [-2 log]', minimum=0.0, maximum=100.0
-    )
     identity_bonus: float = parameter(
         1.0,
         'What a pair gains if the camera believes it is the same target [-2 log]',
@@ -179,12 +172,6 @@ class JointAssociationConfig(AssociationConfig):
         'the differences, in variances of one [-2 log]',
         minimum=0.0,
         maximum=1000.0,
-    )
-    overlap_trust: float = parameter(
-        0.3,
-        'Share of the identity bonus that is left where boxes overlap in the image',
-        minimum=0.0,
-        maximum=1.0,
     )
 
 
@@ -211,39 +198,9 @@ ASSOCIATION: OneOf[AssociationConfig] = OneOf(
 class LifeConfig:
     """When a track begins and ends."""
 
-    cluster_distance: float = parameter(
-        1.5,
-        'Unassigned detections of two cameras farther apart start no common track [m]',
-        minimum=0.01,
-        maximum=100.0,
-    )
-    look_time: float = parameter(
-        0.25,
-        'Images of one camera within this time count as one look [s]',
-        minimum=0.001,
-        maximum=100.0,
-    )
     hit_evidence: float = parameter(
         2.0,
         'What a detection adds to the log-odds of a track, per look',
-        minimum=0.0,
-        maximum=100.0,
-    )
-    miss_weight: float = parameter(
-        0.8,
-        'How much a miss counts for a confirmed track, which may be hidden for a while',
-        minimum=0.0,
-        maximum=1.0,
-    )
-    vacancy_weight: float = parameter(
-        2.0,
-        'How much it counts, likewise, that a camera sees bare ground where a track is expected',
-        minimum=0.0,
-        maximum=10.0,
-    )
-    vacancy_distance: float = parameter(
-        0.5,
-        'What is less certain than this of its place is not expected anywhere [m]',
         minimum=0.0,
         maximum=100.0,
     )
@@ -255,25 +212,6 @@ class LifeConfig:
         'Probability that a camera detects what stands where nothing is known yet',
         minimum=0.0,
         maximum=0.99,
-    )
-    crowd_distance: float = parameter(
-        1.0,
-        'What begins so near to a confirmed track is at first taken for a part of it [m]',
-        minimum=0.0,
-        maximum=100.0,
-    )
-    crowd_evidence: float = parameter(
-        4.0, 'Log-odds that it lacks then', minimum=0.0, maximum=100.0
-    )
-    most_evidence: float = parameter(
-        8.0, 'Log-odds are counted no further than this', minimum=0.0, maximum=1000.0
-    )
-    least_evidence: float = parameter(
-        0.0,
-        'Misses take the log-odds of a track that is not confirmed no lower, so that what comes '
-        'into view late is confirmed as fast as any other',
-        minimum=-1000.0,
-        maximum=0.0,
     )
     coverage_cell: float = parameter(
         2.0, 'Edge of a cell of the learned coverage [m]', minimum=0.01, maximum=1000.0
@@ -287,21 +225,8 @@ class LifeConfig:
         minimum=0.0,
         maximum=100.0,
     )
-    gone_evidence: float = parameter(
-        5.0,
-        'What no camera sees, where they usually do see who is there, is published no longer from '
-        'these log-odds on that it has gone; never, if this is above most_evidence',
-        minimum=0.001,
-        maximum=1000.0,
-    )
     coast_time: float = parameter(
         1.0, 'A track without support is kept for so long [s]', minimum=0.0, maximum=1000.0
-    )
-    hidden_time: float = parameter(
-        1.0,
-        'A track is kept for so long by its group alone, if others of it are seen [s]',
-        minimum=0.0,
-        maximum=1000.0,
     )
     most_tracks: int = parameter(
         2000, 'So many tracks are kept at a time; no more begin', minimum=1, maximum=100000
@@ -312,32 +237,6 @@ class LifeConfig:
         minimum=0.0,
         maximum=100.0,
     )
-    merge_time: float = parameter(
-        1.7,
-        'How long in one place; farther apart it takes longer, and sooner if neither is confirmed '
-        '[s]',
-        minimum=0.0,
-        maximum=100.0,
-    )
-    template_time: float = parameter(
-        8.0, 'Time constant of the appearance template [s]', minimum=0.01, maximum=1000.0
-    )
-
-
-@dataclass(frozen=True)
-class ClothingConfig:
-    """Who is dressed alike."""
-
-    difference: float = parameter(
-        0.2,
-        'Squared Hellinger distance of templates from which they are of different kits',
-        minimum=0.001,
-        maximum=1.0,
-    )
-    least_age: float = parameter(
-        1.0, 'Age from which a track has a kit [s]', minimum=0.0, maximum=1000.0
-    )
-    time: float = parameter(10.0, 'Time constant of a kit [s]', minimum=0.01, maximum=10000.0)
 
 
 @dataclass(frozen=True)
@@ -347,63 +246,8 @@ class ReidConfig:
     contact_distance: float = parameter(
         1.5, 'Who is nearer to another may leave as that one [m]', minimum=0.0, maximum=100.0
     )
-    look_time: float = parameter(
-        0.5,
-        'Time for which one must be seen alone, by all cameras together, to be recognised [s]',
-        minimum=0.01,
-        maximum=1000.0,
-    )
-    longest_look_time: float = parameter(
-        5.0,
-        'Time after which one who looks like several keeps his id [s]',
-        minimum=0.01,
-        maximum=10000.0,
-    )
-    trust_time: float = parameter(
-        1.0,
-        'Time for which one must be seen for his colours to count half [s]',
-        minimum=0.0,
-        maximum=1000.0,
-    )
-    strange: float = parameter(
-        4.0,
-        'What the colours of two people usually differ by, in variances of one',
-        minimum=0.0,
-        maximum=1000.0,
-    )
-    new: float = parameter(
-        2.5,
-        'What they differ by at most if a new track is one who was lost [same]',
-        minimum=0.0,
-        maximum=1000.0,
-    )
-    keep: float = parameter(
-        0.15,
-        'How much more probable it must be before an id changes [log]',
-        minimum=0.0,
-        maximum=1000.0,
-    )
-    margin: float = parameter(
-        0.1,
-        'How much less probable all others must be before it is settled [log]',
-        minimum=0.0,
-        maximum=1000.0,
-    )
     lost_time: float = parameter(
         20.0, 'For how long one who was lost may be found again [s]', minimum=0.0, maximum=10000.0
-    )
-    speed: float = parameter(3.0, 'How fast he may have gone on [m/s]', minimum=0.0, maximum=100.0)
-    arrival_density: float = parameter(
-        0.001,
-        'How likely somebody new comes into view where one who was lost may [1/m^2]',
-        minimum=1e-9,
-        maximum=100.0,
-    )
-    memory_time: float = parameter(
-        20.0,
-        'Time in view, of all cameras together, that is remembered of his colours [s]',
-        minimum=0.01,
-        maximum=100000.0,
     )
 
 
@@ -431,5 +275,4 @@ class JointConfig(FusionConfig):
     motion: MotionConfig = MOTION.field()
     association: AssociationConfig = ASSOCIATION.field()
     life: LifeConfig = LifeConfig()
-    kits: ClothingConfig = ClothingConfig()
     recognition: ReidConfig = ReidConfig()

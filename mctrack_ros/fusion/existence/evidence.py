@@ -10,7 +10,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, INTS_1D, compiled, inner
-from mctrack_ros.fusion.config import MISSED_IMAGES, JointConfig
+from mctrack_ros.fusion.config import LOOK_S, MISSED_IMAGES, JointConfig
 from mctrack_ros.fusion.existence.detection_probability import DetectionProbability, expect, learn
 from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
 from mctrack_ros.fusion.measurements.batch import Batch
@@ -19,6 +19,20 @@ from mctrack_ros.fusion.table import TRACKS, TrackTable
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Indices = NDArray[np.int64]
+
+MISS_WEIGHT = 0.8
+"""How much a miss counts for a confirmed track, which may be hidden for a while; 1 costs .07 IDF1
+on the terrace."""
+
+VACANCY_WEIGHT = 2.0
+"""How much it counts, likewise, that a camera sees bare ground where a track is expected: that
+explains more than a miss."""
+
+VACANCY_M = 0.5
+"""What is less certain than this of its place is not expected anywhere, m: half a person."""
+
+MOST_EVIDENCE = 8.0
+"""Log-odds are counted no further than this: twice what confirms."""
 
 ANNOUNCED_S = 1.0
 """Who comes into a camera's view is announced for so long before, s."""
@@ -67,7 +81,7 @@ class Evidence:
 
         Misses speak only against what one camera alone sees: what two see is real, and what none
         sees may be hidden, so that it coasts; what speaks for its having gone is counted apart,
-        once no live camera's latest image shows it any more, up to `most_evidence`. It is
+        once no live camera's latest image shows it any more, up to `MOST_EVIDENCE`. It is
         forgotten when two see it in one tick, or one where hardly any other can; what one of many
         sees, or a group, takes away `hit_evidence` a look.
         What a camera sees in a group it does not miss. Where nothing is known yet, a camera that
@@ -113,18 +127,15 @@ class Evidence:
             coverage.prior,
             self._common.share(),
             seconds,
-            np.minimum(since_s / life.look_time, 1.0),
+            np.minimum(since_s / LOOK_S, 1.0),
             self._interval_s,
-            life.look_time,
             life.hit_evidence,
-            life.miss_weight,
-            life.vacancy_weight,
-            life.least_evidence,
-            life.most_evidence,
+            MISS_WEIGHT,
+            VACANCY_WEIGHT,
             life.confirm_evidence,
         )
         sure = tick_ns - table.first_ns >= SURE_S * 1e9
-        self._common.learn(seen, could, sure, min(seconds, life.look_time))
+        self._common.learn(seen, could, sure, min(seconds, LOOK_S))
         return newly
 
     def entering(self, table: TrackTable) -> Mask:
@@ -149,7 +160,7 @@ class Evidence:
     def _note_vacant(self, vacant: Mask, table: TrackTable, batch: Batch) -> None:
         """Note which cameras, (n, cameras), see bare ground where a track is surely expected."""
         spread = table.covariance[:, 0, 0] + table.covariance[:, 1, 1]
-        known = spread < self._life.vacancy_distance**2
+        known = spread < VACANCY_M**2
         reported = batch.detections
         track, row = np.nonzero(known[:, None] & (table.track_id[:, None] == reported.vacant_id))
         vacant[track, batch.cameras[reported.vacant_image[row]]] = True
@@ -177,8 +188,6 @@ def _weighed(
     hit: float,
     miss_weight: float,
     vacancy_weight: float,
-    least: float,
-    most: float,
     enough: float,
 ) -> tuple[Mask, Mask, Mask]:
     """
@@ -238,9 +247,9 @@ def _weighed(
         elif kept_ns[track] > begin_ns:  # by one of many cameras, or a group: he may not be back
             missed[track] = max(missed[track] - back * hit, 0.0)
         elif not shown:
-            missed[track] = min(missed[track] + loss, most)
-        lowest = -most if confirmed[track] else min(evidence[track], least)
-        evidence[track] = min(max(evidence[track] + gain, lowest), most)
+            missed[track] = min(missed[track] + loss, MOST_EVIDENCE)
+        lowest = -MOST_EVIDENCE if confirmed[track] else min(evidence[track], 0.0)
+        evidence[track] = min(max(evidence[track] + gain, lowest), MOST_EVIDENCE)
         newly[track] = not confirmed[track] and evidence[track] >= enough
         confirmed[track] |= newly[track]
     return newly, seen, reported
@@ -250,16 +259,14 @@ def _weighed(
     types.Tuple([types.b1[::1], types.b1[:, ::1], types.b1[:, ::1]])(
         TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, types.i8,
         BOOLS_1D, BOOLS_2D, types.f8[:, :, :, ::1], types.f8, types.f8, types.f8[:, ::1],
-        types.f8, types.f8[::1], types.f8[::1], types.f8, types.f8, types.f8,
-        types.f8, types.f8, types.f8, types.f8,
+        types.f8, types.f8[::1], types.f8[::1], types.f8, types.f8, types.f8, types.f8,
     )
 )  # fmt: skip
 def _counted(
     tracks: Any, hidden_ns: NDArray[np.int64], reporting: Indices, begin_ns: int,
     alive: Mask, vacant: Mask, known: Floats, cell: float, prior: float,
-    common: Floats, seconds: float, shares: Floats, interval_s: Floats, look_time: float,
-    hit: float, miss_weight: float, vacancy_weight: float, least: float, most: float,
-    enough: float,
+    common: Floats, seconds: float, shares: Floats, interval_s: Floats, hit: float,
+    miss_weight: float, vacancy_weight: float, enough: float,
 ) -> tuple[Mask, Mask, Mask]:  # fmt: skip
     """
     Weigh a tick by what is known of the coverage, and learn that; see `Evidence.count`.
@@ -298,13 +305,11 @@ def _counted(
         probability,
         shares,
         interval_s,
-        min(seconds / look_time, 1.0),
+        min(seconds / LOOK_S, 1.0),
         hit,
         miss_weight,
         vacancy_weight,
-        least,
-        most,
         enough,
     )
-    learn(mean, confirmed, is_seen, is_told, min(seconds, look_time), known, cell)
+    learn(mean, confirmed, is_seen, is_told, min(seconds, LOOK_S), known, cell)
     return newly, is_seen, is_told

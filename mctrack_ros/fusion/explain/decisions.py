@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import ground_points, status_of
 from mctrack_ros.fusion.management.lifecycle import is_published, silence
+from mctrack_ros.fusion.reid.re_entry import NEW
 from mctrack_ros.fusion.reid.reassignment import Reassignment
 from mctrack_ros.fusion.reid.samples import sample_of
 from mctrack_ros.fusion.table import TrackTable
@@ -176,7 +177,7 @@ def _judge_renamed(
             verdicts.say([row], Reason.REAPPEARED, recognition.found[new], 0.0)
         else:
             look = sample_of(table, row)
-            own = gallery.difference(look, old) if old in gallery else config.recognition.new
+            own = gallery.difference(look, old) if old in gallery else NEW
             verdicts.say([row], Reason.RECOGNISED, gallery.difference(look, new), own)
 
 

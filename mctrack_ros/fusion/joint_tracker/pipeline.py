@@ -64,7 +64,7 @@ class JointTracker:
         self._motion = motion_of(config.motion)
         self._existence = Evidence(len(cameras), config)
         self._reid = Reassignment(config)
-        self._clothing = ClothingClusters(config)
+        self._clothing = ClothingClusters()
         self._manager = TrackManager(config, len(cameras), self._motion, first_id)
         self.bias = CameraBias(len(cameras))
         self._nearby = max(config.recognition.contact_distance, config.life.merge_distance)

@@ -12,6 +12,9 @@ from mctrack_ros.compiled import compiled
 from mctrack_ros.fusion.config import MISSED_IMAGES, JointConfig
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
+GONE_EVIDENCE = 5.0
+"""What no camera sees, where they usually do see who is there, is published no longer from these
+log-odds on that it has gone: chosen on WILDTRACK's boxes and 12 development crowds."""
 GROUP_MEMORY_S = 0.2
 """A track has left its group when no camera has seen it in one for so long, s."""
 
@@ -57,7 +60,7 @@ def is_expected(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:
 
 def is_published(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:
     """Return the mask of those that are told to others: what has most probably gone is not."""
-    return is_expected(table, stamp_ns, config) & (table.missed < config.life.gone_evidence)
+    return is_expected(table, stamp_ns, config) & (table.missed < GONE_EVIDENCE)
 
 
 def leave_groups(table: TrackTable, stamp_ns: int) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.management.initiation import CROWD_M
 from mctrack_ros.fusion.neighbours import nearest
 from mctrack_ros.fusion.table import TrackTable
 
@@ -30,16 +30,9 @@ class Lineage:
     Several who were one object from the first are one track until they split; what then begins
     beside that track has its past. Where somebody was lost near by of late it is rather him,
     found again, and shares nobody's past.
-
-    Parameters
-    ----------
-    config : JointConfig
-        Parameters.
-
     """
 
-    def __init__(self, config: JointConfig) -> None:
-        self._beside_m = config.life.crowd_distance
+    def __init__(self) -> None:
         self._lost: deque[tuple[int, int, list[float]]] = deque()
 
     def note_lost(self, removed: TrackTable, stamp_ns: int) -> None:
@@ -61,7 +54,7 @@ class Lineage:
         present = table.confirmed & (stamp_ns - table.kept_ns <= RECENT_S * 1e9)
         row, gap = nearest(begun, table.mean, present)
         origin = np.zeros(len(begun), np.uint32)
-        for index in (gap < self._beside_m).nonzero()[0].tolist():
+        for index in (gap < CROWD_M).nonzero()[0].tolist():
             if not self._may_be_found_again(begun[index, :2].tolist(), stamp_ns):
                 origin[index] = table.track_id[row[index]]
         return origin
@@ -70,6 +63,6 @@ class Lineage:
         while self._lost and not 0 <= stamp_ns - self._lost[0][0] <= MEMORY_S * 1e9:
             self._lost.popleft()
         return any(
-            math.dist(place, there) < self._beside_m + SPEED * (stamp_ns - when_ns) * 1e-9
+            math.dist(place, there) < CROWD_M + SPEED * (stamp_ns - when_ns) * 1e-9
             for when_ns, _, there in self._lost
         )

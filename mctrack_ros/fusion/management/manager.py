@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.management import lifecycle
-from mctrack_ros.fusion.management.duplicates import DuplicateWatch, absorb, close_pairs
+from mctrack_ros.fusion.management.duplicates import MERGE_S, DuplicateWatch, absorb, close_pairs
 from mctrack_ros.fusion.management.event_log import EventLog
 from mctrack_ros.fusion.management.initiation import (
     MOST_STARTS,
@@ -57,8 +57,8 @@ class TrackManager:
         self._config = config
         self._cameras = cameras
         self._motion = motion
-        self._lineage = Lineage(config)
-        self._duplicates = DuplicateWatch(config.life.merge_time)
+        self._lineage = Lineage()
+        self._duplicates = DuplicateWatch(MERGE_S)
         self.next_id = first_id
 
     def check_ids(self) -> None:
@@ -92,7 +92,7 @@ class TrackManager:
         fresh, beside = with_room(fresh, table, self._config)
         if len(beside):
             fresh.origin[beside] = self._lineage.origins(fresh.mean[beside], table, stamp_ns)
-        ask_more(fresh, table, self._config)
+        ask_more(fresh, table)
         table.append(fresh)
 
     def note_groups(

@@ -19,6 +19,9 @@ from mctrack_ros.tracking.kalman import predict
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
+INITIAL_SPEED_SIGMA = 2.0
+"""Standard deviation of the velocity of a new target, m/s: people walk, and run at twice that."""
+
 
 class Motion(Protocol):
     """What keeps the states of tracks; the associations know these alone."""

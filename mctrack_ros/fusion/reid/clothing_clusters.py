@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.tracking.appearance import squared_hellinger
@@ -15,6 +14,16 @@ Indices = NDArray[np.intp]
 
 MOST_KITS = 255
 """A kit is one byte, and 0 is unknown."""
+
+DIFFERENCE = 0.2
+"""Squared Hellinger distance of templates from which they are of different kits: chosen on the
+tuning matches of the pitch."""
+
+LEAST_AGE_S = 1.0
+"""Age from which a track has a kit, s."""
+
+KIT_S = 10.0
+"""Time constant of a kit, s."""
 
 STEP_S = 0.5
 """Kits change slowly, and are looked at no more often, s."""
@@ -34,16 +43,9 @@ class ClothingClusters:
     2012) under the squared Hellinger distance, one round at a time: who is too far from every kit
     founds one, kits move slowly towards those who wear them, and two that have come close become
     one. How many there are is found; a kit keeps its number for good.
-
-    Parameters
-    ----------
-    config : JointConfig
-        Parameters.
-
     """
 
-    def __init__(self, config: JointConfig) -> None:
-        self._config = config.kits
+    def __init__(self) -> None:
         self._centre: Floats = np.zeros((0, TEMPLATE_SIZE))
         self._number = np.zeros(0, np.uint8)
         self._worn_s = np.zeros(0)
@@ -66,7 +68,7 @@ class ClothingClusters:
         if seconds < STEP_S:
             return
         self._last_ns = stamp_ns
-        old = stamp_ns - table.first_ns >= self._config.least_age * 1e9
+        old = stamp_ns - table.first_ns >= LEAST_AGE_S * 1e9
         alone = (table.cameras > 0) & (table.group == 0) & table.template.any(axis=1)
         rows = np.flatnonzero(table.confirmed & old & alone)
         if not len(rows):
@@ -80,7 +82,7 @@ class ClothingClusters:
     def _found(self, template: Floats) -> None:
         """Found kits until nobody is too far from all."""
         far = squared_hellinger(template, self._centre).min(axis=1, initial=1.0)
-        while far.max() > self._config.difference and len(self._centre) < MOST_KITS:
+        while far.max() > DIFFERENCE and len(self._centre) < MOST_KITS:
             centre = template[[far.argmax()]]
             self._centre = np.vstack([self._centre, centre])
             self._number = np.append(self._number, np.uint8(0))
@@ -91,7 +93,7 @@ class ClothingClusters:
         """Move kits towards the mean of those who wear them; forget what was not proven."""
         nearest = squared_hellinger(template, self._centre).argmin(axis=1)
         worn = np.unique(nearest)
-        self._worn_s[worn] = np.minimum(self._worn_s[worn] + seconds, self._config.time)
+        self._worn_s[worn] = np.minimum(self._worn_s[worn] + seconds, KIT_S)
         for index in worn.tolist():
             new = self._worn_s[index] < PROVEN_S
             rate = 1.0 if new else min(seconds / self._worn_s[index], 1.0)
@@ -108,7 +110,7 @@ class ClothingClusters:
     def _join(self, table: TrackTable) -> None:
         """Let two kits that have come close become the older one."""
         gap = squared_hellinger(self._centre, self._centre)
-        near = np.triu(gap < JOINED * self._config.difference, 1)
+        near = np.triu(gap < JOINED * DIFFERENCE, 1)
         near &= self._worn_s >= PROVEN_S
         if not near.any():
             return
@@ -126,5 +128,5 @@ class ClothingClusters:
         nearest = self._number[distance.argmin(axis=1)]
         same = (before[:, None] == self._number) & (before[:, None] > 0)
         own = np.where(same, distance, np.inf).min(axis=1)
-        stays = own <= distance.min(axis=1) + self._config.difference / 2
+        stays = own <= distance.min(axis=1) + DIFFERENCE / 2
         return np.where(stays | (nearest == 0), before, nearest).astype(np.uint8)

@@ -7,10 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import ReidConfig
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 Floats = NDArray[np.float64]
+
+TRUST_S = 1.0
+"""Time for which one must be seen for his colours to count half, s; this and the next two were
+chosen on the tuning matches of the pitch."""
+
+STRANGE = 4.0
+"""What the colours of two people usually differ by, in variances of one."""
+
+MEMORY_S = 20.0
+"""Time in view, of all cameras together, that is remembered of somebody's colours, s."""
 
 USUAL_VARIANCE = 3e-4
 """Of each bin of the mean root of somebody's templates, before it is known."""
@@ -53,16 +62,9 @@ class Gallery:
     Looks are compared by how much people differ from themselves (light, place, stride): the
     covariance within a person is learned from all of them and divided out (within-class
     covariance normalisation, Hatch and Stolcke 2006).
-
-    Parameters
-    ----------
-    config : ReidConfig
-        Parameters.
-
     """
 
-    def __init__(self, config: ReidConfig) -> None:
-        self._config = config
+    def __init__(self) -> None:
         self._known: dict[int, AppearanceSample] = {}
         self._scatter = np.zeros((TEMPLATE_SIZE, TEMPLATE_SIZE))
         self._scatter_s = 0.0
@@ -83,7 +85,7 @@ class Gallery:
             self._scatter += look.seconds * np.outer(change, change)
             self._scatter_s += look.seconds
             self._whitening = None
-        seconds = min(old.seconds, self._config.memory_time) + look.seconds
+        seconds = min(old.seconds, MEMORY_S) + look.seconds
         mean = old.mean + (look.mean - old.mean) * look.seconds / seconds
         self._known[track_id] = AppearanceSample(mean, seconds)
 
@@ -95,7 +97,7 @@ class Gallery:
         """Return how much a look tells, 0 to 1: less the shorter it is and the less is learned."""
         if look.seconds == 0.0 or self._scatter_s == 0.0:
             return 0.0
-        doubt = self._config.trust_time * (1 / look.seconds + SCATTER_PRIOR_S / self._scatter_s)
+        doubt = TRUST_S * (1 / look.seconds + SCATTER_PRIOR_S / self._scatter_s)
         return 1.0 / (1.0 + doubt)
 
     def difference(self, look: AppearanceSample, track_id: int) -> float:
@@ -106,8 +108,8 @@ class Gallery:
         """
         portrait = self._known.get(track_id)
         if portrait is None:
-            return self._config.strange
-        doubt = self._config.trust_time / portrait.seconds
+            return STRANGE
+        doubt = TRUST_S / portrait.seconds
         return self.distance(look.mean, track_id) / (1.0 + doubt)
 
     def distance(self, look: Floats, track_id: int) -> float:

@@ -9,12 +9,21 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import COLUMN_1D, COLUMN_2D, COLUMN_3D, FLOATS_1D, compiled
 from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.motion.information import invert
+from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.appearance import squared_hellinger
 from mctrack_ros.tracking.kalman import moved_on
 
 Floats = NDArray[np.float64]
+
+ARRIVAL_DENSITY = 0.001
+"""How likely somebody new comes into view where one who was lost may, 1/m²: chosen on scenarios of
+people who cross a gap (`mctrack reproduce scenarios`)."""
+
+NEW = 2.5
+"""What colours differ by that speak neither for nor against, in variances of one person's: chosen
+on the tuning matches of the pitch."""
 
 MOST_ABSENT = 100
 """So many are remembered, those who were lost last."""
@@ -91,23 +100,23 @@ class ReEntry:
             mean,
             table.covariance[row],
         )
-        variance = motion.initial_speed_sigma**2
+        variance = INITIAL_SPEED_SIGMA**2
         new = mean[2:] @ mean[2:] / variance + 2 * np.log(2 * np.pi * variance)
-        arrival = 2 * np.log(self._config.recognition.arrival_density)
+        arrival = 2 * np.log(ARRIVAL_DENSITY)
         return np.asarray(his - new + arrival, np.float64)
 
     def _most_alike(self) -> float:
         """Return what colours can be worth at most."""
-        association, strange = self._config.association, self._config.recognition.new
-        best = max(float(np.log1p(strange)), association.usual_difference)
+        association = self._config.association
+        best = max(float(np.log1p(NEW)), association.usual_difference)
         return association.appearance_weight * best
 
     def _colour_cost(self, index: int, template: NDArray[np.float32], look: Floats) -> float:
         """Return -2 log of how much likelier his colours are so than somebody else's."""
-        association, strange = self._config.association, self._config.recognition.new
+        association = self._config.association
         name, last = int(self._absent.track_id[index]), self._absent.template[[index]]
         if name in self._gallery and look.any():
-            more = np.log1p(self._gallery.distance(look, name)) - np.log1p(strange)
+            more = np.log1p(self._gallery.distance(look, name)) - np.log1p(NEW)
         elif template.any() and last.any():
             more = squared_hellinger(template, last)[0, 0] - association.usual_difference
         else:

@@ -15,9 +15,9 @@ from scipy.special import expit
 from mctrack_ros.compiled import INTS_1D, compiled
 from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.neighbours import NearPairs, is_near
-from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
+from mctrack_ros.fusion.reid.gallery import STRANGE, AppearanceSample, Gallery
 from mctrack_ros.fusion.reid.id_hypotheses import IdHypotheses
-from mctrack_ros.fusion.reid.re_entry import ReEntry
+from mctrack_ros.fusion.reid.re_entry import NEW, ReEntry
 from mctrack_ros.fusion.reid.samples import first_sample, sample_of
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
@@ -27,11 +27,25 @@ Mask = NDArray[np.bool_]
 
 IMPOSSIBLE = 1e6
 
+SAMPLE_S, LONGEST_SAMPLE_S = 0.5, 5.0
+"""For so long one must be seen alone, by all cameras together, to be recognised; and after so long
+one who looks like several keeps his id, s. These and the next two were chosen on the tuning
+matches of the pitch."""
+
+KEEP = 0.15
+"""How much more probable it must be before an id changes, log."""
+
+MARGIN = 0.1
+"""How much less probable all others must be before it is settled, log."""
+
+SPEED = 3.0
+"""How fast one who was lost may have gone on, m/s: a run."""
+
 MOST_MEETINGS = 300
 """So many pairs of who was lost and who was near him met in one tick at most: more is a flood."""
 
-PAST_S = 1.0
-"""Who was tracked for longer before he came near another was somebody of his own, s."""
+PAST_S = 2.7
+"""Who was tracked for a second longer than it takes to join two was somebody of his own, s."""
 
 
 class Reassignment:
@@ -58,8 +72,8 @@ class Reassignment:
     """
 
     def __init__(self, config: JointConfig) -> None:
-        self._config, self._merge_time = config.recognition, config.life.merge_time
-        self.gallery = Gallery(config.recognition)
+        self._config = config.recognition
+        self.gallery = Gallery()
         self._hypotheses = IdHypotheses()
         self._re_entry = ReEntry(config, self.gallery)
         self._lost: dict[int, tuple[int, Floats]] = {}
@@ -88,7 +102,7 @@ class Reassignment:
         other one again.
         """
         age_s = (stamp_ns - removed.first_ns) / 1e9
-        own = removed.confirmed & (age_s > self._merge_time + PAST_S)
+        own = removed.confirmed & (age_s > PAST_S)
         if own.any():
             self._re_entry.note(removed.select(own), stamp_ns)
 
@@ -135,9 +149,7 @@ class Reassignment:
         self._forget_the_lost(stamp_ns)
         fresh = confirmed.nonzero()[0].tolist()
         batch = [first_sample(table, row) for row in fresh]  # before contacts let them begin anew
-        touch, due = _contacts(
-            table.fixed, *near, self._config.contact_distance, self._config.look_time
-        )
+        touch, due = _contacts(table.fixed, *near, self._config.contact_distance)
         self._note_contacts(table, near, touch, stamp_ns)
         changes = self._found_again(table, fresh, batch, stamp_ns)
         if changes or not len(due):
@@ -218,21 +230,21 @@ class Reassignment:
         light and other people's pixels are outliers, so what differs much tells little more.
         Who looks like nobody known decides nothing by his looks, and is not settled by them.
         """
-        config, gallery = self._config, self.gallery
+        gallery = self.gallery
         may_be = [self._hypotheses.of(one) for one in circle]
         names = sorted(frozenset().union(*may_be))
         cost = np.full((len(circle), len(names)), IMPOSSIBLE)
         is_strange = np.zeros(len(circle), np.bool_)
         for row, (own, look) in enumerate(zip(circle, batch)):
-            weight = gallery.weight(look) if look.seconds >= config.look_time else 0.0
+            weight = gallery.weight(look) if look.seconds >= SAMPLE_S else 0.0
             differences = {name: gallery.difference(look, name) for name in may_be[row]}
-            if min(differences.values()) >= config.strange:  # so strange is who is not known
+            if min(differences.values()) >= STRANGE:  # so strange is who is not known
                 is_strange[row], weight = True, 0.0  # others' pixels are among his
             if own not in gallery:
-                differences[own] = config.new
+                differences[own] = NEW
             for name, difference in differences.items():
                 cost[row, names.index(name)] = weight * np.log1p(difference)
-            cost[row, names.index(own)] -= config.keep
+            cost[row, names.index(own)] -= KEEP
         taken = linear_sum_assignment(cost)[1]
         chosen = [names[column] for column in taken.tolist()]
         best = cost[np.arange(len(circle)), taken]
@@ -241,8 +253,7 @@ class Reassignment:
         settled = {
             name
             for name, look, lead in zip(chosen, batch, margin.tolist())
-            if look.seconds >= config.look_time
-            and (lead > config.margin or look.seconds >= config.longest_look_time)
+            if look.seconds >= SAMPLE_S and (lead > MARGIN or look.seconds >= LONGEST_SAMPLE_S)
         }
         self._replace(dict(zip(circle, chosen)))
         for name, may in zip(chosen, may_be):
@@ -273,15 +284,13 @@ class Reassignment:
 
     def _reach(self, since_ns: NDArray[np.int64] | int) -> Floats:
         """Return how far away those may be by now who were last seen so long ago, m."""
-        went = self._config.speed * np.asarray(since_ns) * 1e-9
+        went = SPEED * np.asarray(since_ns) * 1e-9
         return np.asarray(self._config.contact_distance + went)
 
 
-@compiled(
-    types.Tuple([types.i8[::1], types.i8[::1]])(TRACKS, INTS_1D, INTS_1D, types.f8, types.f8)
-)
+@compiled(types.Tuple([types.i8[::1], types.i8[::1]])(TRACKS, INTS_1D, INTS_1D, types.f8))
 def _contacts(
-    tracks: Any, one: Indices, other: Indices, distance: float, look_time: float
+    tracks: Any, one: Indices, other: Indices, distance: float
 ) -> tuple[Indices, Indices]:
     """
     Note who is in contact: the confirmed who are so near. Their looks begin anew.
@@ -306,6 +315,6 @@ def _contacts(
     for row in range(len(tracks)):
         own = tracks[row]
         if own['look_s'] == 0.0:
-            own['judge_s'] = look_time
+            own['judge_s'] = SAMPLE_S
         due[row] = own['confirmed'] and own['look_s'] >= own['judge_s']
     return np.flatnonzero(touch), np.flatnonzero(due)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.fusion.config import LOOK_S
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import AppearanceSample
 from mctrack_ros.fusion.table import TrackTable
@@ -16,15 +17,13 @@ Indices = NDArray[np.intp]
 NOTHING = AppearanceSample(np.zeros(TEMPLATE_SIZE), 0.0)
 
 
-def look_at(
-    table: TrackTable, batch: Batch, rows: Indices, columns: Indices, longest_s: float
-) -> None:
+def look_at(table: TrackTable, batch: Batch, rows: Indices, columns: Indices) -> None:
     """Add the colours of detections (k,) that stand apart to the latest look at tracks (k,)."""
     template = batch.detections.template[columns]
     apart = ~batch.is_overlapped[columns] & ~table.in_contact[rows] & template.any(axis=1)
     rows, columns, template = rows[apart], columns[apart], template[apart]
     since_ns = batch.stamp_ns[columns] - table.seen_by_ns[rows, batch.camera[columns]]
-    seconds = np.minimum(since_ns / 1e9, longest_s)
+    seconds = np.minimum(since_ns / 1e9, LOOK_S)
     np.add.at(table.look, rows, seconds[:, None] * np.sqrt(np.maximum(template, 0.0)))
     np.add.at(table.look_s, rows, seconds)
 

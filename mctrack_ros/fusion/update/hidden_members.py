@@ -18,7 +18,7 @@ from mctrack_ros.compiled import (
     inner,
 )
 from mctrack_ros.fusion.association.gating import distances
-from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.config import LOOK_S, JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
 from mctrack_ros.fusion.table import TrackTable
@@ -36,6 +36,9 @@ _STAMPS = types.Array(types.i8, 1, 'A')
 _IDS = types.Array(types.u4, 1, 'A')
 
 VELOCITY = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+
+HIDDEN_S = 1.0
+"""A track is kept for so long by its group alone, if others of it are seen, s: as one coasts."""
 
 GROUP_INFLATION = 100.0
 """How much less a merged detection says about one of its members, image after image: factor
@@ -65,7 +68,7 @@ def keep_members(
     named = (table.track_id[:, None] == detections.members[groups, None]).any(axis=2)
     taken = (named & ~free[image]).sum(axis=1)
     hidden_s = (batch.stamp_ns[groups, None] - table.seen_ns) / 1e9
-    hoped = (hidden_s <= config.life.hidden_time) | (taken == 0)[:, None]
+    hoped = (hidden_s <= HIDDEN_S) | (taken == 0)[:, None]
     squared = distances(
         table.mean, table.covariance, batch.seconds[image], batch.position[groups], noise
     )
@@ -96,7 +99,7 @@ def keep_members(
                 noise[row] * GROUP_INFLATION,
                 batch.seconds[image[row]],
                 batch.stamp_ns[groups[row]],
-                config.life.look_time,
+                LOOK_S,
             )
             motion.follow(table, members)
 

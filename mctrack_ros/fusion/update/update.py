@@ -30,6 +30,8 @@ Stamps = NDArray[np.int64]
 Ids = NDArray[np.uint32]
 TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
 
+TEMPLATE_S = 8.0
+"""Time constant of the appearance template, s: it follows the light, not single images."""
 MOST_AT_ONCE = 0.5
 """Share of a track's size and colours that one detection is at most."""
 EXTENT_NS = 8e9
@@ -80,8 +82,8 @@ def match(
     motion.update(table, reported)
     rows, columns = association.pairs()
     if batch.has_templates:
-        learn_appearance(table, batch, rows, columns, config.life.template_time)
-        look_at(table, batch, rows, columns, config.life.look_time)
+        learn_appearance(table, batch, rows, columns)
+        look_at(table, batch, rows, columns)
     note(table, batch, rows, columns)
     if batch.has_groups:
         free = np.ones((len(batch.seconds), len(table)), bool)
@@ -151,14 +153,12 @@ def _note(
         track['cameras'] |= np.uint32(1) << np.uint32(own)
 
 
-def learn_appearance(
-    table: TrackTable, batch: Batch, rows: Indices, columns: Indices, template_time: float
-) -> None:
+def learn_appearance(table: TrackTable, batch: Batch, rows: Indices, columns: Indices) -> None:
     """Mix into the templates of tracks (k,) those of detections (k,) that stand apart."""
     apart = ~batch.is_overlapped[columns]
     rows, columns = rows[apart], columns[apart]
     since = (batch.stamp_ns[columns] - table.seen_by_ns[rows, batch.camera[columns]]) / 1e9
-    weight = np.minimum(since / template_time, MOST_AT_ONCE)
+    weight = np.minimum(since / TEMPLATE_S, MOST_AT_ONCE)
     _mix_in(table.template, rows, batch.detections.template[columns], weight)
 
 

@@ -3,14 +3,14 @@ import numpy as np
 from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.association.appearance_order import MOST, OVERLAPPED_SHARE, likeness_costs
-from mctrack_ros.fusion.config import JointAssociationConfig, ReidConfig
+from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 CONFIG = JointAssociationConfig(likeness_weight=2.0)
-PORTRAITS = Gallery(ReidConfig())
+PORTRAITS = Gallery()
 APART = [[0.0, 0.0, 1.0, 1.0], [10.0, 0.0, 1.0, 1.0]]
 OVERLAPPED = [[0.0, 0.0, 1.0, 1.0], [0.5, 0.0, 1.0, 1.0]]
 
@@ -85,7 +85,7 @@ def test_a_track_that_is_not_confirmed_takes_nothing_from_one_that_is():
 
 
 def test_a_sure_portrait_counts_more_than_the_latest_template():
-    gallery = Gallery(ReidConfig())
+    gallery = Gallery()
     for name, person in ((1, 2), (2, 1)):
         gallery.learn(name, AppearanceSample(np.sqrt(colours(person)[0].astype(float)), 10.0))
     table = tracks(1, 2)

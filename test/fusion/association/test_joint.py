@@ -30,7 +30,7 @@ def look(positions, camera=0, before_ns=0):
 
 def together(images):
     cameras, rows = [each for each, _ in images], [each for _, each in images]
-    return Batch(rows, cameras, PERIOD_NS, CONFIG, Gallery(CONFIG.recognition))
+    return Batch(rows, cameras, PERIOD_NS, CONFIG, Gallery())
 
 
 def assigned(table, images, config=CONFIG.association):

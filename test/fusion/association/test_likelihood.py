@@ -4,14 +4,19 @@ import numpy as np
 
 from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.association.likelihood import clutter_cost, cost_parts, prior_costs
+from mctrack_ros.fusion.association.likelihood import (
+    TENTATIVE_COST,
+    clutter_cost,
+    cost_parts,
+    prior_costs,
+)
 from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
-CONFIG = JointAssociationConfig(identity_bonus=2.0, overlap_trust=0.25, tentative_cost=5.0)
+CONFIG = JointAssociationConfig(identity_bonus=2.0)
 
 
 def scene(**columns):
@@ -23,7 +28,7 @@ def scene(**columns):
     count = len(next(iter(columns.values())))
     seen = detections(PERIOD_NS, np.zeros((count, 2)), **columns)
     fusion = JointConfig()
-    batch = Batch([seen], [1], PERIOD_NS, fusion, Gallery(fusion.recognition))
+    batch = Batch([seen], [1], PERIOD_NS, fusion, Gallery())
     return table, batch, *np.indices((2, count)).reshape(2, -1)
 
 
@@ -41,13 +46,13 @@ def test_who_a_camera_says_it_is_gains_the_bonus_and_everybody_else_pays_it():
 def test_where_boxes_overlap_a_camera_is_believed_less():
     boxes = [[0, 0, 10, 20], [5, 5, 10, 20], [50, 0, 10, 20]]
     given = scene(track_id=[5, 9, 9], box=boxes)
-    np.testing.assert_array_equal(parts(*given)['belief'], [[-0.5, 0.5, 2], [0.5, -0.5, -2]])
+    np.testing.assert_array_equal(parts(*given)['belief'], [[-0.6, 0.6, 2], [0.6, -0.6, -2]])
 
 
 def test_a_track_that_is_not_confirmed_costs_more():
     given = scene(track_id=[0])
     given[0].confirmed[1] = False
-    np.testing.assert_array_equal(parts(*given)['doubt'], [[0], [5]])
+    np.testing.assert_array_equal(parts(*given)['doubt'], [[0], [TENTATIVE_COST]])
 
 
 def test_colours_cost_what_they_differ_by_beyond_the_usual():

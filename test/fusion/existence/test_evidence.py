@@ -5,17 +5,22 @@ import pytest
 
 from fusion_scenes import detections
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.config import LifeConfig
-from mctrack_ros.fusion.existence.evidence import Evidence
+from mctrack_ros.fusion.config import LOOK_S, LifeConfig
+from mctrack_ros.fusion.existence.evidence import (
+    MISS_WEIGHT,
+    MOST_EVIDENCE,
+    VACANCY_WEIGHT,
+    Evidence,
+)
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import Detections
 
-LIFE = LifeConfig(look_time=0.4, hit_evidence=2.0, miss_weight=0.75, vacancy_weight=3.0)
+LIFE = LifeConfig(hit_evidence=2.0)
 CONFIG = JointConfig(life=LIFE)
 SECONDS = 0.1
-SHARE = SECONDS / LIFE.look_time
+SHARE = SECONDS / LOOK_S
 HIT, MISS = SHARE * LIFE.hit_evidence, -SHARE * np.log(1 - LIFE.coverage_prior)
 """What one camera adds and takes away in a tick, where nothing is known of the place yet."""
 CAMERAS = 4
@@ -42,22 +47,22 @@ def count(weigher, table, tick, seen=(), vacant=(), grouped=(), present=EVERY):
         else detections(stamp_ns, [])
         for camera in present
     ]
-    batch = Batch(images, present, stamp_ns, CONFIG, Gallery(CONFIG.recognition))
+    batch = Batch(images, present, stamp_ns, CONFIG, Gallery())
     return bool(weigher.count(table, batch, stamp_ns, SECONDS)[0])
 
 
 @pytest.mark.parametrize(
     ('told', 'gain', 'missed'),
     [
-        ({'seen': [0]}, HIT - 0.75 * 3 * MISS, 2 - HIT),
+        ({'seen': [0]}, HIT - MISS_WEIGHT * 3 * MISS, 2 - HIT),
         ({'seen': [0, 1]}, 2 * HIT, 0),
-        ({'seen': [0, 1], 'vacant': [2]}, 2 * HIT - 3 * MISS, 0),
-        ({'seen': [0], 'vacant': [2]}, HIT - (0.75 * 2 + 3) * MISS, 2 - HIT),
-        ({'seen': [0], 'grouped': [2]}, HIT - 0.75 * 2 * MISS, 2 - HIT),
-        ({'seen': [0], 'present': [0, 3]}, HIT - 0.75 * MISS, 2 - HIT),
+        ({'seen': [0, 1], 'vacant': [2]}, 2 * HIT - VACANCY_WEIGHT * MISS, 0),
+        ({'seen': [0], 'vacant': [2]}, HIT - (MISS_WEIGHT * 2 + VACANCY_WEIGHT) * MISS, 2 - HIT),
+        ({'seen': [0], 'grouped': [2]}, HIT - MISS_WEIGHT * 2 * MISS, 2 - HIT),
+        ({'seen': [0], 'present': [0, 3]}, HIT - MISS_WEIGHT * MISS, 2 - HIT),
         ({'seen': [3], 'present': [3]}, HIT, 0),
         ({}, 0, 2 + 4 * MISS),
-        ({'vacant': [1]}, -3 * MISS, 2 + 4 * MISS),
+        ({'vacant': [1]}, -VACANCY_WEIGHT * MISS, 2 + 4 * MISS),
         ({'grouped': [1]}, 0, 2 - HIT),
         ({'present': []}, 0, 2),
     ],
@@ -95,11 +100,11 @@ def test_evidence_and_misses_are_bounded():
     weigher, table = Evidence(CAMERAS, CONFIG), one_track()
     for tick in range(1, 20):
         count(weigher, table, tick, seen=[0, 1])
-    assert table.evidence[0] == LIFE.most_evidence
+    assert table.evidence[0] == MOST_EVIDENCE
     for tick in range(20, 60):
         count(weigher, table, tick, vacant=[0, 1])
-    assert table.evidence[0] == -LIFE.most_evidence
-    assert table.missed[0] == LIFE.most_evidence
+    assert table.evidence[0] == -MOST_EVIDENCE
+    assert table.missed[0] == MOST_EVIDENCE
 
 
 def test_whom_the_latest_image_of_a_slow_camera_shows_has_not_gone():
@@ -131,6 +136,6 @@ def test_an_image_of_a_slow_camera_counts_for_all_the_time_since_its_last_up_to_
         slow = tick in (4, 14)
         count(weigher, table, tick, seen=[1] * slow, present=[1] * slow)
         gains.append(table.evidence[0] - before)
-    assert gains[2] == pytest.approx(3 * HIT)
+    assert gains[2] == pytest.approx(min(3 * SHARE, 1) * LIFE.hit_evidence)
     assert gains[12] == pytest.approx(LIFE.hit_evidence)
     assert sum(gains) == pytest.approx(gains[2] + gains[12])

@@ -59,7 +59,7 @@ def scene(seed):
         detections(PERIOD_NS - before_ns, places + rng.normal(0, 0.2, (6, 2)), local_id=range(6))
         for before_ns in (0, 0, 30_000_000)
     ]
-    return table, Batch(images, [0, 1, 2], PERIOD_NS, CONFIG, Gallery(CONFIG.recognition))
+    return table, Batch(images, [0, 1, 2], PERIOD_NS, CONFIG, Gallery())
 
 
 @pytest.mark.parametrize('method', sorted(ASSOCIATORS.keys() - {'covering_graph'}))

@@ -325,14 +325,6 @@ def test_bare_ground_says_that_he_has_gone():
     assert not published(standing(1, pipeline, 258, name)[-1])  # one sees him, two bare ground
 
 
-def test_who_is_not_where_he_is_hardly_expected_may_still_be_elsewhere():
-    config = JointConfig(life=LifeConfig(vacancy_distance=0.05))
-    pipeline = JointTracker(config, (*CAMERAS, 'three'))
-    (name,) = published(standing(50, pipeline, two=[[0, 0]], three=[[0, 0]])[-1])
-    outputs = standing(20, pipeline, 50, name)
-    assert all(list(published(output)) == [name] for output in outputs)
-
-
 def group_row(stamp_ns, position, members):
     padded = [*members, *[0] * (16 - len(members))]
     return detections(stamp_ns, [position], 0.5, member_count=[len(members)], members=[padded])

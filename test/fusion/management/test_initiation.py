@@ -7,6 +7,8 @@ from fusion_scenes import PERIOD_NS
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import LifeConfig
 from mctrack_ros.fusion.management.initiation import (
+    CROWD_EVIDENCE,
+    CROWD_M,
     MOST_STARTS,
     MOST_TOGETHER,
     ask_more,
@@ -14,13 +16,12 @@ from mctrack_ros.fusion.management.initiation import (
     with_room,
 )
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.motion.models import motion_of
+from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA, motion_of
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE, Detections
 
 CONFIG = JointConfig()
-CROWD = CONFIG.life.crowd_distance
 
 
 def looks_of(images):
@@ -35,7 +36,7 @@ def looks_of(images):
         for places, covariance, columns in images
     ]
     cameras = range(len(rows))
-    return Batch(rows, cameras, PERIOD_NS, CONFIG, Gallery(CONFIG.recognition))
+    return Batch(rows, cameras, PERIOD_NS, CONFIG, Gallery())
 
 
 def begun(images, next_id=1):
@@ -64,7 +65,7 @@ def test_a_track_begins_at_the_weighted_mean_of_its_detections_at_rest():
     np.testing.assert_allclose(table.mean, [[*place, 0, 0]])
     expected = np.zeros((4, 4))
     expected[:2, :2] = spread
-    expected[2:, 2:] = CONFIG.motion.initial_speed_sigma**2 * np.eye(2)
+    expected[2:, 2:] = INITIAL_SPEED_SIGMA**2 * np.eye(2)
     np.testing.assert_allclose(table.covariance, expected[None], atol=1e-12)
     assert (table.track_id[0], table.cameras[0]) == (17, 0b111)
     assert table.local_id.tolist() == [[4, 5, 6]]
@@ -127,10 +128,10 @@ def tracks(places):
 def test_what_begins_very_near_a_confirmed_track_needs_more_evidence():
     known = tracks([[0, 0], [50, 0], [80, 0]])
     known.confirmed[2] = False
-    fresh = tracks([[50 + gap, 0] for gap in (CROWD - 0.01, CROWD + 0.01)])
+    fresh = tracks([[50 + gap, 0] for gap in (CROWD_M - 0.01, CROWD_M + 0.01)])
     fresh = fresh.extended(tracks([[80.1, 0]]))
-    ask_more(fresh, known, CONFIG)
-    assert fresh.evidence.tolist() == [-CONFIG.life.crowd_evidence, 0, 0]
+    ask_more(fresh, known)
+    assert fresh.evidence.tolist() == [-CROWD_EVIDENCE, 0, 0]
 
 
 @pytest.mark.parametrize('seed', range(5))
@@ -141,7 +142,7 @@ def test_who_begins_beside_others_is_near_one_there_or_one_before(seed):
         np.linalg.norm(np.vstack([known, fresh[:row]]) - fresh[row], axis=1) for row in range(8)
     ]
     assert len(kept) == 8
-    assert beside.tolist() == [row for row, gap in enumerate(gaps) if gap.min() < CROWD]
+    assert beside.tolist() == [row for row, gap in enumerate(gaps) if gap.min() < CROWD_M]
 
 
 def test_no_more_begin_than_there_is_room_for_and_none_in_a_dense_crowd():

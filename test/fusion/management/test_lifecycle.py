@@ -13,7 +13,7 @@ from mctrack_ros.fusion.management.lifecycle import (
 )
 from mctrack_ros.fusion.table import TrackTable
 
-LIFE = LifeConfig(tentative_time=0.2, report_time=0.5, coast_time=1.0, gone_evidence=5.0)
+LIFE = LifeConfig(tentative_time=0.2, report_time=0.5, coast_time=1.0)
 CONFIG = JointConfig(life=LIFE)
 SLOW_TICKS = JointConfig(batching=BatchingConfig(period=2.0), life=LIFE)
 NOW_NS = 90_000_000_000

@@ -1,6 +1,5 @@
 import numpy as np
 
-from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.management.lineage import Lineage
 from mctrack_ros.fusion.table import TrackTable
 
@@ -18,18 +17,18 @@ def tracks(places, first_id=1, kept_ns=0):
 def test_what_begins_beside_a_track_was_part_of_the_nearest():
     table = tracks([[0.0, 0.0], [1.0, 0.0], [9.0, 9.0]])
     fresh = tracks([[0.8, 0.3], [4.0, 0.0]], first_id=4)
-    assert Lineage(JointConfig()).origins(fresh.mean, table, 0).tolist() == [2, 0]
+    assert Lineage().origins(fresh.mean, table, 0).tolist() == [2, 0]
 
 
 def test_a_track_that_is_not_seen_any_more_is_nobodys_origin():
     table, fresh = tracks([[0.0, 0.0]]), tracks([[0.5, 0.0]], first_id=2)
-    lineage = Lineage(JointConfig())
+    lineage = Lineage()
     assert lineage.origins(fresh.mean, table, SECOND // 4).tolist() == [1]
     assert lineage.origins(fresh.mean, table, SECOND).tolist() == [0]
 
 
 def test_who_was_lost_near_by_is_found_again_until_that_is_long_past():
-    lineage = Lineage(JointConfig())
+    lineage = Lineage()
     lineage.note_lost(tracks([[3.0, 0.0]]), 0)
     fresh = tracks([[0.5, 0.0]], first_id=2)
     for seconds, expected in ((0.5, 1), (2, 0), (9, 0), (11, 1)):
@@ -40,13 +39,13 @@ def test_who_was_lost_near_by_is_found_again_until_that_is_long_past():
 
 def test_without_tracks_nothing_has_a_past():
     nobody = tracks(np.empty((0, 2)))
-    lineage = Lineage(JointConfig())
+    lineage = Lineage()
     assert lineage.origins(np.zeros((1, 4)), nobody, 0).tolist() == [0]
     assert lineage.origins(nobody.mean, tracks([[0.0, 0.0]]), 0).tolist() == []
 
 
 def test_who_was_found_again_is_not_lost_any_more():
-    lineage = Lineage(JointConfig())
+    lineage = Lineage()
     lineage.note_lost(tracks([[3.0, 0.0], [2.0, 0.0]], first_id=8), 0)
     fresh, table = tracks([[0.5, 0.0]], first_id=2), tracks([[0.0, 0.0]], kept_ns=2 * SECOND)
     lineage.note_found([8])

@@ -15,7 +15,7 @@ NOW_NS = 90_000_000_000
 
 def looks_of(*images):
     """Return images of cameras 2, 0, 1, one after the other."""
-    return Batch(images, [2, 0, 1][: len(images)], NOW_NS, CONFIG, Gallery(CONFIG.recognition))
+    return Batch(images, [2, 0, 1][: len(images)], NOW_NS, CONFIG, Gallery())
 
 
 def rows(count, before_ns=0, **columns):

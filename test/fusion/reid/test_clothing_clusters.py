@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.reid.clothing_clusters import PROVEN_S, ClothingClusters
 from mctrack_ros.fusion.table import TrackTable
 
@@ -33,7 +32,7 @@ def match(seed=1, players=11, referees=2):
 
 
 def watch(table, seconds=20, kits=None, start_s=0):
-    kits = kits or ClothingClusters(JointConfig())
+    kits = kits or ClothingClusters()
     for stamp_s in np.arange(start_s, start_s + seconds, 0.5):
         kits.step(table, round(stamp_s * SECOND_NS))
     return kits

@@ -1,10 +1,7 @@
 import numpy as np
 
-from mctrack_ros.fusion.config import ReidConfig
-from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
+from mctrack_ros.fusion.reid.gallery import STRANGE, AppearanceSample, Gallery
 from mctrack_ros.interfaces import TEMPLATE_SIZE
-
-CONFIG = ReidConfig()
 
 
 def look(*bins, seconds=5.0, noise=None):
@@ -14,7 +11,7 @@ def look(*bins, seconds=5.0, noise=None):
 
 
 def test_one_is_more_like_himself_than_like_another():
-    gallery = Gallery(CONFIG)
+    gallery = Gallery()
     gallery.learn(1, look(1, 2))
     gallery.learn(2, look(1, 3))
     seen = look(1, 2, noise=0.01)
@@ -22,13 +19,13 @@ def test_one_is_more_like_himself_than_like_another():
 
 
 def test_one_who_is_not_known_differs_as_strangers_do():
-    gallery = Gallery(CONFIG)
+    gallery = Gallery()
     gallery.learn(1, look(1))
-    assert gallery.difference(look(1), 2) == CONFIG.strange
+    assert gallery.difference(look(1), 2) == STRANGE
 
 
 def test_nothing_is_told_before_it_is_learned_how_people_differ_from_themselves():
-    gallery = Gallery(CONFIG)
+    gallery = Gallery()
     gallery.learn(1, look(1))
     assert gallery.weight(look(1)) == 0.0
     for _ in range(20):
@@ -39,7 +36,7 @@ def test_nothing_is_told_before_it_is_learned_how_people_differ_from_themselves(
 
 
 def test_one_who_is_hardly_known_may_look_different():
-    gallery = Gallery(CONFIG)
+    gallery = Gallery()
     gallery.learn(1, look(1))
     gallery.learn(2, look(1, seconds=0.5))
     seen = look(1, noise=0.05)
@@ -49,7 +46,7 @@ def test_one_who_is_hardly_known_may_look_different():
 def test_by_what_everybody_differs_from_himself_is_not_told_apart():
     """Light changes bins 1 and 2 of everybody; bins 3 and 4 only by who it is."""
     rng = np.random.default_rng(1)
-    gallery = Gallery(CONFIG)
+    gallery = Gallery()
     for _ in range(40):
         for person, own in ((1, 3), (2, 4)):
             light = np.zeros(TEMPLATE_SIZE)
@@ -64,11 +61,11 @@ def test_by_what_everybody_differs_from_himself_is_not_told_apart():
 
 
 def test_a_portrait_follows_slow_change_and_can_be_forgotten():
-    gallery = Gallery(CONFIG)
+    gallery = Gallery()
     for step in range(60):
         gallery.learn(1, look(1, noise=step * 0.002))
     assert gallery.distance(look(1, noise=0.118).mean, 1) < gallery.distance(look(1).mean, 1)
     assert 1 in gallery
     gallery.forget(1)
     assert 1 not in gallery
-    assert gallery.difference(look(1), 1) == CONFIG.strange
+    assert gallery.difference(look(1), 1) == STRANGE

@@ -3,8 +3,9 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA
 from mctrack_ros.fusion.reid.gallery import Gallery
-from mctrack_ros.fusion.reid.re_entry import MOST_ABSENT, ReEntry
+from mctrack_ros.fusion.reid.re_entry import ARRIVAL_DENSITY, MOST_ABSENT, ReEntry
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.tracking.kalman import predict
@@ -26,7 +27,7 @@ def tracks(states, ids, templates):
 def re_entry():
     """One who goes right along y = 0, in red, and one along y = 1.5, in blue; lost at 0 s."""
     config = JointConfig()
-    re_entry = ReEntry(config, Gallery(config.recognition))
+    re_entry = ReEntry(config, Gallery())
     re_entry.note(tracks([[0, 0, 1.4, 0], [0, 1.5, 1.4, 0]], [1, 2], [RED, BLUE]), 0)
     return re_entry
 
@@ -49,15 +50,15 @@ def test_who_comes_out_too_soon_or_elsewhere_is_somebody_new(re_entry):
 def test_what_it_costs_to_be_him_is_how_unlikely_his_state_is():
     """Against scipy's density of where he would be by now and of how surely both are known."""
     config, state, seconds = JointConfig(), np.array([4.2, 0.3, 1.1, 0.2]), 3.0
-    re_entry = ReEntry(config, Gallery(config.recognition))
+    re_entry = ReEntry(config, Gallery())
     lost = tracks([[0, 0, 1.4, 0]], [1], [NOTHING])
     re_entry.note(lost, 0)
     assert found(re_entry, state, seconds=seconds) == 1
     motion = config.motion
     there, spread = predict(lost.mean, lost.covariance, seconds, motion.acceleration_density)
     his = multivariate_normal(there[0], spread[0] + lost.covariance[0]).logpdf(state)
-    speed = multivariate_normal(cov=motion.initial_speed_sigma**2 * np.eye(2))
-    new = speed.logpdf(state[2:]) + np.log(config.recognition.arrival_density)
+    speed = multivariate_normal(cov=INITIAL_SPEED_SIGMA**2 * np.eye(2))
+    new = speed.logpdf(state[2:]) + np.log(ARRIVAL_DENSITY)
     assert re_entry.found[1] == pytest.approx(2 * (new - his))
 
 

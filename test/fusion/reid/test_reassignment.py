@@ -179,6 +179,6 @@ def test_who_was_joined_with_another_is_found_again_if_he_was_somebody_before(pa
     for table, name in ((joined, 2), (fresh, 9)):
         table.track_id, table.confirmed = name, True
         table.mean, table.covariance = [5, 5, 1, 0], np.diag([0.1, 0.1, 0.2, 0.2])
-    joined.first_ns = now_ns - round((config.life.merge_time + past_s) * 1e9)
+    joined.first_ns = now_ns - round(past_s * 1e9)
     recognition.note_joined(joined, now_ns)
     assert recognition.step(fresh, NOBODY_NEAR, now_ns, np.ones(1, bool)) == changes

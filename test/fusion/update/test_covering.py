@@ -34,7 +34,7 @@ def run(config, frames_of, ticks, pipeline=None, start=0):
 def associated(table, images, config):
     rows = [detections(PERIOD_NS, each, sigma=0.2) for each in images]
     cameras = list(range(len(images)))
-    batch = Batch(rows, cameras, PERIOD_NS, config, Gallery(config.recognition))
+    batch = Batch(rows, cameras, PERIOD_NS, config, Gallery())
     return CoveringAssociation(table, batch, config.association), batch
 
 

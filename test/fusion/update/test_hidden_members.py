@@ -5,16 +5,21 @@ import pytest
 
 from fusion_scenes import detections
 from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion.config import LOOK_S
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import motion_of
 from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.fusion.update.hidden_members import COMPANY_DENSITY, GROUP_INFLATION, keep_members
+from mctrack_ros.fusion.update.hidden_members import (
+    COMPANY_DENSITY,
+    GROUP_INFLATION,
+    HIDDEN_S,
+    keep_members,
+)
 from mctrack_ros.tracking.kalman import position_matrix, update
 
 CONFIG = JointConfig()
 NOW_NS = 90_000_000_000
-HIDDEN_S = CONFIG.life.hidden_time
 PLACE, SIGMA = [0.3, 0.2], 0.5
 VELOCITY = np.eye(4)[2:]
 
@@ -36,7 +41,7 @@ def kept(table, count, members=(), shown=(), before_ns=0, place=PLACE):
     padded = np.zeros((1, 16), np.uint32)
     padded[0, : len(members)] = members
     group = detections(stamp_ns, [place], SIGMA, member_count=[count], members=padded)
-    batch = Batch([group], [1], NOW_NS, CONFIG, Gallery(CONFIG.recognition))
+    batch = Batch([group], [1], NOW_NS, CONFIG, Gallery())
     table.cameras[list(shown)] = 1
     free = np.ones((1, len(table)), bool)
     free[0, list(shown)] = False
@@ -103,7 +108,7 @@ def test_a_hidden_one_is_hardly_drawn_to_the_middle_and_goes_on_as_the_others_do
         before.mean, before.covariance, innovation, GROUP_INFLATION * batch.noise, matrix
     )
     pull = [1.5, 0.5] - state[0][:, 2:]
-    spread = COMPANY_DENSITY / min(last_s, CONFIG.life.look_time) * np.eye(2)
+    spread = COMPANY_DENSITY / min(last_s, LOOK_S) * np.eye(2)
     mean, covariance = update(*state, pull, spread[None], VELOCITY)
     np.testing.assert_allclose(table.mean[2:], mean, atol=1e-9)
     np.testing.assert_allclose(table.covariance[2:], covariance, atol=1e-9)

@@ -21,7 +21,7 @@ def looks_of(seconds, camera=0, **columns):
     stamp_ns = round((100 + seconds) * SECOND_NS)
     columns = {name: [value] for name, value in columns.items()}
     seen = detections(stamp_ns, [[0, 0]], **columns)
-    return Batch([seen], [camera], stamp_ns, CONFIG, Gallery(CONFIG.recognition))
+    return Batch([seen], [camera], stamp_ns, CONFIG, Gallery())
 
 
 def told(table, seconds, camera=0, **columns):
@@ -36,7 +36,7 @@ def test_who_saw_a_track_when_and_as_what_is_noted():
     images = [
         detections(stamp, [[0, 0]], local_id=[7 + camera]) for camera, stamp in enumerate(stamps)
     ]
-    batch = Batch(images, [0, 1, 2], stamps[0], CONFIG, Gallery(CONFIG.recognition))
+    batch = Batch(images, [0, 1, 2], stamps[0], CONFIG, Gallery())
     note(table, batch, rows, np.arange(3))
     assert table.cameras.tolist() == [0b001, 0b110]
     assert table.local_id.tolist() == [[7, 0, 0], [0, 8, 9]]
@@ -92,13 +92,13 @@ def test_colours_are_taken_at_first_and_then_mixed_in_over_a_time():
         batch = looks_of(seconds, template=template)
         batch.is_overlapped[:] = overlaps
         pair = np.zeros(1, np.int64), np.zeros(1, np.int64)
-        learn_appearance(table, batch, *pair, template_time=4.0)
+        learn_appearance(table, batch, *pair)
         note(table, batch, *pair)
         return table.template[0, :2].tolist()
 
     assert learn(0, nothing) == [0, 0]
     assert learn(0.1, first) == [1, 0]
-    assert learn(1.1, second) == pytest.approx([0.75, 0.25])
-    assert learn(9, second, overlaps=True) == pytest.approx([0.75, 0.25])
-    assert learn(18, nothing) == pytest.approx([0.75, 0.25])
-    assert learn(27, second) == pytest.approx([0.375, 0.625])
+    assert learn(1.1, second) == pytest.approx([0.875, 0.125])
+    assert learn(9, second, overlaps=True) == pytest.approx([0.875, 0.125])
+    assert learn(18, nothing) == pytest.approx([0.875, 0.125])
+    assert learn(27, second) == pytest.approx([0.4375, 0.5625])

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from mctrack_experiments.papers.covering.targets import Roster, Sight, beginnings
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import JointAssociationConfig
+from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA
 from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
@@ -101,7 +102,7 @@ class JointParticleTracker:
         fresh = self._rng.normal(size=(PARTICLES, len(rows), 4))
         spread = np.linalg.cholesky(sight.noise[rows])
         fresh[..., :2] = sight.position[rows] + np.einsum('nij,pnj->pni', spread, fresh[..., :2])
-        fresh[..., 2:] *= self._config.motion.initial_speed_sigma
+        fresh[..., 2:] *= INITIAL_SPEED_SIGMA
         self._state = np.append(self._state, fresh, axis=1)
 
 

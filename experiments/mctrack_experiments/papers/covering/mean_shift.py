@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mctrack_experiments.papers.covering.targets import Roster, Sight, beginnings
 from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA
 from mctrack_ros.tracking.kalman import position_matrix, predict, update
 
 Floats = NDArray[np.float64]
@@ -85,7 +86,7 @@ class MeanShiftTracker:
         self._roster.begin(len(rows))
         mean, covariance = np.zeros((len(rows), 4)), np.zeros((len(rows), 4, 4))
         mean[:, :2], covariance[:, :2, :2] = sight.position[rows], sight.noise[rows]
-        covariance[:, [2, 3], [2, 3]] = self._motion.initial_speed_sigma**2
+        covariance[:, [2, 3], [2, 3]] = INITIAL_SPEED_SIGMA**2
         self._mean = np.append(self._mean, mean, axis=0)
         self._covariance = np.append(self._covariance, covariance, axis=0)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import LifeConfig
 from mctrack_ros.fusion.measurements.admission import Admitted
+from mctrack_ros.fusion.update.update import TEMPLATE_S
 from mctrack_ros.interfaces import Tick
 from mctrack_ros.tracking.appearance import squared_hellinger
 
@@ -130,7 +131,7 @@ class Roster:
         clear = np.flatnonzero(share.max(axis=1, initial=0.0) >= least)
         seen = share[clear] @ sight.template / share[clear].sum(axis=1, keepdims=True)
         known = self.template[clear].any(axis=1)
-        rate = np.where(known, min(seconds / self._life.template_time, 0.5), 1.0)[:, None]
+        rate = np.where(known, min(seconds / TEMPLATE_S, 0.5), 1.0)[:, None]
         self.template[clear] += (rate * (seen - self.template[clear])).astype(np.float32)
 
     def staying(self, place: Floats, seconds: float) -> Mask:
