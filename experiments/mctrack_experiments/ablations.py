@@ -99,9 +99,6 @@ RULES = {
         'it is believed less where boxes overlap', patches={(likelihood, 'OVERLAP_TRUST'): 1.0}
     ),
     'appearance': Rule('colours in the cost of a pair', {'association.appearance_weight': 0.0}),
-    'appearance order': Rule(
-        'who of those near looks most like a detection', {'association.likeness_weight': 0.0}
-    ),
     'tentative cost': Rule(
         'a track that is not confirmed gives way', patches={(likelihood, 'TENTATIVE_COST'): 0.0}
     ),

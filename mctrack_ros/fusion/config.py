@@ -166,13 +166,6 @@ class JointAssociationConfig(AssociationConfig):
         minimum=0.0,
         maximum=100.0,
     )
-    likeness_weight: float = parameter(
-        0.0,
-        'What looking less like a detection than another track near by costs, per logarithm of '
-        'the differences, in variances of one [-2 log]',
-        minimum=0.0,
-        maximum=1000.0,
-    )
 
 
 @dataclass(frozen=True)

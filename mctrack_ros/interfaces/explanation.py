@@ -19,7 +19,7 @@ class Candidates(Rows):
     What was weighed in one tick, one row a pair of a track and a detection.
 
     Costs are minus twice the logarithm of a likelihood ratio, "this track's" against "nobody's";
-    a pair's are ``squared_distance + clutter + appearance + likeness + belief + doubt``. They are
+    a pair's are ``squared_distance + clutter + appearance + belief + doubt``. They are
     NaN where nothing was weighed: where a detection hides a track, begins one or is nobody's.
 
     Attributes
@@ -36,8 +36,8 @@ class Candidates(Rows):
         Squared Mahalanobis distance; the gate is its limit.
     clutter : (n,) float32 array
         Of false detections in an area as large as the uncertainty.
-    appearance, likeness : (n,) float32 arrays
-        Of colours: how they differ, and how much more than those of others who are near.
+    appearance : (n,) float32 array
+        Of colours: how they differ.
     belief : (n,) float32 array
         Below 0 where the camera takes the two for one, above where it takes them for others.
     doubt : (n,) float32 array
@@ -69,7 +69,6 @@ class Candidates(Rows):
         'squared_distance': Column('f4', (), UNKNOWN),
         'clutter': Column('f4', (), UNKNOWN),
         'appearance': Column('f4', (), UNKNOWN),
-        'likeness': Column('f4', (), UNKNOWN),
         'belief': Column('f4', (), UNKNOWN),
         'doubt': Column('f4', (), UNKNOWN),
         'probability': Column('f4'),
@@ -90,7 +89,6 @@ class Candidates(Rows):
     squared_distance: NDArray[np.float32]
     clutter: NDArray[np.float32]
     appearance: NDArray[np.float32]
-    likeness: NDArray[np.float32]
     belief: NDArray[np.float32]
     doubt: NDArray[np.float32]
     probability: NDArray[np.float32]
@@ -106,7 +104,7 @@ class Candidates(Rows):
     @property
     def cost(self) -> NDArray[np.float32]:
         """What each pair costs in all, (n,)."""
-        weighed = self.appearance + self.likeness + self.belief + self.doubt
+        weighed = self.appearance + self.belief + self.doubt
         return np.asarray(self.squared_distance + self.clutter + weighed, np.float32)
 
 

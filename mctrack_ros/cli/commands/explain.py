@@ -63,7 +63,7 @@ def explain(
     if table.row_count:
         Console(width=_TABLE_WIDTH).print(table)
         typer.echo(
-            'distance², clutter, colours, likeness, belief and doubt add up to the cost: -2 log '
+            'distance², clutter, colours, belief and doubt add up to the cost: -2 log '
             f"of the likelihood ratio against nobody's. The gate is {story.gate:g}."
         )
     changes = list(course(story))

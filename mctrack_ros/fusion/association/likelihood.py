@@ -17,7 +17,6 @@ from mctrack_ros.compiled import (
     INTS_1D,
     compiled,
 )
-from mctrack_ros.fusion.association.appearance_order import likeness_costs
 from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.admission import ROWS
 from mctrack_ros.fusion.measurements.batch import Batch
@@ -52,24 +51,17 @@ def prior_costs(
     the density of the position: what the camera believes, appearance, and how sure the track is.
     """
     row = batch.single[detection]
-    appearance, likeness = _looks_costs(table, batch, track, row, config)
-    return _summed(
-        appearance, likeness, clutter_cost(config), *_claims(table, batch, track, row, config)
-    )
+    appearance = _appearance_costs(table, batch, track, row, config)
+    return _summed(appearance, clutter_cost(config), *_claims(table, batch, track, row, config))
 
 
 def cost_parts(
     table: TrackTable, batch: Batch, track: Indices, row: Indices, config: JointAssociationConfig
 ) -> dict[str, Floats]:
     """Return the (k,) costs of tracks and detections, (k,) rows each, by what speaks."""
-    appearance, likeness = _looks_costs(table, batch, track, row, config)
+    appearance = _appearance_costs(table, batch, track, row, config)
     belief, doubt = _beliefs(*_claims(table, batch, track, row, config))
-    return {
-        'appearance': appearance,
-        'likeness': likeness,
-        'belief': belief,
-        'doubt': doubt,
-    }
+    return {'appearance': appearance, 'belief': belief, 'doubt': doubt}
 
 
 def _claims(
@@ -83,13 +75,13 @@ def _claims(
     )  # fmt: skip
 
 
-def _looks_costs(
+def _appearance_costs(
     table: TrackTable, batch: Batch, track: Indices, row: Indices, config: JointAssociationConfig
-) -> tuple[Floats, Floats]:
-    """Return what pairs (k,) cost by how unlike they are, and by who is more alike."""
+) -> Floats:
+    """Return what pairs (k,) cost by how unlike they are."""
     if not batch.has_templates:
-        return np.zeros(len(track)), np.zeros(len(track))
-    is_known, difference = differences(
+        return np.zeros(len(track))
+    difference = differences(
         table.template,
         batch.detections.template,
         batch.is_described,
@@ -97,8 +89,7 @@ def _looks_costs(
         row,
         config.usual_difference,
     )
-    likeness = likeness_costs(table, batch, track, row, is_known, config)
-    return config.appearance_weight * difference, likeness
+    return config.appearance_weight * difference
 
 
 def clutter_cost(config: JointAssociationConfig) -> float:
@@ -158,12 +149,12 @@ def _beliefs(
 
 @compiled(
     types.f8[::1](
-        FLOATS_1D, FLOATS_1D, types.f8, ROWS, BOOLS_1D, TRACKS, _MEMORY, INTS_1D, INTS_1D,
+        FLOATS_1D, types.f8, ROWS, BOOLS_1D, TRACKS, _MEMORY, INTS_1D, INTS_1D,
         types.f8, types.f8, types.f8,
     )
 )  # fmt: skip
 def _summed(
-    appearance: Floats, likeness: Floats, clutter: float, rows: Any, is_overlapped: Mask,
+    appearance: Floats, clutter: float, rows: Any, is_overlapped: Mask,
     tracks: Any, remembered: Ids, track: Indices, row: Indices, bonus: float, overlapped: float,
     tentative: float,
 ) -> Floats:  # fmt: skip
@@ -173,16 +164,12 @@ def _summed(
     )
     cost = np.empty(len(track))
     for pair in range(len(cost)):
-        own = appearance[pair] + likeness[pair] + belief[pair] + doubt[pair]
+        own = appearance[pair] + belief[pair] + doubt[pair]
         cost[pair] = own + clutter
     return cost
 
 
-@compiled(
-    types.Tuple([types.b1[::1], types.f8[::1]])(
-        COLUMN_SINGLES_2D, _TEMPLATES, COLUMN_FLAGS, INTS_1D, INTS_1D, types.f8
-    )
-)
+@compiled(types.f8[::1](COLUMN_SINGLES_2D, _TEMPLATES, COLUMN_FLAGS, INTS_1D, INTS_1D, types.f8))
 def differences(
     ours: Templates,
     theirs: Templates,
@@ -190,24 +177,19 @@ def differences(
     track: Indices,
     row: Indices,
     usual: float,
-) -> tuple[Mask, Floats]:
+) -> Floats:
     """
-    Tell how templates of the tracks and of the detections, which are described or not, differ.
+    Return how much more than usual, (k,), templates of tracks and of detections differ.
 
-    Returns
-    -------
-    is_known : (k,) bool array
-        Which pairs have both.
-    difference : (k,) array
-        How much more than usual they differ; 0 where one is not known.
+    0 where one has none; detections are described or not.
 
     """
-    is_known, difference = np.zeros(len(track), np.bool_), np.zeros(len(track))
+    difference = np.zeros(len(track))
     for pair in range(len(track)):
         if is_described[row[pair]] and ours[track[pair]].any():
-            is_known[pair], alike = True, 0.0
+            alike = 0.0
             for bin in range(ours.shape[1]):
                 one, other = ours[track[pair], bin], theirs[row[pair], bin]
                 alike += np.sqrt(max(one, 0.0) * max(other, 0.0))
             difference[pair] = min(max(1.0 - alike, 0.0), 1.0) - usual
-    return is_known, difference
+    return difference

@@ -149,7 +149,7 @@ class JointTracker:
                 raise ValueError(f'camera is {message.camera!r}, expected one of {known}')
         cameras = [self._index[message.camera] for message in tick.messages]
         images = [message.rows for message in tick.messages]
-        batch = Batch(images, cameras, tick.stamp_ns, self._config, self._reid.gallery)
+        batch = Batch(images, cameras, tick.stamp_ns, self._config)
         self.bias.correct(batch)
         return batch
 

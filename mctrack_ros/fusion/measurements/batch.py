@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numba import types
@@ -13,9 +13,6 @@ from mctrack_ros.compiled import compiled, inner
 from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.measurements.admission import ROWS, Admitted
 from mctrack_ros.interfaces import Detections
-
-if TYPE_CHECKING:
-    from mctrack_ros.fusion.reid.gallery import Gallery
 
 Indices = NDArray[np.intp]
 
@@ -37,8 +34,6 @@ class Batch:
         The tick's stamp, ns.
     config : JointConfig
         Parameters.
-    gallery : Gallery
-        What those who are tracked look like.
 
     Attributes
     ----------
@@ -66,8 +61,6 @@ class Batch:
         Rows of ordinary detections; the others stand for several targets.
     cameras : (images,) int array
         As given.
-    gallery : Gallery
-        As given.
 
     """
 
@@ -77,9 +70,7 @@ class Batch:
         cameras: Sequence[int],
         tick_ns: int,
         config: JointConfig,
-        gallery: Gallery,
     ) -> None:
-        self.gallery = gallery
         self.cameras = np.array(cameras, np.intp)
         seconds = [(each.stamp_ns - tick_ns) / 1e9 for each in images]
         known, density = config.motion.sensor_sigma**2, config.motion.acceleration_density

@@ -30,9 +30,6 @@ SCATTER_PRIOR_S = 10.0
 RIDGE = 0.3
 """Share of it that every bin varies by whatever is learned."""
 
-DRAWN_S = 3.0
-"""A portrait of more than so long tells better than the latest templates how one looks, s."""
-
 SURE_S = 2.0
 """A portrait of less than so long tells nothing of how much people differ from themselves, s."""
 
@@ -126,25 +123,6 @@ class Gallery:
         if self._whitening is None:
             self._whitening = np.asarray(np.linalg.cholesky(self._metric()), np.float64)
         return np.asarray(root @ self._whitening)
-
-    def drawn(self, track_id: NDArray[np.uint32], template: NDArray[np.float32]) -> Floats:
-        """
-        Return the whitened (n, 48) looks of tracks: portraits, where these are sure.
-
-        Parameters
-        ----------
-        track_id : (n,) uint32 array
-            Ids of the tracks.
-        template : (n, 48) float32 array
-            What counts for the others.
-
-        """
-        root = np.sqrt(np.maximum(template, 0.0)).astype(np.float64)
-        for row, name in enumerate(track_id.tolist()):
-            portrait = self._known.get(name)
-            if portrait is not None and portrait.seconds > DRAWN_S:
-                root[row] = portrait.mean
-        return self.whitened(root)
 
     def _metric(self) -> Floats:
         total_s = SCATTER_PRIOR_S + self._scatter_s

@@ -7,7 +7,6 @@ from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.information import updated
-from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import position_matrix, update
 
@@ -30,7 +29,7 @@ def look(positions, camera=0, before_ns=0):
 
 def together(images):
     cameras, rows = [each for each, _ in images], [each for _, each in images]
-    return Batch(rows, cameras, PERIOD_NS, CONFIG, Gallery())
+    return Batch(rows, cameras, PERIOD_NS, CONFIG)
 
 
 def assigned(table, images, config=CONFIG.association):

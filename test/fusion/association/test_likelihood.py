@@ -12,7 +12,6 @@ from mctrack_ros.fusion.association.likelihood import (
 )
 from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
@@ -28,7 +27,7 @@ def scene(**columns):
     count = len(next(iter(columns.values())))
     seen = detections(PERIOD_NS, np.zeros((count, 2)), **columns)
     fusion = JointConfig()
-    batch = Batch([seen], [1], PERIOD_NS, fusion, Gallery())
+    batch = Batch([seen], [1], PERIOD_NS, fusion)
     return table, batch, *np.indices((2, count)).reshape(2, -1)
 
 

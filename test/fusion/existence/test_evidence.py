@@ -13,7 +13,6 @@ from mctrack_ros.fusion.existence.evidence import (
     Evidence,
 )
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import Detections
 
@@ -47,7 +46,7 @@ def count(weigher, table, tick, seen=(), vacant=(), grouped=(), present=EVERY):
         else detections(stamp_ns, [])
         for camera in present
     ]
-    batch = Batch(images, present, stamp_ns, CONFIG, Gallery())
+    batch = Batch(images, present, stamp_ns, CONFIG)
     return bool(weigher.count(table, batch, stamp_ns, SECONDS)[0])
 
 

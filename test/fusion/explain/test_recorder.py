@@ -12,7 +12,7 @@ from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.config import ASSOCIATION, LifeConfig
 from mctrack_ros.fusion.explain.decisions import decisions_of
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.reid.gallery import AppearanceSample, Gallery
+from mctrack_ros.fusion.reid.gallery import AppearanceSample
 from mctrack_ros.fusion.reid.reassignment import Reassignment
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.covering import CoveringAssociation
@@ -59,7 +59,7 @@ def scene(seed):
         detections(PERIOD_NS - before_ns, places + rng.normal(0, 0.2, (6, 2)), local_id=range(6))
         for before_ns in (0, 0, 30_000_000)
     ]
-    return table, Batch(images, [0, 1, 2], PERIOD_NS, CONFIG, Gallery())
+    return table, Batch(images, [0, 1, 2], PERIOD_NS, CONFIG)
 
 
 @pytest.mark.parametrize('method', sorted(ASSOCIATORS.keys() - {'covering_graph'}))

@@ -17,7 +17,6 @@ from mctrack_ros.fusion.management.initiation import (
 )
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA, motion_of
-from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE, Detections
 
@@ -36,7 +35,7 @@ def looks_of(images):
         for places, covariance, columns in images
     ]
     cameras = range(len(rows))
-    return Batch(rows, cameras, PERIOD_NS, CONFIG, Gallery())
+    return Batch(rows, cameras, PERIOD_NS, CONFIG)
 
 
 def begun(images, next_id=1):

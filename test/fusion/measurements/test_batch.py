@@ -6,7 +6,6 @@ import pytest
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import ConstantVelocityConfig
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.interfaces import LARGEST_DISTANCE, LARGEST_VARIANCE, TEMPLATE_SIZE, Detections
 
 CONFIG = JointConfig(motion=ConstantVelocityConfig(sensor_sigma=0.3, acceleration_density=6.0))
@@ -15,7 +14,7 @@ NOW_NS = 90_000_000_000
 
 def looks_of(*images):
     """Return images of cameras 2, 0, 1, one after the other."""
-    return Batch(images, [2, 0, 1][: len(images)], NOW_NS, CONFIG, Gallery())
+    return Batch(images, [2, 0, 1][: len(images)], NOW_NS, CONFIG)
 
 
 def rows(count, before_ns=0, **columns):

@@ -3,7 +3,6 @@ import numpy as np
 from fusion_scenes import detections
 from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.sensor_bias.comparisons import REACH_M, ROOM, compare
 
 CONFIG = JointConfig()
@@ -25,7 +24,7 @@ def scene(seed):
         images.append(detections(stamp_ns, places, 0.2))
         seen[rows, camera] = first + np.arange(len(rows))
         first += len(places)
-    batch = Batch(images, range(CAMERAS), TICK_NS, CONFIG, Gallery())
+    batch = Batch(images, range(CAMERAS), TICK_NS, CONFIG)
     return state, seen, batch
 
 
@@ -75,7 +74,7 @@ def test_comparisons_are_those_of_plain_matrices():
 def test_a_detection_far_off_counts_whatever_it_was_associated_with():
     state = np.array([[0.0, 0.0, 0.0, 0.0]])
     images = [detections(TICK_NS, [place]) for place in ((0, 0), (0, 0), (2, 0))]
-    batch = Batch(images, range(3), TICK_NS, CONFIG, Gallery())
+    batch = Batch(images, range(3), TICK_NS, CONFIG)
     seen = np.array([[0, 1, -1]])
     camera, residual, _ = compare(state, seen, 0, batch, batch.position, batch.noise, np.zeros(3))
     assert camera.tolist() == [2]

@@ -8,7 +8,6 @@ from mctrack_ros.fusion import JointConfig, JointTracker
 from mctrack_ros.fusion.config import ASSOCIATION
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.information import updated
-from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.covering import CoveringAssociation
 from mctrack_ros.tracking.kalman import position_matrix, update
@@ -34,7 +33,7 @@ def run(config, frames_of, ticks, pipeline=None, start=0):
 def associated(table, images, config):
     rows = [detections(PERIOD_NS, each, sigma=0.2) for each in images]
     cameras = list(range(len(images)))
-    batch = Batch(rows, cameras, PERIOD_NS, config, Gallery())
+    batch = Batch(rows, cameras, PERIOD_NS, config)
     return CoveringAssociation(table, batch, config.association), batch
 
 

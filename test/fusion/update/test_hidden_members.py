@@ -8,7 +8,6 @@ from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import LOOK_S
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import motion_of
-from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.hidden_members import (
     COMPANY_DENSITY,
@@ -41,7 +40,7 @@ def kept(table, count, members=(), shown=(), before_ns=0, place=PLACE):
     padded = np.zeros((1, 16), np.uint32)
     padded[0, : len(members)] = members
     group = detections(stamp_ns, [place], SIGMA, member_count=[count], members=padded)
-    batch = Batch([group], [1], NOW_NS, CONFIG, Gallery())
+    batch = Batch([group], [1], NOW_NS, CONFIG)
     table.cameras[list(shown)] = 1
     free = np.ones((1, len(table)), bool)
     free[0, list(shown)] = False

@@ -6,7 +6,6 @@ import pytest
 from fusion_scenes import detections
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.reid.gallery import Gallery
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.update import learn_appearance, note
 from mctrack_ros.interfaces import LARGEST_EXTENT, TEMPLATE_SIZE, ClassCode
@@ -21,7 +20,7 @@ def looks_of(seconds, camera=0, **columns):
     stamp_ns = round((100 + seconds) * SECOND_NS)
     columns = {name: [value] for name, value in columns.items()}
     seen = detections(stamp_ns, [[0, 0]], **columns)
-    return Batch([seen], [camera], stamp_ns, CONFIG, Gallery())
+    return Batch([seen], [camera], stamp_ns, CONFIG)
 
 
 def told(table, seconds, camera=0, **columns):
@@ -36,7 +35,7 @@ def test_who_saw_a_track_when_and_as_what_is_noted():
     images = [
         detections(stamp, [[0, 0]], local_id=[7 + camera]) for camera, stamp in enumerate(stamps)
     ]
-    batch = Batch(images, [0, 1, 2], stamps[0], CONFIG, Gallery())
+    batch = Batch(images, [0, 1, 2], stamps[0], CONFIG)
     note(table, batch, rows, np.arange(3))
     assert table.cameras.tolist() == [0b001, 0b110]
     assert table.local_id.tolist() == [[7, 0, 0], [0, 8, 9]]

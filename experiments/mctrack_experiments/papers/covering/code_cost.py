@@ -41,7 +41,7 @@ class CodeCovering(CoveringAssociation):
         place = table.mean[track, :2] + seconds * table.mean[track, 2:]
         metres = np.hypot(*(batch.position[row] - place).T)
         templates = table.template, batch.detections.template, batch.is_described
-        _, more = differences(*templates, track, row, USUAL_DIFFERENCE)
+        more = differences(*templates, track, row, USUAL_DIFFERENCE)
         return code_cost(metres, more + USUAL_DIFFERENCE)
 
 
