@@ -217,10 +217,13 @@ def pixel_sets(data: Path, folder: Path) -> dict[str, DataSet]:
         return scene.fused(disturbed_ticks(ticks, MOVED_M, seed), extra)
 
     def filmed(scene: PixelScene) -> DataSet:
-        ticks = scene.ticks(folder)
+        @cache
+        def ticks() -> list[Tick]:
+            return scene.ticks(folder)
+
         return DataSet(
             SEEDS,
-            lambda extra, seed: scene.fused(disturbed_ticks(ticks, MOVED_M, seed), extra),
+            lambda extra, seed: scene.fused(disturbed_ticks(ticks(), MOVED_M, seed), extra),
         )
 
     return {
@@ -328,6 +331,7 @@ def main() -> None:
     parser.add_argument('--cache', type=Path, help='folder for what cameras make of pixels')
     parser.add_argument('--closed-loop', action='store_true', help='run the cameras each time')
     parser.add_argument('--only', nargs='*', help='rules, by name')
+    parser.add_argument('--on', nargs='*', help='data sets, by name')
     parser.add_argument('--json', type=Path, help='also write the figures here')
     arguments = parser.parse_args()
     rules = {name: rule for name, rule in RULES.items() if name in (arguments.only or RULES)}
@@ -338,6 +342,9 @@ def main() -> None:
         data_sets = stored_sets(arguments.data)
         if arguments.cache:
             data_sets |= pixel_sets(arguments.data, arguments.cache)
+    data_sets = {
+        name: each for name, each in data_sets.items() if name in (arguments.on or data_sets)
+    }
     figures, rows = ablate(data_sets, rules, lambda line: print(line, file=sys.stderr, flush=True))
     print('\n'.join(rows))
     if arguments.json:

@@ -38,8 +38,8 @@ from mctrack_ros.site.site import SiteConfig, load_site
 
 FIGURES = ('mota', 'idf1', 'switches')
 PITCH_S = 30.0
-PITCH_SEEDS = range(1, 7)
-"""The matches that the tracker may be tuned on."""
+PITCH_SEEDS = range(1, 5)
+"""Of the matches 1 to 6 that the tracker may be tuned on."""
 GATE_M = 1.0
 
 Changes = Mapping[str, Any]

@@ -112,14 +112,12 @@ class JointAssociation:
         """Return all pairs as they were judged last, after `solve`: for whoever asks why."""
         reported = self._told(self._judged_by)
         pairs = judged_pairs(
-            *updated(self._mean, self._covariance, reported),
+            updated(self._mean, self._covariance, reported),
             self._judged_by,
-            self._seconds[self._image],
+            batch,
             self._track,
             self._single[self._detection],
             self._slot,
-            batch.position[self._single[self._detection]],
-            batch.noise[self._single[self._detection]],
             self._probability,
             _mutual(self._slot, self._detection, self._probability, LEAST),
         )

@@ -61,15 +61,12 @@ class JudgedPairs:
 
 
 def judged_pairs(
-    mean: Floats,
-    covariance: Floats,
+    state: tuple[Floats, Floats],
     before: Floats,
-    seconds: Floats,
+    batch: Batch,
     track: Indices,
     row: Indices,
     slot: Indices,
-    position: Floats,
-    noise: Floats,
     probability: Floats,
     taken: NDArray[np.bool_],
 ) -> JudgedPairs:
@@ -81,23 +78,23 @@ def judged_pairs(
 
     Parameters
     ----------
-    mean, covariance : (n, 4) and (n, 4, 4) arrays
-        States of the tracks that the sweep was given.
+    state : pair of (n, 4) and (n, 4, 4) arrays
+        Means and covariances of the tracks that the sweep was given.
     before : (k,) array
         Probabilities of the pairs that those states are made of.
-    seconds : (k,) array
-        From the tick to each pair's image, s.
+    batch : Batch
+        The images.
     track, row, slot : (k,) int64 arrays
         Of the pairs, as in `JudgedPairs`; a slot is a track in an image.
-    position, noise : (k, 2) and (k, 2, 2) arrays
-        Of their detections.
     probability : (k,) array
         Of the pairs, that came out.
     taken : (k,) bool array
         As in `JudgedPairs`.
 
     """
-    matrix = position_matrix(seconds)
+    mean, covariance = state
+    position, noise = batch.position[row], batch.noise[row]
+    matrix = position_matrix(batch.seconds[batch.image[row]])
     place = np.einsum('kij,kj->ki', matrix, mean[track])
     spread = matrix @ covariance[track] @ matrix.swapaxes(-1, -2)
     reported = before[:, None, None] * inverse(noise)

@@ -98,15 +98,12 @@ class CoveringAssociation:
         together = set(zip(track.tolist(), column.tolist()))
         taken = [pair in together for pair in zip(pairs.track.tolist(), row.tolist())]
         return judged_pairs(
-            self._mean,
-            self._covariance,
+            (self._mean, self._covariance),
             np.zeros(len(row)),
-            self._seconds[pairs.image],
+            batch,
             pairs.track,
             row,
             pairs.slot,
-            batch.position[row],
-            batch.noise[row],
             self._chosen,
             np.array(taken, np.bool_),
         )
