@@ -105,7 +105,7 @@ class JointTracker:
         if recorder is not None:
             recorder.begin(tick, self._table, ended, self._config, tuple(self._index))
         left = self._associate_and_update(batch, tick.stamp_ns, recorder, events)
-        self._manager.begin(self._table, batch, left, tick.stamp_ns)
+        self._manager.begin(self._table, batch, left, self._reid, tick.stamp_ns)
         if recorder is not None:
             recorder.left(left, self._table, batch)
         near, confirmed = self._identify(batch, tick.stamp_ns, events)  # existence, then identity
@@ -188,7 +188,6 @@ class JointTracker:
         changes = self._reid.step(self._table, near, stamp_ns, confirmed)
         if not changes:
             return near, confirmed
-        self._manager.note_found(changes.values())
         order = self._table.rename(changes)
         self._table = table = self._table.select(order)
         changed = np.isin(table.previous_id, list(changes))

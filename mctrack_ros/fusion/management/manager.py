@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +15,7 @@ from mctrack_ros.fusion.management.initiation import (
     new_tracks,
     with_room,
 )
-from mctrack_ros.fusion.management.lineage import Lineage
+from mctrack_ros.fusion.management.lineage import MEMORY_S, origins
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
 from mctrack_ros.fusion.neighbours import NearPairs
@@ -57,7 +55,6 @@ class TrackManager:
         self._config = config
         self._cameras = cameras
         self._motion = motion
-        self._lineage = Lineage()
         self._duplicates = DuplicateWatch(MERGE_S)
         self.next_id = first_id
 
@@ -67,7 +64,12 @@ class TrackManager:
             raise OverflowError(f'ids have run out: the next is {self.next_id}; start anew')
 
     def begin(
-        self, table: TrackTable, batch: Batch, left: NDArray[np.intp], stamp_ns: int
+        self,
+        table: TrackTable,
+        batch: Batch,
+        left: NDArray[np.intp],
+        reid: Reassignment,
+        stamp_ns: int,
     ) -> None:
         """
         Begin tracks from what no track took.
@@ -80,6 +82,8 @@ class TrackManager:
             The tick's detections.
         left : (k,) array
             Those that no track took.
+        reid : Reassignment
+            Knows who was lost.
         stamp_ns : int
             The tick's stamp, ns.
 
@@ -91,7 +95,8 @@ class TrackManager:
         self.next_id += len(fresh)
         fresh, beside = with_room(fresh, table, self._config)
         if len(beside):
-            fresh.origin[beside] = self._lineage.origins(fresh.mean[beside], table, stamp_ns)
+            lost = reid.lost_lately(stamp_ns, MEMORY_S)
+            fresh.origin[beside] = origins(fresh.mean[beside], table, lost, stamp_ns)
         ask_more(fresh, table)
         table.append(fresh)
 
@@ -115,10 +120,6 @@ class TrackManager:
         events.add_all(EventCode.NEW, table, confirmed & (table.origin == 0))
         for row in np.flatnonzero(confirmed & (table.origin > 0)).tolist():
             events.add(EventCode.SPLIT, table, row, old_id=int(table.origin[row]))
-
-    def note_found(self, names: Iterable[int]) -> None:
-        """Note that ids that were lost have been given to tracks again."""
-        self._lineage.note_found(names)
 
     def join(
         self,
@@ -168,7 +169,6 @@ class TrackManager:
         """Delete the tracks that nothing has supported for long; return them."""
         lost = _removed(table, lifecycle.is_over(table, stamp_ns, self._config), events)
         if np.count_nonzero(lost.confirmed):
-            self._lineage.note_lost(lost, stamp_ns)
             reid.note_lost(lost, table, stamp_ns)
         return lost
 

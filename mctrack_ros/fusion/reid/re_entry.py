@@ -70,6 +70,12 @@ class ReEntry:
         """One is back, or was never there."""
         self._keep(self._absent.track_id != name)
 
+    def lately(self, stamp_ns: int, seconds: float) -> tuple[Floats, Floats]:
+        """Return where those lost within so many seconds were, (k, 2) m, and how long ago, s."""
+        ago_s = (stamp_ns - self._ended_ns) / 1e9
+        late = (ago_s >= 0) & (ago_s <= seconds)
+        return self._absent.mean[late, :2], ago_s[late]
+
     def find(self, table: TrackTable, row: int, look: Floats, stamp_ns: int) -> int:
         """Return whom a new track that looks like (48,) most likely is; 0: somebody new."""
         age_ns = stamp_ns - self._ended_ns

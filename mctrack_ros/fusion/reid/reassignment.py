@@ -122,6 +122,10 @@ class Reassignment:
         """Who was found in the last tick by prediction, time and colours, and at what cost."""
         return self._re_entry.found
 
+    def lost_lately(self, stamp_ns: int, seconds: float) -> tuple[Floats, Floats]:
+        """Return where those lost within so many seconds were, (k, 2) m, and how long ago, s."""
+        return self._re_entry.lately(stamp_ns, seconds)
+
     def step(
         self, table: TrackTable, near: NearPairs, stamp_ns: int, confirmed: Mask
     ) -> dict[int, int]:
