@@ -72,7 +72,7 @@ $(VENV)/.requirements: requirements.lock
 $(VENV)/.package: $(VENV)/.requirements $(SOURCES)
 	rm -rf build experiments/build
 	$(BIN)/pip install -q --disable-pip-version-check --no-deps --no-build-isolation --force-reinstall . ./experiments
-	@echo "compiling the inner loops, once: about three minutes of processor time"
+	@echo "compiling the inner loops, once: about two minutes of processor time"
 	cd / && { $(abspath $(BIN))/python -c 'import mctrack_ros.fusion' & \
 		$(abspath $(BIN))/python -c 'import mctrack_ros.perception' && wait $$!; }
 	touch $@
