@@ -31,8 +31,8 @@ ROUNDS = 3
 REACH_M = 0.45
 """How far a person moves in a round, m: three cells."""
 LEAST_DISTANCE_M = 0.4
-"""Two people are no nearer, m: else who is wider in a mask than a person has a second beside him (0.3
-to 0.5 give the same on the terrace to frame 1250; without, 2 switches more)."""
+"""Two people are no nearer, m: else who is wider in a mask than a person has a second beside him.
+0.3 to 0.5 give the same on the four-camera terrace to frame 1250; without, 2 switches more."""
 MOST_PEOPLE = 500
 SURE_GAIN = 0.02
 """Gain that makes a place e times as likely as another: by it the energy's minimum becomes a mean
