@@ -135,8 +135,9 @@ def _admitted(
                 (at for at, (_, one) in enumerate(found) if 0 <= first_ns - one.stamp_ns < 1000), 0
             )
             if len(found) - first < count:
+                topics = ' and '.join(kind.TOPIC for kind in method.messages)
                 raise BagError(
-                    f'{reader.path} lacks messages of {name} that were fused at '
+                    f'{reader.path} lacks {topics} of {name} that were fused at '
                     f'{record.stamp_ns * 1e-9:.3f} s: it cannot be replayed'
                 )
             for store, rows in found[first : first + count]:

@@ -2,13 +2,14 @@
 
 import itertools
 
+import cv2
 import numpy as np
 import pytest
 
 from masks import AREA, MAPPINGS, SHAPE, mask_of
 from mctrack_ros.fusion.occupancy.config import PeopleConfig
 from mctrack_ros.fusion.occupancy.scene import Scene
-from mctrack_ros.fusion.occupancy.solver import REACH_M, SMALLEST_UNION, solve
+from mctrack_ros.fusion.occupancy.solver import LEAST_DISTANCE_M, REACH_M, SMALLEST_UNION, solve
 from mctrack_ros.fusion.views import Views
 from mctrack_ros.ground.coverage.coverage import area_from
 
@@ -30,7 +31,18 @@ def energy(people, masks, boxes, prior, used):
     return total
 
 
+def are_apart(people, position):
+    """Tell whether no two are nearer than people can be."""
+    pairs = itertools.combinations(position[people], 2)
+    return all(((one - other) ** 2).sum() >= LEAST_DISTANCE_M**2 for one, other in pairs)
+
+
 def neighbours(people, position):
+    """Yield every set that one addition, removal or move makes, people apart."""
+    yield from (one for one in changed(people, position) if are_apart(one, position))
+
+
+def changed(people, position):
     """Yield every set that one addition, removal or move makes."""
     cells = range(len(position))
     for index, person in enumerate(people):
@@ -177,3 +189,15 @@ def test_masks_of_different_sizes_count_alike():
         *(solve(m, boxes, position, prior, used, COST) for m in (masks, padded))
     ):
         np.testing.assert_array_equal(one, other)
+
+
+def test_who_is_wide_in_a_mask_has_nobody_beside_him():
+    where = scene(0.15)
+    boxes = where.boxes(len(NAMES) * (SHAPE,))
+    masks = []
+    for name in NAMES:
+        mask = mask_of(MAPPINGS[name], np.array([[0.0, 0.0]]))
+        masks.append(cv2.dilate(mask, np.ones((1, 3), np.uint8)))
+    prior = np.zeros(len(where.position))
+    found = solve(tuple(masks), boxes, where.position, prior, everything(), COST)
+    assert len(found.cell) == 1
