@@ -47,3 +47,11 @@ def pytest_sessionfinish(session):
     if DATA_REQUIRED and not is_worker and not real_data_passed and session.exitstatus == 0:
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
         print('\nMCTRACK_REQUIRE_DATA is set, but no test on real data passed')
+
+
+@pytest.fixture
+def rendering_here(monkeypatch):
+    """Let `simulate` render in this process."""
+    from here import RenderingHere
+
+    monkeypatch.setattr('mctrack_ros.simulation.recording.ProcessPoolExecutor', RenderingHere)

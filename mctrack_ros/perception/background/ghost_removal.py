@@ -16,17 +16,11 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 MARGIN = 3
 KERNEL = np.ones((3, 3), np.uint8)
-
-
 PERIOD_S = 0.2  # between searches: as between lessons of the background
 PATIENCE_S = 1.0
 """Time that something must look like a ghost in one place: passers-by do for less on terrace."""
 SETTLING_S = 4.0
-"""Time from the first background in which ghosts are usual."""
-SETTLING_PATIENCE_S = 0.4
-"""For how long something must look like a ghost while these are usual, s: at three images a second
-one image alone made walkers background (terrace, four cameras: MOTA of the occupancy tracker up to
-frame 1250 .73 without, .90 with; PETS view 1 .913, .907)."""
+"""Time from the first background in which ghosts are usual, and none is waited for."""
 SAME_SHARE = 0.7  # intersection over union from which two boxes are one place
 EDGE_RATIO, EDGE_DIFFERENCE = 1.25, 6.0
 """Times, and grey levels, by which the background's edges along an outline exceed the image's:
@@ -106,7 +100,7 @@ class GhostRemoval:
         if self._first_ns is None:
             self._first_ns = stamp_ns
         settled = stamp_ns - self._first_ns >= self._settling_ns
-        return round((PATIENCE_S if settled else SETTLING_PATIENCE_S) * 1e9)
+        return round(PATIENCE_S * 1e9) if settled else 0
 
     def _suspected_since(self, box: NDArray[np.floating], stamp_ns: int) -> NDArray[np.int64]:
         """Return since when something has been suspected at the places of boxes, ns."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from mctrack_ros.config import values_of
+from mctrack_ros.config import ConfigError, values_of
 from mctrack_ros.fusion import fusion_method
+from mctrack_ros.interfaces import Detections
 from mctrack_ros.ros.graph.graph import NodeSpec
 from mctrack_ros.ros.nodes.camera_node import CameraNodeConfig
 from mctrack_ros.ros.nodes.fusion_node import FusionNodeConfig
@@ -15,7 +16,18 @@ from mctrack_ros.site.stated_origin import origin_text
 def site_nodes(
     site: SiteConfig, use_sim_time: bool = False, own_detections: bool = False
 ) -> list[NodeSpec]:
-    """Return a site's fusion node and, but for own detections, a camera node for each camera."""
+    """
+    Return a site's fusion node and, but for own detections, a camera node for each camera.
+
+    Raises
+    ------
+    ConfigError
+        If detections are own and the tracker takes more than these.
+
+    """
+    tracker = site.fusion.tracker
+    if own_detections and fusion_method(site.fusion).messages != (Detections,):
+        raise ConfigError(f'fusion.tracker {tracker} takes more than own detections: name joint')
     clock = {'use_sim_time': use_sim_time}
     fusion = FusionNodeConfig(
         cameras=site.camera_names,
