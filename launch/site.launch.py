@@ -11,6 +11,7 @@ from launch import LaunchDescription
 from mctrack_ros.cli.sites import site_path
 from mctrack_ros.ros.graph.graph import ENVIRONMENT, coverage_node, truth_of
 from mctrack_ros.ros.graph.site_graph import site_nodes
+from mctrack_ros.site.choice import with_tracker
 from mctrack_ros.site.names import namespace_of
 from mctrack_ros.site.site import load_site
 
@@ -20,7 +21,8 @@ def site(context):
     simulated, respawn = (truth_of(name, values[name]) for name in ('use_sim_time', 'respawn'))
     namespace = namespace_of(values['namespace'])
     path = site_path(values['site'])
-    nodes = site_nodes(load_site(path), simulated)
+    chosen, _ = with_tracker(load_site(path))
+    nodes = site_nodes(chosen, simulated)
     directory = Path(launch_config.log_dir)
     return [
         Node(

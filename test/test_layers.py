@@ -36,9 +36,10 @@ ALLOWED['site.site'] = ALLOWED['site.camera'] | {
     'site.description',
     'fusion',
 }
+ALLOWED['site.choice'] = ALLOWED['site.site'] | {'site.site'}
 ALLOWED['site.coverage'] = ALLOWED['site.site'] | {'site.site'}
 ALLOWED['recording'] = {'interfaces', 'config', 'codec'}
-ALLOWED['replay'] = ALLOWED['site.site'] | {'site.site', 'codec', 'recording', 'processes'}
+ALLOWED['replay'] = ALLOWED['site.choice'] | {'site.choice', 'codec', 'recording', 'processes'}
 ALLOWED['evaluation'] = {
     'interfaces',
     'config',

@@ -11,9 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / 'docs'
 README_FIGURES = {
     'EPFL terrace, four cameras': (
-        'terrace4', 'terrace4.occupancy.mota', 'terrace4.occupancy.idf1',
-        'terrace4.occupancy.gate_half_metre.moda', 'terrace4.mota', 'terrace4.idf1',
-        'terrace4.gate_half_metre.moda',
+        'terrace4', 'terrace4.mota', 'terrace4.idf1', 'terrace4.gate_half_metre.moda'
     ),
     'EPFL terrace, two videos': ('terrace', 'terrace.mota', 'terrace.idf1'),
     'PETS S2.L1, one camera': (

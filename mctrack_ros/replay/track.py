@@ -20,6 +20,7 @@ from mctrack_ros.replay.quality import JUMP_REMEDY, LEFT_OUT, Stamps, complaints
 from mctrack_ros.replay.results import RunFiles
 from mctrack_ros.replay.stamps import judge, read_entries
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
+from mctrack_ros.site.choice import with_tracker
 from mctrack_ros.site.site import SiteConfig
 from mctrack_ros.site.stated_origin import origin_text
 
@@ -145,6 +146,7 @@ def track_bag(
         If recorded detections are told from another origin than the site's.
 
     """
+    site, why = with_tracker(site) if _has_images(bag, site, namespace) else (site, '')
     if isinstance(bag, Mapping):
         given = _videos(bag, site)
     else:
@@ -165,6 +167,7 @@ def track_bag(
     if bias is not None:
         offsets = dict(zip(site.camera_names, np.hypot(*bias.offset.T).tolist()))
     _conclude(summary, given, workers, offsets)
+    summary.notes = [why, *summary.notes] if why else summary.notes
     return summary
 
 
@@ -180,6 +183,14 @@ def _conclude(
         summary.notes += complaints(each, stamps[each.camera], offsets[each.camera])
         for name, count in figures(each, stamps[each.camera]).items():
             summary.cameras[f'{each.camera}.{name}'] = count
+
+
+def _has_images(bag: str | Path | Mapping[str, Video], site: SiteConfig, namespace: str) -> bool:
+    """Tell whether all cameras are tracked from images, not from what they told before."""
+    if isinstance(bag, Mapping):
+        return True
+    with BagReader(bag, namespace) as reader:
+        return all(reader.count(task.image_topic) for task in camera_tasks(bag, site, namespace))
 
 
 def _check_origin(reader: BagReader, site: SiteConfig) -> None:

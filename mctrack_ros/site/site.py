@@ -55,6 +55,8 @@ class SiteConfig:
         m.
     path : str
         Of the file that it was read from; may be empty.
+    names_tracker : bool
+        Whether it says by what it is tracked; see `mctrack_ros.site.choice`.
 
     """
 
@@ -66,6 +68,7 @@ class SiteConfig:
     fusion: FusionConfig
     origin: Origin = (0.0, 0.0)
     path: str = ''
+    names_tracker: bool = True
 
     @property
     def camera_names(self) -> tuple[str, ...]:
@@ -168,6 +171,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         raise ConfigError(f'pipeline is {shared!r}, expected a mapping')
     if len(cameras) > MAX_CAMERAS:
         raise ConfigError(f'{len(cameras)} cameras, expected at most {MAX_CAMERAS}')
+    names_tracker = FUSION.tag in _mapping(values.get('fusion'))
     scalars = config_from(_SiteScalars, values)
     if scalars.area:
         _check_area(scalars.area)
@@ -196,6 +200,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         },
         fusion=scalars.fusion,
         origin=origin,
+        names_tracker=names_tracker,
     )
 
 

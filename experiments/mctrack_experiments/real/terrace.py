@@ -43,10 +43,8 @@ TUNED_TO, LAST = 1250, 2500
 """Last frame that parameters may be chosen on, and last of all."""
 IMAGES_S = 0.2
 """How far apart images of the four cameras are at least, s."""
-TRACKERS = {'': 'joint', 'occupancy.': 'occupancy'}
-"""Trackers of fusion for the four cameras, by the prefix of their figures."""
-OCCUPIED = '-0.5,-1.5,7,9.5'
-"""Where people are looked for: the annotated area, m."""
+TRACKERS = {'': '', 'joint.': 'joint'}
+"""Trackers of fusion for the four cameras, by the prefix of their figures; empty: by default."""
 FIRST_IMAGE, FIRST_OF_VIDEO = 75, 100
 """First frames that are scored: before, backgrounds are learned."""
 
@@ -59,16 +57,17 @@ def reproduce_terrace4(data: Path) -> Figures:
         write_images(data, folder / 'bag')
         for prefix, tracker in TRACKERS.items():
             site = write_site(data, folder, tracker)
-            track_bag(folder / 'bag', folder / tracker, site)
-            tracks[f'terrace4.{prefix}'] = read_tracks(folder / tracker, 0)
+            out = folder / f'out{tracker}'
+            track_bag(folder / 'bag', out, site)
+            tracks[f'terrace4.{prefix}'] = read_tracks(out, 0)
     frames = [frame for frame in image_files(data, CAMERAS[0]) if frame >= FIRST_IMAGE]
     protocol = {
         'data': '300 images of each of four cameras, 360 x 288 px, 0.2 to 0.4 s apart',
         'frames': f'the images among {FIRST_IMAGE}-{LAST}',
         'settings': 'calibration after Tsai, size of the images, ticks of their shortest '
         f'distance, {IMAGES_S:g} s, and feedback of two ticks before; all else by default',
-        'occupancy': f'fusion.tracker occupancy, area {OCCUPIED}; parameters and constants of '
-        f'that tracker were chosen on frames up to {TUNED_TO}',
+        'joint': 'the same with fusion.tracker joint; the default here is occupancy, whose '
+        f'parameters and constants were chosen on frames up to {TUNED_TO}',
     }
     return _figures('terrace4', protocol, data, tracks, CAMERAS, frames)
 
@@ -93,7 +92,7 @@ def reproduce_terrace(data: Path) -> Figures:
     return _figures('terrace', protocol, data, {'terrace.': tracks}, terrace.CAMERAS, frames)
 
 
-def write_site(data: Path, folder: Path, tracker: str = 'joint') -> SiteConfig:
+def write_site(data: Path, folder: Path, tracker: str = '') -> SiteConfig:
     """
     Write the site of the four cameras into a folder and read it.
 
@@ -106,7 +105,7 @@ def write_site(data: Path, folder: Path, tracker: str = 'joint') -> SiteConfig:
     folder : Path
         Where calibrations and site go.
     tracker : str
-        Of fusion; ``occupancy`` is told where people are looked for.
+        Of fusion; empty: none is named.
 
     """
     cameras = {}
@@ -121,10 +120,8 @@ def write_site(data: Path, folder: Path, tracker: str = 'joint') -> SiteConfig:
         'name': 'terrace',
         'cameras': cameras,
         'feedback_delay': 2 * IMAGES_S,
-        'fusion': {'tracker': tracker, 'batching': {'period': IMAGES_S}},
+        'fusion': {'batching': {'period': IMAGES_S}} | ({'tracker': tracker} if tracker else {}),
     }
-    if tracker == 'occupancy':
-        site['area'] = OCCUPIED
     (folder / 'site.yaml').write_text(yaml.safe_dump(site))
     return load_site(folder / 'site.yaml')
 

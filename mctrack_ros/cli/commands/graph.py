@@ -38,8 +38,14 @@ def run(
     from mctrack_ros.cli.sites import named_site, site_path
     from mctrack_ros.ros.graph.graph import coverage_node
     from mctrack_ros.ros.graph.site_graph import site_nodes
+    from mctrack_ros.site.choice import with_tracker
 
-    nodes = site_nodes(named_site(site), use_sim_time, own_detections)
+    config, why = named_site(site), ''
+    if not own_detections:
+        config, why = with_tracker(config)
+    if why:
+        typer.echo(why, err=True)
+    nodes = site_nodes(config, use_sim_time, own_detections)
     _run_nodes([*nodes, coverage_node(site_path(site), use_sim_time)], namespace, domain)
 
 

@@ -27,6 +27,9 @@ within."""
 MOST_CELLS = 60_000
 """Larger scenes have wider cells: the solver takes 0.3 us a cell, camera and person."""
 SAMPLED_PX = 8
+LEAST_PX_PER_M = 4.0
+"""By so much a metre in any direction moves a person in the images, or nobody is looked
+for: his place could not be told to a quarter of a metre, px/m."""
 LEAST_SEEN = 0.3
 """Share of a person's box that must be in an image to be looked for there."""
 
@@ -62,18 +65,31 @@ class Scene:
         self._config = config
         mappings = [views.mappings[name] for name in cameras]
         corners = _bounds(mappings, views.area, config.person_height)
-        self.position, self.step = _lattice(corners, config.cell)
-        if views.area is not None:
-            near = shapely.buffer(views.area, MARGIN_M)
-            self.position = self.position[shapely.contains_xy(near, *self.position.T)]
-        self._box = np.stack([self._boxes(mapping) for mapping in mappings])
-        kept = np.isfinite(self._box[..., 0]).any(axis=0)
-        if not kept.any():
-            raise ConfigError('no camera sees a place of the area where a person is large enough')
-        self.position = np.ascontiguousarray(self.position[kept])
-        self._box = self._box[:, kept]
+        self._lay_out(mappings, views.area, corners)
+        if views.area is None:  # what is seen well is a small part of what is seen
+            corners = np.stack([self.position.min(axis=0), self.position.max(axis=0)])
+            self._lay_out(mappings, None, corners)
         self._sizes = [mapping.image_size for mapping in mappings]
         self._scaled: dict[tuple[tuple[int, int], ...], Boxes] = {}
+
+    def shared(self) -> tuple[float, float]:
+        """
+        Return how well the cameras share the scene.
+
+        Returns
+        -------
+        share : float
+            Of the cells that two cameras or more see.
+        height_px : float
+            Median height of a person there, in the image where he is largest, px; 0: nowhere.
+
+        """
+        height_px = np.nan_to_num(self._box[..., 3] - self._box[..., 1])
+        is_shared = (height_px > 0).sum(axis=0) >= 2
+        if not is_shared.any():
+            return 0.0, 0.0
+        largest = height_px.max(axis=0)[is_shared]
+        return float(is_shared.mean()), float(np.median(largest))
 
     def boxes(self, shapes: tuple[tuple[int, int], ...]) -> Boxes:
         """
@@ -93,6 +109,21 @@ class Scene:
         if shapes not in self._scaled:
             self._scaled = {shapes: self._scale(shapes)}
         return self._scaled[shapes]
+
+    def _lay_out(
+        self, mappings: list[GroundMapping], area: Region | None, corners: Floats
+    ) -> None:
+        """Lay out cells between two corners, m, where a person can be found and located."""
+        self.position, self.step = _lattice(corners, self._config.cell)
+        if area is not None:
+            near = shapely.buffer(area, MARGIN_M)
+            self.position = self.position[shapely.contains_xy(near, *self.position.T)]
+        self._box = np.stack([self._boxes(mapping) for mapping in mappings])
+        kept = _resolution(mappings, self.position, self._box) >= LEAST_PX_PER_M
+        if not kept.any():
+            raise ConfigError('no camera sees a place of the area where a person is large enough')
+        self.position = np.ascontiguousarray(self.position[kept])
+        self._box = self._box[:, kept]
 
     def _boxes(self, mapping: GroundMapping) -> Floats:
         """Return the (cells, 4) boxes in a camera's images; NaN: not to be seen there."""
@@ -139,6 +170,17 @@ def _bounds(mappings: list[GroundMapping], area: Region | None, height: float) -
     if not len(every):
         raise ConfigError('no camera sees ground where a person would be large enough to be found')
     return np.stack([every.min(axis=0) - MARGIN_M, every.max(axis=0) + MARGIN_M])
+
+
+def _resolution(mappings: list[GroundMapping], position: Floats, box: Floats) -> Floats:
+    """Return by how many pixels a metre moves a person at least, in all images, (n,) px/m."""
+    information = np.zeros((len(position), 2, 2))
+    for mapping, own in zip(mappings, box):
+        seen = np.isfinite(own[:, 0])
+        slopes = mapping.image_jacobian(position[seen])
+        information[seen] += slopes.transpose(0, 2, 1) @ slopes
+    least = np.linalg.eigvalsh(np.nan_to_num(information))[:, 0]
+    return np.asarray(np.sqrt(np.maximum(least, 0.0)))
 
 
 def _lattice(corners: Floats, cell: float) -> tuple[Floats, float]:

@@ -1,0 +1,107 @@
+"""Which tracker a site gets that names none."""
+
+import re
+
+import numpy as np
+import pytest
+import yaml
+from scipy.spatial.transform import Rotation
+
+from mctrack_ros.ground.xml_files import tag, write_lines
+from mctrack_ros.site.choice import with_tracker
+from mctrack_ros.site.site import load_site
+
+SIZE, FOCAL_PX = (640, 480), 600.0
+
+
+def write_camera(path, at, focal_px=FOCAL_PX):
+    """Write a camera at (3,) m that looks at the origin, as a Tsai file (mm)."""
+    at = np.asarray(at, float)
+    forward = -at / np.linalg.norm(at)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(forward, right), forward])
+    tx, ty, tz = (-1000 * rotation @ at).tolist()
+    rx, ry, rz = Rotation.from_matrix(rotation).as_euler('xyz').tolist()
+    width, height = (str(side) for side in SIZE)
+    write_lines(
+        path,
+        [
+            tag('Camera', end='', name=path.stem),
+            tag('Geometry', width=width, height=height, dpx=0.01, dpy=0.01),
+            tag('Intrinsic', focal=focal_px * 0.01, kappa1=0.0, cx=320.0, cy=240.0, sx=1.0),
+            tag('Extrinsic', tx=tx, ty=ty, tz=tz, rx=rx, ry=ry, rz=rz),
+            '</Camera>',
+        ],
+    )
+
+
+@pytest.fixture
+def site(tmp_path):
+    """Return what writes and reads a site of two cameras that look at one place."""
+
+    def read(focal_px=FOCAL_PX, away=8.0, pipeline=None, **fusion):
+        cameras = {}
+        for name, at in {'east': (away, 0.5, 3.0), 'south': (0.3, -away, 3.0)}.items():
+            write_camera(tmp_path / f'{name}.xml', at, focal_px)
+            cameras[name] = {'calibration': f'{name}.xml'}
+            cameras[name] |= {'image_width': SIZE[0], 'image_height': SIZE[1]}
+        content = {'cameras': cameras, 'fusion': fusion, 'pipeline': pipeline or {}}
+        (tmp_path / 'site.yaml').write_text(yaml.safe_dump(content))
+        return load_site(tmp_path / 'site.yaml')
+
+    return read
+
+
+def test_cameras_that_share_a_view_of_large_people_find_them_jointly(site):
+    given = site(batching={'period': 0.2}, life={'coast_time': 2.0})
+    chosen, why = with_tracker(given)
+    assert chosen.fusion.tracker == 'occupancy'
+    assert chosen.fusion.batching.period == 0.2
+    assert chosen.fusion.life.coast_time == 2.0
+    assert 'occupancy' in why
+    assert chosen.cameras == given.cameras
+
+
+def test_a_named_tracker_stays(site):
+    given = site(tracker='joint')
+    assert with_tracker(given) == (given, '')
+    given = site(tracker='occupancy')
+    assert with_tracker(given) == (given, '')
+
+
+def test_distant_people_vehicles_and_silhouettes_keep_the_joint_tracker(site):
+    for given in (
+        site(focal_px=150.0),
+        site(pipeline={'tracker': {'vehicles': True}}),
+        site(pipeline={'local_tracker': 'silhouettes'}),
+    ):
+        assert with_tracker(given) == (given, '')
+
+
+def test_cameras_that_look_apart_keep_the_joint_tracker(site, tmp_path):
+    given = site()
+    text = (tmp_path / 'south.xml').read_text()
+    moved = re.sub('tx="([^"]+)"', lambda found: f'tx="{float(found[1]) + 1e5}"', text)
+    (tmp_path / 'south.xml').write_text(moved)
+    assert with_tracker(given) == (given, '')
+
+
+def test_one_camera_keeps_the_joint_tracker(site, tmp_path):
+    site()
+    content = yaml.safe_load((tmp_path / 'site.yaml').read_text())
+    del content['cameras']['south']
+    (tmp_path / 'site.yaml').write_text(yaml.safe_dump(content))
+    given = load_site(tmp_path / 'site.yaml')
+    assert with_tracker(given) == (given, '')
+
+
+def test_homographies_keep_the_joint_tracker(site, tmp_path):
+    site()
+    content = yaml.safe_load((tmp_path / 'site.yaml').read_text())
+    matrix = [[0.01, 0.0, -3.0], [0.0, -0.02, 9.0], [0.0, 0.001, 1.0]]
+    (tmp_path / 'flat.yaml').write_text(yaml.safe_dump({'ground_from_image': matrix}))
+    content['cameras']['south']['calibration'] = 'flat.yaml'
+    (tmp_path / 'site.yaml').write_text(yaml.safe_dump(content))
+    given = load_site(tmp_path / 'site.yaml')
+    assert with_tracker(given) == (given, '')
