@@ -14,7 +14,7 @@ from mctrack_ros.site.site import load_site
 SIZE, FOCAL_PX = (640, 480), 600.0
 
 
-def write_camera(path, at, focal_px=FOCAL_PX):
+def write_camera(path, at):
     """Write a camera at (3,) m that looks at the origin, as a Tsai file (mm)."""
     at = np.asarray(at, float)
     forward = -at / np.linalg.norm(at)
@@ -29,7 +29,7 @@ def write_camera(path, at, focal_px=FOCAL_PX):
         [
             tag('Camera', end='', name=path.stem),
             tag('Geometry', width=width, height=height, dpx=0.01, dpy=0.01),
-            tag('Intrinsic', focal=focal_px * 0.01, kappa1=0.0, cx=320.0, cy=240.0, sx=1.0),
+            tag('Intrinsic', focal=FOCAL_PX * 0.01, kappa1=0.0, cx=320.0, cy=240.0, sx=1.0),
             tag('Extrinsic', tx=tx, ty=ty, tz=tz, rx=rx, ry=ry, rz=rz),
             '</Camera>',
         ],
@@ -40,10 +40,10 @@ def write_camera(path, at, focal_px=FOCAL_PX):
 def site(tmp_path):
     """Return what writes and reads a site of two cameras that look at one place."""
 
-    def read(focal_px=FOCAL_PX, away=8.0, pipeline=None, **fusion):
+    def read(away=8.0, height=3.0, pipeline=None, **fusion):
         cameras = {}
-        for name, at in {'east': (away, 0.5, 3.0), 'south': (0.3, -away, 3.0)}.items():
-            write_camera(tmp_path / f'{name}.xml', at, focal_px)
+        for name, at in {'east': (away, 0.5, height), 'south': (0.3, -away, height)}.items():
+            write_camera(tmp_path / f'{name}.xml', at)
             cameras[name] = {'calibration': f'{name}.xml'}
             cameras[name] |= {'image_width': SIZE[0], 'image_height': SIZE[1]}
         content = {'cameras': cameras, 'fusion': fusion, 'pipeline': pipeline or {}}
@@ -70,13 +70,18 @@ def test_a_named_tracker_stays(site):
     assert with_tracker(given) == (given, '')
 
 
-def test_distant_people_vehicles_and_silhouettes_keep_the_joint_tracker(site):
-    for given in (
-        site(focal_px=150.0),
-        site(pipeline={'tracker': {'vehicles': True}}),
-        site(pipeline={'local_tracker': 'silhouettes'}),
-    ):
-        assert with_tracker(given) == (given, '')
+@pytest.mark.parametrize(
+    'settings',
+    [
+        {'away': 40.0, 'height': 15.0},
+        {'pipeline': {'tracker': {'vehicles': True}}},
+        {'pipeline': {'local_tracker': 'silhouettes'}},
+    ],
+    ids=['distant people', 'vehicles', 'silhouettes'],
+)
+def test_what_masks_do_not_suit_keeps_the_joint_tracker(site, settings):
+    given = site(**settings)
+    assert with_tracker(given) == (given, '')
 
 
 def test_cameras_that_look_apart_keep_the_joint_tracker(site, tmp_path):

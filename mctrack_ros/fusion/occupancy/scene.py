@@ -72,24 +72,9 @@ class Scene:
         self._sizes = [mapping.image_size for mapping in mappings]
         self._scaled: dict[tuple[tuple[int, int], ...], Boxes] = {}
 
-    def shared(self) -> tuple[float, float]:
-        """
-        Return how well the cameras share the scene.
-
-        Returns
-        -------
-        share : float
-            Of the cells that two cameras or more see.
-        height_px : float
-            Median height of a person there, in the image where he is largest, px; 0: nowhere.
-
-        """
-        height_px = np.nan_to_num(self._box[..., 3] - self._box[..., 1])
-        is_shared = (height_px > 0).sum(axis=0) >= 2
-        if not is_shared.any():
-            return 0.0, 0.0
-        largest = height_px.max(axis=0)[is_shared]
-        return float(is_shared.mean()), float(np.median(largest))
+    def shared(self) -> float:
+        """Return the share of the cells that two cameras or more see."""
+        return float((np.isfinite(self._box[..., 0]).sum(axis=0) >= 2).mean())
 
     def boxes(self, shapes: tuple[tuple[int, int], ...]) -> Boxes:
         """
