@@ -70,6 +70,8 @@ class Cameras:
 
     def both(self, indices):
         """Send both cameras' detections tick by tick, each fused before the next."""
+        told = self.detections.values()
+        self.bench.until(lambda: all(one.get_subscription_count() for one in told))
         for index in indices:
             before = len(self.ticks)
             for camera in CAMERAS:
