@@ -14,6 +14,8 @@ from mctrack_ros.compiled import FLOATS_3D, compiled, inner
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+SAMPLED_PX = 8
+"""Distance of the pixels that stand for an image."""
 
 
 class GroundMapping(ABC):
@@ -153,6 +155,15 @@ class GroundMapping(ABC):
             jacobian @ np.asarray(ground_covariance, np.float64) @ jacobian.swapaxes(1, 2)
         )
         return covariance
+
+    def visible_ground(self) -> Floats:
+        """Return the (n, 2) ground positions, m, of pixels all over the image that show ground."""
+        width, height = self.image_size
+        column, row = np.meshgrid(
+            np.arange(0, width, SAMPLED_PX), np.arange(0, height, SAMPLED_PX)
+        )
+        position = self.ground_from_image(np.column_stack([column.ravel(), row.ravel()]))
+        return np.asarray(position[np.isfinite(position).all(axis=1)])
 
     def height_px(self, position: ArrayLike, height: float) -> Floats:
         """Return how many rows, (n,) px, something of that height (m) spans at (n, 2) places."""

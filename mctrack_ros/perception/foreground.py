@@ -14,7 +14,6 @@ PERSON_M, PERSON_PX = 1.75, 22.0
 """Height of a person, m, and how high the median one is in the reduced mask, px."""
 NARROWEST_PX = 90
 """A mask is at least so wide."""
-SAMPLED_PX = 8
 
 
 class Reduction:
@@ -31,13 +30,8 @@ class Reduction:
     """
 
     def __init__(self, mapping: GroundMapping, scale: float) -> None:
-        width, height = mapping.image_size
-        column, row = np.meshgrid(
-            np.arange(SAMPLED_PX // 2, width, SAMPLED_PX),
-            np.arange(SAMPLED_PX // 2, height, SAMPLED_PX),
-        )
-        position = mapping.ground_from_image(np.column_stack([column.ravel(), row.ravel()]))
-        upright = mapping.height_px(position[np.isfinite(position).all(axis=1)], PERSON_M)
+        width, _ = mapping.image_size
+        upright = mapping.height_px(mapping.visible_ground(), PERSON_M)
         usual = float(np.median(upright)) if len(upright) else PERSON_PX
         factor = min(usual / PERSON_PX, width / NARROWEST_PX) / scale
         self._factor = max(int(factor), 1)

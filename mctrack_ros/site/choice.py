@@ -20,7 +20,7 @@ LEAST_HEIGHT_PX, LEAST_SHARE = 60.0, 0.2
 """Median height of a person over each image, and share of what is seen well that two cameras see,
 from which joint occupancy is better. Terrace, four cameras (108 px, .56): MOTA .95 instead of .81;
 two of them (108 px, .30): .72 instead of .52. Two of the pitch (31 px): -.26, joint above .7."""
-SAMPLED_PX, PERSON_M = 8, 1.75
+PERSON_M = 1.75
 
 
 def with_tracker(site: SiteConfig) -> tuple[SiteConfig, str]:
@@ -59,10 +59,7 @@ def with_tracker(site: SiteConfig) -> tuple[SiteConfig, str]:
 
 def _usual_height_px(mapping: GroundMapping) -> float:
     """Return the median height of a person over an image, px."""
-    width, height = mapping.image_size
-    column, row = np.meshgrid(np.arange(0, width, SAMPLED_PX), np.arange(0, height, SAMPLED_PX))
-    position = mapping.ground_from_image(np.column_stack([column.ravel(), row.ravel()]))
-    position = position[np.isfinite(position).all(axis=1)]
+    position = mapping.visible_ground()
     return float(np.median(mapping.height_px(position, PERSON_M))) if len(position) else 0.0
 
 

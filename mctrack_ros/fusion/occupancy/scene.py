@@ -26,7 +26,6 @@ MARGIN_M = 1.0
 within."""
 MOST_CELLS = 60_000
 """Larger scenes have wider cells: the solver takes 0.3 us a cell, camera and person."""
-SAMPLED_PX = 8
 LEAST_PX_PER_M = 4.0
 """By so much a metre in any direction moves a person in the images, or nobody is looked
 for: his place could not be told to a quarter of a metre, px/m."""
@@ -146,10 +145,7 @@ def _bounds(mappings: list[GroundMapping], area: Region | None, height: float) -
         return np.asarray(np.reshape(area.bounds, (2, 2)) + beyond)
     places = []
     for mapping in mappings:
-        width, rows = mapping.image_size
-        column, row = np.meshgrid(np.arange(0, width, SAMPLED_PX), np.arange(0, rows, SAMPLED_PX))
-        place = mapping.ground_from_image(np.column_stack([column.ravel(), row.ravel()]))
-        place = place[np.isfinite(place).all(axis=1)]
+        place = mapping.visible_ground()
         places.append(place[mapping.height_px(place, height) >= LEAST_HEIGHT_PX])
     every = np.concatenate(places)
     if not len(every):
