@@ -2,7 +2,12 @@
 
 from pathlib import Path
 
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.actions import (
+    DeclareLaunchArgument,
+    LogInfo,
+    OpaqueFunction,
+    SetEnvironmentVariable,
+)
 from launch.logging import launch_config
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
@@ -21,10 +26,11 @@ def site(context):
     simulated, respawn = (truth_of(name, values[name]) for name in ('use_sim_time', 'respawn'))
     namespace = namespace_of(values['namespace'])
     path = site_path(values['site'])
-    chosen, _ = with_tracker(load_site(path))
+    chosen, why = with_tracker(load_site(path))
     nodes = site_nodes(chosen, simulated)
     directory = Path(launch_config.log_dir)
-    return [
+    reason = [LogInfo(msg=why)] if why else []
+    return reason + [
         Node(
             package='mctrack_ros',
             executable=spec.executable,

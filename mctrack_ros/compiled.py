@@ -114,7 +114,7 @@ class _ByContent:
         return str(self._folder)
 
     def get_source_stamp(self) -> str:
-        """Return what tells this version of the function from others."""
+        """Return the key of this version of the function."""
         return self._digest
 
     get_disambiguator = get_source_stamp

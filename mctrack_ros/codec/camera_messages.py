@@ -1,4 +1,4 @@
-"""What cameras tell, whatever it is, as ROS messages and back."""
+"""Messages of camera nodes of every kind: encoded as ROS messages, decoded back."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def ros_from_message(message: Message, classes: MessageClasses, frame_id: str) -
 
 def message_from_ros(ros: Any, kind: type[Any]) -> Any:
     """
-    Decode a message of a kind that a camera tells.
+    Decode a message of one of the kinds that camera nodes publish.
 
     Raises
     ------

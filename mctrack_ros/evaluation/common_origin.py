@@ -1,4 +1,4 @@
-"""What the positions of two recordings are told from, so that they can be compared."""
+"""A common origin for the positions of two recordings."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from mctrack_ros.site.stated_origin import Origin
 
 def common_origin(paths: tuple[str | Path, ...]) -> Origin:
     """
-    Return what to tell the positions of bags and texts from: as a bag says, else near a text's.
+    Return the common origin: that of a bag, else a point near the text's positions.
 
-    Text has the coordinates of the site's files, a bag tells positions from its ``/site``'s
+    Text has the coordinates of the site's files, a bag positions relative to its ``/site``'s
     origin; one without, from the other's.
     """
     bags = [path for path in paths if is_bag(path)]
     for path in bags:
         with BagReader(path) as reader:
-            told = stated_origin(reader)
-        if told is not None:
-            return told
+            stated = stated_origin(reader)
+        if stated is not None:
+            return stated
     places = [_place(path) for path in paths if not bags and Path(path).is_file()]
     return chosen_origin(np.array(place) for place in places if place is not None)
 
@@ -36,9 +36,9 @@ def _place(path: str | Path) -> Origin | None:
     return track_table_place(path) if has_header(read_lines(path)) else mot_text_place(path)
 
 
-def retold(instants: list[Tracks], told: Origin | None, origin: Origin | None) -> list[Tracks]:
-    """Return instants whose positions are told from one origin, told from another."""
-    if told is None or origin is None or told == origin:
+def moved_to(instants: list[Tracks], stated: Origin | None, origin: Origin | None) -> list[Tracks]:
+    """Return instants relative to one origin made relative to another."""
+    if stated is None or origin is None or stated == origin:
         return instants
-    by = np.append(np.subtract(told, origin), 0.0)
+    by = np.append(np.subtract(stated, origin), 0.0)
     return [rows.replace(position=rows.position + by) for rows in instants]

@@ -38,7 +38,7 @@ class Comparison:
     note : str
         What is to be said of them; empty: nothing.
     origin : (float, float)
-        What positions of both are told from, m.
+        Origin of both positions, m.
 
     """
 

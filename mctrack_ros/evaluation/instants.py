@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.evaluation.common_origin import retold
+from mctrack_ros.evaluation.common_origin import moved_to
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import (
     BagError,
@@ -76,7 +76,7 @@ class Recording:
         return self.period_ns // 2 if self.counts_frames else 0
 
     def by_frames(self) -> Self:
-        """Return the same instants at their frames, of the period that their times tell."""
+        """Return the same instants at their frames, of the period found from their times."""
         count = self.frames[-1] - self.frames[0]
         span_ns = self.instants[-1].stamp_ns - self.instants[0].stamp_ns
         period_ns = round(span_ns / count) if count else self.period_ns
@@ -131,7 +131,7 @@ def read_instants(
     rate_hz : float, optional
         Frames a second of text that counts frames.
     origin : (float, float), optional
-        What positions are told from, m; unless given, as a bag tells them, and text from zero.
+        Origin of positions, m; unless given, that of the bag, and zero for text.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def read_instants(
         if not present:
             raise BagError(f'{path} has no topic {" or ".join(topics)}')
         instants = [rows for rows, _ in reader.rows(present[0], Tracks)]
-        instants = retold(instants, stated_origin(reader), origin)
+        instants = moved_to(instants, stated_origin(reader), origin)
     instants.sort(key=lambda rows: rows.stamp_ns)
     return Recording(tuple(instants), _period_ns(instants))
 

@@ -58,7 +58,7 @@ class Selection:
         return ''.join(texts)
 
     def of_area(self, instants: Sequence[Tracks], origin: Origin) -> tuple[Tracks, ...]:
-        """Return the rows, told from an origin, that stand in the area or on its edge."""
+        """Return the rows, relative to an origin, that stand in the area or on its edge."""
         if not self.area:
             return tuple(instants)
         area = translate(area_from(self.area), *np.negative(origin))
@@ -93,10 +93,10 @@ def of_class(instants: Sequence[Tracks], code: ClassCode) -> tuple[Tracks, ...]:
 
     """
     pairs = [np.column_stack([rows.track_id, rows.class_id]).astype(np.int64) for rows in instants]
-    told = np.concatenate([np.zeros((0, 2), np.int64), *pairs])
-    ids, which = np.unique(told[:, 0], return_inverse=True)
+    found = np.concatenate([np.zeros((0, 2), np.int64), *pairs])
+    ids, which = np.unique(found[:, 0], return_inverse=True)
     count = np.zeros((len(ids), 256), np.int64)
-    np.add.at(count, (which, told[:, 1]), 1)
+    np.add.at(count, (which, found[:, 1]), 1)
     count[:, ClassCode.UNKNOWN] = 0
     likeliest = np.where(count.any(axis=1), count.argmax(axis=1), ClassCode.UNKNOWN)
     wanted = ids[likeliest == code]

@@ -48,7 +48,7 @@ class Timeline:
 
 def ground_timeline(truth: Trajectories, tracks: Trajectories, gate_m: float) -> Timeline:
     """
-    Match as `evaluate_ground` does for CLEAR MOT, and tell what happened when.
+    Match as `evaluate_ground` does for CLEAR MOT; return what happened when.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Who was where when: what truth and tracks look like to the metrics."""
+"""Truth and tracks in the form that metrics take: who was where at which time."""
 
 from __future__ import annotations
 

@@ -29,16 +29,16 @@ def write_story(story: Story, path: Path) -> None:
     path.write_text(json.dumps(content, indent=1, allow_nan=False) + '\n')
 
 
-def _tick(story: Story, told: Explanation) -> dict[str, Any]:
-    candidates, decisions = _plain(told.candidates), _plain(told.decisions)
+def _tick(story: Story, explanation: Explanation) -> dict[str, Any]:
+    candidates, decisions = _plain(explanation.candidates), _plain(explanation.decisions)
     for row in candidates:
         row['choice'] = Choice(row['choice']).name
     for row in decisions:
         row['reason'] = Reason(row['reason']).name
         row['status'] = TrackStatus(row['status']).name
     return {
-        'seconds': story.seconds(told.stamp_ns),
-        'stamp_ns': told.stamp_ns,
+        'seconds': story.seconds(explanation.stamp_ns),
+        'stamp_ns': explanation.stamp_ns,
         'candidates': candidates,
         'decisions': decisions,
     }

@@ -1,4 +1,4 @@
-"""What a bag tells of a track around an instant: stored, or fused again from its detections."""
+"""The story of a track around an instant: stored in a bag, or fused again from its detections."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from mctrack_ros.site.site import SiteConfig
 
 TRACKS_TOPIC = '/tracks'
 TRAIL_S = 2.0
-"""How much of what was before is told too, s."""
+"""How much of the time before is part of it, s."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,7 +37,7 @@ class Story:
     Attributes
     ----------
     track_id : int
-        Of whom it is told, as the user called it.
+        Whose story it is, as the user named it.
     cameras : tuple of str
         Names in the site's order.
     start_ns : int

@@ -119,7 +119,7 @@ def reason_of(
             f'by {limit:.2f} (people differ from themselves by 1).'
         ),
         Reason.ABSORBED: (
-            f'Track {other} is joined to it: they were near and hardly told apart by images, or '
+            f'Track {other} is joined to it: they were near and hardly separable in images, or '
             f'it seemed one with a third while {other} began beside them.'
         ),
         Reason.SILENT: (
@@ -177,12 +177,12 @@ def _neighbours(now: Explanation, row: int) -> Iterator[str]:
     gap = np.linalg.norm(decisions.position[:, :2] - decisions.position[row, :2], axis=1)
     near = [one for one in np.argsort(gap).tolist() if one != row and gap[one] < NEAR_M]
     if near:
-        told = [
+        near = [
             f'{decisions.track_id[one]} at {gap[one]:.2f} m '
             f'({Reason(decisions.reason[one]).name.lower().replace("_", " ")})'
             for one in near
         ]
-        yield f'Near it: {_list(told)}.'
+        yield f'Near it: {_list(near)}.'
 
 
 def _candidate_row(candidates: Candidates, row: int, story: Story) -> tuple[str, ...]:

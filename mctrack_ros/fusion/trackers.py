@@ -102,8 +102,8 @@ TRACKERS: dict[str, FusionMethod] = {
 FUSION: OneOf[FusionConfig] = OneOf(
     'tracker',
     'joint',
-    'What all cameras are tracked by: their detections jointly, or the people who explain their '
-    'foreground masks',
+    'Fusion tracker: joint (from detections) or occupancy (from foreground masks); a site that '
+    'names none gets the one that suits its calibrations',
     TRACKERS,
 )
 """The choice of fusion's tracker, with its parameters."""
@@ -116,7 +116,7 @@ def fusion_method(config: FusionConfig) -> FusionMethod:
 
 def no_views() -> Views:
     """Refuse, by `ConfigError`, a tracker that has to know how cameras see the ground."""
-    raise ConfigError('this tracker needs the calibrations of the cameras: name a site')
+    raise ConfigError('this tracker needs calibrations: name the site YAML')
 
 
 def open_fusion(

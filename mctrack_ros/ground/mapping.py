@@ -27,7 +27,7 @@ class GroundMapping(ABC):
     image_size : (int, int)
         Width and height of the camera's images, px.
     origin : (2,) array
-        About which it computes, m: positions come and go as the caller tells them.
+        About which it computes, m; callers see coordinates without it.
 
     """
 
@@ -46,7 +46,7 @@ class GroundMapping(ABC):
         return local
 
     def _stated(self, place: Floats) -> Floats:
-        """Return a place about the origin, (3,) m, as the caller tells it."""
+        """Return a place about the origin in the caller's coordinates, (3,) m."""
         stated: Floats = place + np.append(self.origin, 0.0)
         return stated
 

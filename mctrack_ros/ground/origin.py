@@ -1,4 +1,4 @@
-"""A local origin: far coordinates told from a place near by, so that no digits are lost."""
+"""A local origin: large coordinates become small ones, so that no digits are lost."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ TEMPLATE_SIZE = 48
 """Bins of an appearance template."""
 
 MAX_CAMERAS = 32
-"""Cameras that the bits of one number can tell apart."""
+"""Number of cameras: one bit each."""
 
 
 class TrackStatus(IntEnum):
@@ -50,7 +50,7 @@ class ClassCode(IntEnum):
 
 
 class FeedbackFlag(IntFlag):
-    """What the fusion node tells cameras about a target, event-tracking paper, section 4.3."""
+    """What feedback says of a target (event-tracking paper, section 4.3)."""
 
     GROUP_RESOLVED = 1
     ENTERING = 2

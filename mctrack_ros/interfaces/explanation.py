@@ -147,7 +147,7 @@ class Decisions(Rows):
     missed : (n,) float32 array
         Log-odds of having gone, as no camera has seen it, though they could have.
     is_published : (n,) uint8 array
-        1 if others are told of it or of its end, 0 if it is only remembered.
+        1 if it or its end is published, 0 if it is only remembered.
 
     """
 

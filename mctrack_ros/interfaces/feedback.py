@@ -1,4 +1,4 @@
-"""What the fusion node predicts and tells the cameras."""
+"""Feedback: the fusion node's predictions for the cameras."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class Stamped(Protocol):
 
 class Message(Stamped, Protocol):
     """
-    What a camera tells of one image, on a topic below its own: rows, or a mask.
+    A message of one image on a topic below its camera's: rows, or a mask.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Message(Stamped, Protocol):
 
     @classmethod
     def build(cls, stamp_ns: int) -> Self:
-        """Return what is told where nothing is known."""
+        """Return the message of an image in which nothing is found."""
         ...
 
 

@@ -14,7 +14,7 @@ _TF = 'tf2_msgs/msg/TFMessage'
 
 def camera_from_bag(path: str | Path, topic: str, heard: HeardCamera) -> StoredCamera:
     """
-    Return the camera that a bag first tells of in full.
+    Return the first camera that a bag describes completely.
 
     Parameters
     ----------
@@ -35,9 +35,9 @@ def camera_from_bag(path: str | Path, topic: str, heard: HeardCamera) -> StoredC
         topic = topic or _only_topic(bag)
         if bag.topics.get(topic, _INFO) != _INFO:
             raise CalibrationError(f'{path}: {topic} holds no {_INFO} but {bag.topics[topic]}')
-        told = [name for name in TF_TOPICS if bag.topics.get(name) == _TF]
+        transforms = [name for name in TF_TOPICS if bag.topics.get(name) == _TF]
         try:
-            for name, message, _ in bag.messages([topic, *told]):
+            for name, message, _ in bag.messages([topic, *transforms]):
                 (heard.hear_info if name == topic else heard.hear_transforms)(message)
                 camera = heard.camera()
                 if camera is not None:

@@ -82,8 +82,8 @@ class CameraTask:
         How the stamps of its messages are used; unless given, as they are.
     debug : Debug, optional
         Where images with what is seen in them are written.
-    told : tuple of type
-        What fusion is told by the camera, where that is replayed instead of images.
+    kinds : tuple of type
+        Messages to fusion, where these are replayed instead of images.
 
     """
 
@@ -96,7 +96,7 @@ class CameraTask:
     video: CameraVideo | None = None
     stamps: Stamps | None = None
     debug: Debug | None = None
-    told: tuple[type[Message], ...] = (Detections,)
+    kinds: tuple[type[Message], ...] = (Detections,)
 
     @property
     def image_topic(self) -> str:
@@ -104,9 +104,9 @@ class CameraTask:
         return resolved(named_image_topic(self.camera, self.settings.image_topic))
 
     @property
-    def told_topic(self) -> str:
-        """Topic of what fusion was told first of an image, detections for example."""
-        return f'/{self.camera}/{self.told[0].TOPIC}'
+    def fusion_topic(self) -> str:
+        """Topic of the first kind of message to fusion, detections for example."""
+        return f'/{self.camera}/{self.kinds[0].TOPIC}'
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -155,11 +155,11 @@ def topic_of(task: CameraTask, reader: BagReader) -> str:
         If the bag holds neither.
 
     """
-    for topic in (task.image_topic, task.told_topic):
+    for topic in (task.image_topic, task.fusion_topic):
         if reader.count(topic):
             return topic
     raise BagError(
-        f'{task.bag} has no messages on {task.image_topic} nor on {task.told_topic}: '
+        f'{task.bag} has no messages on {task.image_topic} nor on {task.fusion_topic}: '
         f'{_where_to_look(task, reader)}'
     )
 
@@ -167,7 +167,7 @@ def topic_of(task: CameraTask, reader: BagReader) -> str:
 def _where_to_look(task: CameraTask, reader: BagReader) -> str:
     """Return what a bag holds instead of a camera's topics, and how to track that."""
     filled = [topic for topic in reader.topics if reader.count(topic)]
-    for wanted in (task.image_topic, task.told_topic):
+    for wanted in (task.image_topic, task.fusion_topic):
         for topic in filled:
             if topic.endswith(wanted) and not topic.startswith('/truth/'):
                 namespace = topic.removesuffix(wanted)
@@ -227,7 +227,7 @@ class CameraSource:
         self._from_images = topic == self._task.image_topic
         if self._from_images:
             return ((message,) for _, message, _ in self._reader.messages([topic]))
-        topics = [f'/{self._task.camera}/{kind.TOPIC}' for kind in self._task.told]
+        topics = [f'/{self._task.camera}/{kind.TOPIC}' for kind in self._task.kinds]
         return _of_one_image(self._reader, topics)
 
     def _new_buffer(self) -> RowsBuffer[Any]:
@@ -276,8 +276,8 @@ class CameraSource:
             self._draw(output)
             result = CameraResult(name, output.messages, output.events, missed, session)
         else:
-            told = {topic: message.at(stamp_ns) for topic, message in self._told.items()}
-            result = CameraResult(name, told, Events.build(stamp_ns), False, session)
+            messages = {topic: message.at(stamp_ns) for topic, message in self._decoded.items()}
+            result = CameraResult(name, messages, Events.build(stamp_ns), False, session)
         quality.messages += 1
         quality.detections += sum(map(_seen, result.messages.values()))
         self._advance()
@@ -327,8 +327,8 @@ class CameraSource:
         return stamps.stamp_ns[index]
 
     def _is_usable(self, messages: tuple[Any, ...]) -> bool:
-        """Decode messages; tell whether this succeeds and an image has the camera's size."""
-        settings, kinds = self._task.settings, self._task.told
+        """Decode messages; return whether this succeeds and an image has the camera's size."""
+        settings, kinds = self._task.settings, self._task.kinds
         try:
             if self._from_images:
                 size = (settings.image_width, settings.image_height)
@@ -336,8 +336,8 @@ class CameraSource:
             else:
                 if len(messages) < len(kinds):
                     raise ValueError(f'it lacks {kinds[-1].TOPIC}')
-                told = (message_from_ros(*each) for each in zip(messages, kinds))
-                self._told = {message.TOPIC: message for message in told}
+                decoded = (message_from_ros(*each) for each in zip(messages, kinds))
+                self._decoded = {message.TOPIC: message for message in decoded}
         except ValueError as error:
             self.quality.refused += 1
             self.quality.reason = str(error)
@@ -347,7 +347,7 @@ class CameraSource:
 
 def _of_one_image(reader: BagReader, topics: list[str]) -> Iterator[tuple[Any, ...]]:
     """
-    Yield what was told of each image, a message a topic, in the order of the first topic.
+    Yield each image's messages, one a topic, in the order of the first topic.
 
     Of an image of which not all is there the first message is yielded alone.
     """
@@ -378,7 +378,7 @@ def _of_one_image(reader: BagReader, topics: list[str]) -> Iterator[tuple[Any, .
 
 
 def _seen(message: Message) -> int:
-    """Return how many rows tell of somebody: of detections, those that are not vacant."""
+    """Return how many rows are of somebody: of detections, those that are not vacant."""
     if isinstance(message, Detections):
         return int((~message.is_vacant).sum())
     return len(message) if isinstance(message, Rows) else 0

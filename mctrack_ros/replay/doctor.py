@@ -17,16 +17,13 @@ from mctrack_ros.perception import ImageState, ImageWatch
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.camera_source import CameraTask, topic_of
 from mctrack_ros.replay.lockstep import ReplayError, tick_ns
-from mctrack_ros.replay.quality import JUMP_REMEDY, LEFT_OUT, CameraQuality, complaints
+from mctrack_ros.replay.quality import JUMP_REMEDY, CameraQuality, complaints, pace_complaint
 from mctrack_ros.replay.stamps import Entry, judge, logged_on_arrival, read_entries
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.site import SiteConfig
 
 SAMPLED = 8
 """Number of images of a camera that are checked."""
-
-RATE_SLACK = 1.25
-"""Relative difference below which a rate counts as the site's."""
 
 
 class Severity(StrEnum):
@@ -63,7 +60,7 @@ def examine_site(site: SiteConfig) -> Iterator[Finding]:
     try:
         tick_ns(site)
     except ReplayError as error:
-        remedy = 'set feedback_delay to two periods'
+        remedy = 'leave feedback_delay out: it is two periods then'
         yield Finding(Severity.ERROR, site.name, str(error), remedy)
     for name, camera in site.cameras.items():
         yield from _examine_camera(name, camera)
@@ -74,7 +71,9 @@ def _examine_camera(name: str, camera: CameraSettings) -> Iterator[Finding]:
         camera.open()
         doubt = camera.doubt()
     except (ConfigError, CalibrationError) as error:
-        yield Finding(Severity.ERROR, name, str(error), 'mend the file or the key that it names')
+        yield Finding(
+            Severity.ERROR, name, str(error), 'correct the file or the key that it names'
+        )
         return
     if doubt:
         remedy = 'calibrate again, or see whether that much matters'
@@ -94,9 +93,10 @@ def _examine_camera(name: str, camera: CameraSettings) -> Iterator[Finding]:
 def examine_bag(path: str | Path, site: SiteConfig, namespace: str = '') -> Iterator[Finding]:
     """Yield what is wrong with a bag that is to be tracked with a site."""
     topics: dict[str, str] = {}
-    told = fusion_method(site.fusion).messages
+    kinds = fusion_method(site.fusion).messages
     tasks = [
-        CameraTask(Path(path), *each, 1, 1, namespace, told=told) for each in site.cameras.items()
+        CameraTask(Path(path), *each, 1, 1, namespace, kinds=kinds)
+        for each in site.cameras.items()
     ]
     with BagReader(path, namespace) as reader:
         for task in tasks:
@@ -121,37 +121,19 @@ def examine_bag(path: str | Path, site: SiteConfig, namespace: str = '') -> Iter
 def _examine_stamps(entries: list[Entry], site: SiteConfig) -> Iterator[Finding]:
     """Check clocks, gaps and rates."""
     if not logged_on_arrival(entries):
-        what = 'the times of recording tell nothing of when messages came: clocks are not compared'
+        what = 'the times of recording do not show when messages came: clocks are not compared'
         yield Finding(Severity.NOTE, site.name, what, 'none is needed if all stamps are right')
     judged, jumps = judge(entries, site.camera_names, site.fusion.batching)
     for jump in jumps:
         yield Finding(Severity.WARNING, site.name, str(jump), JUMP_REMEDY)
-    intervals = {}
     for name, stamps in judged.items():
         for line in complaints(CameraQuality(name), stamps, 0.0):
             what = line.removeprefix(f'{name}: ')
             remedy = "set the cameras' clocks by NTP or PTP, or see why messages get lost"
             yield Finding(Severity.WARNING, name, what, remedy)
-        used = np.array([stamp for stamp in stamps.stamp_ns if stamp != LEFT_OUT], np.int64)
-        if len(used) > 1:
-            intervals[name] = float(np.median(np.diff(used))) * 1e-9
-    yield from _examine_rates(intervals, site)
-
-
-def _examine_rates(intervals: dict[str, float], site: SiteConfig) -> Iterator[Finding]:
-    """Compare the period with the interval of the fastest camera."""
-    if not intervals:
-        return
-    period, fastest = site.fusion.batching.period, min(intervals.values())
-    if period / RATE_SLACK <= fastest <= period * RATE_SLACK:
-        return
-    name = min(intervals, key=lambda camera: intervals[camera])
-    yield Finding(
-        Severity.WARNING,
-        name,
-        f'the fastest camera sends an image every {fastest:.4f} s, the period is {period} s',
-        f'set fusion.batching.period to {fastest:.4f} and feedback_delay to {2 * fastest:.4f}',
-    )
+    intervals = {name: stamps.interval_s() for name, stamps in judged.items()}
+    if pace := pace_complaint(intervals, site.fusion.batching.period):
+        yield Finding(Severity.WARNING, site.name, *pace)
 
 
 def _examine_images(

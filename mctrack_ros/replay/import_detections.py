@@ -80,7 +80,7 @@ def import_detections(
     out : str or Path
         The bag.
     classes : mapping of str to ClassCode
-        What the detectors' classes are, by small letters; one who tells none detects people.
+        Class of each of the detectors' names, in lower case; without names all are people.
     least_score : float
         Those of a lower score, 0 to 1, are left out.
     overwrite : bool

@@ -32,9 +32,9 @@ class ReplayError(RuntimeError):
 def camera_tasks(bag: str | Path, site: SiteConfig, namespace: str = '') -> list[CameraTask]:
     """Return the tasks of a site's cameras over a bag."""
     period_ns, delay_ns = tick_ns(site)
-    told = fusion_method(site.fusion).messages
+    kinds = fusion_method(site.fusion).messages
     return [
-        CameraTask(Path(bag), name, settings, period_ns, delay_ns, namespace, told=told)
+        CameraTask(Path(bag), name, settings, period_ns, delay_ns, namespace, kinds=kinds)
         for name, settings in site.cameras.items()
     ]
 
@@ -195,6 +195,6 @@ class Batches:
         ticks = []
         for result in results:
             self._batcher.feedback_missed(result.camera, int(result.feedback_missed))
-            told = joined(self._method, result.messages)
-            ticks += self._batcher.add(result.camera, told, now_ns)
+            rows = joined(self._method, result.messages)
+            ticks += self._batcher.add(result.camera, rows, now_ns)
         return ticks + self._batcher.flush()

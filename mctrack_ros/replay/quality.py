@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from statistics import median
 
@@ -11,6 +12,8 @@ SECOND_NS = 1_000_000_000
 LEFT_OUT = -1
 """Stamp of a message that is not used."""
 
+PACE_SLACK = 1.1
+"""Ratio of the tick's length to the fastest camera's interval up to which they agree."""
 JUMP_REMEDY = 'keep the clocks in step by NTP or PTP, or track recordings one by one'
 """What to do about a jump of all cameras' stamps."""
 
@@ -62,6 +65,11 @@ class Stamps:
         if not len(gaps):
             return 0
         return int(np.maximum(np.round(gaps / np.median(gaps)) - 1, 0).sum())
+
+    def interval_s(self) -> float:
+        """Return the median time between used messages, s; 0: there are fewer than two."""
+        used = [stamp for stamp in self.stamp_ns if stamp != LEFT_OUT]
+        return float(np.median(np.diff(used))) * 1e-9 if len(used) > 1 else 0.0
 
 
 @dataclass
@@ -157,6 +165,34 @@ def complaints(quality: CameraQuality, stamps: Stamps, offset_m: float) -> list[
             'cameras: check its calibration'
         )
     return lines
+
+
+def pace_complaint(intervals_s: Mapping[str, float], period_s: float) -> tuple[str, str] | None:
+    """
+    Compare the length of ticks with the interval of the fastest camera.
+
+    Parameters
+    ----------
+    intervals_s : mapping of str to float
+        Usual time between images by camera, s; 0: unknown.
+    period_s : float
+        Length of a tick, s.
+
+    Returns
+    -------
+    (str, str) or None
+        What differs, and what to set; None: they agree.
+
+    """
+    known = {interval: name for name, interval in intervals_s.items() if interval > 0.0}
+    if not known or period_s / PACE_SLACK <= min(known) <= period_s * PACE_SLACK:
+        return None
+    fastest = min(known)
+    what = (
+        f'the fastest camera, {known[fastest]}, sends an image every {fastest:.4f} s, the period '
+        f'is {period_s} s'
+    )
+    return what, f'set fusion.batching.period to {fastest:.4f}'
 
 
 def _word(ahead_s: float) -> str:

@@ -1,4 +1,4 @@
-"""Ticks rebuilt from what the cameras of a bag told: detections, for example."""
+"""Ticks rebuilt from the messages of a bag's cameras: detections, for example."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mctrack_ros.replay.stamps import Entry, judge
 
 TICKS_TOPIC = '/ticks'
 Told = tuple[int, str, Mapping[str, Message]]
-"""Log time, ns, camera and what it told of an image, by topic."""
+"""Log time, ns, camera and its messages of an image, by topic."""
 
 
 def recorded_ticks(
@@ -32,11 +32,11 @@ def recorded_ticks(
     Parameters
     ----------
     reader : BagReader
-        The bag, with ``<camera>/detections``, or what else the tracker is told.
+        The bag, with ``<camera>/detections``, or what else the tracker takes.
     cameras : tuple of str
         Names in the site's order.
     config : FusionConfig
-        Its period is used, and what its tracker is told.
+        Its period is used, and the kinds of message that its tracker takes.
 
     Raises
     ------
@@ -81,17 +81,17 @@ def _judged(
 ) -> Iterator[RowsTick[Any]]:
     """Yield ticks as the offline runner makes them, from plausible stamps."""
     period_ns, batches = round(config.batching.period * 1e9), Batches(config, cameras)
-    entries = [Entry(camera, _stamp_ns(told), time_ns) for time_ns, camera, told in messages]
+    entries = [Entry(camera, _stamp_ns(parts), time_ns) for time_ns, camera, parts in messages]
     judged = {
         camera: iter(zip(stamps.stamp_ns, stamps.session))
         for camera, stamps in judge(entries, cameras, config.batching)[0].items()
     }
     periods: dict[int, list[CameraResult]] = defaultdict(list)
-    for _, camera, told in messages:
+    for _, camera, parts in messages:
         stamp_ns, session = next(judged[camera])
         if stamp_ns != LEFT_OUT:
             events = Events.build(stamp_ns)
-            restamped = {topic: part.at(stamp_ns) for topic, part in told.items()}
+            restamped = {topic: part.at(stamp_ns) for topic, part in parts.items()}
             result = CameraResult(camera, restamped, events, False, session)
             periods[result.tick(period_ns)].append(result)
     for index in sorted(periods):
@@ -108,8 +108,8 @@ def _admitted(
 ) -> Iterator[RowsTick[Any]]:
     """Yield the recorded ticks, each message with the stamp that fusion gave it."""
     waiting: dict[tuple[str, int], list[Stamped]] = defaultdict(list)
-    for _, camera, told in messages:
-        rows = joined(method, told)
+    for _, camera, parts in messages:
+        rows = joined(method, parts)
         waiting[camera, rows.stamp_ns // period_ns].append(rows)
     for record in records:
         if record.camera.max(initial=0) >= len(cameras):
@@ -147,6 +147,6 @@ def _admitted(
         yield RowsTick(record.stamp_ns, tuple(frames), record)
 
 
-def _stamp_ns(told: Mapping[str, Message]) -> int:
+def _stamp_ns(parts: Mapping[str, Message]) -> int:
     """Return the stamp of the image that messages are of, ns."""
-    return next(iter(told.values())).stamp_ns
+    return next(iter(parts.values())).stamp_ns

@@ -17,7 +17,7 @@ from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.quality import LEFT_OUT, SECOND_NS, Stamps
 
 _ALIKE = 2.0
-"""Largest ratio of the pace of log times to that of stamps at which they tell the arrival."""
+"""Largest ratio of the pace of log times to that of stamps at which they are times of arrival."""
 
 _HEADER = 12
 """Bytes up to the end of a header's stamp, the first field of a serialised message."""
@@ -137,7 +137,7 @@ def _beginning(entries: Sequence[Entry]) -> list[Entry]:
 
 
 def logged_on_arrival(entries: Sequence[Entry]) -> bool:
-    """Tell whether log times advance like stamps; otherwise they do not tell the arrival."""
+    """Return whether log times advance like stamps; otherwise they are not times of arrival."""
     by_camera: dict[str, list[tuple[int, int]]] = defaultdict(list)
     for camera, stamp_ns, log_ns in entries:
         by_camera[camera].append((stamp_ns, log_ns))

@@ -12,11 +12,19 @@ import numpy as np
 
 from mctrack_ros.fusion.camera_clocks import Jump
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
+from mctrack_ros.fusion.trackers import TRACKERS
 from mctrack_ros.interfaces import REPORTED, Tracks
 from mctrack_ros.recording import BagReader, stated_origin
 from mctrack_ros.replay.camera_source import CameraTask, Debug, topic_of
 from mctrack_ros.replay.lockstep import ReplayError, Results, camera_tasks, run_lockstep
-from mctrack_ros.replay.quality import JUMP_REMEDY, LEFT_OUT, Stamps, complaints, figures
+from mctrack_ros.replay.quality import (
+    JUMP_REMEDY,
+    LEFT_OUT,
+    Stamps,
+    complaints,
+    figures,
+    pace_complaint,
+)
 from mctrack_ros.replay.results import RunFiles
 from mctrack_ros.replay.stamps import judge, read_entries
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
@@ -83,6 +91,8 @@ class _Input:
         Number of camera messages; of videos an estimate.
     jumps : list of Jump
         Jumps of all cameras' clocks.
+    intervals : dict of str to float
+        Usual time between a camera's images, s.
 
     """
 
@@ -90,6 +100,7 @@ class _Input:
     seconds: float
     messages: int
     jumps: list[Jump]
+    intervals: dict[str, float]
 
 
 def track_bag(
@@ -143,10 +154,10 @@ def track_bag(
     Raises
     ------
     ReplayError
-        If recorded detections are told from another origin than the site's.
+        If recorded detections have another origin than the site.
 
     """
-    site, why = with_tracker(site) if _has_images(bag, site, namespace) else (site, '')
+    site, why = with_tracker(site) if _suits_all(bag, site, namespace) else (site, '')
     if isinstance(bag, Mapping):
         given = _videos(bag, site)
     else:
@@ -167,6 +178,8 @@ def track_bag(
     if bias is not None:
         offsets = dict(zip(site.camera_names, np.hypot(*bias.offset.T).tolist()))
     _conclude(summary, given, workers, offsets)
+    if pace := pace_complaint(given.intervals, site.fusion.batching.period):
+        summary.notes.insert(0, ': '.join(pace))
     summary.notes = [why, *summary.notes] if why else summary.notes
     return summary
 
@@ -185,21 +198,26 @@ def _conclude(
             summary.cameras[f'{each.camera}.{name}'] = count
 
 
-def _has_images(bag: str | Path | Mapping[str, Video], site: SiteConfig, namespace: str) -> bool:
-    """Tell whether all cameras are tracked from images, not from what they told before."""
+def _suits_all(bag: str | Path | Mapping[str, Video], site: SiteConfig, namespace: str) -> bool:
+    """Return whether every camera has images, or what each tracker takes: masks, too."""
     if isinstance(bag, Mapping):
         return True
+    masks = TRACKERS['occupancy'].messages
     with BagReader(bag, namespace) as reader:
-        return all(reader.count(task.image_topic) for task in camera_tasks(bag, site, namespace))
+        return all(
+            reader.count(task.image_topic)
+            or all(reader.count(f'/{task.camera}/{kind.TOPIC}') for kind in masks)
+            for task in camera_tasks(bag, site, namespace)
+        )
 
 
 def _check_origin(reader: BagReader, site: SiteConfig) -> None:
     """Refuse detections whose origin differs from the site's."""
-    told = stated_origin(reader)
-    if told is not None and told != site.origin:
+    stated = stated_origin(reader)
+    if stated is not None and stated != site.origin:
         raise ReplayError(
-            f'the detections in {reader.path} are told from the origin {origin_text(told)}, the '
-            f'site has {origin_text(site.origin)}: set origin: {origin_text(told)} in the site'
+            f'the detections in {reader.path} have the origin {origin_text(stated)}, the '
+            f'site has {origin_text(site.origin)}: set origin: {origin_text(stated)} in the site'
         )
 
 
@@ -208,14 +226,15 @@ def _bag(bag: str | Path, site: SiteConfig, namespace: str, log_times: bool) -> 
     tasks = camera_tasks(bag, site, namespace)
     with BagReader(bag, namespace) as reader:
         topics = {topic_of(task, reader): task.camera for task in tasks}
-        if any(task.told_topic in topics for task in tasks):
+        if any(task.fusion_topic in topics for task in tasks):
             _check_origin(reader, site)
         entries = read_entries(reader, topics, log_times)
         seconds = reader.duration_s
     stamps, jumps = judge(entries, site.camera_names, site.fusion.batching)
     unused = sum(each.stamp_ns.count(LEFT_OUT) for each in stamps.values())
     tasks = [replace(task, stamps=stamps[task.camera]) for task in tasks]
-    return _Input(tasks, seconds, len(entries) - unused, jumps)
+    intervals = {name: each.interval_s() for name, each in stamps.items()}
+    return _Input(tasks, seconds, len(entries) - unused, jumps, intervals)
 
 
 def _videos(videos: Mapping[str, Video], site: SiteConfig) -> _Input:
@@ -226,4 +245,5 @@ def _videos(videos: Mapping[str, Video], site: SiteConfig) -> _Input:
     begin_s = min(video.begin_s for video in videos.values())
     end_s = max(video.begin_s + video.length_s for video in videos.values())
     stated = sum(video.stated for video in videos.values())
-    return _Input(tasks, end_s - begin_s, stated, [])
+    intervals = {name: video.length_s / max(video.stated, 1) for name, video in videos.items()}
+    return _Input(tasks, end_s - begin_s, stated, [], intervals)

@@ -34,7 +34,8 @@ def video_tasks(videos: Mapping[str, Video], site: SiteConfig) -> list[CameraTas
         if size != wanted:
             raise ReplayError(
                 f'{videos[name].path} holds images of {size[0]} x {size[1]} px, but {name} of '
-                f'the site {site.name} takes {wanted[0]} x {wanted[1]}'
+                f'the site {site.name} takes {wanted[0]} x {wanted[1]}: set image_width and '
+                'image_height of the camera, and calibrate for that size'
             )
     sources = together(videos)
     return [

@@ -30,7 +30,7 @@ _MARGIN = 0.35
 @dataclass(frozen=True, slots=True)
 class Encounter:
     """
-    Two people who become a group and part again, as a camera told it.
+    Two people who become a group and part again, from a camera's events.
 
     Attributes
     ----------
@@ -132,8 +132,8 @@ def _strip(
         grouped = encounter.merged_ns <= stamp_ns < encounter.split_ns
         groups = [encounter.pair] if grouped else []
         drawn = Overlay().draw(image, by_stamp[stamp_ns], Events.build(stamp_ns), groups)
-        told = title if stamp_ns == when_ns else f'{(stamp_ns - when_ns) * 1e-9:+.2f} s'
-        caption = f'{session.seconds(stamp_ns):.2f} s: {told}'
+        label = title if stamp_ns == when_ns else f'{(stamp_ns - when_ns) * 1e-9:+.2f} s'
+        caption = f'{session.seconds(stamp_ns):.2f} s: {label}'
         frames.append(Frame(caption, data_address(_cut(drawn, window))))
     return Strip(encounter.camera, title, tuple(frames))
 

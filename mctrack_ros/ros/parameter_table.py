@@ -10,21 +10,32 @@ from typing import Any
 
 from mctrack_ros.config import Parameter, parameters_of
 from mctrack_ros.ros.default_files import NODE_CONFIGS, yaml_text
+from mctrack_ros.site.site import SiteScalars
 
 _INTRODUCTION = """# Parameters
 
 Every parameter of every node, with its default, its unit in square brackets, and what it may be.
 The files `config/<node>.yaml` hold the same as ROS parameter files. In a site, the parameters of a
 camera stand without `settings.` (`pipeline: {tracker: {vehicles: true}}`), those of fusion under
-`fusion`. A parameter that is unknown, of the wrong type or out of range stops the node with one
-line and exit code 2. Where a parameter names a method (`local_tracker`, `motion.model`), only the
-parameters of that method exist; headings say which these are. `make reference` makes this page
-from the code; do not edit it."""
+`fusion`; what else a site may say stands under [Site](#site). A parameter that is unknown, of the
+wrong type or out of range stops the node with one line and exit code 2. Where a parameter names a
+method (`local_tracker`, `motion.model`), only the parameters of that method exist; headings say
+which these are. `make reference` makes this page from the code; do not edit it."""
+
+
+_SITE = """## Site
+
+The keys of a site YAML. Names of files are relative to it. `cameras` maps a name to the keys of
+`settings` of the [camera node](#camera_node), `pipeline` holds those of `settings.pipeline` that
+all cameras share, `fusion` those of the [fusion node](#fusion_node). A site that names no
+`fusion.tracker` gets the one that suits its calibrations
+([which](../explanation/architecture.md#trackers))."""
 
 
 def parameter_page() -> str:
     """Return the page, Markdown: a section a node, a table a group of its parameters."""
-    parts = [_INTRODUCTION]
+    scalars = [one for one in parameters_of(SiteScalars) if not one.name.startswith('fusion.')]
+    parts = [_INTRODUCTION, _SITE, *_tables(scalars)]
     for node, kind in NODE_CONFIGS.items():
         summary = str(sys.modules[kind.__module__].__doc__).strip().splitlines()[0]
         shown = list(parameters_of(kind))

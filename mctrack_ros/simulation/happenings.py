@@ -22,7 +22,7 @@ Indices = NDArray[np.int64]
 
 class EventWatcher:
     """
-    Watch one camera's views in order and tell what happened.
+    Watch one camera's views in order and report what happened.
 
     A person is in view while the foot point is in the image. People whose silhouettes overlap
     or touch form one blob; a blob that joins others is a merge, one that falls apart a split.

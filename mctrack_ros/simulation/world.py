@@ -1,4 +1,4 @@
-"""All that is the same for every camera: who is where, and what they look like."""
+"""All that is the same for every camera: who is where, and their appearance."""
 
 from __future__ import annotations
 

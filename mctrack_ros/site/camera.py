@@ -82,7 +82,7 @@ class CameraSettings:
 
     def mapping(self) -> GroundMapping:
         """
-        Read the calibration, positions told from the site's origin.
+        Read the calibration, relative to the site's origin.
 
         Raises
         ------

@@ -1,8 +1,7 @@
-"""Which tracker a site gets that names none: the one that measures best on sites like it."""
+"""The default fusion tracker of a site, chosen from its calibrations."""
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import fields, replace
 
 import numpy as np
@@ -25,11 +24,11 @@ PERSON_M = 1.75
 
 def with_tracker(site: SiteConfig) -> tuple[SiteConfig, str]:
     """
-    Return a site of which images are tracked with its tracker, and why it has that.
+    Return a site with the tracker that suits it, and why.
 
-    That is `occupancy` where two cameras or more, with known poses, see people who are large
-    enough, and no vehicles are looked for. Where the site names its tracker, or keeps the joint
-    one, nothing is changed and nothing said.
+    Joint occupancy suits two cameras or more, with known poses, that see large people in a common
+    part of the ground, where no vehicles are looked for. Every other site keeps the joint tracker.
+    A site that names its tracker is returned as it is, without a reason.
 
     Parameters
     ----------
@@ -39,22 +38,26 @@ def with_tracker(site: SiteConfig) -> tuple[SiteConfig, str]:
     """
     if site.names_tracker or type(site.fusion) is not JointConfig or len(site.cameras) < 2:
         return site, ''
-    if not all(map(_suits, site.cameras.values())):
-        return site, ''
+    obstacle = next(filter(None, map(_obstacle, site.cameras.values())), '')
+    if obstacle:
+        return site, f'tracker joint: occupancy needs {obstacle}'
     values = {each.name: getattr(site.fusion, each.name) for each in fields(JointConfig)}
     del values['tracker']
     fusion = OccupancyConfig(**values)
-    with suppress(ConfigError, CalibrationError):  # whoever opens the cameras says what is wrong
+    try:
         views = site.views()
-        height_px = min(map(_usual_height_px, views.mappings.values()))
-        share = Scene(views, site.camera_names, fusion.people).shared()
-        if share >= LEAST_SHARE and height_px >= LEAST_HEIGHT_PX:
-            why = (
-                f'tracker occupancy: two cameras or more see {share:.0%} of the ground, people '
-                f'are about {height_px:.0f} px high (fusion.tracker: joint keeps the other)'
-            )
-            return replace(site, fusion=fusion), why
-    return site, ''
+    except (ConfigError, CalibrationError):
+        return site, ''  # whoever opens the cameras says what is wrong
+    height_px = min(map(_usual_height_px, views.mappings.values()))
+    share = Scene(views, site.camera_names, fusion.people).shared()
+    suits = share >= LEAST_SHARE and height_px >= LEAST_HEIGHT_PX
+    tracker, other = ('occupancy', 'joint') if suits else ('joint', 'occupancy')
+    why = (
+        f'tracker {tracker}: two cameras or more see {share:.0%} of the ground (occupancy from '
+        f'{LEAST_SHARE:.0%}), people are about {height_px:.0f} px high (from '
+        f'{LEAST_HEIGHT_PX:.0f}); fusion.tracker: {other} chooses the other'
+    )
+    return replace(site, fusion=fusion) if suits else site, why
 
 
 def _usual_height_px(mapping: GroundMapping) -> float:
@@ -63,8 +66,12 @@ def _usual_height_px(mapping: GroundMapping) -> float:
     return float(np.median(mapping.height_px(position, PERSON_M))) if len(position) else 0.0
 
 
-def _suits(camera: CameraSettings) -> bool:
-    """Tell whether a camera tells masks of people and its pose is known."""
+def _obstacle(camera: CameraSettings) -> str:
+    """Return what a camera lacks to publish masks of people from a known pose; empty: nothing."""
     pipeline = camera.pipeline
+    if not isinstance(pipeline, EventTrackerConfig):
+        return 'pipeline.local_tracker: groups'
+    if pipeline.tracker.vehicles:
+        return 'pipeline.tracker.vehicles: false'
     has_pose = camera.method == 'fitted' if camera.grid else holds_camera(camera.calibration)
-    return isinstance(pipeline, EventTrackerConfig) and not pipeline.tracker.vehicles and has_pose
+    return '' if has_pose else "every camera's pose, not homographies or grids of cells alone"

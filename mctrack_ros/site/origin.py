@@ -1,4 +1,4 @@
-"""The local origin of a site: what cameras, fusion and topics tell positions from."""
+"""The local origin of a site, of all positions in cameras, fusion and on topics."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ class SiteConfig:
     fusion : FusionConfig
         Of the fusion node.
     origin : (float, float)
-        What positions are told from inside and on topics, in the coordinates of the site's files,
+        Origin of positions inside and on topics, in the coordinates of the site's files,
         m.
     path : str
         Of the file that it was read from; may be empty.
@@ -77,7 +77,7 @@ class SiteConfig:
 
     def views(self) -> Views:
         """
-        Read how the cameras see the ground, positions told from the site's origin.
+        Read the cameras' calibrations, relative to the site's origin.
 
         Raises
         ------
@@ -106,11 +106,16 @@ class SiteConfig:
 
 
 @dataclass(frozen=True, slots=True)
-class _SiteScalars:
+class SiteScalars:
+    """The keys of a site YAML beside its cameras and what they share."""
+
     name: str = parameter('site', 'name of the site')
     ground_frame: str = parameter('map', 'frame_id of positions on the ground')
     feedback_delay: float = parameter(
-        0.08, 'age of the feedback that a camera uses [s]', minimum=0.0, maximum=10.0
+        0.0,
+        'age of the feedback that a camera uses; 0: two periods of fusion.batching [s]',
+        minimum=0.0,
+        maximum=10.0,
     )
     area: str = parameter(
         '',
@@ -119,7 +124,7 @@ class _SiteScalars:
     )
     origin: str = parameter(
         '',
-        'x,y from which positions are told inside and on topics, in the coordinates of the '
+        'x,y of the origin of positions inside and on topics, in the coordinates of the '
         "site's files; empty: 0,0, or whole kilometres near cameras that are far from it [m]",
     )
     fusion: FusionConfig = FUSION.field()
@@ -172,7 +177,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     if len(cameras) > MAX_CAMERAS:
         raise ConfigError(f'{len(cameras)} cameras, expected at most {MAX_CAMERAS}')
     names_tracker = FUSION.tag in _mapping(values.get('fusion'))
-    scalars = config_from(_SiteScalars, values)
+    scalars = config_from(SiteScalars, values)
     if scalars.area:
         _check_area(scalars.area)
     settings = {}
@@ -192,7 +197,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     return SiteConfig(
         name=scalars.name,
         ground_frame=scalars.ground_frame,
-        feedback_delay=scalars.feedback_delay,
+        feedback_delay=scalars.feedback_delay or 2 * scalars.fusion.batching.period,
         area=scalars.area,
         cameras={
             name: dataclasses.replace(camera, origin=origin_text(origin))
@@ -205,17 +210,17 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
 
 
 def _check_messages(cameras: Mapping[str, CameraSettings], fusion: FusionConfig) -> None:
-    """Refuse cameras that do not tell what the tracker of fusion is to be told."""
+    """Refuse cameras that do not publish what the tracker of fusion takes."""
     wanted = fusion_method(fusion).messages
     for name, camera in cameras.items():
-        told = camera_method(camera.pipeline).messages
-        if not set(wanted) <= set(told):
+        published = camera_method(camera.pipeline).messages
+        if not set(wanted) <= set(published):
             topics, taken = (
-                ' and '.join(kind.TOPIC for kind in kinds) for kinds in (told, wanted)
+                ' and '.join(kind.TOPIC for kind in kinds) for kinds in (published, wanted)
             )
             raise ConfigError(
                 f'cameras.{name}.pipeline.local_tracker is {camera.pipeline.local_tracker}, which '
-                f'tells {topics}; fusion.tracker {fusion.tracker} takes {taken}'
+                f'publishes {topics}; fusion.tracker {fusion.tracker} takes {taken}'
             )
 
 

@@ -37,7 +37,7 @@ PALETTES = {
     'mixed': MIXED,
     'hue': Palette(16, 1, 1.0),
 }
-"""By name: `mixed` tells people apart best, `hue` where cameras are not exposed alike."""
+"""By name: `mixed` separates people best, `hue` where cameras are not exposed alike."""
 
 PALETTE = types.NamedTuple([types.i8, types.i8, types.f8], Palette)
 
@@ -81,7 +81,7 @@ def bhattacharyya_distance(
     """
     Return the (n, m) distances of (n, 48) and (m, 48) templates: 0 the same, 1 nothing in common.
 
-    An empty template tells nothing: its distance to all is one half.
+    An empty template carries nothing: its distance to all is one half.
     """
     one, other = _roots(first), _roots(second)
     return np.asarray(_distances(one @ other.T, one, other))

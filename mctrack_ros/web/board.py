@@ -13,7 +13,7 @@ from mctrack_ros.web.lines import Extent
 
 class Board(Element, component='board.js'):
     """
-    Show a drawing over an image or a blank ground; tell of clicks and drags.
+    Show a drawing over an image or a blank ground; report clicks and drags.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Board(Element, component='board.js'):
         unit: str = 'px',
     ) -> None:
         super().__init__()
-        # browsers draw in float32: they are told of far places from one near by
+        # browsers draw in float32: far places are sent relative to one near by
         self._origin = x, y = local_origin(extent[:2]).tolist()
         self._props.update(extent=self._near(extent), unit=unit, placing=False)
         self._props.update(image=image, frame=self._near(extent), origin=[x, y])
@@ -67,7 +67,7 @@ class Board(Element, component='board.js'):
         self.show_image(image, extent)
 
     def _near(self, extent: Extent) -> list[float]:
-        """Return an extent as the browser is told of it."""
+        """Return an extent as the browser receives it."""
         (left, top, width, height), (x, y) = extent, self._origin
         return [left - x, top - y, width, height]
 

@@ -1,5 +1,7 @@
 """People are tracked by the masks of a bag's cameras, from images and from what was recorded."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ import yaml
 from drawn_hall import walkers, write_hall
 from mctrack_ros.config import ConfigError
 from mctrack_ros.explain.story import tell
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.interfaces import Detections, Foreground, Ticks, Tracks, TrackStatus
 from mctrack_ros.recording import BagError, BagReader, BagWriter
 from mctrack_ros.replay.camera_source import CameraSource
@@ -103,6 +106,20 @@ def test_fusing_the_recorded_messages_again_gives_the_same_bytes(tracked):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
+@pytest.mark.parametrize('topics', ['detections', 'detections and masks'])
+def test_a_tracker_is_chosen_for_recorded_masks_as_for_images(tracked, topics):
+    bag, site, folder = tracked
+    unnamed = replace(site, fusion=JointConfig(), names_tracker=False)
+    kept = ('/detections', '/compressed') if 'masks' in topics else ('/detections',)
+    out = folder / topics
+    with BagReader(bag) as reader, BagWriter(out) as writer:
+        names = [topic for topic in reader.topics if topic.endswith(kept)]
+        for name, kind, message, time_ns in reader.serialized(names):
+            writer.write_copy(reader, name, kind, message, time_ns)
+    summary = track_bag(out, folder / f'{topics} out', unnamed)
+    assert any(note.startswith('tracker ') for note in summary.notes) == ('masks' in topics)
+
+
 def test_an_image_whose_mask_was_lost_is_left_out_and_the_others_go_on(tracked):
     bag, site, folder = tracked
     topic = '/north/foreground/compressed'
@@ -153,7 +170,7 @@ def test_it_is_explained_with_the_site_and_refused_without(tracked):
     story = tell(bag, track_id, 3.9, site=site)
     assert story.is_same
     assert story.cameras == ('all',)
-    with pytest.raises(ConfigError, match='name a site'):
+    with pytest.raises(ConfigError, match='name the site'):
         tell(bag, track_id, 3.9)
 
 

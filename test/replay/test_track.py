@@ -145,6 +145,15 @@ def test_feedback_of_the_running_tick_is_refused(hall, tmp_path):
         track_bag(bag, tmp_path / 'out', impatient)
 
 
+def test_a_period_that_does_not_suit_the_cameras_is_named(hall, tmp_path):
+    bag, site = hall
+    batching = dataclasses.replace(site.fusion.batching, period=0.05)
+    fusion = dataclasses.replace(site.fusion, batching=batching)
+    slow = dataclasses.replace(site, fusion=fusion, feedback_delay=0.1)
+    notes = track_bag(bag, tmp_path / 'out', slow).notes
+    assert any('every 0.0400 s' in note and 'batching.period to 0.0400' in note for note in notes)
+
+
 def test_earlier_results_are_kept_unless_asked(hall, tracked):
     bag, site = hall
     with pytest.raises(BagError, match='exists already'):

@@ -71,17 +71,20 @@ def test_a_named_tracker_stays(site):
 
 
 @pytest.mark.parametrize(
-    'settings',
+    ('settings', 'reason'),
     [
-        {'away': 40.0, 'height': 15.0},
-        {'pipeline': {'tracker': {'vehicles': True}}},
-        {'pipeline': {'local_tracker': 'silhouettes'}},
+        ({'away': 40.0, 'height': 15.0}, 'people are about'),
+        ({'pipeline': {'tracker': {'vehicles': True}}}, 'vehicles: false'),
+        ({'pipeline': {'local_tracker': 'silhouettes'}}, 'local_tracker: groups'),
     ],
     ids=['distant people', 'vehicles', 'silhouettes'],
 )
-def test_what_masks_do_not_suit_keeps_the_joint_tracker(site, settings):
+def test_what_masks_do_not_suit_keeps_the_joint_tracker(site, settings, reason):
     given = site(**settings)
-    assert with_tracker(given) == (given, '')
+    chosen, why = with_tracker(given)
+    assert chosen is given
+    assert 'tracker joint' in why
+    assert reason in why
 
 
 def test_cameras_that_look_apart_keep_the_joint_tracker(site, tmp_path):
@@ -89,7 +92,9 @@ def test_cameras_that_look_apart_keep_the_joint_tracker(site, tmp_path):
     text = (tmp_path / 'south.xml').read_text()
     moved = re.sub('tx="([^"]+)"', lambda found: f'tx="{float(found[1]) + 1e5}"', text)
     (tmp_path / 'south.xml').write_text(moved)
-    assert with_tracker(given) == (given, '')
+    chosen, why = with_tracker(given)
+    assert chosen is given
+    assert 'tracker joint: two cameras or more see 0% of the ground' in why
 
 
 def test_one_camera_keeps_the_joint_tracker(site, tmp_path):
@@ -109,4 +114,6 @@ def test_homographies_keep_the_joint_tracker(site, tmp_path):
     content['cameras']['south']['calibration'] = 'flat.yaml'
     (tmp_path / 'site.yaml').write_text(yaml.safe_dump(content))
     given = load_site(tmp_path / 'site.yaml')
-    assert with_tracker(given) == (given, '')
+    chosen, why = with_tracker(given)
+    assert chosen is given
+    assert "occupancy needs every camera's pose" in why

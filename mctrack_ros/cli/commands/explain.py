@@ -23,7 +23,7 @@ def explain(
         '--for',
         min=0.0,
         callback=finite,
-        help='Also tell what changed in the time after it, s.',
+        help='Also print what changed in the time after it, s.',
     ),
     site: str = typer.Option(
         '', help='Site YAML, or the name of a shipped site; unless given, what the bag says.'

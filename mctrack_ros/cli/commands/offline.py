@@ -233,8 +233,11 @@ def _tell(figures: Figures, out: Path, site: SiteConfig) -> None:
     typer.echo(figures.table())
     typer.echo(f'wrote {out / "bag"}, {out / "tracks.txt"} and {out / "tracks.csv"}')
     if any(site.origin):
-        told = origin_text(site.origin)
-        typer.echo(f"the bag tells positions from the origin {told}, the text as the site's files")
+        origin = origin_text(site.origin)
+        typer.echo(
+            f'positions in the bag are relative to the origin {origin}, '
+            "those in the text are in the coordinates of the site's files"
+        )
 
 
 def _source(

@@ -251,7 +251,7 @@ def _left_out(
 
 
 def _weights(residual: Floats, noise_px: float) -> Floats:
-    """Return how much each point tells, (n,): all that it can, unless it is a wild click."""
+    """Return the weight of each point, (n,): 1 unless it is a wild click."""
     distance = np.linalg.norm(residual, axis=1) / (WILD * noise_px)
     weight: Floats = 1 / np.maximum(distance, 1.0) ** 2
     return weight

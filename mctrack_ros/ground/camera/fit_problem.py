@@ -31,7 +31,7 @@ _LENS = [PARAMETERS.index(name) for name in LENS_SPREAD]
 
 class LensPrior:
     """
-    What lenses usually are, where the points cannot tell: normal distributions.
+    Priors of lens parameters, for what the points leave open: normal distributions.
 
     The focal length's logarithm deviates by 1 from that of the image's longer side, the
     principal point by 2 % of that side from the image's middle, the aspect ratio by 0.007 from

@@ -57,7 +57,7 @@ class Camera:
         The world's origin in camera axes, m.
     covariance : (15, 15) array
         Of `PARAMETERS`, small changes: the rotation is followed by one about the camera's axes.
-        Zero where the calibration does not tell.
+        Zero where the calibration has none.
 
     """
 

@@ -200,7 +200,7 @@ def _pieces(geometry: shapely.Geometry) -> Region:
     return parts[0] if len(parts) == 1 else shapely.MultiPolygon(parts)
 
 
-@np.errstate(divide='ignore', invalid='ignore')  # shapely 2.0 tells of divisions inside GEOS
+@np.errstate(divide='ignore', invalid='ignore')  # shapely 2.0 reports divisions inside GEOS
 def _at_least(fields: list[Region]) -> list[Region]:
     """Return what at least 1, 2, ... of some regions share."""
     levels: list[Region] = []

@@ -54,7 +54,7 @@ _FORMS = (
         f'distortion_coefficients: [k1, k2, p1, p2, k3], zeros for what is not there, {_SIZE}',
     ),
 )
-"""What tells a form, whatever its case, and how to write it; the first that is found counts."""
+"""Marks of each form, in any case, and how to write it; the first one found counts."""
 
 
 def how_to_write(content: bytes) -> str:

@@ -1,4 +1,4 @@
-"""A camera as a graph or a bag tells it, piece by piece: its info, and TF."""
+"""A camera put together from a graph or a bag: camera info and TF."""
 
 from __future__ import annotations
 

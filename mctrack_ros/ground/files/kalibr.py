@@ -62,7 +62,7 @@ def read_kalibr(
     Raises
     ------
     CalibrationError
-        If the camera is not told from others, or is of a kind that is not known.
+        If it could be one of several cameras, or is of an unknown kind.
 
     """
     cameras = kalibr_cameras(values)

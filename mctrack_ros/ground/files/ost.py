@@ -32,7 +32,7 @@ def read_ost(path: str | Path, choice: Choice = ANY) -> dict[str, Any]:
     Raises
     ------
     CalibrationError
-        If the file is not so, or the camera is not told from others.
+        If the file has another form, or the camera could be one of several.
 
     """
     sections = _sections(path)

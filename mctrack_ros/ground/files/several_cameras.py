@@ -19,7 +19,7 @@ class Choice:
     camera : str
         Its key in the file, or the topic that the file names for it; may be empty.
     topic : str
-        Of its images, to tell it by if no camera is named; may be empty.
+        Of its images, by which the camera is found if none is named; may be empty.
 
     """
 
@@ -40,7 +40,7 @@ class Choice:
         Raises
         ------
         CalibrationError
-            If it is not there, or not told from the others; lists them.
+            If it is not there, or could be several; lists them.
 
         """
         asked = self.camera or self.topic

@@ -13,7 +13,7 @@ from mctrack_ros.ground.files.camera_info import pose_from_transform
 
 class TransformTree:
     """
-    Frames below frames, as `tf2_msgs/TFMessage` tells them.
+    Frames below frames, from `tf2_msgs/TFMessage`.
 
     Static and moving transforms are one: the newest of a frame counts.
 

@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 SUSPICIOUS = 4.0
 """Standard deviations from where the other points put it at which a point is suspicious."""
 MOST_SUSPECTS = 0.25
-"""No more than this share of the points is suspected: the others have to tell."""
+"""No more than this share of the points is suspected: the others have to decide."""
 LARGEST_MISS_PX = 2.0
 LARGEST_MISS_SHARE = 1 / 400
 """Left-out error up to which a calibration is accepted: px, or share of the longer side."""

@@ -8,7 +8,7 @@ from mctrack_ros.ground.grid.transformation_grid import TransformationGrid
 
 SHARES = (1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 4 / 3, 3 / 2, 2, 3, 4)
 BETTER = 0.5
-"""A size is told if it fits so many times as closely: 0.5 is twice."""
+"""A size is suggested if its residual is at most this share: .5 is twice as close."""
 
 
 def size_hint(

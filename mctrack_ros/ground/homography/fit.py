@@ -132,7 +132,7 @@ def _misses(matrix: Floats, places: Floats, image: Floats) -> Floats:
 
 
 def _weights(misses: Floats, wild_px: float) -> Floats:
-    """Return how much each point tells, (n,): all that it can, unless it is a wild click."""
+    """Return the weight of each point, (n,): 1 unless it is a wild click."""
     weight: Floats = 1 / np.maximum(np.linalg.norm(misses, axis=1) / wild_px, 1.0) ** 2
     return weight
 

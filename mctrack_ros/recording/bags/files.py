@@ -187,7 +187,7 @@ def _what_is_lost(scan: Scan) -> str:
 
 
 def _open_file(file: Path, scanned: bool) -> tuple[Storage, bool]:
-    """Open one file; tell whether it is whole."""
+    """Open one file; return whether it is whole."""
     with file.open('rb') as stream:
         head = stream.read(len(_SQLITE_MAGIC))
     kind = McapScan if head.startswith(MAGIC) else SqliteScan if head == _SQLITE_MAGIC else None

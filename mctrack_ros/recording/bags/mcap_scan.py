@@ -110,7 +110,7 @@ class McapScan(Scan):
                 self._take(self._file, code, offset, size, _NO_CHUNK, self._end)
 
     def _note_loss(self, chunk: int) -> None:
-        """Note that a chunk is damaged; of how many messages, its index tells afterwards."""
+        """Note a damaged chunk; its index, which follows, says how many messages it held."""
         self._file.seek(chunk)
         begin_ns, end_ns = struct.unpack('<QQ', self._file.read(16))
         kept = sum(1 for at in self._found[2::5] if at == chunk)

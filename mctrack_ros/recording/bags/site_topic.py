@@ -10,7 +10,7 @@ SITE_TOPIC = '/site'
 
 
 def stated_origin(reader: BagReader) -> tuple[float, float] | None:
-    """Return what a bag's positions are told from, m; None if its `/site` does not say."""
+    """Return the origin of a bag's positions, m; None if its `/site` does not say."""
     for _, message, _ in reader.messages([SITE_TOPIC]) if reader.count(SITE_TOPIC) else ():
         try:
             x, y = json.loads(message.data)['origin']

@@ -119,7 +119,7 @@ def read_boxes(path: str | Path, clock: TextClock) -> Sightings:
 
 
 def _mot_table(path: str | Path, clock: TextClock) -> Table:
-    """Return the columns of MOT text, split by commas or blanks; -1 is for what is not told."""
+    """Return the columns of MOT text, split by commas or blanks; -1 is for what is unknown."""
     cells: dict[str, list[str]] = {name: [] for name in (*_MOT, 'x', 'y', 'class')}
     numbers = []
     for number, line in enumerate(read_lines(path), 1):
@@ -152,7 +152,7 @@ def _is_none(text: str) -> bool:
 
 
 def _mot_class(further: list[str]) -> str:
-    """Return the class that a line of 8 or 9 fields tells."""
+    """Return the class in a line of 8 or 9 fields."""
     if len(further) not in (1, 2) or _is_none(further[0]):
         return ''
     return _MOT_CLASSES.get(further[0], further[0])
@@ -230,7 +230,7 @@ def _boxes(table: Table) -> Floats:
 def _side(
     table: Table, low: str, high: str, centre: str, size: str
 ) -> tuple[Floats, Floats] | None:
-    """Return beginning and size of boxes along one axis; None: no column tells."""
+    """Return beginning and size of boxes along one axis; None: there is no column."""
     given = {
         name: table.numbers(name) for name in (low, high, centre, size) if name in table.cells
     }

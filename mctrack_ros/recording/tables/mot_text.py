@@ -61,7 +61,7 @@ def read_mot_text(
     origin_ns : int
         Where frame 1 begins, ns.
     origin : (float, float)
-        What the positions that are returned are told from, m.
+        Origin of the returned positions, m.
 
     Returns
     -------

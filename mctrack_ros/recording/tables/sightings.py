@@ -35,11 +35,11 @@ class Sightings:
     position : (n, 2) float64 array
         On the ground, m; NaN where there is none.
     sigma : (n,) float64 array
-        Standard deviation of the position along each axis, m; NaN where it is not told.
+        Standard deviation of the position along each axis, m; NaN where unknown.
     score : (n,) float64 array
         Confidence, 0 to 1.
     label : (n,) str array
-        Class, as the detector calls it; empty where it does not tell.
+        Class, as the detector calls it; empty where it names none.
     local_id : (n,) int64 array
         The detector's own tracks, from 1; 0: none.
     interval_ns : float

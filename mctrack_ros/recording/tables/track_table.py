@@ -57,7 +57,7 @@ def read_track_table(
     period_ns : int
         Period of its frames, ns, if it has no times.
     origin : (float, float)
-        What the positions that are returned are told from, m.
+        Origin of the returned positions, m.
 
     Returns
     -------

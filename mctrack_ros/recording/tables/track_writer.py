@@ -26,7 +26,7 @@ class TrackWriter(Closing):
     origin_ns : int, optional
         Where frame 1 begins, ns; by default half a period before the first instant.
     origin : (float, float)
-        What the tracks' positions are told from: the file has positions in its coordinates, m.
+        Origin of the positions; the file has them in the coordinates of the site's files, m.
 
     """
 

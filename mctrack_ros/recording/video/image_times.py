@@ -65,11 +65,11 @@ class ImageTimes:
 
     def notes(self) -> list[str]:
         """Return what was made up or left out, a line each."""
-        told = [
+        repairs = [
             (self._untimed, 'without a time, put one period after the image before'),
             (self._unordered, 'left out: their times are not later than those before'),
         ]
-        lines = [f'{count} image{"s" if count > 1 else ""} {what}' for count, what in told]
+        lines = [f'{count} image{"s" if count > 1 else ""} {what}' for count, what in repairs]
         lines += [
             f'its times step back {self._restarts} times, first {self._first_restart}: '
             'it goes on one period after the last image',

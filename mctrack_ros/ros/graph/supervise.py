@@ -24,7 +24,7 @@ _FIRST_PAUSE_S = 0.5
 _LONGEST_PAUSE_S = 10.0
 _HEALTHY_S = 10.0
 _PATIENCE_S = ((signal.SIGTERM, 7.0), (signal.SIGKILL, 2.0))
-"""How a process is told to end. SIGINT would end one that still starts with a traceback."""
+"""Signal that ends a process. SIGINT would end one that still starts with a traceback."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ class _Child:
 
 class Supervisor:
     """
-    Run processes until told to stop, and leave none behind.
+    Run processes until a signal to stop, and leave none behind.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ class Supervisor:
 
     def run(self) -> int:
         """
-        Start everything, watch it until told to stop, stop it.
+        Start everything, watch it until a signal to stop, stop it.
 
         Returns
         -------
@@ -221,7 +221,7 @@ class Supervisor:
         """Report a process that did not stop as it should."""
         if code not in (0, -signal.SIGINT, -signal.SIGTERM):
             self.failed = True
-            self._write(f'[{name}] ended with {code} when told to stop')
+            self._write(f'[{name}] ended with {code} when asked to stop')
 
 
 def _signal_group(child: _Child, number: int) -> None:

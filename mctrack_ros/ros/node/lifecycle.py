@@ -60,7 +60,7 @@ class GraphNode(LifecycleNode):
 
     def set_parameters_atomically(self, parameter_list: list[Any]) -> SetParametersResult:
         """Set parameters, as a service asks; those that are so already may be read-only."""
-        if parameters.are_as_told(self, parameter_list):
+        if parameters.already_are(self, parameter_list):
             return SetParametersResult(successful=True)
         return super().set_parameters_atomically(parameter_list)
 

@@ -95,9 +95,9 @@ def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[], bool]) -> No
     node.add_post_set_parameters_callback(follow)
 
 
-def are_as_told(node: Node, told: Sequence[Any]) -> bool:
+def already_are(node: Node, wanted: Sequence[Any]) -> bool:
     """
-    Tell whether parameters have the values already that they are told to have.
+    Return whether parameters already have the values that are asked for.
 
     ``ros2 param load`` hands over what YAML makes of a value's text: a number for the string
     ``'0'``, a string for the number 1e-05, bytes for an empty list. So it is the text that counts.
@@ -105,7 +105,7 @@ def are_as_told(node: Node, told: Sequence[Any]) -> bool:
     """
     return all(
         node.has_parameter(one.name) and str(node.get_parameter(one.name).value) == str(one.value)
-        for one in told
+        for one in wanted
     )
 
 

@@ -28,7 +28,7 @@ _WAKE_S = 0.2
 
 def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -> int:
     """
-    Run one node until it is done or the process is told to end; or say how, if asked by --help.
+    Run one node until it is done or the process is signalled to end; print usage for --help.
 
     Parameters
     ----------

@@ -184,7 +184,7 @@ class CameraNode(GraphNode):
             self.get_logger().info('the camera is back where it was')
 
     def show(self, image: Any, output: CameraOutput) -> None:
-        """Publish the image with what is seen in it, while somebody looks."""
+        """Publish the image with detections drawn in, while somebody subscribes."""
         if not self.debug_image.get_subscription_count():
             return
         groups, predicted = self.tracker.groups(), self.tracker.predicted_boxes()

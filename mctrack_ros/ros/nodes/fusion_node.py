@@ -179,7 +179,7 @@ class FusionNode(GraphNode):
         """Subscribe to every camera, and say what the site is."""
         self.after_arrivals = self.create_guard_condition(self.on_overdue)
         if any(self.origin):
-            self.get_logger().info(f'positions are told from the origin {self.config.origin}')
+            self.get_logger().info(f'positions are relative to the origin {self.config.origin}')
         values = {
             'cameras': list(self.config.cameras),
             'origin': list(self.origin),
@@ -191,11 +191,11 @@ class FusionNode(GraphNode):
             heard = partial(self.on_events, camera)
             self.subscribe(PointCloud2, f'{camera}/events', heard, quality.reliable(100))
             for kind in self.method.messages:
-                told, ros_type = (
+                received, ros_type = (
                     partial(self.on_message, camera, kind),
                     message_class(kind.ROS_TYPE),
                 )
-                self.subscribe(ros_type, f'{camera}/{kind.TOPIC}', told, quality.reliable(10))
+                self.subscribe(ros_type, f'{camera}/{kind.TOPIC}', received, quality.reliable(10))
         # Waiting is measured on a clock that no time service moves, unless time is simulated.
         simulated = self.get_parameter('use_sim_time').value
         self.clock = self.get_clock() if simulated else Clock(clock_type=ClockType.STEADY_TIME)
@@ -226,7 +226,7 @@ class FusionNode(GraphNode):
             self.health[camera].count('feedback missed', missed)
 
     def on_message(self, camera: str, kind: type[Any], message: Any, info: dict[str, int]) -> None:
-        """Give what one camera tells to the batcher, and fuse what is complete."""
+        """Give a camera's message to the batcher, and fuse what is complete."""
         try:
             part = message_from_ros(message, kind)
         except ValueError as error:
@@ -356,7 +356,7 @@ class FusionNode(GraphNode):
             health.count('dropped detections', int(dropped))
 
     def show(self, tracks: Tracks) -> None:
-        """Publish what people look at, while they do."""
+        """Publish markers and images while somebody subscribes."""
         frame = self.config.ground_frame
         if self.markers.get_subscription_count():
             self.markers.publish(markers.marker_array(tracks, frame))

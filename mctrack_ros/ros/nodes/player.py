@@ -208,7 +208,7 @@ class Player(GraphNode):
         shared = [name for name in names if self.count_publishers(name) > 1]
         if shared:
             self.get_logger().warning(
-                f'others publish {", ".join(shared)}, too, and both are heard: play only what '
+                f'others publish {", ".join(shared)}, too, and both are received: play only what '
                 'they do not, for example the images, by --topic (parameter topics)'
             )
 
@@ -272,7 +272,7 @@ class Player(GraphNode):
         return Pace(first_ns, self.config.rate, began_ns, shift_ns)
 
     def wait_until(self, pace: Pace, time_ns: int) -> bool:
-        """Sleep until a message is due, with `/clock` meanwhile; false: told to end."""
+        """Sleep until a message is due, with `/clock` meanwhile; false: asked to end."""
         step_ns = round(1e9 / self.config.clock_rate)
         while not self.ending.is_set():
             wait_ns = pace.due_ns(time_ns) - time.monotonic_ns()

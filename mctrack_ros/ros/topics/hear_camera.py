@@ -22,7 +22,7 @@ _DEPTH = 100
 
 def camera_from_topic(topic: str, heard: HeardCamera, timeout_s: float) -> StoredCamera:
     """
-    Wait until a running graph has told of a camera in full.
+    Wait until a running graph has published all of a camera.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def _transform_class() -> Any:
     try:
         return message_class(TF_TYPE)
     except ValueError as error:
-        raise CalibrationError(f'TF cannot be heard: {error}: name extrinsics') from error
+        raise CalibrationError(f'TF cannot be received: {error}: name extrinsics') from error
 
 
 def _instead(node: Node, topic: str) -> str:

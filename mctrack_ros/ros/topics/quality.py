@@ -44,7 +44,7 @@ def images(is_reliable: bool, depth: int) -> QoSProfile:
 
 
 def to_bag(profile: QoSProfile) -> Qos:
-    """Return a publisher's quality as bags state it; DDS tells neither history nor depth."""
+    """Return a publisher's quality as bags state it; DDS has neither history nor depth."""
     return Qos(
         history=QosHistory(int(profile.history)),
         depth=profile.depth,

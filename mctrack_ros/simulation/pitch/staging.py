@@ -1,4 +1,4 @@
-"""A pitch on which only a few people walk, each as told."""
+"""A pitch on which only a few people walk, each on a given path."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Walk:
 
 
 def staged(scenario: Scenario, walks: Sequence[Walk]) -> World:
-    """Return the world in which only these people are on the pitch and walk as told."""
+    """Return the world in which only these people are on the pitch, each on a given path."""
     shape = (scenario.steps, PLAYERS)
     position = np.tile(NOWHERE_M, (*shape, 1))
     active = np.zeros(shape, np.bool_)

@@ -184,5 +184,5 @@ def test_a_camera_that_is_not_of_the_site_is_refused():
 
 
 def test_without_calibrations_it_is_refused():
-    with pytest.raises(ConfigError, match='name a site'):
+    with pytest.raises(ConfigError, match='name the site'):
         open_fusion(OccupancyConfig(), NAMES)
