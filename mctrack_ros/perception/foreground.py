@@ -1,4 +1,4 @@
-"""The foreground mask that a camera tells: so small that a person is some pixels high."""
+"""The foreground mask that a camera publishes, reduced until a person is about 22 px high."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from mctrack_ros.interfaces import Foreground
 
 Image = NDArray[np.uint8]
 PERSON_M, PERSON_PX = 1.75, 22.0
-"""Height of a person, m, and how high the median one is in the reduced mask, px."""
+"""Height of a person, m, and the median height of persons in the reduced mask, px."""
 NARROWEST_PX = 90
-"""A mask is at least so wide."""
+"""Least width of a reduced mask, px."""
 
 
 class Reduction:
@@ -37,7 +37,7 @@ class Reduction:
         self._factor = max(int(factor), 1)
 
     def foreground(self, mask: Image, stamp_ns: int) -> Foreground:
-        """Return a mask, (h, w) with 255, reduced: foreground where at least half of it is."""
+        """Return a mask, (h, w) with 255, reduced: a pixel is set if half of its pixels are."""
         height, width = mask.shape
         size = max(width // self._factor, 1), max(height // self._factor, 1)
         share = cv2.resize(mask, size, interpolation=cv2.INTER_AREA)

@@ -1,4 +1,4 @@
-"""The seam of the cameras' own trackers: what each is, and all of them by name."""
+"""Registry of camera trackers: what each is, all of them by name."""
 
 from __future__ import annotations
 

@@ -18,9 +18,9 @@ MARGIN = 3
 KERNEL = np.ones((3, 3), np.uint8)
 PERIOD_S = 0.2  # between searches: as between lessons of the background
 PATIENCE_S = 1.0
-"""Time that something must look like a ghost in one place: passers-by do for less on terrace."""
+"""Time that a ghost must stay in one place: passers-by look like one for less on terrace."""
 SETTLING_S = 4.0
-"""Time from the first background in which ghosts are usual, and none is waited for."""
+"""Time from the first background in which ghosts are removed at once."""
 SAME_SHARE = 0.7  # intersection over union from which two boxes are one place
 EDGE_RATIO, EDGE_DIFFERENCE = 1.25, 6.0
 """Times, and grey levels, by which the background's edges along an outline exceed the image's:

@@ -20,7 +20,7 @@ Booleans = NDArray[np.bool_]
 LEAST_VISIBLE = 0.15
 """Share of a body that must be seen to measure it; by trial on simulated matches, as the next."""
 LEAST_PROVEN = 0.35
-"""Share of a body that must explain what older tracks do not, to be sure of it."""
+"""Least share of a body that is foreground which no older track explains."""
 
 
 class Observations(NamedTuple):
@@ -38,19 +38,19 @@ class Observations(NamedTuple):
     foot : (n, 2) float64 array
         Foot point, px.
     position : (n, 2) float64 array
-        Where that stands, m; of a vehicle, the middle of the ground that it covers.
+        Its ground position, m; of a vehicle, the middle of its footprint.
     noise : (n, 2, 2) float64 array
         Covariance of the foot point, px².
     visible : (n,) float64 array
         Share of the body that is seen.
     proven : (n,) float64 array
-        Share of the body that explains what no older track does.
+        Share of the body that is foreground which no older track explains.
     template : (n, 48) float64 array
         Colours of what is seen of it.
     fitted : (n,) bool array
         A body was placed in the blob; else the blob is the person.
     depth : (n, 2) float64 array
-        How far the ground that a vehicle covers reaches from its foot point, m; 0: a person.
+        Footprint of a vehicle, from its near to its far end, m; 0: a person.
 
     """
 
@@ -137,18 +137,18 @@ def gathered(
     singles : SingleBlobs
         Of all blobs.
     bodies : Bodies
-        In those that are not alone.
+        Fitted in the blobs that are not one person.
     shared : (b,) int64 array
         Rows of these.
     rows : (k,) int64 array
-        Tracks that the known of the bodies are, in their order.
+        Track of each known body, in order.
     blob_box, template : (n, 4) and (n, 48) arrays
         Boxes of all blobs, px, and their colours.
 
     Returns
     -------
     Observations
-        Where their feet are is still to be written.
+        Without foot points, positions and noise: see `footed`.
 
     """
     count = len(bodies.blob)
@@ -195,7 +195,7 @@ def footed(
     """
     Find the feet of persons.
 
-    What is hidden of bodies and cut off by the image's edge adds to their noise.
+    Occluded and truncated bodies have a larger covariance.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def footed(
     truncated, expected, blob_box : (n,) bool, (n, 2) and (n, 4) arrays
         Of the blobs: which touch the edge, the size of a person there and their boxes, px.
     noise_ratio : (t, 2) array
-        Variance of each track's foot points over that of all, as it was observed.
+        Variance of each track's foot points over the default.
     footing : Footing
         How well feet are seen.
 

@@ -17,25 +17,25 @@ Ints = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 NEW = -1
 ODD_WIDTH, ODD_HEIGHT = 1.8, 1.25
-"""Width and height from which a blob is more than one person, in usual ones: of a full stride, and
-of a tall one with arms raised."""
+"""Largest width and height of one person over the expected ones: a full stride; a tall person with
+arms raised."""
 SINGLE_WIDTH = 1.4
-"""Width below which a blob shows no more than one person, likewise; by trial."""
+"""Width over the expected one below which a blob shows one person; by trial."""
 LEAST_ALIKE = 0.5
 """Intersection over union with its tracks below which a usual blob is new: terrace."""
 
 
 class SingleBlobs(NamedTuple):
     """
-    What can be told of blobs by their size alone, one row each.
+    Blobs judged by their size alone, one row each.
 
     Attributes
     ----------
     alone : (n,) bool array
-        Which look like one whole person and hold at most one track, or look like one person, but
-        like none of their tracks, or are a vehicle.
+        Which have the size of one person and hold at most one track, or match none of their
+        tracks, or are a vehicle.
     single : (n,) bool array
-        Which others are no larger than one person: who else is in it must be hidden.
+        Other blobs of at most one person's size: all tracks but the best match are occluded.
     track : (n,) int64 array
         Row of the track that each is which is alone, -1: none.
     best : (n,) int64 array

@@ -22,22 +22,22 @@ class TrackerConfig:
     """Parameters of `LocalTracker`."""
 
     confirm_s: float = parameter(
-        0.2, 'time after which a local track is believed [s]', minimum=0.0
+        0.2, 'time after which a local track is confirmed [s]', minimum=0.0
     )
     coast_s: float = parameter(
         0.8, 'time that a local track lives without a detection [s]', minimum=0.0
     )
     hidden_s: float = parameter(
-        3.0, 'time that a track stays in a group no larger than one person [s]', minimum=0.0
+        3.0, "time that a hidden track is kept in a blob of one person's size [s]", minimum=0.0
     )
     vehicles: bool = parameter(
         False,
-        'whether vehicles and bicycles come too: what is as large as a vehicle, and was not seen '
-        'to gather, is one; what is long, thin and fast is a bicycle',
+        "whether vehicles and bicycles are detected: a blob of a vehicle's size is one unless "
+        'it formed from tracked people; a long, thin and fast one is a bicycle',
     )
     template: str = parameter(
         'mixed',
-        'what is kept of looks: hue and brightness, or hue alone',
+        'colour histogram of a track: hue and brightness, or hue alone',
         choices=tuple(PALETTES),
     )
 

@@ -24,11 +24,11 @@ from mctrack_ros.perception.output import CameraOutput, check_image
 
 Image = NDArray[np.uint8]
 KNOWN_SHARE = 0.5
-"""Share of a box inside that of somebody whom fusion knows from which it is no ghost. Four-camera
+"""A box that lies by this share inside that of a fused track is not tested as a ghost. Four-camera
 terrace: MOTA of the occupancy tracker to frame 1250 .954 with, .770 without; of the joint tracker
 .806 and .849, then .815 and .734; PETS view 1 is the same."""
 TOLD = (Detections, Foreground)
-"""What is told of every image."""
+"""Message types published for each image."""
 
 
 class EventTracker:
@@ -87,7 +87,7 @@ class EventTracker:
             Its capture time, ns. A gap or a step back of more than a second restarts the local
             tracks, unless the camera is as slow as that; local ids go on.
         feedback : Feedback or None
-            The fusion node's, of the design's age; see `FeedbackBuffer`.
+            The fusion node's, `feedback_delay` old; see `FeedbackBuffer`.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class EventTracker:
         if frame is None:
             self._restart_tracks()
             return CameraOutput.empty(TOLD, stamp_ns, arrival.shift)
-        blobs = self._blobs(frame)  # connected foreground that is not shade alone
+        blobs = self._blobs(frame)  # connected foreground that is not only shadow
         noise_px = arrival.shift.noise_px
         detections, events = self._tracker.step(blobs, frame, stamp_ns, feedback, noise_px)
         self._learn(frame, blobs, detections, stamp_ns)  # where people are, and are not
@@ -172,7 +172,7 @@ class EventTracker:
         return blobs.select(~shade) if shade.any() else blobs
 
     def _learn(self, frame: Frame, blobs: Blobs, detections: Detections, stamp_ns: int) -> None:
-        """Tell the background where people are, and put the image where somebody was a ghost."""
+        """Tell the background where people are; copy the image into it where a ghost was found."""
         seen = detections.box[~detections.is_vacant]
         boxes = np.vstack([blobs.box, seen]).astype(np.float64)
         known = seen[detections.track_id[~detections.is_vacant] > 0].astype(np.float64)

@@ -22,10 +22,10 @@ class GroupConfig:
     """Parameters of `Groups`."""
 
     part_s: float = parameter(
-        0.4, 'time for which tracks must be apart to have parted [s]', minimum=0.0
+        0.4, 'how long tracks must be apart before a split is reported [s]', minimum=0.0
     )
     stable_s: float = parameter(
-        0.4, 'time for which one is tracked alone before he is stable [s]', minimum=0.0
+        0.4, 'how long a track must be alone before it is stable (E6) [s]', minimum=0.0
     )
 
 

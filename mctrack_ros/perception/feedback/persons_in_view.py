@@ -44,7 +44,7 @@ class Sighting:
     seen : (n,) bool array
         In this image.
     proven : (n,) float64 array
-        Share of the body that explains what no older track does.
+        Share of the body that is foreground which no older track explains.
     age_s : (n,) float64 array
         Since they began, s.
 

@@ -1,4 +1,4 @@
-"""How well foot points are measured: as believed of all, and as observed of each; compiled."""
+"""Noise of foot points: the default model, and its adaptation to each track; compiled."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 OUTLIER = 9.0
-"""What is farther from the expected than this is taken for as far: variances of it."""
+"""Squared innovations are clipped at this many innovation variances."""
 
 
 @inner
@@ -48,29 +48,29 @@ def follow_noise(
     pace: float,
 ) -> None:  # fmt: skip
     """
-    Let the measurement noise of tracks follow what is observed of them.
+    Adapt the measurement noise of tracks to their innovations.
 
-    What the squared innovation exceeds the spread of the prediction by is noise (event-tracking
-    paper, section 3.2 and Figure 5). It only ever adds to what is believed of all: the error of
-    a foot point lasts from image to image, and what is steady need not be right.
+    Noise is the squared innovation minus the predicted variance (event-tracking paper, section
+    3.2 and Figure 5). The estimate never falls below the default: errors of a foot point last
+    from image to image, so small scatter does not prove a small error.
 
     Parameters
     ----------
     ratio : (t, 2) array
-        Of each track's variance to that believed of all, along x and y of the image, at least
-        1; changed in place.
+        Variance of each track's foot points over the default, along x and y of the image, at
+        least 1; changed in place.
     rows : (n,) int64 array
-        Track that each foot point is of; -1: it is not to be learned from.
+        Track of each foot point; -1: it is not used.
     foot : (n, 2) array
         Measured, px.
     expected : (t, 2) array
         Foot points of the tracks, predicted, px.
     noise : (n, 2, 2) array
-        Covariance of those measured as it is believed now, px².
+        Covariance assumed of those measured, px².
     spread : (t, 2, 2) array
         Covariance of those predicted, px².
     pace : float
-        Share of the difference by which the ratio follows.
+        Filter gain, 0 to 1.
 
     """
     for row, track in enumerate(rows):

@@ -19,8 +19,8 @@ def ground_depth(
     """
     Return how far the ground that vehicles cover reaches from their near ends.
 
-    A person stands at the bottom centre of his box. A vehicle covers ground: from there back to
-    the spot above which its roof ends.
+    A person stands at the bottom centre of the box. A vehicle covers ground: from there back to
+    the point below the far edge of its roof.
 
     Parameters
     ----------
@@ -49,5 +49,5 @@ def ground_depth(
 
 
 def depth_covariance(depth: Floats) -> Floats:
-    """Return the (n, 2, 2) covariance, m², of what is anywhere along (n, 2) depths, m."""
+    """Return the (n, 2, 2) covariance, m², of a uniform distribution along (n, 2) depths, m."""
     return depth[:, :, None] * depth[:, None] / 12

@@ -1,4 +1,4 @@
-"""How bodies look from so steeply above that an upright line does not tell."""
+"""Views from steeply above, in which an upright line is no model of a body."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ Floats = NDArray[np.float64]
 TALL_M, THICK_M = 1.75, 0.5
 """Height and diameter of the upright cylinder that stands for a body, m."""
 CORNERS = 8
-"""So many points of its rims are looked at."""
+"""Points on each of its rims."""
 BELOW = 0.2, 0.3
-"""Where it reaches below its foot point by more of its seen height than the first of these, it
-begins to be seen from above; from the second on it is."""
+"""Part of the outline below the foot point, as a share of its height: below the first value the
+view is from the side, above the second from above."""
 GROWTH = 1.4, 1.6
-"""The same where the head looks so many times as wide as the feet: it is so much nearer."""
+"""The same for the width of the head over that of the feet: the head is nearer."""
 
 
 def seen_from_above(mapping: GroundMapping, position: Floats) -> tuple[Floats, Floats]:

@@ -17,9 +17,9 @@ VEHICLE_ASPECT = 1.3
 MEMORY_S = 3.0
 """Time of one class that outweighs all before it; by trial on the synthetic car park, as below."""
 BICYCLE_WIDTH_M, BICYCLE_LENGTH_M = 0.95, 2.2
-"""Width from which what is fast and seen through is a bicycle, and up to which it is one."""
+"""Range of the width of a bicycle, m."""
 BICYCLE_SPEED, BICYCLE_FILL = 2.5, 0.5
-"""Speed from which it is one, m/s, and share of its rectangle that is foreground, at most."""
+"""Least speed of one, m/s, and largest share of its rectangle that is foreground."""
 
 
 @dataclass(frozen=True)

@@ -26,9 +26,9 @@ def lost_tracks(
     hidden_s: float,
 ) -> tuple[Booleans, Booleans]:  # fmt: skip
     """
-    Tell which tracks have left the image, and which were not seen for too long.
+    Return which tracks have left the image, and which were not seen for too long.
 
-    However slowly images come, nobody is lost before the next one.
+    No track is lost before the next image, whatever the frame rate.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ def lost_tracks(
     stamp_ns : int
         Time of the image, ns.
     seen_ns, clear_ns : (n,) int64 arrays
-        Last time that each was seen, and that enough of it was to be sure, ns.
+        Time of the last image with each, and of the last with enough visible pixels, ns.
     confirmed : (n,) bool array
-        Which are believed.
+        Which are confirmed.
     seconds : float
         Since the last image, s.
     coast_s, confirm_s, hidden_s : float

@@ -23,7 +23,7 @@ Ints = NDArray[np.int64]
 
 class Observer:
     """
-    Tells persons from blobs: a blob of usual size is one, in others bodies are placed.
+    Finds persons in blobs: a blob of one person's size is one, in others bodies are placed.
 
     Parameters
     ----------

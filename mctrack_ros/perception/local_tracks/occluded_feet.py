@@ -34,28 +34,28 @@ KNOWN_S = 1.0
 """For so long somebody must have been seen alone for his height to be known, s."""
 
 SHORT = 0.88
-"""A silhouette that is shorter than this, as a share of its person's height, lacks part of him."""
+"""A silhouette shorter than this share of its person's height lacks a part."""
 
 WHOLE = 0.94
-"""One that is longer does not."""
+"""One longer than this share is whole."""
 
 SHORT_TELLS = 0.1
-"""How much less than others a short one tells of the height."""
+"""Weight of a shortened silhouette in the height."""
 
 WALKING = 0.5
-"""Who is slower than this may have bent down or sat down, m/s."""
+"""A slower person may have bent down or sat down, m/s."""
 
 AWAY_NS = 2_000_000_000
-"""Who comes back to a place after more than this passes it anew, ns."""
+"""Return to a place after this time counts as another passage, ns."""
 
 SURE = 2
-"""So many more passed a place without feet than with them: it hides them."""
+"""Surplus of passages without visible feet from which a cell hides feet."""
 
 FORGETFUL = 4
-"""No more are counted, so that what has changed is learned."""
+"""Limit of the count, so that changes of the scene are learned."""
 
 ROUNDS = 3
-"""Of finding where feet are, and how large a metre is there."""
+"""Iterations of the foot point and the size of a metre there."""
 
 
 class Places(NamedTuple):
@@ -212,7 +212,7 @@ def _reach(
     local_id: Ints, mean: Floats, height_m: Floats, height_s: Floats, stamp_ns: int,
     seconds: float, memory_s: float, usual_m: float, cell: Floats, places: Places,
 ) -> None:  # fmt: skip
-    """See `HiddenFeet.reach`."""
+    """See `OccludedFeet.reach`."""
     persons = np.zeros(len(blob_box), np.int64)
     for blob in seen.blob:
         persons[blob] += 1

@@ -33,7 +33,7 @@ class FilterConfig:
         2.5, "standard deviation of a new track's velocity [m/s]", minimum=0.0
     )
     foot_noise_px: float = parameter(
-        0.7, 'standard deviation of the foot point, part that is the same for all [px]',
+        0.7, 'standard deviation of the foot point, constant part [px]',
         minimum=0.01,
     )  # fmt: skip
     foot_noise_share: float = parameter(
@@ -41,14 +41,14 @@ class FilterConfig:
     )
     noise_time_s: float = parameter(
         2.0,
-        "time constant with which the noise of a track's foot points follows what is observed of "
-        'them, never below the above; 0: it is as above [s]',
+        'time constant of the adaptive foot noise of each track, never below these; 0: not '
+        'adaptive [s]',
         minimum=0.0,
     )
     height_time_s: float = parameter(
         20.0,
-        'time constant of the height that is remembered: by it and the head feet are found that '
-        'something of the scene hides; 0: none are [s]',
+        "time constant of a track's height, with which hidden feet are placed below the head; "
+        '0: they are not [s]',
         minimum=0.0,
     )
 

@@ -18,7 +18,7 @@ class PlaceConfig:
     """Parameters of `Places`."""
 
     foot_noise_px: float = parameter(
-        1.5, 'standard deviation of the foot point, part that is the same for all [px]',
+        1.5, 'standard deviation of the foot point, constant part [px]',
         minimum=0.01,
     )  # fmt: skip
     foot_noise_share: float = parameter(

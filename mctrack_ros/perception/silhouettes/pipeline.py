@@ -110,7 +110,7 @@ class SilhouettePipeline:
             Its capture time, ns. A gap or a step back of more than a second restarts tracking,
             unless the camera is as slow as that; local ids go on.
         feedback : Feedback or None
-            The fusion node's, of the design's age; see `FeedbackBuffer`.
+            The fusion node's, `feedback_delay` old; see `FeedbackBuffer`.
 
         Raises
         ------

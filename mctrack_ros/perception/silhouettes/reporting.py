@@ -1,4 +1,4 @@
-"""What a camera says about its objects: detections, events, and who may be passed on."""
+"""What a camera reports of its objects: detections, events, and which pedestrians go to fusion."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ class ReportConfig:
     """Parameters of what is reported."""
 
     coherent_s: float = parameter(
-        3.0, 'time of coherent track before a pedestrian is passed on [s]', minimum=0.0
+        3.0,
+        'how long a pedestrian is tracked without a gap before it is reported [s]',
+        minimum=0.0,
     )
     travel_px: float = parameter(
         20.0,
-        'distance that it must have come by then; what has not is no pedestrian; 0: as printed '
-        '[px]',
+        'least distance that it has travelled by then; 0: none, as in the paper [px]',
         minimum=0.0,
     )
     part_s: float = parameter(
-        0.4, 'time for which objects must be apart to have parted [s]', minimum=0.0
+        0.4, 'how long objects must be apart before a split is reported [s]', minimum=0.0
     )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TrackedObjects:
     """
-    The objects of one image, for those who count them; one row each.
+    The objects of one image, for evaluation; one row each.
 
     Attributes
     ----------
@@ -76,7 +77,7 @@ def note_groups(
     objects : ObjectList
         Whose ``group`` is changed.
     component : (n,) int array
-        Component of the image that each shares with others; -1: none.
+        Connected component that each object shares with others; -1: none.
     stamp_ns : int
         Time of the image, ns.
     log : EventLog

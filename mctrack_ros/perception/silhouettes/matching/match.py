@@ -24,21 +24,25 @@ class MatchConfig:
         80.0, 'greatest distance of an object from a silhouette that it takes [px]', minimum=1.0
     )
     distance: str = parameter(
-        'centroids', 'between what that is; as printed: centroids', choices=('centroids', 'boxes')
+        'centroids',
+        'what it is measured between; paper: centroids',
+        choices=('centroids', 'boxes'),
     )
     pedestrian_m: float = parameter(
-        1.2, 'the same for known pedestrians; 0: no other, as printed [m]', minimum=0.0
+        1.2,
+        'greatest distance of a known pedestrian; 0: radius_px, as in the paper [m]',
+        minimum=0.0,
     )
     pedestrian_mps: float = parameter(
-        2.0, 'by how much that grows with the time since they were seen [m/s]', minimum=0.0
+        2.0, 'growth of pedestrian_m with the time since the last match [m/s]', minimum=0.0
     )
     stripe_width: float = parameter(
         1.3,
-        'what is this many times wider than a known pedestrian, and lower, is none',
+        'a silhouette this many times wider than a known pedestrian, and lower, is not matched',
         minimum=1.0,
     )
     stripe_height: float = parameter(
-        0.5, 'how much lower, as a share of the height', minimum=0.0, maximum=1.0
+        0.5, 'how much lower that is, as a share of the height', minimum=0.0, maximum=1.0
     )
     only_valid: bool = parameter(
         True, 'only silhouettes within the radius compete; false: as printed, all do'
