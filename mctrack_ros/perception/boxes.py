@@ -22,7 +22,7 @@ EDGE_PX = 4.0
 
 
 COVERED_SHARE = 0.3
-"""Feet are covered if a lower box hides so much of a box's lower edge."""
+"""Share of a box's lower edge behind a lower box from which its feet are covered."""
 
 
 @dataclass(frozen=True, slots=True)

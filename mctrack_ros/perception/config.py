@@ -15,7 +15,7 @@ class Sight:
     person_height_m : float
         Height of people, m.
     farthest_height_px : float
-        Where they would look smaller than this it is too far away, px.
+        Smallest height of a person, px; what is smaller is too far away.
     foot_noise_px : float
         Standard deviation of a foot point, the part that is the same for all, px.
     foot_noise_share : float

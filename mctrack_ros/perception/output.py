@@ -22,7 +22,7 @@ class CameraOutput:
     Attributes
     ----------
     messages : mapping of str to Message
-        What is told of every image, by topic below the camera's; empty while the background is
+        Messages of every image, by topic below the camera's; empty while the background is
         learned.
     events : Events
         What happened to the camera's own tracks; ``others`` are local ids.
@@ -45,7 +45,7 @@ class CameraOutput:
 
     @property
     def detections(self) -> Detections:
-        """What is detected; none, if the tracker tells other things."""
+        """What is detected; none, if the tracker sends other messages."""
         found = self.messages.get(Detections.TOPIC)
         return found if isinstance(found, Detections) else Detections.build(self.events.stamp_ns)
 

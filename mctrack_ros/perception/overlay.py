@@ -18,7 +18,7 @@ Colour = tuple[int, int, int]
 UNKNOWN = (190, 190, 190)
 GROUP = (60, 160, 255)
 PREDICTED = (255, 200, 0)
-TOLD = (EventCode.NEW, EventCode.ENTER, EventCode.SPLIT, EventCode.EXIT, EventCode.MERGE)
+SHOWN_EVENTS = (EventCode.NEW, EventCode.ENTER, EventCode.SPLIT, EventCode.EXIT, EventCode.MERGE)
 LINES = 8
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _MARGIN_PX = 4
@@ -87,7 +87,7 @@ class Overlay:
         """Take up what happened; forget what is long past."""
         self._lines.extend(
             (stamp_ns, _sentence(events, row))
-            for row in np.flatnonzero(np.isin(events.event, TOLD)).tolist()
+            for row in np.flatnonzero(np.isin(events.event, SHOWN_EVENTS)).tolist()
         )
         while self._lines and not 0 <= stamp_ns - self._lines[0][0] < self._memory_ns:
             self._lines.popleft()

@@ -14,7 +14,7 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, Feedback, Message, Rows
 from mctrack_ros.perception.config import CameraConfig
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
-from mctrack_ros.perception.event_tracker.pipeline import TOLD, EventTracker
+from mctrack_ros.perception.event_tracker.pipeline import MESSAGES, EventTracker
 from mctrack_ros.perception.feedback.buffer import FeedbackBuffer, RowsBuffer
 from mctrack_ros.perception.output import CameraOutput
 
@@ -56,9 +56,9 @@ class CameraMethod(NamedTuple):
     open : callable
         Makes one of parameters, the camera's mapping, mask and background; see `open_camera`.
     messages : tuple of type
-        What it tells of every image, each on the topic of its type.
+        Message types of every image, each on the topic of its type.
     feedback : type
-        What it is told by fusion.
+        Message type of its feedback.
 
     """
 
@@ -95,7 +95,7 @@ def _silhouettes() -> CameraMethod:
 
 
 TRACKERS: dict[str, CameraMethod | Deferred] = {
-    'groups': CameraMethod(EventTrackerConfig, EventTracker, TOLD),
+    'groups': CameraMethod(EventTrackerConfig, EventTracker, MESSAGES),
     'silhouettes': Deferred(_silhouettes),
 }
 CAMERA: OneOf[CameraConfig] = OneOf(

@@ -1,4 +1,4 @@
-"""Foreground as runs of pixels along rows, told apart where there is any; compiled."""
+"""Foreground as runs of pixels along rows, compared only where there is any; compiled."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Strength(NamedTuple):
 
 @inner
 def _occupied(words: Words) -> Bools:
-    """Return which blocks of so many words are not wholly zero; behind the last is one more."""
+    """Return which blocks of words are not wholly zero; behind the last is one more."""
     occupied = np.ones(len(words) // BLOCK + 1, np.bool_)
     for block in range(len(words) // BLOCK):
         part, found = words[block * BLOCK : (block + 1) * BLOCK], np.uint64(0)
@@ -168,7 +168,7 @@ def _contrast(blue: int, green: int, red: int, colour: int) -> int:
     Return what changes of a pixel come to, in 256ths of a grey level.
 
     The brightness is that of JPEG (ITU-R BT.601); the colour differs by as much as the changes
-    differ among themselves, and counts by so many 256ths.
+    differ among themselves, and counts by as many 256ths.
     """
     spread = max(blue, green, red) - min(blue, green, red)
     return abs(29 * blue + 150 * green + 77 * red) + colour * spread

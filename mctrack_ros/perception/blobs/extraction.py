@@ -49,7 +49,9 @@ class BlobConfig:
     person_height_m: float = parameter(1.75, 'height of what is tracked [m]', minimum=0.05)
     person_width_m: float = parameter(0.6, 'width of what is tracked [m]', minimum=0.05)
     farthest_height_px: float = parameter(
-        8.0, 'where a person would look smaller than this, it is too far away [px]', minimum=0.0
+        8.0,
+        'smallest height of a person; places where it would be smaller are too far away [px]',
+        minimum=0.0,
     )
 
     def __post_init__(self) -> None:
@@ -175,7 +177,7 @@ def find_blobs(
 def describe(
     box: Floats, area: Floats, mapping: GroundMapping, sizes: SizeTable, config: BlobConfig
 ) -> tuple[Blobs, Booleans]:
-    """Look up where boxes stand and how large a person would be there; tell which may be some."""
+    """Return where boxes stand, how large a person is there, and which may be persons."""
     foot = sizes.foot_of(box)
     expected = sizes.per_metre(foot) * [config.person_width_m, config.person_height_m]
     width, height = mapping.image_size

@@ -27,7 +27,7 @@ KNOWN_SHARE = 0.5
 """A box that lies by this share inside that of a fused track is not tested as a ghost. Four-camera
 terrace: MOTA of the occupancy tracker to frame 1250 .954 with, .770 without; of the joint tracker
 .806 and .849, then .815 and .734; PETS view 1 is the same."""
-TOLD = (Detections, Foreground)
+MESSAGES = (Detections, Foreground)
 """Message types published for each image."""
 
 
@@ -99,12 +99,12 @@ class EventTracker:
         """
         arrival = self._front.take(image, stamp_ns)
         if arrival is None:
-            return CameraOutput.empty(TOLD, stamp_ns, self._front.shift)
+            return CameraOutput.empty(MESSAGES, stamp_ns, self._front.shift)
         self._begin_anew(arrival)
         frame = self._foreground(image, stamp_ns)  # background subtracted, shadows taken out
         if frame is None:
             self._restart_tracks()
-            return CameraOutput.empty(TOLD, stamp_ns, arrival.shift)
+            return CameraOutput.empty(MESSAGES, stamp_ns, arrival.shift)
         blobs = self._blobs(frame)  # connected foreground that is not only shadow
         noise_px = arrival.shift.noise_px
         detections, events = self._tracker.step(blobs, frame, stamp_ns, feedback, noise_px)
@@ -112,8 +112,8 @@ class EventTracker:
         foreground = Foreground.build(stamp_ns)
         if arrival.shift.state is not ShiftState.MOVED:
             foreground = self._reduction.foreground(frame.objects, stamp_ns)
-        told: dict[str, Message] = {Detections.TOPIC: detections, Foreground.TOPIC: foreground}
-        return CameraOutput(told, events, arrival.shift)
+        messages: dict[str, Message] = {Detections.TOPIC: detections, Foreground.TOPIC: foreground}
+        return CameraOutput(messages, events, arrival.shift)
 
     def predicted_boxes(self) -> NDArray[np.float64]:
         """Return the (n, 4) boxes, px, where the last image was to show its tracks."""

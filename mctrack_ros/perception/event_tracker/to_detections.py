@@ -1,4 +1,4 @@
-"""What is told of the persons in an image, within the camera and outside; compiled."""
+"""Detections of the persons in an image, for fusion and inside the camera; compiled."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def sighted(
     seen: Observations, confirmed: Booleans, local_id: Ints, mean: Floats, first_ns: Ints,
     stamp_ns: int,
 ) -> tuple[Ints, Floats, Floats, Booleans, Floats, Floats]:  # fmt: skip
-    """Return the columns of `Sighting`: the tracks that are believed, as an image shows them."""
+    """Return the columns of `Sighting`: the confirmed tracks, as an image shows them."""
     row_of, count = np.full(len(confirmed), -1), 0
     for row in range(len(seen.track)):
         if seen.track[row] >= 0:
@@ -75,7 +75,7 @@ SHOWN = types.NamedTuple(
 )  # fmt: skip
 LEAST_SCORE = 0.1
 LEAST_COLOURED = 0.3
-"""Share of a body that must be seen to tell its colours, and not those remembered; by trial."""
+"""Least visible share of a body from which its own colours are used; by trial."""
 
 
 @compiled(

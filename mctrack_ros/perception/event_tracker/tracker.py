@@ -158,7 +158,7 @@ class LocalTracker:
         return found
 
     def _predict(self, stamp_ns: int, log: EventLog) -> tuple[float, Prediction]:
-        """Predict the tracks to an image; return the seconds since the last, and where to look."""
+        """Predict the tracks to an image; return the seconds since the last, and their boxes."""
         seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9
         self._last_ns = stamp_ns
         self.tracks.predict(seconds)
@@ -196,7 +196,7 @@ class LocalTracker:
         return part
 
     def _classify(self, seen: Observations, blobs: Blobs, seconds: float) -> Observations:
-        """Tell vehicles from people; return those of whom enough is seen to be told of."""
+        """Separate vehicles from people; return those visible enough to be reported."""
         self._vehicles.classify(self.tracks, seen, blobs, seconds)
         return seen.select((seen.visible >= LEAST_VISIBLE) & (seen.proven >= LEAST_PROVEN))
 
@@ -210,7 +210,7 @@ class LocalTracker:
     def _with_groups(
         self, detections: Detections, part: Ints, frame: Frame, looks_right: bool
     ) -> Detections:
-        """Add detections of whole groups and, if it looks right, of bare ground."""
+        """Add detections of whole groups and, in a sound image, of bare ground."""
         in_view, stamp_ns = self._in_view, detections.stamp_ns
         more = [merged_detections(in_view, part, detections)]
         if looks_right:
@@ -263,7 +263,7 @@ class LocalTracker:
             log.add_group(EventCode.STABLE, in_view, np.array([row]), np.zeros(0, np.int64))
 
     def _sighting(self, seen: Observations, stamp_ns: int) -> Sighting:
-        """Return the believed tracks as this image shows them."""
+        """Return the confirmed tracks as this image shows them."""
         tracks = self.tracks
         return Sighting(
             *sighted(

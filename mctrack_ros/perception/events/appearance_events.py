@@ -16,18 +16,18 @@ Floats = NDArray[np.float64]
 
 
 SILENCE_NS = 2_000_000_000
-"""Silence of the fusion node after which the camera tells who is new: many of its periods."""
+"""Silence of the fusion node after which the camera decides who is new: many of its periods."""
 ENTER_NS = 80_000_000
 """Time for which an expected target is seen before it has entered: two images."""
 GONE_NS = 400_000_000
 """Time for which a target is out of view before it has left: as groups part (`groups.part_s`)."""
 START_NS = 600_000_000
-"""Time at first in which whoever is told of is new: until the fusion node has confirmed tracks."""
+"""Time at the start in which every target is new: until the fusion node has confirmed tracks."""
 AGAIN_NS, AGAIN_M, AGAIN_M_S = 10_000_000_000, 2.0, 2.0
 """Time in which one who was lost may turn up by another id, how far away at once, and how much
 farther with time: a person who runs."""
 BESIDE_M = 2.5
-"""Who is first told of so near to another was hidden by him; by trial on simulated matches."""
+"""A target that first appears this near to another was hidden by it; simulated matches."""
 COVERED_SHARE = 0.5  # of an expected person that must be foreground to be seen: most of him
 
 
@@ -87,7 +87,7 @@ class AppearanceEvents:
         tracks : LocalTracks
             With the ids that feedback taught them.
         feedback : Feedback or None
-            The fusion node's; if there was none for long, believed tracks are new at once.
+            The fusion node's; if there was none for long, confirmed tracks are new at once.
         blob_box : (m, 4) array
             Foreground, px.
         stamp_ns : int
@@ -117,7 +117,7 @@ class AppearanceEvents:
         self._unheard.intersection_update(names)
 
     def left(self, tracks: LocalTracks, row: int, log: EventLog) -> None:
-        """Note that a local track has left the image (E4), if the fusion node will not tell."""
+        """Note that a local track has left the image (E4), if the fusion node does not know it."""
         known = int(tracks.track_id[row]) in self._present_ns
         if int(tracks.local_id[row]) in self._unheard and not known:
             log.add(EventCode.EXIT, tracks, row)

@@ -63,7 +63,7 @@ class EventLog:
         self._rows.append(_Row(int(event), 0, track_id, position.tolist(), [], []))
 
     def add_group(self, event: EventCode, in_view: PersonsInView, part: Ints, rest: Ints) -> None:
-        """Note that a part of the company joins or leaves the rest, each given by its rows."""
+        """Note that a part of a group joins or leaves the rest, each given by its rows."""
         first = part[(in_view.local_id[part] == 0).argmin()]
         others = np.concatenate([part[part != first], rest])
         others = others[np.argsort(in_view.local_id[others] == 0, kind='stable')][:MEMBERS]

@@ -28,7 +28,7 @@ def merged_detections(in_view: PersonsInView, part: Ints, shown: Detections) -> 
     part : (n,) int64 array
         The part of the foreground each is in (see `contacts`); -1: not seen.
     shown : Detections
-        What is told of single persons.
+        Detections of single persons.
 
     """
     position, covariance, box, members, count = _gathered(

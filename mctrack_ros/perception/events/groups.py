@@ -56,7 +56,7 @@ class Groups:
 
     A group is what is connected by touching (groups of groups are groups), so its members part
     only when none of them has touched any of the others for some time. A track that is not seen
-    stays as it was. Every event tells of one part; the largest part stays the group.
+    stays as it was. Every event is of one part; the largest part stays the group.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ class Groups:
         Parameters
         ----------
         local_id : (n,) int64 array
-            Tracks that are believed, ascending.
+            Confirmed tracks, ascending.
         part : (n,) int64 array
             The part of the foreground each is in (see `contacts`); -1: not seen.
         stamp_ns : int
@@ -132,7 +132,7 @@ class Groups:
         return [Change(True, *pair) for pair in merged] + [Change(False, *pair) for pair in parted]
 
     def _follow(self, local_id: Ints) -> Booleans:
-        """Carry over what is known of tracks that live on; tell which. New ones are alone."""
+        """Carry over what is known of tracks that live on; return which. New ones are alone."""
         known, self._group, self._touched_ns = _carried_over(
             local_id, self._id, self._group, self._touched_ns, -self._hold_ns - 1
         )

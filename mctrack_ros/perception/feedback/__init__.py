@@ -1,1 +1,1 @@
-"""What the fusion node tells a camera: checked, kept until due, matched with local tracks."""
+"""Feedback of the fusion node: checked, kept until due, matched with local tracks."""

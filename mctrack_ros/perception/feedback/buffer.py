@@ -16,7 +16,7 @@ KEPT_TICKS = 64
 
 class RowsBuffer(Generic[R]):
     """
-    The camera's store of what fusion tells: for each image that which is `delay_ns` old.
+    The camera's store of feedback: for each image that which is `delay_ns` old.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class RowsBuffer(Generic[R]):
         return feedback, feedback is None and possible
 
     def _told(self, feedback: R, tick: int) -> R:
-        """Return how the feedback of a tick is told to an image."""
+        """Return the feedback of a tick as an image gets it."""
         return feedback
 
     def _forget(self, tick: int) -> None:
@@ -92,8 +92,8 @@ class FeedbackBuffer(RowsBuffer[Feedback]):
     """
     The same for predictions of targets: impossible ones are left out, ids corrected once.
 
-    Corrections of ids are told once, though several images of a fast camera fall in a tick; a
-    slow one is told those of the ticks between, too.
+    Corrections of ids are given once, though several images of a fast camera fall in a tick; a
+    slow one gets those of the ticks between, too.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ class FeedbackBuffer(RowsBuffer[Feedback]):
         self._untold.pop(tick, None)
 
     def _take_corrections(self, last: int) -> dict[int, int]:
-        """Return what ids were before all that is not told yet, up to a tick, and forget it."""
+        """Return what ids were before corrections not yet given, up to a tick; forget these."""
         origin: dict[int, int] = {}
         for tick in sorted(tick for tick in self._untold if tick <= last):
             changed = self._untold.pop(tick)

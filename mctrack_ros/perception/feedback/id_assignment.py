@@ -33,7 +33,7 @@ class Identified(Protocol):
     A camera's own tracks, of any tracker, as parallel arrays.
 
     ``local_id`` (n,); ``track_id`` (n,), global, 0: none; ``mean`` (n, 4), x, y (m), vx, vy (m/s)
-    on the ground; ``covariance`` (n, 4, 4); ``confirmed`` (n,) bool, whether to be believed.
+    on the ground; ``covariance`` (n, 4, 4); ``confirmed`` (n,) bool.
     """
 
     @property

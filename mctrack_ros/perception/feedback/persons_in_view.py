@@ -31,7 +31,7 @@ MEMORY_S = 1.0
 @dataclass(frozen=True, eq=False, slots=True)
 class Sighting:
     """
-    Local tracks that are believed, as they are seen in one image, one row each.
+    Confirmed local tracks, as they are seen in one image, one row each.
 
     Attributes
     ----------
@@ -98,9 +98,9 @@ NOBODY = PersonsInView(
 
 class PersonList:
     """
-    Calls the roll: the fusion node's targets in view, and local tracks that are none of them.
+    Lists the fusion node's targets in view, and the local tracks that are none of them.
 
-    Who has no local track, because others hide him, is of the company all the same, where the
+    A target without a local track, because others hide it, is listed all the same, where the
     fusion node expects him (event-tracking paper, R2, R3 and R5: what it knows is registered). A
     target and a local track are one by where they are now, not by what they were once.
 
@@ -164,7 +164,7 @@ class PersonList:
         return PersonsInView(key, local_id, track_id, position, box, came)
 
     def _alone(self, local: Sighting) -> PersonsInView:
-        """Return the company as the camera knows it without the fusion node."""
+        """Return the persons in view as the camera knows them without the fusion node."""
         youngest_first = np.arange(len(local.local_id))[::-1]
         local_id = local.local_id[youngest_first]
         box = np.where(local.seen[:, None], local.box, np.nan)[youngest_first]

@@ -23,7 +23,7 @@ def foot_variance(height_px: float, same_px: float, share: float) -> float:
 @compiled(types.f8[:, :, ::1](FLOATS_2D, types.f8, types.f8))
 def foot_noise(box: Floats, same_px: float, share: float) -> Floats:
     """
-    Return the (n, 2, 2) covariance, px², of foot points as it is believed of all.
+    Return the (n, 2, 2) covariance, px², of foot points by the default model.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How large and how slanted an upright metre looks where: a table over the image."""
+"""Apparent size and slant of an upright metre: a table over the image."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Floats = NDArray[np.float64]
 STEP_PX = 4
 TALLEST = 1.15  # height of one person at most, in usual heights
 THICKNESS = 0.29
-"""How far a body reaches along the ground, as a share of its height: what makes it look taller
+"""How far a body reaches along the ground, as a share of its height: what makes it appear taller
 from above."""
 ALLOWED = 0.25
-"""By so much, as a share, it may look taller before that counts: so much bodies differ."""
+"""Share by which it may appear taller before that counts: bodies differ by as much."""
 ROUNDS, OF_THE_WAY = 8, 0.45
 """Foot points seen from above are found in so many steps, each so far to where the last one leads:
 where the body looks twice as long as it is away, whole steps would lead to and fro."""

@@ -59,7 +59,7 @@ def looks_like_bicycle(extent: Floats, fill: Floats, speed: Floats) -> Mask:
     """
     Tell which boxes are those of people on bicycles.
 
-    They are as tall as on foot. What tells them from the side is that a bicycle is longer than a
+    They are as tall as on foot. From the side they differ in that a bicycle is longer than a
     stride, that one sees through it, and that it is faster than people walk; from the front they
     look like people.
 

@@ -18,7 +18,7 @@ INSIDE_SHARE = 0.5
 
 def hidden_members(in_view: PersonsInView, part: Ints, tracked: Ints, blobs: Blobs) -> Ints:
     """
-    Return the rows of the company, (k,), that no track stands for in blobs of several.
+    Return the rows of persons in view, (k,), without a track in blobs of several.
 
     Parameters
     ----------
@@ -49,11 +49,11 @@ def begin_hidden(
     tracks: LocalTracks, in_view: PersonsInView, rows: Ints, feedback: Feedback, stamp_ns: int
 ) -> None:
     """
-    Begin tracks where the fusion node expects some of the company, (k,) rows.
+    Begin tracks where the fusion node expects some of the persons in view, (k,) rows.
 
     So they are looked for in the next image, near that place and in their colours, like members
     whom the camera has followed into the group (event-tracking paper, section 4.2: the server's
-    feedback as a clue; R3 and R5). Nothing is told of them until enough of them is seen.
+    feedback as a clue; R3 and R5). They are not reported until enough of them is visible.
     """
     if not len(rows):
         return

@@ -104,7 +104,7 @@ class LocalTracks:
     clear_ns : (n,) int64 array
         Last time that enough of it was seen to be sure that it is there.
     confirmed : (n,) bool array
-        Old enough to be believed.
+        Old enough to be confirmed.
     class_id : (n,) uint8 array
         A `ClassCode`; unknown until it was seen as a whole.
     height_m, height_s : (n,) float64 arrays
@@ -113,7 +113,7 @@ class LocalTracks:
         From where it stands in the image to its foot point: 0, but a vehicle stands in the
         middle of the ground that it covers, and its foot point is at the near end.
     noise_ratio : (n, 2) float64 array
-        How much larger the variance of its foot points is than believed of all, along x and y of
+        Variance of its foot points over the default, along x and y of
         the image.
 
     """

@@ -59,7 +59,7 @@ def learn(
     seen : Observations
         The persons.
     truncated : (m,) bool array
-        Which blobs touch the image's edge: they tell no size.
+        Which blobs touch the image's edge: they have no size.
     stamp_ns : int
         Time of the image, ns.
     sizes : (r, c, 4) array

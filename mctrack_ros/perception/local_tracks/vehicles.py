@@ -79,7 +79,7 @@ class Vehicles:
         """
         Let the tracks of some who are seen, (n,) rows, stand in the middle of their ground.
 
-        Who turns out to be a person stands at his feet again; what is cut off tells neither.
+        Who turns out to be a person stands at his feet again; what is cut off shows neither.
         """
         if not self._come:
             return
@@ -154,14 +154,14 @@ def vehicles_among(blob_of: Ints, kind: Ints, lead: Floats, look: Ints, truncate
 
 def bicycles_among(blob_of: Ints, kind: Ints, confirmed: Mask, look: Ints, short: Mask) -> Mask:
     """
-    Tell which blobs are one bicycle: what looks like one, or was one, and holds nobody else.
+    Return which blobs are one bicycle: of its size, or one before, and with nobody else in them.
 
     Parameters
     ----------
     blob_of, kind, look : (t,), (t,) and (n,) int arrays
         See `vehicles_among`.
     confirmed : (t,) bool array
-        Which tracks are believed.
+        Which tracks are confirmed.
     short : (n,) bool array
         Which blobs are no longer than a bicycle.
 
@@ -172,5 +172,5 @@ def bicycles_among(blob_of: Ints, kind: Ints, confirmed: Mask, look: Ints, short
 
 
 def _holding(blob_of: Ints, some: Mask, count: int) -> Ints:
-    """Return how many of some tracks, (t,), each of so many blobs holds."""
+    """Return how many of some tracks, (t,), each of the blobs holds."""
     return np.bincount(blob_of[some & (blob_of >= 0)], minlength=count)

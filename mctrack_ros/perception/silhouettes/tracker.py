@@ -127,7 +127,7 @@ class SilhouetteTracker:
         silhouettes : Silhouettes
             Of the image.
         background : LowPassBackground
-            What they were told from.
+            What separates them.
         stamp_ns : int
             Its time, ns.
         log : EventLog
