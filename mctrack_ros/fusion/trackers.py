@@ -7,8 +7,9 @@ from typing import Any, NamedTuple, Protocol
 
 from mctrack_ros.config import ConfigError, OneOf
 from mctrack_ros.fusion.batcher import Batcher
-from mctrack_ros.fusion.config import FusionConfig, JointConfig
+from mctrack_ros.fusion.config import FusionConfig
 from mctrack_ros.fusion.explain.recorder import DecisionRecorder
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.fusion.measurements.admission import unusable_count

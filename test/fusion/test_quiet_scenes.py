@@ -8,7 +8,7 @@ import pytest
 from fusion_scenes import PERIOD_NS
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.fusion import DecisionRecorder, JointConfig, JointTracker, open_batcher
-from mctrack_ros.fusion.config import ASSOCIATION
+from mctrack_ros.fusion.association.config import ASSOCIATION
 from mctrack_ros.interfaces import Detections, Feedback
 from mctrack_ros.perception import FeedbackBuffer
 from mctrack_ros.recording import ROSBAGS_CLASSES

@@ -1,6 +1,8 @@
 import numpy as np
 
-from mctrack_ros.fusion.table import NEVER_NS, TrackTable
+from mctrack_ros.fusion.columns import NEVER_NS
+from mctrack_ros.fusion.management.manager import TrackManager
+from mctrack_ros.fusion.table import TrackTable
 
 
 def named(*ids):
@@ -52,7 +54,7 @@ def test_tracks_are_added_and_taken_out_where_the_table_lies():
 def test_renaming_exchanges_ids_and_remembers_the_old_ones():
     table = named(1, 2, 3)
     table.group = [1, 1, 0]
-    order = table.rename({1: 3, 3: 1})
+    order = TrackManager.rename(table, {1: 3, 3: 1})
     table = table.select(order)
     assert table.track_id.tolist() == [1, 2, 3]
     assert table.previous_id.tolist() == [3, 0, 1]

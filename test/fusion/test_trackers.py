@@ -3,7 +3,7 @@
 import pytest
 
 from mctrack_ros.fusion import Joining, fusion_method, joined
-from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig
 from mctrack_ros.interfaces import Detections, Foreground
 from mctrack_ros.interfaces.rows import MOST_WAITING

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from mctrack_ros.config import config_from, values_of
-from mctrack_ros.fusion.config import MOTION
+from mctrack_ros.fusion.motion.config import MOTION
 from mctrack_ros.perception import CAMERA
 from mctrack_ros.resources import config_file
 from mctrack_ros.ros.default_files import NODE_CONFIGS, default_text, main, write_defaults

@@ -18,7 +18,7 @@ from mctrack_experiments.scenarios.rooms import (
 from mctrack_experiments.scenarios.stage import TICK_S, Stage, hidden_in
 from mctrack_experiments.scenarios.walks import walk
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.config import ASSOCIATION
+from mctrack_ros.fusion.association.config import ASSOCIATION
 
 Floats = NDArray[np.float64]
 

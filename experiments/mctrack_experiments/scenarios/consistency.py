@@ -18,7 +18,7 @@ from mctrack_experiments.scenarios.walks import walk
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.evaluation.frames import ground_distance, matched
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.config import MOTION
+from mctrack_ros.fusion.motion.config import MOTION
 from mctrack_ros.fusion.motion.models import MODELS
 from mctrack_ros.interfaces import TrackStatus
 from mctrack_ros.simulation import Scenario

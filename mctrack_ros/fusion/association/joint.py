@@ -14,11 +14,11 @@ from mctrack_ros.compiled import (
     INTS_1D,
     compiled,
 )
+from mctrack_ros.fusion.association.config import JointAssociationConfig
 from mctrack_ros.fusion.association.gating import distance, gated_pairs, seen_at
 from mctrack_ros.fusion.association.likelihood import prior_costs
 from mctrack_ros.fusion.association.scored_pairs import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
-from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.measurements.packed import XX, XY, YY, X, Y, measured
 from mctrack_ros.fusion.motion.information import gathered, joined, updated, without

@@ -17,7 +17,7 @@ from mctrack_ros.compiled import (
     INTS_1D,
     compiled,
 )
-from mctrack_ros.fusion.config import JointAssociationConfig
+from mctrack_ros.fusion.association.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.admission import ROWS
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TRACKS, TrackTable

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.fusion.association.config import JointAssociationConfig
 from mctrack_ros.fusion.association.likelihood import clutter_cost, cost_parts
-from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import inverse, position_matrix, symmetric

@@ -10,9 +10,10 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, INTS_1D, compiled, inner
-from mctrack_ros.fusion.config import LOOK_S, MISSED_IMAGES, JointConfig
+from mctrack_ros.fusion.config import LOOK_S, MISSED_IMAGES
 from mctrack_ros.fusion.existence.detection_probability import DetectionProbability, expect, learn
 from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import ground_points, status_of
 from mctrack_ros.fusion.management.lifecycle import is_published, silence
 from mctrack_ros.fusion.reid.re_entry import NEW

@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.fusion.association.gating import distances
 from mctrack_ros.fusion.association.scored_pairs import JudgedPairs
-from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.explain.decisions import decisions_of
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.admission import usable_rows
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.reassignment import Reassignment

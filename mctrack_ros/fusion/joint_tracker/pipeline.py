@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import JointConfig
 from mctrack_ros.fusion.existence.evidence import Evidence
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput, feedback_of, tracks_of
 from mctrack_ros.fusion.management import lifecycle
 from mctrack_ros.fusion.management.event_log import EventLog
@@ -21,7 +21,7 @@ from mctrack_ros.fusion.reid.reassignment import Reassignment
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.update import match
-from mctrack_ros.interfaces import MAX_CAMERAS, RESTART_NS, EventCode, Feedback, Tick
+from mctrack_ros.interfaces import MAX_CAMERAS, RESTART_NS, Feedback, Tick
 
 if TYPE_CHECKING:
     from mctrack_ros.fusion.explain.recorder import DecisionRecorder
@@ -80,16 +80,15 @@ class JointTracker:
         """
         Process one tick.
 
-        The order is that of the Omnibus cycle (Bedworth and O'Brien 2000, "The Omnibus model"):
-        observe, orient, decide, act, as which the event-tracking paper arranges its server
-        (section 4.3).
+        The order is that of the Omnibus cycle (Bedworth and O'Brien 2000, "The Omnibus model"),
+        as in the server of the event-tracking paper (section 4.3).
 
         Parameters
         ----------
         tick : Tick
             Later than the last one, or more than a second earlier: then all tracks end.
         recorder : DecisionRecorder, optional
-            A new one, which takes down why; what comes out is the same.
+            A new one, which records why; the output is the same.
 
         Raises
         ------
@@ -99,21 +98,15 @@ class JointTracker:
             If there may be no ids left for who begins.
 
         """
-        events = EventLog()
-        ended = self._predict(tick.stamp_ns, events)  # the tracks, to the tick's stamp
-        batch = self._measure(tick)  # its detections, without what cameras are known to be off
-        if recorder is not None:
-            recorder.begin(tick, self._table, ended, self._config, tuple(self._index))
-        left = self._associate_and_update(batch, tick.stamp_ns, recorder, events)
-        self._manager.begin(self._table, batch, left, self._reid, tick.stamp_ns)
-        if recorder is not None:
-            recorder.left(left, self._table, batch)
-        near, confirmed = self._identify(batch, tick.stamp_ns, events)  # existence, then identity
-        self._manager.announce(self._table, confirmed, events)
-        ended = ended.extended(self._manage(near, tick.stamp_ns, events))
-        if recorder is not None:
-            recorder.end(self._table, ended, self._reid)
-        return self._publish(ended, tick.stamp_ns, events)
+        now = _Step(tick, recorder)
+        self._predict(now)
+        self._measure(now)
+        self._associate_and_update(now)
+        self._begin(now)
+        self._confirm(now)
+        self._identify(now)
+        self._manage(now)
+        return self._publish(now)
 
     def feedback(self) -> Feedback:
         """Return what the cameras are told after the last tick: a prediction of every target."""
@@ -123,90 +116,126 @@ class JointTracker:
         reported = self._table.select(self._table.confirmed & is_expected)
         return feedback_of(reported, self._existence.entering(reported), self._stamp_ns)
 
-    def _predict(self, stamp_ns: int, events: EventLog) -> TrackTable:
-        """Predict to the tick, or begin anew; return the tracks that end by that."""
+    def _predict(self, now: _Step) -> None:
+        """Predict the tracks to the tick's stamp; end them all if time begins anew."""
         self._manager.check_ids()
         period = self._config.batching.period
-        last_ns = stamp_ns - round(period * 1e9) if self._stamp_ns is None else self._stamp_ns
-        self._seconds = (stamp_ns - last_ns) / 1e9
-        self._stamp_ns = stamp_ns
+        stamp_ns, last_ns = now.tick.stamp_ns, self._stamp_ns
+        if last_ns is None:
+            last_ns = stamp_ns - round(period * 1e9)
+        self._stamp_ns, now.seconds = stamp_ns, (stamp_ns - last_ns) / 1e9
         if stamp_ns < last_ns - RESTART_NS:
-            self._seconds = period
-            self._reid = Reassignment(self._config)
-            return self._manager.delete_all(self._table, events)
-        if self._seconds < 0:
+            now.seconds, self._reid = period, Reassignment(self._config)
+            now.ended = self._manager.delete_all(self._table, now.events)
+        elif now.seconds < 0:
             raise ValueError(f'the tick is stamped {stamp_ns}, expected at least {last_ns}')
-        self._motion.predict(self._table, self._seconds)
+        else:
+            self._motion.predict(self._table, now.seconds)
+            now.ended = self._table.select(np.zeros(len(self._table), bool))
         self._table.cameras[:] = 0
         self._table.previous_id[:] = 0
-        return self._table.select(np.zeros(len(self._table), bool))
 
-    def _measure(self, tick: Tick) -> Batch:
-        """Return the detections of a tick, corrected by what their cameras are known to be off."""
-        for message in tick.messages:
+    def _measure(self, now: _Step) -> None:
+        """Admit the detections, and correct them by the known bias of their cameras."""
+        messages, known = now.tick.messages, list(self._index)
+        for message in messages:
             if message.camera not in self._index:
-                known = list(self._index)
                 raise ValueError(f'camera is {message.camera!r}, expected one of {known}')
-        cameras = [self._index[message.camera] for message in tick.messages]
-        images = [message.rows for message in tick.messages]
-        batch = Batch(images, cameras, tick.stamp_ns, self._config)
-        self.bias.correct(batch)
-        return batch
+        cameras = [self._index[message.camera] for message in messages]
+        images = [message.rows for message in messages]
+        now.batch = Batch(images, cameras, now.tick.stamp_ns, self._config)
+        self.bias.correct(now.batch)
+        if now.recorder is not None:
+            now.recorder.begin(now.tick, self._table, now.ended, self._config, tuple(known))
 
-    def _associate_and_update(
-        self, batch: Batch, stamp_ns: int, recorder: DecisionRecorder | None, events: EventLog
-    ) -> NDArray[np.intp]:
-        """Give every image its tracks; return what the last image of each camera has left."""
-        groups = self._table.group.copy()
-        left, rows, columns = match(self._table, batch, self._config, self._motion, recorder)
+    def _associate_and_update(self, now: _Step) -> None:
+        """Associate all images with the tracks, update these, and note who is in a group."""
+        batch, groups, stamp_ns = now.batch, self._table.group.copy(), now.tick.stamp_ns
+        now.left, rows, columns = match(
+            self._table, batch, self._config, self._motion, now.recorder
+        )
         if self._config.motion.compare_cameras:
             self.bias.learn(self._table, batch, rows, columns, stamp_ns)
-        self._manager.note_groups(self._table, groups, stamp_ns, events)
-        count = len(batch.cameras)
-        if len(set(batch.cameras.tolist())) == count:
-            return left
-        last = np.zeros(len(self._index), np.intp)
-        last[batch.cameras] = np.arange(count)
-        return np.asarray(left[batch.image[left] == last[batch.camera[left]]])
+        self._manager.note_groups(self._table, groups, stamp_ns, now.events)
 
-    def _identify(
-        self, batch: Batch, stamp_ns: int, events: EventLog
-    ) -> tuple[NearPairs, NDArray[np.bool_]]:
-        """
-        Confirm tracks by what the cameras see of them, and correct ids.
+    def _begin(self, now: _Step) -> None:
+        """Begin tracks from what no track took, in the last image of each camera."""
+        batch, count = now.batch, len(now.batch.cameras)
+        if len(set(batch.cameras.tolist())) < count:
+            last = np.zeros(len(self._index), np.intp)
+            last[batch.cameras] = np.arange(count)
+            now.left = now.left[batch.image[now.left] == last[batch.camera[now.left]]]
+        self._manager.begin(self._table, batch, now.left, self._reid, now.tick.stamp_ns)
+        if now.recorder is not None:
+            now.recorder.left(now.left, self._table, batch)
 
-        Returns
-        -------
-        near : pair of (k,) int arrays
-            Rows of those who are near each other.
-        confirmed : (n,) bool array
-            The newly confirmed that are nobody known.
+    def _confirm(self, now: _Step) -> None:
+        """Count the evidence that tracks exist, and confirm."""
+        stamp_ns = now.tick.stamp_ns
+        now.confirmed = self._existence.count(self._table, now.batch, stamp_ns, now.seconds)
 
-        """
-        confirmed = self._existence.count(self._table, batch, stamp_ns, self._seconds)
-        near = near_pairs(self._table.mean, self._nearby)
-        changes = self._reid.step(self._table, near, stamp_ns, confirmed)
-        if not changes:
-            return near, confirmed
-        order = self._table.rename(changes)
-        self._table = table = self._table.select(order)
-        changed = np.isin(table.previous_id, list(changes))
-        for row in np.flatnonzero(changed).tolist():
-            old_id = int(table.previous_id[row])
-            certainty = self._reid.certainty[old_id]
-            events.add(EventCode.CORRECTION, table, row, old_id=old_id, probability=certainty)
-        return near_pairs(table.mean, self._nearby), np.asarray(confirmed[order] & ~changed)
+    def _identify(self, now: _Step) -> None:
+        """Correct ids; announce the newly confirmed that are nobody known."""
+        now.near = near_pairs(self._table.mean, self._nearby)
+        changes = self._reid.step(self._table, now.near, now.tick.stamp_ns, now.confirmed)
+        if changes:
+            order = self._manager.rename(self._table, changes)
+            self._table = self._table.select(order)
+            corrected = np.isin(self._table.previous_id, list(changes))
+            certainty = self._reid.certainty
+            self._manager.note_corrections(self._table, corrected, certainty, now.events)
+            now.near = near_pairs(self._table.mean, self._nearby)
+            now.confirmed = now.confirmed[order] & ~corrected
+        self._manager.announce(self._table, now.confirmed, now.events)
 
-    def _manage(self, near: NearPairs, stamp_ns: int, events: EventLog) -> TrackTable:
-        """Join duplicates, delete what is over, find who is dressed alike; return who ended."""
-        table, seconds = self._table, self._seconds
-        ended = self._manager.join(table, near, self._reid, stamp_ns, seconds, events)
-        ended = ended.extended(self._manager.delete(table, self._reid, stamp_ns, events))
+    def _manage(self, now: _Step) -> None:
+        """Merge duplicates, delete what is over, cluster clothing."""
+        table, reid, stamp_ns, events = self._table, self._reid, now.tick.stamp_ns, now.events
+        joined = self._manager.join(table, now.near, reid, stamp_ns, now.seconds, events)
+        over = self._manager.delete(table, reid, stamp_ns, events)
+        now.ended = now.ended.extended(joined.extended(over))
         self._clothing.step(table, stamp_ns)
-        return ended
+        if now.recorder is not None:
+            now.recorder.end(table, now.ended, reid)
 
-    def _publish(self, ended: TrackTable, stamp_ns: int, events: EventLog) -> FusionOutput:
-        """Return what is published; the cameras are told by `feedback`."""
+    def _publish(self, now: _Step) -> FusionOutput:
+        """Return what is published; cameras receive `feedback`."""
+        stamp_ns = now.tick.stamp_ns
         is_published = lifecycle.is_published(self._table, stamp_ns, self._config)
-        tracks = tracks_of(self._table, is_published, ended, stamp_ns)
-        return FusionOutput(tracks, events.events(stamp_ns))
+        tracks = tracks_of(self._table, is_published, now.ended, stamp_ns)
+        return FusionOutput(tracks, now.events.events(stamp_ns))
+
+
+class _Step:
+    """
+    One tick on its way through the stages.
+
+    Attributes
+    ----------
+    tick : Tick
+    recorder : DecisionRecorder, optional
+    events : EventLog
+    seconds : float
+        Since the last tick, s.
+    batch : Batch
+        The detections.
+    left : (k,) int array
+        Those that no track took.
+    confirmed : (n,) bool array
+        The newly confirmed tracks.
+    near : pair of (k,) int arrays
+        Rows of tracks near each other.
+    ended : TrackTable
+        Tracks that ended.
+
+    """
+
+    seconds: float
+    batch: Batch
+    left: NDArray[np.intp]
+    confirmed: NDArray[np.bool_]
+    near: NearPairs
+    ended: TrackTable
+
+    def __init__(self, tick: Tick, recorder: DecisionRecorder | None) -> None:
+        self.tick, self.recorder, self.events = tick, recorder, EventLog()

@@ -1,4 +1,4 @@
-"""When two tracks are of one target, and what is kept of both."""
+"""When two tracks are of one target."""
 
 from __future__ import annotations
 
@@ -143,25 +143,3 @@ def _close(
     left = np.flatnonzero(close)
     first, second = one[left], other[left]
     return first, second, gain[left], reported[left], (group[first] | group[second]) != 0
-
-
-def absorb(table: TrackTable, kept: int, dropped: int) -> None:
-    """Give a track what is known of its duplicate."""
-    newer = table.seen_by_ns[dropped] > table.seen_by_ns[kept]
-    table.local_id[kept] = np.where(newer, table.local_id[dropped], table.local_id[kept])
-    table.seen_by_ns[kept] = np.maximum(table.seen_by_ns[kept], table.seen_by_ns[dropped])
-    for name in ('seen_ns', 'kept_ns', 'evidence'):
-        values = getattr(table, name)
-        values[kept] = max(values[kept], values[dropped])
-    if table.confirmed[dropped]:
-        table.missed[kept] = min(table.missed[kept], table.missed[dropped])
-    table.cameras[kept] |= table.cameras[dropped]
-    table.shown_by[kept] |= table.shown_by[dropped]
-    if np.trace(table.covariance[dropped]) < np.trace(table.covariance[kept]):
-        for name in ('mean', 'covariance', 'mode_probability', 'mode_mean', 'mode_covariance'):
-            getattr(table, name)[kept] = getattr(table, name)[dropped]
-    if not table.template[kept].any():
-        table.template[kept] = table.template[dropped]
-    own, other = table.extent[kept], table.extent[dropped]
-    table.extent[kept] = np.where(np.isnan(own), other, own)
-    table.previous_id[kept] = table.track_id[dropped]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import COLUMN_2D, INTS_1D, compiled
 from mctrack_ros.fusion.association.gating import distance
-from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.admission import ROWS
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA, Motion

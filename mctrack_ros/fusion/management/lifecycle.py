@@ -9,7 +9,8 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import compiled
-from mctrack_ros.fusion.config import MISSED_IMAGES, JointConfig
+from mctrack_ros.fusion.config import MISSED_IMAGES
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 GONE_EVIDENCE = 5.0

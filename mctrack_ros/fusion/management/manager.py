@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.management import lifecycle
-from mctrack_ros.fusion.management.duplicates import MERGE_S, DuplicateWatch, absorb, close_pairs
+from mctrack_ros.fusion.management.duplicates import MERGE_S, DuplicateWatch, close_pairs
 from mctrack_ros.fusion.management.event_log import EventLog
 from mctrack_ros.fusion.management.initiation import (
     MOST_STARTS,
@@ -113,6 +113,15 @@ class TrackManager:
             events.add(EventCode.MERGE, table, row, others=members)
         events.add_all(EventCode.SPLIT, table, (before > 0) & (table.group == 0))
 
+    def note_corrections(
+        self, table: TrackTable, mask: Mask, certainty: dict[int, float], events: EventLog
+    ) -> None:
+        """Note corrected tracks of a mask (n,), with the certainty by old id."""
+        for row in np.flatnonzero(mask).tolist():
+            old_id = int(table.previous_id[row])
+            sure = certainty[old_id]
+            events.add(EventCode.CORRECTION, table, row, old_id=old_id, probability=sure)
+
     def announce(self, table: TrackTable, confirmed: Mask, events: EventLog) -> None:
         """Note the (n,) newly confirmed: as new, or split from a track whose past they share."""
         if not np.count_nonzero(confirmed):
@@ -156,7 +165,7 @@ class TrackManager:
         """
         joined = self._duplicate_pairs(table, near, reid, stamp_ns, seconds)
         for keep, drop in joined:
-            absorb(table, keep, drop)
+            table.absorb(keep, drop)
             reid.forget(int(table.track_id[drop]))
         ended = self._correct(table, joined, events)
         if joined:
@@ -175,6 +184,15 @@ class TrackManager:
     def delete_all(self, table: TrackTable, events: EventLog) -> TrackTable:
         """Delete all tracks, since time begins anew; return them."""
         return _removed(table, np.ones(len(table), bool), events)
+
+    @staticmethod
+    def rename(table: TrackTable, changes: dict[int, int]) -> NDArray[np.intp]:
+        """Change ids, old to new, all at once; return the order by which they ascend."""
+        changed = np.isin(table.track_id, list(changes))
+        table.previous_id[changed] = table.track_id[changed]
+        for ids in (table.track_id, table.group, table.origin):
+            ids[:] = [changes.get(one, one) for one in ids.tolist()]
+        return np.argsort(table.track_id)
 
     def _duplicate_pairs(
         self,

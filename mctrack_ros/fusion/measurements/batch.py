@@ -10,7 +10,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import compiled, inner
-from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.admission import ROWS, Admitted
 from mctrack_ros.interfaces import Detections
 

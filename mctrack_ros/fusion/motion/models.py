@@ -10,7 +10,11 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.config import ConstantVelocityConfig, InteractingConfig, MotionConfig
+from mctrack_ros.fusion.motion.config import (
+    ConstantVelocityConfig,
+    InteractingConfig,
+    MotionConfig,
+)
 from mctrack_ros.fusion.motion.imm import begin, interact, judge
 from mctrack_ros.fusion.motion.information import updated
 from mctrack_ros.fusion.table import TrackTable

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mctrack_ros.config import parameter, tag
-from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import COLUMN_1D, COLUMN_2D, COLUMN_3D, FLOATS_1D, compiled
-from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.motion.information import invert
 from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA
 from mctrack_ros.fusion.reid.gallery import Gallery

@@ -13,7 +13,7 @@ from scipy.spatial.distance import cdist
 from scipy.special import expit
 
 from mctrack_ros.compiled import INTS_1D, compiled
-from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.neighbours import NearPairs, is_near
 from mctrack_ros.fusion.reid.gallery import STRANGE, AppearanceSample, Gallery
 from mctrack_ros.fusion.reid.id_hypotheses import IdHypotheses

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.fusion.association.config import CoveringConfig
 from mctrack_ros.fusion.association.gating import gated_pairs, slots
 from mctrack_ros.fusion.association.scored_pairs import JudgedPairs, judged_pairs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.association.solvers.covering_graph import flags, shared_out
-from mctrack_ros.fusion.config import CoveringConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.measurements.packed import measured
 from mctrack_ros.fusion.motion.information import gathered

@@ -18,7 +18,8 @@ from mctrack_ros.compiled import (
     inner,
 )
 from mctrack_ros.fusion.association.gating import distances
-from mctrack_ros.fusion.config import LOOK_S, JointConfig
+from mctrack_ros.fusion.config import LOOK_S
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
 from mctrack_ros.fusion.table import TrackTable

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled, inner
 from mctrack_ros.fusion.association.joint import JointAssociation
-from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.admission import ROWS
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion

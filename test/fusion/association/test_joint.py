@@ -3,8 +3,8 @@ import pytest
 
 from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion.association.config import JointAssociationConfig
 from mctrack_ros.fusion.association.joint import JointAssociation
-from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.information import updated
 from mctrack_ros.fusion.table import TrackTable

@@ -4,13 +4,13 @@ import numpy as np
 
 from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion.association.config import JointAssociationConfig
 from mctrack_ros.fusion.association.likelihood import (
     TENTATIVE_COST,
     clutter_cost,
     cost_parts,
     prior_costs,
 )
-from mctrack_ros.fusion.config import JointAssociationConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE

@@ -5,13 +5,14 @@ import pytest
 
 from fusion_scenes import detections
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.config import LOOK_S, LifeConfig
+from mctrack_ros.fusion.config import LOOK_S
 from mctrack_ros.fusion.existence.evidence import (
     MISS_WEIGHT,
     MOST_EVIDENCE,
     VACANCY_WEIGHT,
     Evidence,
 )
+from mctrack_ros.fusion.management.config import LifeConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import Detections

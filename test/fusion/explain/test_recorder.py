@@ -6,11 +6,12 @@ import pytest
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.fusion import DecisionRecorder, JointConfig, JointTracker
+from mctrack_ros.fusion.association.config import ASSOCIATION
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.association.likelihood import prior_costs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
-from mctrack_ros.fusion.config import ASSOCIATION, LifeConfig
 from mctrack_ros.fusion.explain.decisions import decisions_of
+from mctrack_ros.fusion.management.config import LifeConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.gallery import AppearanceSample
 from mctrack_ros.fusion.reid.reassignment import Reassignment

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.fusion import JointConfig, JointTracker
-from mctrack_ros.fusion.config import LifeConfig
+from mctrack_ros.fusion.management.config import LifeConfig
 from mctrack_ros.fusion.management.initiation import MOST_TOGETHER
 from mctrack_ros.fusion.measurements.admission import MOST_DETECTIONS, Admitted, usable_rows
 from mctrack_ros.interfaces import (

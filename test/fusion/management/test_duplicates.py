@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.fusion.management.duplicates import DuplicateWatch, absorb, close_pairs
+from mctrack_ros.fusion.management.duplicates import DuplicateWatch, close_pairs
 from mctrack_ros.fusion.neighbours import near_pairs
 from mctrack_ros.fusion.table import TrackTable
 
@@ -130,7 +130,7 @@ def test_who_is_one_with_somebody_seen_has_not_gone():
         table = two_tracks()
         table.missed, table.confirmed = [9.0, 0.5], [True, is_somebody]
         table.shown_by = [1, 2]
-        absorb(table, 0, 1)
+        table.absorb(0, 1)
         assert table.missed[0] == missed
         assert table.shown_by[0] == 3
 
@@ -148,7 +148,7 @@ def test_of_two_who_are_one_all_that_is_known_is_kept():
     unsure.covariance[1] *= 3.0
     unsure.template[0] = 0.5
     for each in (sure, unsure):
-        absorb(each, 0, 1)
+        each.absorb(0, 1)
         assert each.seen_by_ns[0].tolist() == [7, 9]
         assert each.local_id[0].tolist() == [3, 2]
         assert (each.seen_ns[0], each.kept_ns[0], each.evidence[0]) == (8, 9, 2.0)

@@ -5,7 +5,7 @@ import pytest
 
 from fusion_scenes import PERIOD_NS
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.config import LifeConfig
+from mctrack_ros.fusion.management.config import LifeConfig
 from mctrack_ros.fusion.management.initiation import (
     CROWD_EVIDENCE,
     CROWD_M,

@@ -3,7 +3,8 @@
 import pytest
 
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.config import BatchingConfig, LifeConfig
+from mctrack_ros.fusion.config import BatchingConfig
+from mctrack_ros.fusion.management.config import LifeConfig
 from mctrack_ros.fusion.management.lifecycle import (
     GROUP_MEMORY_S,
     is_expected,

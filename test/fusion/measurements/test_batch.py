@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.config import ConstantVelocityConfig
 from mctrack_ros.fusion.measurements.batch import Batch
+from mctrack_ros.fusion.motion.config import ConstantVelocityConfig
 from mctrack_ros.interfaces import LARGEST_DISTANCE, LARGEST_VARIANCE, TEMPLATE_SIZE, Detections
 
 CONFIG = JointConfig(motion=ConstantVelocityConfig(sensor_sigma=0.3, acceleration_density=6.0))

@@ -13,9 +13,8 @@ from scipy.linalg import expm
 from fusion_scenes import tick
 from mctrack_ros.config import config_from, parameters_of
 from mctrack_ros.fusion import JointConfig, JointTracker
-from mctrack_ros.fusion import config as fusion_config
-from mctrack_ros.fusion.management.duplicates import absorb
 from mctrack_ros.fusion.measurements.packed import measured
+from mctrack_ros.fusion.motion import config as fusion_config
 from mctrack_ros.fusion.motion.information import gathered
 from mctrack_ros.fusion.motion.models import MODELS, ConstantVelocity, InteractingModels
 from mctrack_ros.fusion.table import TrackTable
@@ -193,7 +192,7 @@ def test_the_duplicate_that_is_better_known_brings_its_modes_along():
     table = tracks(2, 10)
     table.covariance[1] /= 4
     table.mode_covariance[1] /= 4
-    absorb(table, 0, 1)
+    table.absorb(0, 1)
     for name in ('mode_mean', 'mode_covariance', 'mode_probability'):
         np.testing.assert_array_equal(getattr(table, name)[0], getattr(table, name)[1])
 

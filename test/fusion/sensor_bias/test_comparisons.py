@@ -1,7 +1,7 @@
 import numpy as np
 
 from fusion_scenes import detections
-from mctrack_ros.fusion.config import JointConfig
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.sensor_bias.comparisons import REACH_M, ROOM, compare
 

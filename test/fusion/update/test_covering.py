@@ -5,7 +5,7 @@ import pytest
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.fusion import JointConfig, JointTracker
-from mctrack_ros.fusion.config import ASSOCIATION
+from mctrack_ros.fusion.association.config import ASSOCIATION
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.information import updated
 from mctrack_ros.fusion.table import TrackTable

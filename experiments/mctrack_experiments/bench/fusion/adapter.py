@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion import JointConfig, JointTracker
-from mctrack_ros.fusion.config import InteractingConfig, JointAssociationConfig
+from mctrack_ros.fusion.association.config import JointAssociationConfig
+from mctrack_ros.fusion.motion.config import InteractingConfig
 from mctrack_ros.interfaces import REPORTED, CameraDetections, Detections, Tick, Tracks
 
 Reported = tuple[list[int], NDArray[np.float64]]

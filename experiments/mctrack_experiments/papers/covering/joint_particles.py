@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mctrack_experiments.papers.covering.targets import Roster, Sight, beginnings
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.config import JointAssociationConfig
+from mctrack_ros.fusion.association.config import JointAssociationConfig
 from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA
 from mctrack_ros.tracking.kalman import inverse
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.config import LifeConfig
+from mctrack_ros.fusion.management.config import LifeConfig
 from mctrack_ros.fusion.measurements.admission import Admitted
 from mctrack_ros.fusion.update.update import TEMPLATE_S
 from mctrack_ros.interfaces import Tick

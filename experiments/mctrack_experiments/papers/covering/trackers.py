@@ -17,7 +17,7 @@ from mctrack_experiments.real.stored_tracking import fused
 from mctrack_ros.config import config_from, of_chosen, values_of
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.config import ASSOCIATION
+from mctrack_ros.fusion.association.config import ASSOCIATION
 
 PROPOSED = ('covering_text', 'covering_code')
 """The paper's method with the cost of its text and of its code."""
