@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import ground_points, status_of
 from mctrack_ros.fusion.management.lifecycle import is_published, silence
-from mctrack_ros.fusion.reid.re_entry import NEW
+from mctrack_ros.fusion.reid.lost_targets import NEW
 from mctrack_ros.fusion.reid.reassignment import Reassignment
 from mctrack_ros.fusion.reid.samples import sample_of
 from mctrack_ros.fusion.table import TrackTable
@@ -173,8 +173,8 @@ def _judge_renamed(
         if old in joined:
             verdicts.say([row], Reason.ABSORBED, np.nan, np.nan)
             continue
-        if verdicts.reason[row] == Reason.CONFIRMED and new in recognition.found:
-            verdicts.say([row], Reason.REAPPEARED, recognition.found[new], 0.0)
+        if verdicts.reason[row] == Reason.CONFIRMED and new in recognition.lost.found:
+            verdicts.say([row], Reason.REAPPEARED, recognition.lost.found[new], 0.0)
         else:
             look = sample_of(table, row)
             own = gallery.difference(look, old) if old in gallery else NEW

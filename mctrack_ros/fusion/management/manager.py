@@ -95,7 +95,7 @@ class TrackManager:
         self.next_id += len(fresh)
         fresh, beside = with_room(fresh, table, self._config)
         if len(beside):
-            lost = reid.lost_lately(stamp_ns, MEMORY_S)
+            lost = reid.lost.lately(stamp_ns, MEMORY_S)
             fresh.origin[beside] = origins(fresh.mean[beside], table, lost, stamp_ns)
         ask_more(fresh, table)
         table.append(fresh)

@@ -71,6 +71,10 @@ class Gallery:
         """Tell whether it is known what somebody looks like."""
         return track_id in self._known
 
+    def names(self) -> set[int]:
+        """Return the ids that have a portrait."""
+        return set(self._known)
+
     def learn(self, track_id: int, look: AppearanceSample) -> None:
         """Mix a look at somebody into his portrait."""
         old = self._known.get(track_id)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.neighbours import NearPairs, is_near
 from mctrack_ros.fusion.reid.gallery import STRANGE, AppearanceSample, Gallery
 from mctrack_ros.fusion.reid.id_hypotheses import IdHypotheses
-from mctrack_ros.fusion.reid.re_entry import NEW, ReEntry
+from mctrack_ros.fusion.reid.lost_targets import NEW, LostTargets
 from mctrack_ros.fusion.reid.samples import first_sample, sample_of
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
@@ -37,9 +36,6 @@ KEEP = 0.15
 
 MARGIN = 0.1
 """How much less probable all others must be before it is settled, log."""
-
-SPEED = 3.0
-"""How fast one who was lost may have gone on, m/s: a run."""
 
 MOST_MEETINGS = 300
 """So many pairs of who was lost and who was near him met in one tick at most: more is a flood."""
@@ -65,7 +61,9 @@ class Reassignment:
     Attributes
     ----------
     gallery : Gallery
-        What those who are tracked look like.
+        Portraits of targets, tracked or lost.
+    lost : LostTargets
+        Who is tracked no more.
     certainty : dict of int to float
         Of the changes of the last step, by old id: how probable each is, against the next best.
 
@@ -75,24 +73,18 @@ class Reassignment:
         self._config = config.recognition
         self.gallery = Gallery()
         self._hypotheses = IdHypotheses()
-        self._re_entry = ReEntry(config, self.gallery)
-        self._lost: dict[int, tuple[int, Floats]] = {}
-        self._met: dict[int, tuple[int, Floats]] = {}
+        self.lost = LostTargets(config, self.gallery)
         self.certainty: dict[int, float] = {}
 
     def note_lost(self, removed: TrackTable, table: TrackTable, stamp_ns: int) -> None:
         """Remember confirmed tracks that end; whoever is where they may have gone may be them."""
-        rows = np.flatnonzero(removed.confirmed)
-        if not len(rows):
-            return
-        names, seen_ns = removed.track_id[rows].tolist(), removed.seen_ns[rows]
-        places = removed.mean[rows, :2]
-        apart = cdist(places, table.mean[:, :2])
-        near = table.confirmed & (apart < self._reach(stamp_ns - seen_ns)[:, None])
+        removed = removed.select(removed.confirmed)
+        names, reach = removed.track_id.tolist(), self.lost.reach(stamp_ns - removed.seen_ns)
+        apart = cdist(removed.mean[:, :2], table.mean[:, :2])
+        near = table.confirmed & (apart < reach[:, None])
         for row, column in np.argwhere(near)[:MOST_MEETINGS].tolist():
             self._hypotheses.meet(int(table.track_id[column]), names[row])
-        self._lose(dict(zip(names, zip(seen_ns.tolist(), places))))
-        self._re_entry.note(removed.select(rows), stamp_ns)
+        self._lose(removed, stamp_ns)
 
     def note_joined(self, removed: TrackTable, stamp_ns: int) -> None:
         """
@@ -104,27 +96,17 @@ class Reassignment:
         age_s = (stamp_ns - removed.first_ns) / 1e9
         own = removed.confirmed & (age_s > PAST_S)
         if own.any():
-            self._re_entry.note(removed.select(own), stamp_ns)
+            self._remember(removed.select(own), stamp_ns)
 
     def forget(self, name: int) -> None:
         """Forget one who turned out to be another."""
         self.gallery.forget(name)
         self._hypotheses.erase([name])
-        self._met.pop(name, None)
 
     def knows(self, one: NDArray[np.uint32], other: NDArray[np.uint32]) -> Mask:
         """Tell which pairs, (k,), have each been seen alone: hardly one and the same."""
         known, pairs = self.gallery, zip(one.tolist(), other.tolist())
         return np.array([first in known and second in known for first, second in pairs], np.bool_)
-
-    @property
-    def found(self) -> dict[int, float]:
-        """Who was found in the last tick by prediction, time and colours, and at what cost."""
-        return self._re_entry.found
-
-    def lost_lately(self, stamp_ns: int, seconds: float) -> tuple[Floats, Floats]:
-        """Return where those lost within so many seconds were, (k, 2) m, and how long ago, s."""
-        return self._re_entry.lately(stamp_ns, seconds)
 
     def step(
         self, table: TrackTable, near: NearPairs, stamp_ns: int, confirmed: Mask
@@ -150,59 +132,36 @@ class Reassignment:
 
         """
         self.certainty.clear()
-        self._forget_the_lost(stamp_ns)
+        for name in self.lost.expire(stamp_ns):
+            self.forget(name)
         fresh = confirmed.nonzero()[0].tolist()
         batch = [first_sample(table, row) for row in fresh]  # before contacts let them begin anew
         touch, due = _contacts(table.fixed, *near, self._config.contact_distance)
-        self._note_contacts(table, near, touch, stamp_ns)
+        one, other = (table.track_id[rows[touch]].tolist() for rows in near)
+        for pair in zip(one, other):
+            self._hypotheses.meet(*pair)
         changes = self._found_again(table, fresh, batch, stamp_ns)
         if changes or not len(due):
             return changes
         table.judge_s[due] *= 2.0
         return self._judged(table, due, stamp_ns)
 
-    def _forget_the_lost(self, stamp_ns: int) -> None:
-        """Forget those who were lost too long ago."""
-        limit_ns = self._config.lost_time * 1e9
-        for name, (when_ns, _) in list(self._lost.items()):
-            if not 0 <= stamp_ns - when_ns <= limit_ns:
-                del self._lost[name]
-                self.forget(name)
-
-    def _note_contacts(
-        self, table: TrackTable, near: NearPairs, touch: Indices, stamp_ns: int
-    ) -> None:
-        """Whoever is near another may be him from now on; `touch` are the pairs that are."""
-        if not len(touch):
-            return
-        one, other = (rows[touch] for rows in near)
-        touching = table.in_contact
-        for name, place in zip(table.track_id[touching].tolist(), table.mean[touching, :2]):
-            self._met[name] = stamp_ns, place
-        for pair in zip(table.track_id[one].tolist(), table.track_id[other].tolist()):
-            self._hypotheses.meet(*pair)
-
     def _found_again(
         self, table: TrackTable, fresh: list[int], batch: list[Floats], stamp_ns: int
     ) -> dict[int, int]:
         """Note who of the lost new tracks that look so may be; return who they surely are."""
         found: dict[int, int] = {}
-        self._re_entry.found.clear()
+        self.lost.found.clear()
         for row, look in zip(fresh, batch):
-            name, place = int(table.track_id[row]), table.mean[row, :2].tolist()
-            since = {
-                other: stamp_ns - when_ns
-                for other, (when_ns, there) in self._lost.items()
-                if math.dist(place, there) < self._reach(stamp_ns - when_ns)
-            }
-            self._hypotheses.settle(name, self._hypotheses.of(name).union(since))
-            best = self._re_entry.find(table, row, look, stamp_ns)
+            name = int(table.track_id[row])
+            may_be = self._hypotheses.of(name).union(self.lost.near(table.mean[row, :2], stamp_ns))
+            self._hypotheses.settle(name, may_be)
+            best = self.lost.find(table, row, look, stamp_ns)
             if best:
                 found[name] = best
-                self.certainty[name] = float(expit(-0.5 * self._re_entry.found[best]))
+                self.certainty[name] = float(expit(-0.5 * self.lost.found[best]))
                 self._replace({name: best})
                 self._hypotheses.become(name, best)
-                self._met.pop(name, None)
         return found
 
     def _judged(self, table: TrackTable, due: Indices, stamp_ns: int) -> dict[int, int]:
@@ -221,9 +180,10 @@ class Reassignment:
                 judged.update(circle)
                 batch = [sample_of(table, row_of[one]) for one in circle]
                 changes |= self._assigned(circle, batch)
-        gone = sorted(changes.keys() - changes.values())
-        here = {name: (stamp_ns, table.mean[row_of[name], :2].copy()) for name in gone}
-        self._lose({name: self._met.get(name, here[name]) for name in gone})  # when he met others
+        gone = changes.keys() - changes.values()
+        rows = [row for name, row in row_of.items() if name in gone and name in self.gallery]
+        self._hypotheses.erase(gone - self.gallery.names())
+        self._lose(table.select(np.array(rows, np.intp)), stamp_ns)
         return changes
 
     def _assigned(self, circle: list[int], batch: list[AppearanceSample]) -> dict[int, int]:
@@ -272,24 +232,20 @@ class Reassignment:
         for old in names.keys() - names.values():
             self._hypotheses.end(old)
         for new, may in zip(names.values(), may_be):
-            self._lost.pop(new, None)
-            self._re_entry.end(new)
+            self.lost.remove(new)
             self._hypotheses.settle(new, may)
 
-    def _lose(self, gone: dict[int, tuple[int, Floats]]) -> None:
-        """Remember, when and where last, those not tracked any more whose looks are known."""
-        known = {name: last for name, last in gone.items() if name in self.gallery}
-        self._lost |= known
-        for name in gone:
-            self._met.pop(name, None)
-        for name in known:
+    def _lose(self, tracks: TrackTable, stamp_ns: int) -> None:
+        """Remember tracks that end; nobody may be one of them without a portrait."""
+        names = set(tracks.track_id.tolist())
+        for name in names:
             self._hypotheses.end(name)
-        self._hypotheses.erase(gone.keys() - known.keys())
+        self._hypotheses.erase(names - self.gallery.names())
+        self._remember(tracks, stamp_ns)
 
-    def _reach(self, since_ns: NDArray[np.int64] | int) -> Floats:
-        """Return how far away those may be by now who were last seen so long ago, m."""
-        went = SPEED * np.asarray(since_ns) * 1e-9
-        return np.asarray(self._config.contact_distance + went)
+    def _remember(self, tracks: TrackTable, stamp_ns: int) -> None:
+        for name in self.lost.add(tracks, stamp_ns):
+            self.forget(name)
 
 
 @compiled(types.Tuple([types.i8[::1], types.i8[::1]])(TRACKS, INTS_1D, INTS_1D, types.f8))

@@ -3,7 +3,7 @@ import numpy as np
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.management.lineage import origins
 from mctrack_ros.fusion.reid.gallery import Gallery
-from mctrack_ros.fusion.reid.re_entry import ReEntry
+from mctrack_ros.fusion.reid.lost_targets import LostTargets
 from mctrack_ros.fusion.table import TrackTable
 
 SECOND = 1_000_000_000
@@ -44,11 +44,11 @@ def test_without_tracks_nothing_has_a_past():
 
 
 def test_who_was_lost_lately_is_known_until_he_is_found_again_or_that_is_long_past():
-    re_entry = ReEntry(JointConfig(), Gallery())
-    re_entry.note(tracks([[3.0, 0.0], [2.0, 0.0]], first_id=8), SECOND)
-    place, ago_s = re_entry.lately(3 * SECOND, 10.0)
+    lost = LostTargets(JointConfig(), Gallery())
+    lost.add(tracks([[3.0, 0.0], [2.0, 0.0]], first_id=8), SECOND)
+    place, ago_s = lost.lately(3 * SECOND, 10.0)
     assert place.tolist() == [[3, 0], [2, 0]]
     assert ago_s.tolist() == [2, 2]
-    re_entry.end(8)
-    assert re_entry.lately(3 * SECOND, 10.0)[0].tolist() == [[2, 0]]
-    assert re_entry.lately(12 * SECOND, 10.0)[0].tolist() == []
+    lost.remove(8)
+    assert lost.lately(3 * SECOND, 10.0)[0].tolist() == [[2, 0]]
+    assert lost.lately(12 * SECOND, 10.0)[0].tolist() == []

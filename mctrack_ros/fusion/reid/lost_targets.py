@@ -1,4 +1,4 @@
-"""Those who were lost, and whether a new track is one of them: prediction, time, colours."""
+"""Lost targets, and which of them a new track is: by prediction, time away and colours."""
 
 from __future__ import annotations
 
@@ -25,82 +25,103 @@ NEW = 2.5
 """What colours differ by that speak neither for nor against, in variances of one person's: chosen
 on the tuning matches of the pitch."""
 
-MOST_ABSENT = 100
+MOST_LOST = 100
 """So many are remembered, those who were lost last."""
 
+SPEED = 3.0
+"""How fast a lost target may have gone on, m/s: a run."""
 
-class ReEntry:
+
+class LostTargets:
     """
-    Finds those again whom no camera saw for a while.
+    Targets that no track has any more, each with the last record of its track.
 
-    A new track is one of them if that is likelier than that somebody new came: where it is and
-    how it moves, against where he would be by now had he gone on (so the time that he was away
-    tells as much as the place), and what he looks like.
+    A target stays for `recognition.lost_time` after it was lost, unless it is found or `MOST_LOST`
+    others were lost since. A new track is a lost target if that is likelier than a new one: by its
+    state against the predicted one (so the time away counts as well as the place) and by colours.
 
     Parameters
     ----------
     config : JointConfig
         Parameters.
     gallery : Gallery
-        What those who were seen alone look like; of others the latest templates tell it.
+        Portraits; where there is none, the last template counts.
 
     Attributes
     ----------
     found : dict of int to float
-        Who was found last, and at what cost: -2 log of how much likelier than somebody new.
+        Who was found last, and at what cost: -2 log of how much likelier than a new target.
 
     """
 
     def __init__(self, config: JointConfig, gallery: Gallery) -> None:
         self._config = config
         self._gallery = gallery
-        self._absent = TrackTable.blank(0, 0)
-        self._ended_ns = np.zeros(0, np.int64)
+        self._lost = TrackTable.blank(0, 0)
+        self._lost_ns = np.zeros(0, np.int64)
         self.found: dict[int, float] = {}
 
-    def note(self, ended: TrackTable, stamp_ns: int) -> None:
-        """Remember tracks that end."""
-        if len(self._absent):
-            ended = self._absent.extended(ended)
-        self._absent = ended.select(np.arange(len(ended))[-MOST_ABSENT:])
-        since = np.full(len(ended) - len(self._ended_ns), stamp_ns)
-        self._ended_ns = np.append(self._ended_ns, since)[-MOST_ABSENT:]
+    def add(self, tracks: TrackTable, stamp_ns: int) -> list[int]:
+        """Remember tracks that end; return the ids that are dropped for want of room."""
+        lost = self._lost.extended(tracks)
+        dropped: list[int] = lost.track_id[:-MOST_LOST].tolist()
+        self._lost = lost.select(np.arange(len(lost))[-MOST_LOST:])
+        since = np.full(len(tracks), stamp_ns)
+        self._lost_ns = np.append(self._lost_ns, since)[-MOST_LOST:]
+        return dropped
 
-    def end(self, name: int) -> None:
-        """One is back, or was never there."""
-        self._keep(self._absent.track_id != name)
+    def remove(self, track_id: int) -> None:
+        """Forget a target: it is back, or never existed."""
+        self._keep(self._lost.track_id != track_id)
+
+    def expire(self, stamp_ns: int) -> list[int]:
+        """Forget those lost too long ago, or after this stamp; return their ids."""
+        age_ns = stamp_ns - self._lost_ns
+        kept = (age_ns >= 0) & (age_ns <= self._config.recognition.lost_time * 1e9)
+        expired: list[int] = self._lost.track_id[~kept].tolist()
+        self._keep(kept)
+        return expired
 
     def lately(self, stamp_ns: int, seconds: float) -> tuple[Floats, Floats]:
         """Return where those lost within so many seconds were, (k, 2) m, and how long ago, s."""
-        ago_s = (stamp_ns - self._ended_ns) / 1e9
+        ago_s = (stamp_ns - self._lost_ns) / 1e9
         late = (ago_s >= 0) & (ago_s <= seconds)
-        return self._absent.mean[late, :2], ago_s[late]
+        return self._lost.mean[late, :2], ago_s[late]
+
+    def near(self, place: Floats, stamp_ns: int) -> list[int]:
+        """Return the ids of those with a portrait who can have come to a place (2,), m."""
+        apart = np.hypot(*(self._lost.mean[:, :2] - place).T)
+        reach = self.reach(stamp_ns - self._lost.seen_ns)
+        names = self._lost.track_id[apart < reach].tolist()
+        return [name for name in names if name in self._gallery]
+
+    def reach(self, since_ns: NDArray[np.int64]) -> Floats:
+        """Return how far targets have gone at most that were seen so long ago, m."""
+        return np.asarray(self._config.recognition.contact_distance + SPEED * since_ns * 1e-9)
 
     def find(self, table: TrackTable, row: int, look: Floats, stamp_ns: int) -> int:
         """Return whom a new track that looks like (48,) most likely is; 0: somebody new."""
-        age_ns = stamp_ns - self._ended_ns
-        self._keep((age_ns >= 0) & (age_ns <= self._config.recognition.lost_time * 1e9))
         costs = self._motion_costs(table, row, stamp_ns)
         for index in np.flatnonzero(costs < self._most_alike()).tolist():
             costs[index] += self._colour_cost(index, table.template[[row]], look)
         best = int(costs.argmin()) if len(costs) else 0
         if not len(costs) or costs[best] >= 0:
             return 0
-        name = int(self._absent.track_id[best])
+        name = int(self._lost.track_id[best])
         self.found[name] = float(costs[best])
         return name
 
     def _keep(self, kept: NDArray[np.bool_]) -> None:
         if not kept.all():
-            self._absent, self._ended_ns = self._absent.select(kept), self._ended_ns[kept]
+            self._lost, self._lost_ns = self._lost.select(kept), self._lost_ns[kept]
 
     def _motion_costs(self, table: TrackTable, row: int, stamp_ns: int) -> Floats:
         """Return -2 log, (k,), of how much likelier each would be there, going so, than a new."""
-        motion, mean, absent = self._config.motion, table.mean[row], self._absent
-        seconds = (stamp_ns - self._ended_ns) / 1e9
+        motion, mean, lost = self._config.motion, table.mean[row], self._lost
+        seconds = (stamp_ns - self._lost_ns) / 1e9
         his = _unlikely(
-            absent.mean,
-            absent.covariance,
+            lost.mean,
+            lost.covariance,
             seconds,
             motion.acceleration_density,
             mean,
@@ -120,7 +141,7 @@ class ReEntry:
     def _colour_cost(self, index: int, template: NDArray[np.float32], look: Floats) -> float:
         """Return -2 log of how much likelier his colours are so than somebody else's."""
         association = self._config.association
-        name, last = int(self._absent.track_id[index]), self._absent.template[[index]]
+        name, last = int(self._lost.track_id[index]), self._lost.template[[index]]
         if name in self._gallery and look.any():
             more = np.log1p(self._gallery.distance(look, name)) - np.log1p(NEW)
         elif template.any() and last.any():
