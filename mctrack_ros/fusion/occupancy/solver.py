@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Counts = NDArray[np.int32]
 Boxes = NDArray[np.int16]
+Mask = NDArray[np.bool_]
 
 SMALLEST_UNION = 200.0
 """Added to the area of a camera's union, px of the reduced mask: one distant person is no sure
@@ -129,80 +130,35 @@ def _inside(integral: Counts, box: Boxes) -> int:
     return total
 
 
-@inner
-def _gain(
-    cell: int, boxes: Boxes, free: Counts, found: Counts, wrong: Floats, union: Floats
-) -> float:
-    """Return by how much a person in a cell lowers the energy."""
-    gain = 0.0
-    for camera in range(len(boxes)):
-        box = boxes[camera, cell]
-        if box[2] <= box[0]:
-            continue
-        own = _inside(free[camera], box)
-        lit = _inside(found[camera], box)
-        gain += wrong[camera] / (union[camera] + SMALLEST_UNION)
-        gain -= (wrong[camera] + own - 2 * lit) / (union[camera] + own + SMALLEST_UNION)
-    return gain
+class _Search(NamedTuple):
+    """
+    What the search works on.
+
+    `cover` counts the boxes over each pixel; `free` and `found` are integral images of the pixels
+    that none covers and of the foreground among them; `wrong` and `union` are |B xor A| and |A| of
+    the energy, by camera; `taken` counts the people beside whom nobody can stand in a cell.
+    """
+
+    masks: Bytes
+    boxes: Boxes
+    position: Floats
+    prior: Floats
+    cost: float
+    cover: NDArray[np.int16]
+    free: Counts
+    found: Counts
+    wrong: Floats
+    union: Floats
+    taken: Indices
 
 
 @inner
-def _put(
-    by: int,
-    cell: int,
-    boxes: Boxes,
-    masks: Bytes,
-    cover: NDArray[np.int16],
-    free: Counts,
-    found: Counts,
-    wrong: Floats,
-    union: Floats,
-) -> None:
-    """Put a person into a cell (1), or take him out (-1)."""
-    for camera in range(len(boxes)):
-        box = boxes[camera, cell]
-        if box[2] <= box[0]:
-            continue
-        left, top = box[0], box[1]
-        if by > 0:
-            own, lit = _inside(free[camera], box), _inside(found[camera], box)
-        for y in range(top, box[3]):
-            for x in range(left, box[2]):
-                cover[camera, y, x] += by
-        _refresh(masks[camera], cover[camera], free[camera], found[camera], left, top)
-        if by < 0:
-            own, lit = _inside(free[camera], box), _inside(found[camera], box)
-        wrong[camera] += by * (own - 2 * lit)
-        union[camera] += by * own
-
-
-@inner
-def _take(by: int, cell: int, position: Floats, taken: Indices) -> None:
-    """Count (1) or leave (-1) the cells in which nobody else can stand beside a person."""
-    for other in range(len(taken)):
-        dx = position[other, 0] - position[cell, 0]
-        dy = position[other, 1] - position[cell, 1]
-        if dx * dx + dy * dy < LEAST_DISTANCE_M * LEAST_DISTANCE_M:
-            taken[other] += by
-
-
-@compiled(
-    types.Tuple(
-        [types.i8[::1], types.f8[::1], types.f8[:, ::1], types.f8[:, :, ::1], types.f8[:, ::1]]
-    )(
-        types.u1[:, :, ::1], types.i2[:, :, ::1], FLOATS_2D, FLOATS_1D, BOOLS_1D, types.f8
-    )
-)  # fmt: skip
-def _solve(
-    masks: Bytes,
-    every_box: Boxes,
-    position: Floats,
-    prior: Floats,
-    used: NDArray[np.bool_],
-    cost: float,
-) -> tuple[Indices, Floats, Floats, Floats, Floats]:
+def _begun(
+    masks: Bytes, boxes: Boxes, position: Floats, prior: Floats, used: Mask, cost: float
+) -> _Search:
+    """Return a search that has found nobody."""
     cameras, height, width = masks.shape
-    boxes = every_box.copy()
+    boxes = boxes.copy()
     for camera in range(cameras):
         if not used[camera]:
             boxes[camera, :, 2] = boxes[camera, :, 0]
@@ -213,101 +169,175 @@ def _solve(
     for camera in range(cameras):
         _refresh(masks[camera], cover[camera], free[camera], found[camera], 0, 0)
         wrong[camera] = found[camera, height, width]
-    # nobody is looked for where no camera has foreground in more than half of his box
-    hopeful = np.empty(len(prior), np.int64)
-    count = 0
-    for cell in range(len(prior)):
-        for camera in range(cameras):
-            box = boxes[camera, cell]
-            if box[2] > box[0]:
-                own, lit = _inside(free[camera], box), _inside(found[camera], box)
-                if 2 * lit > own:
-                    hopeful[count] = cell
-                    count += 1
-                    break
-    hopeful = hopeful[:count]
-    people = np.empty(MOST_PEOPLE, np.int64)
     taken = np.zeros(len(prior), np.int64)
-    gains = np.zeros(MOST_PEOPLE)
-    number = 0
-    for turn in range(ROUNDS + 1):
-        before = number
-        while number < MOST_PEOPLE:
-            best, highest = -1, 0.0
-            for place in hopeful:
-                if taken[place] > 0:
-                    continue
-                gain = _gain(int(place), boxes, free, found, wrong, union) + prior[place] - cost
-                if gain > highest:
-                    best, highest = int(place), gain
-            if best < 0:
-                break
-            _put(1, best, boxes, masks, cover, free, found, wrong, union)
-            _take(1, best, position, taken)
-            people[number], gains[number] = best, highest
-            number += 1
-        if turn == ROUNDS:
-            break
-        has_changed = number > before
-        index = 0
-        while index < number:
-            own_cell = people[index]
-            _put(-1, own_cell, boxes, masks, cover, free, found, wrong, union)
-            _take(-1, own_cell, position, taken)
-            best, highest = -1, 0.0
-            x, y = position[own_cell, 0], position[own_cell, 1]
-            for place in hopeful:
-                dx, dy = position[place, 0] - x, position[place, 1] - y
-                if taken[place] == 0 and dx * dx + dy * dy <= REACH_M * REACH_M:
-                    gain = (
-                        _gain(int(place), boxes, free, found, wrong, union) + prior[place] - cost
-                    )
-                    if gain > highest:
-                        best, highest = int(place), gain
-            if best < 0:
-                for later in range(index, number - 1):
-                    people[later], gains[later] = people[later + 1], gains[later + 1]
-                number -= 1
-                has_changed = True
-                continue
-            _put(1, best, boxes, masks, cover, free, found, wrong, union)
-            _take(1, best, position, taken)
-            has_changed |= best != own_cell
-            people[index], gains[index] = best, highest
-            index += 1
-        if not has_changed:
-            break
-    mean, covariance = np.zeros((number, 2)), np.zeros((number, 2, 2))
-    support = np.full((number, cameras), np.nan)
-    for index in range(number):
-        own_cell = people[index]
-        _put(-1, own_cell, boxes, masks, cover, free, found, wrong, union)
-        best_gain = _gain(own_cell, boxes, free, found, wrong, union) + prior[own_cell]
-        x, y = position[own_cell, 0], position[own_cell, 1]
-        total = mx = my = xx = xy = yy = 0.0
-        for cell in range(len(prior)):
-            dx, dy = position[cell, 0] - x, position[cell, 1] - y
-            if dx * dx + dy * dy <= 4 * REACH_M * REACH_M:
-                gain = _gain(cell, boxes, free, found, wrong, union) + prior[cell]
-                weight = np.exp((gain - best_gain) / SURE_GAIN)
-                total += weight
-                mx += weight * dx
-                my += weight * dy
-                xx += weight * dx * dx
-                xy += weight * dx * dy
-                yy += weight * dy * dy
-        mx, my = mx / total, my / total
-        mean[index, 0], mean[index, 1] = x + mx, y + my
-        covariance[index, 0, 0], covariance[index, 1, 1] = (
-            xx / total - mx * mx,
-            yy / total - my * my,
-        )
-        covariance[index, 0, 1] = covariance[index, 1, 0] = xy / total - mx * my
-        for camera in range(cameras):
-            box = boxes[camera, own_cell]
+    return _Search(masks, boxes, position, prior, cost, cover, free, found, wrong, union, taken)
+
+
+@inner
+def _hopeful(search: _Search) -> Indices:
+    """Return the cells where more than half of a person is foreground in some camera."""
+    hopeful, count = np.empty(len(search.prior), np.int64), 0
+    for cell in range(len(hopeful)):
+        for camera in range(len(search.boxes)):
+            box = search.boxes[camera, cell]
             if box[2] > box[0]:
-                own, lit = _inside(free[camera], box), _inside(found[camera], box)
-                if own > 0:
-                    support[index, camera] = lit / own
-        _put(1, own_cell, boxes, masks, cover, free, found, wrong, union)
+                own, lit = _inside(search.free[camera], box), _inside(search.found[camera], box)
+                if 2 * lit > own:
+                    hopeful[count], count = cell, count + 1
+                    break
+    return hopeful[:count]
+
+
+@inner
+def _gain(search: _Search, cell: int) -> float:
+    """Return by how much a person in a cell lowers the energy, but for his cost."""
+    boxes, wrong, union = search.boxes, search.wrong, search.union
+    gain = 0.0
+    for camera in range(len(boxes)):
+        box = boxes[camera, cell]
+        if box[2] <= box[0]:
+            continue
+        own, lit = _inside(search.free[camera], box), _inside(search.found[camera], box)
+        gain += wrong[camera] / (union[camera] + SMALLEST_UNION)
+        gain -= (wrong[camera] + own - 2 * lit) / (union[camera] + own + SMALLEST_UNION)
+    return float(gain + search.prior[cell])
+
+
+@inner
+def _put(search: _Search, by: int, cell: int) -> None:
+    """Put a person into a cell (1), or take him out (-1)."""
+    for camera in range(len(search.boxes)):
+        box = search.boxes[camera, cell]
+        if box[2] <= box[0]:
+            continue
+        left, top, own, lit = box[0], box[1], 0, 0
+        cover, free, found = search.cover[camera], search.free[camera], search.found[camera]
+        if by > 0:
+            own, lit = _inside(free, box), _inside(found, box)
+        for y in range(top, box[3]):
+            for x in range(left, box[2]):
+                cover[y, x] += by
+        _refresh(search.masks[camera], cover, free, found, left, top)
+        if by < 0:
+            own, lit = _inside(free, box), _inside(found, box)
+        search.wrong[camera] += by * (own - 2 * lit)
+        search.union[camera] += by * own
+    position = search.position
+    for other in range(len(position)):
+        dx, dy = position[other, 0] - position[cell, 0], position[other, 1] - position[cell, 1]
+        if dx * dx + dy * dy < LEAST_DISTANCE_M * LEAST_DISTANCE_M:
+            search.taken[other] += by
+
+
+@inner
+def _best(search: _Search, cells: Indices, around: int) -> tuple[int, float]:
+    """Return the cell where a person gains most, -1: none; within reach of one, -1: of any."""
+    best, highest, position = -1, 0.0, search.position
+    for place in cells:
+        if search.taken[place] > 0:
+            continue
+        if around >= 0:
+            dx = position[place, 0] - position[around, 0]
+            dy = position[place, 1] - position[around, 1]
+            if dx * dx + dy * dy > REACH_M * REACH_M:
+                continue
+        gain = _gain(search, place) - search.cost
+        if gain > highest:
+            best, highest = place, gain
+    return best, highest
+
+
+@inner
+def _add(search: _Search, cells: Indices, people: Indices, gains: Floats, number: int) -> int:
+    """Add people while one lowers the energy; return how many there are."""
+    while number < MOST_PEOPLE:
+        best, highest = _best(search, cells, -1)
+        if best < 0:
+            break
+        _put(search, 1, best)
+        people[number], gains[number], number = best, highest, number + 1
+    return number
+
+
+@inner
+def _move(
+    search: _Search, cells: Indices, people: Indices, gains: Floats, number: int
+) -> tuple[int, bool]:
+    """Move each person to where he fits best near by; return how many stay, and if any moved."""
+    has_moved, kept = False, 0
+    for index in range(number):
+        before = people[index]
+        _put(search, -1, before)
+        best, highest = _best(search, cells, before)
+        has_moved |= best != before
+        if best >= 0:
+            _put(search, 1, best)
+            people[kept], gains[kept], kept = best, highest, kept + 1
+    return kept, has_moved
+
+
+@inner
+def _measure(search: _Search, cell: int, mean: Floats, covariance: Floats) -> None:
+    """Write mean (2,) and covariance (2, 2) of where a person is who was taken out of a cell."""
+    position, best = search.position, _gain(search, cell)
+    x, y = position[cell, 0], position[cell, 1]
+    total = mx = my = xx = xy = yy = 0.0
+    for other in range(len(position)):
+        dx, dy = position[other, 0] - x, position[other, 1] - y
+        if dx * dx + dy * dy <= 4 * REACH_M * REACH_M:
+            weight = np.exp((_gain(search, other) - best) / SURE_GAIN)
+            total += weight
+            mx += weight * dx
+            my += weight * dy
+            xx += weight * dx * dx
+            xy += weight * dx * dy
+            yy += weight * dy * dy
+    mx, my = mx / total, my / total
+    mean[0], mean[1] = x + mx, y + my
+    covariance[0, 0], covariance[1, 1] = xx / total - mx * mx, yy / total - my * my
+    covariance[0, 1] = covariance[1, 0] = xy / total - mx * my
+
+
+@inner
+def _support(search: _Search, cell: int, support: Floats) -> None:
+    """Write which share of a person's box, that no other covers, is foreground, by camera."""
+    for camera in range(len(search.boxes)):
+        box = search.boxes[camera, cell]
+        if box[2] > box[0]:
+            own, lit = _inside(search.free[camera], box), _inside(search.found[camera], box)
+            if own > 0:
+                support[camera] = lit / own
+
+
+@compiled(
+    types.Tuple(
+        [types.i8[::1], types.f8[::1], types.f8[:, ::1], types.f8[:, :, ::1], types.f8[:, ::1]]
+    )(
+        types.u1[:, :, ::1], types.i2[:, :, ::1], FLOATS_2D, FLOATS_1D, BOOLS_1D, types.f8
+    )
+)  # fmt: skip
+def _solve(
+    masks: Bytes, boxes: Boxes, position: Floats, prior: Floats, used: Mask, cost: float
+) -> tuple[Indices, Floats, Floats, Floats, Floats]:
+    """Return the columns of `Occupancy`."""
+    search = _begun(masks, boxes, position, prior, used, cost)
+    cells = _hopeful(search)
+    people, gains, number = np.empty(MOST_PEOPLE, np.int64), np.zeros(MOST_PEOPLE), 0
+    for _ in range(ROUNDS):
+        before = number
+        number = _add(search, cells, people, gains, number)
+        has_grown = number > before
+        number, has_moved = _move(search, cells, people, gains, number)
+        if not (has_grown or has_moved):
+            break
+    else:
+        number = _add(search, cells, people, gains, number)
+    mean, covariance = np.zeros((number, 2)), np.zeros((number, 2, 2))
+    support = np.full((number, len(masks)), np.nan)
+    for index in range(number):
+        cell = people[index]
+        _put(search, -1, cell)
+        _measure(search, cell, mean[index], covariance[index])
+        _support(search, cell, support[index])
+        _put(search, 1, cell)
     return people[:number].copy(), gains[:number].copy(), mean, covariance, support
