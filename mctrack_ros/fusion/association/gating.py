@@ -27,50 +27,8 @@ USUAL = 4.0
 """A detection up to so many times less certain (variance) than the median is found by its cell;
 any other is tried with every track."""
 NOTHING = -1
-NO_PAIRS = (np.empty(0, np.int64),) * 4
 FEW = 48
 """So many values are sorted by insertion."""
-
-
-def gated_pairs(
-    mean: Floats,
-    covariance: Floats,
-    seconds: Floats,
-    seen: Floats,
-    image: Indices,
-    gate: float,
-) -> tuple[Indices, Indices, Indices, Indices]:
-    """
-    Find the pairs whose squared Mahalanobis distance is below the gate.
-
-    Detections are sorted into square cells on the ground, so that a track is compared with those
-    near by alone.
-
-    Parameters
-    ----------
-    mean : (n, 4) array
-        Predicted x, y, vx, vy of the tracks; m and m/s.
-    covariance : (n, 4, 4) array
-        Their covariances.
-    seconds : (images,) array
-        From the tracks' stamp to each image's, s.
-    seen : (m, 8) array
-        What the detections say, see `measured`.
-    image : (m,) int64 array
-        Which image each is of; ascending.
-    gate : float
-        Largest squared distance.
-
-    Returns
-    -------
-    track, detection, image, slot : (k,) int64 arrays
-        Sorted by image, then track, then detection; see `Pairs`.
-
-    """
-    if not len(seen) or not len(mean):
-        return NO_PAIRS
-    track, detection, where, slot = _gated(mean, covariance, seconds, seen, image, gate)
-    return track, detection, where, slot
 
 
 @inner
@@ -218,15 +176,39 @@ def slots(image: Indices, track: Indices) -> Indices:
 
 
 @compiled(types.i8[:, ::1](COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, INTS_1D, types.f8))
-def _gated(
-    mean: Floats,
-    covariance: Floats,
-    seconds: Floats,
-    seen: Floats,
-    image: Indices,
-    gate: float,
+def gated_pairs(
+    mean: Floats, covariance: Floats, seconds: Floats, seen: Floats, image: Indices, gate: float
 ) -> Indices:
-    """Compare each track with the detections of the cells that its gate reaches."""
+    """
+    Find the pairs whose squared Mahalanobis distance is below the gate.
+
+    Detections are sorted into square cells on the ground, so that a track is compared with those
+    near by alone.
+
+    Parameters
+    ----------
+    mean : (n, 4) array
+        Predicted x, y, vx, vy of the tracks; m and m/s.
+    covariance : (n, 4, 4) array
+        Their covariances.
+    seconds : (images,) array
+        From the tracks' stamp to each image's, s.
+    seen : (m, 8) array
+        What the detections say, see `measured`.
+    image : (m,) int64 array
+        Which image each is of; ascending.
+    gate : float
+        Largest squared distance.
+
+    Returns
+    -------
+    (4, k) int64 array
+        Track, detection, image and slot of each pair, see `Pairs`; sorted by image, track and
+        detection.
+
+    """
+    if not len(seen) or not len(mean):
+        return np.empty((4, 0), np.int64)
     usual, edge, first, following, cell = _grid(seen, gate)
     near = np.empty(len(seen), np.int64)
     tracks, detections = np.empty(len(near), np.int64), np.empty(len(near), np.int64)
