@@ -55,7 +55,7 @@ from mctrack_ros.fusion.association import likelihood
 from mctrack_ros.fusion.existence import evidence
 from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
 from mctrack_ros.fusion.management import initiation, lifecycle
-from mctrack_ros.fusion.reid import gallery, lost_targets, reassignment
+from mctrack_ros.fusion.reid import lost_targets, reassignment
 from mctrack_ros.fusion.update import hidden_members, update
 from mctrack_ros.interfaces import Tick
 from mctrack_ros.perception.boxes import BodyModel
@@ -137,7 +137,6 @@ RULES = {
         patches={(lost_targets, 'ARRIVAL_DENSITY'): 100.0},
     ),
     'contacts': Rule('ids are corrected after encounters', {'recognition.contact_distance': 0.0}),
-    'trust': Rule('short looks count less', patches={(gallery, 'TRUST_S'): 0.0}),
     'strange': Rule(
         'who looks like nobody decides nothing', patches={(reassignment, 'STRANGE'): 1000.0}
     ),

@@ -8,9 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import ground_points, status_of
 from mctrack_ros.fusion.management.lifecycle import is_published, silence
-from mctrack_ros.fusion.reid.lost_targets import NEW
 from mctrack_ros.fusion.reid.reassignment import Reassignment
-from mctrack_ros.fusion.reid.samples import sample_of
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import Decisions, Reason, TrackStatus
 
@@ -166,7 +164,7 @@ def _judge_renamed(
     verdicts: _Verdicts, joined: dict[int, int], recognition: Reassignment, config: JointConfig
 ) -> None:
     """Say of each track whose id was corrected why."""
-    table, gallery = verdicts.table, recognition.gallery
+    table = verdicts.table
     for row in np.flatnonzero(table.previous_id).tolist():
         old, new = int(table.previous_id[row]), int(table.track_id[row])
         verdicts.other_id[row] = old
@@ -176,9 +174,8 @@ def _judge_renamed(
         if verdicts.reason[row] == Reason.CONFIRMED and new in recognition.lost.found:
             verdicts.say([row], Reason.REAPPEARED, recognition.lost.found[new], 0.0)
         else:
-            look = sample_of(table, row)
-            own = gallery.difference(look, old) if old in gallery else NEW
-            verdicts.say([row], Reason.RECOGNISED, gallery.difference(look, new), own)
+            value, limit = recognition.differences(table, row, old)
+            verdicts.say([row], Reason.RECOGNISED, value, limit)
 
 
 def _judge_ended(

@@ -163,7 +163,7 @@ class TrackManager:
             The tracks that ended.
 
         """
-        joined = self._duplicate_pairs(table, near, reid, stamp_ns, seconds)
+        joined = self._duplicate_pairs(table, near, stamp_ns, seconds)
         for keep, drop in joined:
             table.absorb(keep, drop)
             reid.forget(int(table.track_id[drop]))
@@ -195,19 +195,14 @@ class TrackManager:
         return np.argsort(table.track_id)
 
     def _duplicate_pairs(
-        self,
-        table: TrackTable,
-        near: NearPairs,
-        reid: Reassignment,
-        stamp_ns: int,
-        seconds: float,
+        self, table: TrackTable, near: NearPairs, stamp_ns: int, seconds: float
     ) -> list[tuple[int, int]]:
-        """Return pairs of rows (kept, dropped) that are one; two who are known never are."""
+        """Return pairs of rows (kept, dropped) that are one; two seen alone never are."""
         close = close_pairs(table, *near, self._config.life.merge_distance, seconds)
         if not len(close.one):
             self._duplicates.clear()
             return []
-        known = reid.knows(table.track_id[close.one], table.track_id[close.other])
+        known = (table.portrait_s[close.one] > 0.0) & (table.portrait_s[close.other] > 0.0)
         fresh = close.select(~(known | close.grouped))
         over = lifecycle.is_over(table, stamp_ns, self._config)
         return self._duplicates.find(table, fresh, over)

@@ -25,20 +25,21 @@ class ReidConfig:
 
 class IdentityColumns(Columns):
     """
-    What the tracks look like.
+    What the targets look like.
 
     Attributes
     ----------
     template : (n, 48) float32 array
-        Appearance; zero: unknown.
-    look : (n, 48) array
-        Sum of the square roots of its templates since its last contact, weighted by time.
-    look_s : (n,) array
-        The time that this sum covers, of all cameras together, s.
+        Colours of the track's detections of late; zero: none.
+    portrait, portrait_s : (n, 48), (n,) arrays
+        Mean square root of the templates of its target, while that was surely itself, and the
+        time of that, all cameras together, s; 0: no portrait.
+    sample, sample_s : (n, 48), (n,) arrays
+        Sum of the square roots of templates that the portrait does not have yet, and its time, s.
     judge_s : (n,) array
-        How long it must be before the identity is judged, s.
+        Time of a sample at which identity is judged, s.
     in_contact : (n,) bool array
-        Whether it is near another track.
+        Whether another track is near.
     kit : (n,) uint8 array
         Clothing cluster; 0: unknown.
 
@@ -46,8 +47,10 @@ class IdentityColumns(Columns):
 
     __slots__ = ()
     template = Column(np.float32, TEMPLATE_SIZE)
-    look = Column(np.float64, TEMPLATE_SIZE)
-    look_s = Column(np.float64)
+    portrait = Column(np.float64, TEMPLATE_SIZE)
+    portrait_s = Column(np.float64)
+    sample = Column(np.float64, TEMPLATE_SIZE)
+    sample_s = Column(np.float64)
     judge_s = Column(np.float64)
     in_contact = Column(np.bool_)
     kit = Column(np.uint8)

@@ -10,12 +10,13 @@ from mctrack_ros.compiled import COLUMN_1D, COLUMN_2D, COLUMN_3D, FLOATS_1D, com
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.motion.information import invert
 from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA
-from mctrack_ros.fusion.reid.gallery import Gallery
+from mctrack_ros.fusion.reid.appearance import AppearanceModel
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.appearance import squared_hellinger
 from mctrack_ros.tracking.kalman import moved_on
 
 Floats = NDArray[np.float64]
+Templates = NDArray[np.float32]
 
 ARRIVAL_DENSITY = 0.001
 """How likely somebody new comes into view where one who was lost may, 1/m²: chosen on scenarios of
@@ -44,41 +45,43 @@ class LostTargets:
     ----------
     config : JointConfig
         Parameters.
-    gallery : Gallery
-        Portraits; where there is none, the last template counts.
+    model : AppearanceModel
+        How much targets differ from themselves.
 
     Attributes
     ----------
+    tracks : TrackTable
+        Their records.
     found : dict of int to float
         Who was found last, and at what cost: -2 log of how much likelier than a new target.
 
     """
 
-    def __init__(self, config: JointConfig, gallery: Gallery) -> None:
+    def __init__(self, config: JointConfig, model: AppearanceModel) -> None:
         self._config = config
-        self._gallery = gallery
-        self._lost = TrackTable.blank(0, 0)
+        self._model = model
+        self.tracks = TrackTable.blank(0, 0)
         self._lost_ns = np.zeros(0, np.int64)
         self.found: dict[int, float] = {}
 
     def add(self, tracks: TrackTable, stamp_ns: int) -> list[int]:
         """Remember tracks that end; return the ids that are dropped for want of room."""
-        lost = self._lost.extended(tracks)
+        lost = self.tracks.extended(tracks)
         dropped: list[int] = lost.track_id[:-MOST_LOST].tolist()
-        self._lost = lost.select(np.arange(len(lost))[-MOST_LOST:])
+        self.tracks = lost.select(np.arange(len(lost))[-MOST_LOST:])
         since = np.full(len(tracks), stamp_ns)
         self._lost_ns = np.append(self._lost_ns, since)[-MOST_LOST:]
         return dropped
 
     def remove(self, track_id: int) -> None:
         """Forget a target: it is back, or never existed."""
-        self._keep(self._lost.track_id != track_id)
+        self._keep(self.tracks.track_id != track_id)
 
     def expire(self, stamp_ns: int) -> list[int]:
         """Forget those lost too long ago, or after this stamp; return their ids."""
         age_ns = stamp_ns - self._lost_ns
         kept = (age_ns >= 0) & (age_ns <= self._config.recognition.lost_time * 1e9)
-        expired: list[int] = self._lost.track_id[~kept].tolist()
+        expired: list[int] = self.tracks.track_id[~kept].tolist()
         self._keep(kept)
         return expired
 
@@ -86,38 +89,48 @@ class LostTargets:
         """Return where those lost within so many seconds were, (k, 2) m, and how long ago, s."""
         ago_s = (stamp_ns - self._lost_ns) / 1e9
         late = (ago_s >= 0) & (ago_s <= seconds)
-        return self._lost.mean[late, :2], ago_s[late]
+        return self.tracks.mean[late, :2], ago_s[late]
 
     def near(self, place: Floats, stamp_ns: int) -> list[int]:
-        """Return the ids of those with a portrait who can have come to a place (2,), m."""
-        apart = np.hypot(*(self._lost.mean[:, :2] - place).T)
-        reach = self.reach(stamp_ns - self._lost.seen_ns)
-        names = self._lost.track_id[apart < reach].tolist()
-        return [name for name in names if name in self._gallery]
+        """Return the ids of those seen alone before who can have come to a place (2,), m."""
+        apart = np.hypot(*(self.tracks.mean[:, :2] - place).T)
+        reach = self.reach(stamp_ns - self.tracks.seen_ns)
+        near: list[int] = self.tracks.track_id[
+            (apart < reach) & (self.tracks.portrait_s > 0.0)
+        ].tolist()
+        return near
 
     def reach(self, since_ns: NDArray[np.int64]) -> Floats:
         """Return how far targets have gone at most that were seen so long ago, m."""
         return np.asarray(self._config.recognition.contact_distance + SPEED * since_ns * 1e-9)
 
-    def find(self, table: TrackTable, row: int, look: Floats, stamp_ns: int) -> int:
-        """Return whom a new track that looks like (48,) most likely is; 0: somebody new."""
+    def find(self, table: TrackTable, row: int, sample: Floats, stamp_ns: int) -> int:
+        """Return whom a new track with a sample (48,) most likely is; 0: somebody new."""
         costs = self._motion_costs(table, row, stamp_ns)
         for index in np.flatnonzero(costs < self._most_alike()).tolist():
-            costs[index] += self._colour_cost(index, table.template[[row]], look)
+            costs[index] += self._colour_cost(index, table.template[[row]], sample)
         best = int(costs.argmin()) if len(costs) else 0
         if not len(costs) or costs[best] >= 0:
             return 0
-        name = int(self._lost.track_id[best])
+        name = int(self.tracks.track_id[best])
         self.found[name] = float(costs[best])
         return name
 
+    def give_portrait(self, track_id: int, table: TrackTable, row: int) -> None:
+        """Give a track the portrait of the lost target that it is."""
+        (own,) = np.flatnonzero(self.tracks.track_id == track_id)
+        table.portrait[row], table.portrait_s[row] = (
+            self.tracks.portrait[own],
+            self.tracks.portrait_s[own],
+        )
+
     def _keep(self, kept: NDArray[np.bool_]) -> None:
         if not kept.all():
-            self._lost, self._lost_ns = self._lost.select(kept), self._lost_ns[kept]
+            self.tracks, self._lost_ns = self.tracks.select(kept), self._lost_ns[kept]
 
     def _motion_costs(self, table: TrackTable, row: int, stamp_ns: int) -> Floats:
         """Return -2 log, (k,), of how much likelier each would be there, going so, than a new."""
-        motion, mean, lost = self._config.motion, table.mean[row], self._lost
+        motion, mean, lost = self._config.motion, table.mean[row], self.tracks
         seconds = (stamp_ns - self._lost_ns) / 1e9
         his = _unlikely(
             lost.mean,
@@ -138,12 +151,12 @@ class LostTargets:
         best = max(float(np.log1p(NEW)), association.usual_difference)
         return association.appearance_weight * best
 
-    def _colour_cost(self, index: int, template: NDArray[np.float32], look: Floats) -> float:
+    def _colour_cost(self, index: int, template: Templates, sample: Floats) -> float:
         """Return -2 log of how much likelier his colours are so than somebody else's."""
-        association = self._config.association
-        name, last = int(self._lost.track_id[index]), self._lost.template[[index]]
-        if name in self._gallery and look.any():
-            more = np.log1p(self._gallery.distance(look, name)) - np.log1p(NEW)
+        association, last = self._config.association, self.tracks.template[[index]]
+        if self.tracks.portrait_s[index] > 0.0 and sample.any():
+            portrait = self.tracks.portrait[[index]]
+            more = np.log1p(self._model.distances(sample[None], portrait)[0, 0]) - np.log1p(NEW)
         elif template.any() and last.any():
             more = squared_hellinger(template, last)[0, 0] - association.usual_difference
         else:

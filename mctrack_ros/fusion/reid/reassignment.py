@@ -14,10 +14,9 @@ from scipy.special import expit
 from mctrack_ros.compiled import INTS_1D, compiled
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.neighbours import NearPairs, is_near
-from mctrack_ros.fusion.reid.gallery import STRANGE, AppearanceSample, Gallery
+from mctrack_ros.fusion.reid.appearance import AppearanceModel, samples
 from mctrack_ros.fusion.reid.id_hypotheses import IdHypotheses
 from mctrack_ros.fusion.reid.lost_targets import NEW, LostTargets
-from mctrack_ros.fusion.reid.samples import first_sample, sample_of
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 Floats = NDArray[np.float64]
@@ -27,12 +26,14 @@ Mask = NDArray[np.bool_]
 IMPOSSIBLE = 1e6
 
 SAMPLE_S, LONGEST_SAMPLE_S = 0.5, 5.0
-"""For so long one must be seen alone, by all cameras together, to be recognised; and after so long
-one who looks like several keeps his id, s. These and the next two were chosen on the tuning
-matches of the pitch."""
+"""Time alone, of all cameras together, after which a sample is compared; and after which an id is
+kept though several fit, s: with the next two, chosen on the tuning matches of the pitch."""
+
+STRANGE = 4.0
+"""What the colours of two people usually differ by, in variances of one."""
 
 KEEP = 0.15
-"""How much more probable it must be before an id changes, log."""
+"""How much more probable another id must be, log: without it, 17 switches more on PETS, view 1."""
 
 MARGIN = 0.1
 """How much less probable all others must be before it is settled, log."""
@@ -46,12 +47,12 @@ PAST_S = 2.7
 
 class Reassignment:
     """
-    Gives ids to those who look like those who had them.
+    Corrects ids by appearance.
 
-    Whoever comes near another may leave with the other's track: from then on either may be
-    either. Once somebody has been seen alone for a while, by all cameras together, the mean of
-    his colours is held against those of all whom he may be, and the ids of all concerned are
-    assigned together. One who was lost is among those that whoever turns up near by may be.
+    After two targets came near each other, either track may be either target. When one was seen
+    alone for a while, by all cameras together, its sample is compared with the portraits of all
+    targets that it may be, and the ids of all concerned are assigned together. A lost target may
+    be any new track near by.
 
     Parameters
     ----------
@@ -60,8 +61,8 @@ class Reassignment:
 
     Attributes
     ----------
-    gallery : Gallery
-        Portraits of targets, tracked or lost.
+    model : AppearanceModel
+        How much targets differ from themselves.
     lost : LostTargets
         Who is tracked no more.
     certainty : dict of int to float
@@ -71,9 +72,9 @@ class Reassignment:
 
     def __init__(self, config: JointConfig) -> None:
         self._config = config.recognition
-        self.gallery = Gallery()
+        self.model = AppearanceModel()
         self._hypotheses = IdHypotheses()
-        self.lost = LostTargets(config, self.gallery)
+        self.lost = LostTargets(config, self.model)
         self.certainty: dict[int, float] = {}
 
     def note_lost(self, removed: TrackTable, table: TrackTable, stamp_ns: int) -> None:
@@ -100,13 +101,15 @@ class Reassignment:
 
     def forget(self, name: int) -> None:
         """Forget one who turned out to be another."""
-        self.gallery.forget(name)
         self._hypotheses.erase([name])
 
-    def knows(self, one: NDArray[np.uint32], other: NDArray[np.uint32]) -> Mask:
-        """Tell which pairs, (k,), have each been seen alone: hardly one and the same."""
-        known, pairs = self.gallery, zip(one.tolist(), other.tolist())
-        return np.array([first in known and second in known for first, second in pairs], np.bool_)
+    def differences(self, table: TrackTable, row: int, old_id: int) -> tuple[float, float]:
+        """Return by how much a track's sample differs from its target and from the former one."""
+        both = table.extended(self.lost.tracks)
+        sample, former = samples(table, np.array([row])), both.track_id == old_id
+        own = self.model.distances(sample, table.portrait[[row]])
+        other = self.model.distances(sample, both.portrait[former & (both.portrait_s > 0.0)])
+        return float(own[0, 0]), float(other.min(initial=NEW)) if other.size else NEW
 
     def step(
         self, table: TrackTable, near: NearPairs, stamp_ns: int, confirmed: Mask
@@ -117,7 +120,7 @@ class Reassignment:
         Parameters
         ----------
         table : TrackTable
-            Its looks are changed, its ids are not.
+            Its portraits are changed, its ids are not.
         near : pair of (k,) int arrays
             Rows of those who are near each other, by `contact_distance` at least.
         stamp_ns : int
@@ -135,7 +138,7 @@ class Reassignment:
         for name in self.lost.expire(stamp_ns):
             self.forget(name)
         fresh = confirmed.nonzero()[0].tolist()
-        batch = [first_sample(table, row) for row in fresh]  # before contacts let them begin anew
+        batch = samples(table, np.array(fresh, np.intp))  # before contacts begin them anew
         touch, due = _contacts(table.fixed, *near, self._config.contact_distance)
         one, other = (table.track_id[rows[touch]].tolist() for rows in near)
         for pair in zip(one, other):
@@ -147,84 +150,89 @@ class Reassignment:
         return self._judged(table, due, stamp_ns)
 
     def _found_again(
-        self, table: TrackTable, fresh: list[int], batch: list[Floats], stamp_ns: int
+        self, table: TrackTable, fresh: list[int], batch: Floats, stamp_ns: int
     ) -> dict[int, int]:
         """Note who of the lost new tracks that look so may be; return who they surely are."""
         found: dict[int, int] = {}
         self.lost.found.clear()
-        for row, look in zip(fresh, batch):
+        for row, sample in zip(fresh, batch):
             name = int(table.track_id[row])
             may_be = self._hypotheses.of(name).union(self.lost.near(table.mean[row, :2], stamp_ns))
             self._hypotheses.settle(name, may_be)
-            best = self.lost.find(table, row, look, stamp_ns)
+            best = self.lost.find(table, row, sample, stamp_ns)
             if best:
                 found[name] = best
+                self.lost.give_portrait(best, table, row)
                 self.certainty[name] = float(expit(-0.5 * self.lost.found[best]))
                 self._replace({name: best})
                 self._hypotheses.become(name, best)
         return found
 
     def _judged(self, table: TrackTable, due: Indices, stamp_ns: int) -> dict[int, int]:
-        """Learn what those due look like who are surely themselves, and judge the others."""
+        """Learn the portraits of those due who are surely themselves, and judge the others."""
         row_of = dict(zip(table.track_id.tolist(), range(len(table))))
         present = table.track_id[table.confirmed].tolist()
         changes: dict[int, int] = {}
         judged: set[int] = set()
         for name in table.track_id[due].tolist():
-            row = row_of[name]
             if len(self._hypotheses.of(name)) == 1:
-                self.gallery.learn(name, sample_of(table, row))
-                table.look[row], table.look_s[row] = 0.0, 0.0
+                self.model.learn(table, row_of[name])
             elif name not in judged:
                 circle = self._hypotheses.circle(name, present)
                 judged.update(circle)
-                batch = [sample_of(table, row_of[one]) for one in circle]
-                changes |= self._assigned(circle, batch)
-        gone = changes.keys() - changes.values()
-        rows = [row for name, row in row_of.items() if name in gone and name in self.gallery]
-        self._hypotheses.erase(gone - self.gallery.names())
-        self._lose(table.select(np.array(rows, np.intp)), stamp_ns)
+                rows = np.array([row_of[one] for one in circle], np.intp)
+                changes |= self._assigned(table, rows, stamp_ns)
         return changes
 
-    def _assigned(self, circle: list[int], batch: list[AppearanceSample]) -> dict[int, int]:
-        """
-        Assign the ids of those who may be one another; return those that change.
-
-        An id costs the negative logarithm of a Cauchy-like density of the colours' difference:
-        light and other people's pixels are outliers, so what differs much tells little more.
-        Who looks like nobody known decides nothing by his looks, and is not settled by them.
-        """
-        gallery = self.gallery
+    def _assigned(self, table: TrackTable, rows: Indices, stamp_ns: int) -> dict[int, int]:
+        """Assign the ids of those who may be one another; return those that change."""
+        circle, sample_s = table.track_id[rows].tolist(), table.sample_s[rows]
         may_be = [self._hypotheses.of(one) for one in circle]
         names = sorted(frozenset().union(*may_be))
-        cost = np.full((len(circle), len(names)), IMPOSSIBLE)
-        is_strange = np.zeros(len(circle), np.bool_)
-        for row, (own, look) in enumerate(zip(circle, batch)):
-            weight = gallery.weight(look) if look.seconds >= SAMPLE_S else 0.0
-            differences = {name: gallery.difference(look, name) for name in may_be[row]}
-            if min(differences.values()) >= STRANGE:  # so strange is who is not known
-                is_strange[row], weight = True, 0.0  # others' pixels are among his
-            if own not in gallery:
-                differences[own] = NEW
-            for name, difference in differences.items():
-                cost[row, names.index(name)] = weight * np.log1p(difference)
-            cost[row, names.index(own)] -= KEEP
-        taken = linear_sum_assignment(cost)[1]
+        targets = self._targets(table, names)
+        cost, is_strange = self._costs(table, rows, targets, may_be)
+        taken, margin = assigned(cost)
+        margin[is_strange] = 0.0
         chosen = [names[column] for column in taken.tolist()]
-        best = cost[np.arange(len(circle)), taken]
-        cost[np.arange(len(circle)), taken] = IMPOSSIBLE
-        margin = np.where(is_strange, 0.0, cost.min(axis=1) - best)
-        settled = {
-            name
-            for name, look, lead in zip(chosen, batch, margin.tolist())
-            if look.seconds >= SAMPLE_S and (lead > MARGIN or look.seconds >= LONGEST_SAMPLE_S)
-        }
+        self.certainty |= dict(zip(circle, expit(margin).tolist()))
+        gone = table.select(rows[~np.isin(circle, chosen)])
+        table.portrait[rows] = targets.portrait[taken]
+        table.portrait_s[rows] = targets.portrait_s[taken]
         self._replace(dict(zip(circle, chosen)))
+        is_sure = (margin > MARGIN) | (sample_s >= LONGEST_SAMPLE_S)
+        settled = {name for name, sure in zip(chosen, is_sure & (sample_s >= SAMPLE_S)) if sure}
         for name, may in zip(chosen, may_be):
             self._hypotheses.settle(name, () if name in settled else may - settled)
-        changed = [index for index, old in enumerate(circle) if old != chosen[index]]
-        self.certainty |= {circle[index]: float(expit(margin[index])) for index in changed}
-        return {circle[index]: chosen[index] for index in changed}
+        self._hypotheses.erase(gone.track_id[gone.portrait_s == 0.0].tolist())
+        self._lose(gone.select(gone.portrait_s > 0.0), stamp_ns)
+        return {old: new for old, new in zip(circle, chosen) if old != new}
+
+    def _targets(self, table: TrackTable, names: list[int]) -> TrackTable:
+        """Return the records of targets (k,), tracked or lost."""
+        both = table.extended(self.lost.tracks)
+        row_of = dict(zip(both.track_id.tolist(), range(len(both))))
+        return both.select(np.array([row_of[name] for name in names], np.intp))
+
+    def _costs(
+        self, table: TrackTable, rows: Indices, targets: TrackTable, may_be: list[frozenset[int]]
+    ) -> tuple[Floats, Mask]:
+        """
+        Return what it costs that tracks (k,) are targets (m,), and whose sample is strange (k,).
+
+        That is the negative logarithm of a Cauchy-like density of the colours' difference: light
+        and other people's pixels are outliers, so what differs much tells little more. A sample
+        like nobody's decides nothing.
+        """
+        names, unknown = targets.track_id, targets.portrait_s == 0.0
+        allowed = np.array([np.isin(names, list(may)) for may in may_be])
+        is_own = table.track_id[rows, None] == names
+        apart = self.model.distances(samples(table, rows), targets.portrait)
+        apart[:, unknown] = STRANGE
+        is_strange = np.where(allowed, apart, np.inf).min(axis=1) >= STRANGE
+        apart[is_own & unknown] = NEW
+        tells = ~is_strange & (table.sample_s[rows] >= SAMPLE_S) & self.model.is_trained
+        cost = tells[:, None] * np.log1p(apart) - KEEP * is_own
+        return np.where(allowed, cost, IMPOSSIBLE), is_strange
 
     def _replace(self, names: dict[int, int]) -> None:
         """Let those who were called one thing be called another, all at once."""
@@ -236,11 +244,10 @@ class Reassignment:
             self._hypotheses.settle(new, may)
 
     def _lose(self, tracks: TrackTable, stamp_ns: int) -> None:
-        """Remember tracks that end; nobody may be one of them without a portrait."""
-        names = set(tracks.track_id.tolist())
-        for name in names:
+        """Remember tracks that end; who was never seen alone is nobody's other self."""
+        for name in tracks.track_id.tolist():
             self._hypotheses.end(name)
-        self._hypotheses.erase(names - self.gallery.names())
+        self._hypotheses.erase(tracks.track_id[tracks.portrait_s == 0.0].tolist())
         self._remember(tracks, stamp_ns)
 
     def _remember(self, tracks: TrackTable, stamp_ns: int) -> None:
@@ -248,22 +255,30 @@ class Reassignment:
             self.forget(name)
 
 
+def assigned(cost: Floats) -> tuple[Indices, Floats]:
+    """Return the column of each row (k,) of least total cost, and the next best's lead (k,)."""
+    rows, taken = linear_sum_assignment(cost)
+    rest = cost.copy()
+    rest[rows, taken] = IMPOSSIBLE
+    return taken, rest.min(axis=1) - cost[rows, taken]
+
+
 @compiled(types.Tuple([types.i8[::1], types.i8[::1]])(TRACKS, INTS_1D, INTS_1D, types.f8))
 def _contacts(
     tracks: Any, one: Indices, other: Indices, distance: float
 ) -> tuple[Indices, Indices]:
     """
-    Note who is in contact: the confirmed who are so near. Their looks begin anew.
+    Note who is in contact: the confirmed who are so near. Their samples begin anew.
 
     Returns
     -------
     touch : (k,) int64 array
         Which pairs of rows are.
     due : (m,) int64 array
-        Who has been looked at for long enough; who is not yet begins anew.
+        Whose samples are long enough.
 
     """
-    mean, confirmed, look = tracks['mean'], tracks['confirmed'], tracks['look']
+    mean, confirmed, sample = tracks['mean'], tracks['confirmed'], tracks['sample']
     tracks['in_contact'][:] = False
     touch, due = np.empty(len(one), np.bool_), np.empty(len(tracks), np.bool_)
     for pair in range(len(one)):
@@ -271,10 +286,10 @@ def _contacts(
         touch[pair] &= is_near(mean, one[pair], other[pair], distance)
         if touch[pair]:
             for row in (one[pair], other[pair]):
-                tracks[row]['in_contact'], look[row], tracks[row]['look_s'] = True, 0.0, 0.0
+                tracks[row]['in_contact'], sample[row], tracks[row]['sample_s'] = True, 0.0, 0.0
     for row in range(len(tracks)):
         own = tracks[row]
-        if own['look_s'] == 0.0:
+        if own['sample_s'] == 0.0:
             own['judge_s'] = SAMPLE_S
-        due[row] = own['confirmed'] and own['look_s'] >= own['judge_s']
+        due[row] = own['confirmed'] and own['sample_s'] >= own['judge_s']
     return np.flatnonzero(touch), np.flatnonzero(due)

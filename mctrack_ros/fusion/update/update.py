@@ -8,13 +8,13 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled, inner
+from mctrack_ros.compiled import INTS_1D, compiled, inner
 from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.admission import ROWS
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
-from mctrack_ros.fusion.reid.samples import look_at
+from mctrack_ros.fusion.reid.appearance import collect
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 from mctrack_ros.fusion.update.covering import CoveringAssociation
 from mctrack_ros.fusion.update.hidden_members import keep_members
@@ -30,10 +30,8 @@ Stamps = NDArray[np.int64]
 Ids = NDArray[np.uint32]
 TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
 
-TEMPLATE_S = 8.0
-"""Time constant of the appearance template, s: it follows the light, not single images."""
 MOST_AT_ONCE = 0.5
-"""Share of a track's size and colours that one detection is at most."""
+"""Share of a track's size that one detection is at most."""
 EXTENT_NS = 8e9
 """Time constant of its size, ns."""
 CLASS_S, MOST_CLASS_S = 1.0, 3.0
@@ -82,8 +80,7 @@ def match(
     motion.update(table, reported)
     rows, columns = association.pairs()
     if batch.has_templates:
-        learn_appearance(table, batch, rows, columns)
-        look_at(table, batch, rows, columns)
+        collect(table, batch, rows, columns)
     note(table, batch, rows, columns)
     if batch.has_groups:
         free = np.ones((len(batch.seconds), len(table)), bool)
@@ -151,23 +148,3 @@ def _note(
         seen_by_ns[row, own] = stamp_ns
         local_id[row, own] = one['local_id']
         track['cameras'] |= np.uint32(1) << np.uint32(own)
-
-
-def learn_appearance(table: TrackTable, batch: Batch, rows: Indices, columns: Indices) -> None:
-    """Mix into the templates of tracks (k,) those of detections (k,) that stand apart."""
-    apart = ~batch.is_overlapped[columns]
-    rows, columns = rows[apart], columns[apart]
-    since = (batch.stamp_ns[columns] - table.seen_by_ns[rows, batch.camera[columns]]) / 1e9
-    weight = np.minimum(since / TEMPLATE_S, MOST_AT_ONCE)
-    _mix_in(table.template, rows, batch.detections.template[columns], weight)
-
-
-@compiled(types.void(types.Array(types.f4, 2, 'A'), INTS_1D, TEMPLATES, FLOATS_1D))
-def _mix_in(template: Templates, rows: Indices, reported: Templates, weight: Floats) -> None:
-    """Mix what is told, one after the other, into rows of the templates; the first as it is."""
-    for index in range(len(rows)):
-        known = template[rows[index]]
-        if reported[index].any():
-            share = weight[index] if known.any() else 1.0
-            for bin in range(len(known)):
-                known[bin] += share * (reported[index, bin] - known[bin])

@@ -13,7 +13,6 @@ from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.explain.decisions import decisions_of
 from mctrack_ros.fusion.management.config import LifeConfig
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.reid.gallery import AppearanceSample
 from mctrack_ros.fusion.reid.reassignment import Reassignment
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.covering import CoveringAssociation
@@ -211,7 +210,6 @@ def test_renamed_and_joined_tracks_name_the_other():
     predicted.track_id[:], predicted.confirmed[:] = [3, 5, 8, 9], True
     predicted.mean[:, 0] = [3, 5, 8, 9]
     recognition = Reassignment(CONFIG)
-    recognition.gallery.learn(5, AppearanceSample(np.zeros(48), 1.0))
     decisions, called = decisions_of(
         table, ended, predicted, np.zeros(0, np.uint32), recognition, 0, CONFIG
     )
@@ -236,7 +234,6 @@ def test_what_is_known_of_each_track_goes_with_its_decision():
         setattr(table, name, now_ns - np.array(seconds) * 1e9)
     predicted, recognition = table.select(np.array([1])), Reassignment(CONFIG)
     predicted.track_id[:] = table.previous_id[1] = 1
-    recognition.gallery.learn(5, AppearanceSample(np.zeros(48), 1.0))
     predicted.mean[:], predicted.covariance[:] = 7.0, rng.normal(size=(4, 4))
     told, _ = decisions_of(
         *(table, TrackTable.blank(0, 2), predicted, np.zeros(0, np.uint32)),

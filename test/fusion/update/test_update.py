@@ -7,8 +7,8 @@ from fusion_scenes import detections
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.fusion.update.update import learn_appearance, note
-from mctrack_ros.interfaces import LARGEST_EXTENT, TEMPLATE_SIZE, ClassCode
+from mctrack_ros.fusion.update.update import note
+from mctrack_ros.interfaces import LARGEST_EXTENT, ClassCode
 
 SECOND_NS = 1_000_000_000
 PERSON, BICYCLE, VEHICLE = int(ClassCode.PERSON), int(ClassCode.BICYCLE), int(ClassCode.VEHICLE)
@@ -80,24 +80,3 @@ def test_a_class_leads_by_how_long_it_was_said_all_but_persons_twice(said, class
         told(table, seconds, class_id=kind)
     assert table.class_id[0] == class_id
     assert table.class_lead_s[0] == pytest.approx(lead_s)
-
-
-def test_colours_are_taken_at_first_and_then_mixed_in_over_a_time():
-    """By half at most; none tell nothing, and nobody's whose box overlaps another's."""
-    first, second, nothing = *np.eye(2, TEMPLATE_SIZE), np.zeros(TEMPLATE_SIZE)
-    table = TrackTable.blank(1, 1)
-
-    def learn(seconds, template, overlaps=False):
-        batch = looks_of(seconds, template=template)
-        batch.is_overlapped[:] = overlaps
-        pair = np.zeros(1, np.int64), np.zeros(1, np.int64)
-        learn_appearance(table, batch, *pair)
-        note(table, batch, *pair)
-        return table.template[0, :2].tolist()
-
-    assert learn(0, nothing) == [0, 0]
-    assert learn(0.1, first) == [1, 0]
-    assert learn(1.1, second) == pytest.approx([0.875, 0.125])
-    assert learn(9, second, overlaps=True) == pytest.approx([0.875, 0.125])
-    assert learn(18, nothing) == pytest.approx([0.875, 0.125])
-    assert learn(27, second) == pytest.approx([0.4375, 0.5625])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.management.config import LifeConfig
 from mctrack_ros.fusion.measurements.admission import Admitted
-from mctrack_ros.fusion.update.update import TEMPLATE_S
+from mctrack_ros.fusion.reid.appearance import TEMPLATE_S
 from mctrack_ros.interfaces import Tick
 from mctrack_ros.tracking.appearance import squared_hellinger
 
