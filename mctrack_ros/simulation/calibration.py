@@ -10,11 +10,15 @@ from mctrack_ros.ground import TransformationGrid, write_grid, write_scene
 from mctrack_ros.simulation import PITCH5, Camera, Scenario, Scene, scene_of
 
 _CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+CLICK_NOISE_PX = 0.5
+"""Standard deviation of a click along one axis, px."""
 
 
 def write_calibration(scenario: Scenario, folder: str | Path) -> None:
     """
     Write ``scene.xml`` and one ``<camera>.xml`` a camera (event-tracking, Algorithms 1 and 2).
+
+    Each point is clicked once, with `CLICK_NOISE_PX` of noise, the same whenever it is written.
 
     Parameters
     ----------
@@ -28,12 +32,27 @@ def write_calibration(scenario: Scenario, folder: str | Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     scene = scene_of(scenario)
     write_scene(dict(scene.landmarks()), folder / 'scene.xml')
-    for camera in scene.cameras(scenario):
-        write_grid(camera_grid(camera, scene), folder / f'{camera.name}.xml')
+    for index, camera in enumerate(scene.cameras(scenario)):
+        clicks = np.random.default_rng([index, 6])
+        write_grid(camera_grid(camera, scene, clicks), folder / f'{camera.name}.xml')
 
 
-def camera_grid(camera: Camera, scene: Scene = PITCH5) -> TransformationGrid:
-    """Return the cells of a scene's grid whose four corners are in the camera's image."""
+def camera_grid(
+    camera: Camera, scene: Scene = PITCH5, clicks: np.random.Generator | None = None
+) -> TransformationGrid:
+    """
+    Return the cells of a scene's grid whose four corners are in the camera's image.
+
+    Parameters
+    ----------
+    camera : Camera
+        The camera.
+    scene : Scene
+        Whose grid.
+    clicks : Generator, optional
+        Draws the noise of the clicks; unless given, they are exact to 0.01 px.
+
+    """
     extent, side = np.array(scene.extent_m), scene.cell_m
     columns, rows = (extent // side).astype(int).tolist()
     cells = np.stack(np.meshgrid(np.arange(columns), np.arange(rows), indexing='ij'), -1)
@@ -42,6 +61,11 @@ def camera_grid(camera: Camera, scene: Scene = PITCH5) -> TransformationGrid:
     ground = origin + side * corners
     world = np.concatenate([ground, np.zeros((*ground.shape[:2], 1))], axis=2)
     seen = camera.sees(world).all(axis=1)
-    image = np.round(camera.project(world[seen]), 2)
+    image = camera.project(world[seen])
+    if clicks is not None:
+        noise = clicks.normal(scale=CLICK_NOISE_PX, size=(columns + 1, rows + 1, 2))
+        image = image + noise[tuple(np.moveaxis(corners[seen], -1, 0))]
     names = tuple(tuple(f'{x}-{y}' for x, y in cell) for cell in corners[seen].tolist())
-    return TransformationGrid(camera.name, names, ground[seen], image, image_size=camera.size)
+    return TransformationGrid(
+        camera.name, names, ground[seen], np.round(image, 2), image_size=camera.size
+    )

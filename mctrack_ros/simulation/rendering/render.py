@@ -54,8 +54,10 @@ class CameraRenderer:
         return image, self._sight.view_of(layers)
 
     def empty(self) -> Image:
-        """Return the (height, width, 3) image without people, shadows and noise."""
-        return self._empty.copy()
+        """Return the (height, width, 3) image without people that is taken after the match."""
+        image = self._empty.copy()
+        self._noise.add(image, self._world.scenario.steps)
+        return image
 
     def _darken(self, image: Image, step: int) -> None:
         """Darken the ground where bodies keep the sun off."""

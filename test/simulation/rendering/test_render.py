@@ -33,6 +33,14 @@ def test_noise_differs_from_image_to_image(staged):
     assert difference.std() == pytest.approx(2 * np.sqrt(2), rel=0.1)
 
 
+def test_image_of_the_empty_pitch_is_noisy_as_the_others_and_always_the_same(staged):
+    renderer = CameraRenderer(staged({}, duration_s=0.2, noise=2.0), 0)
+    empty = renderer.empty()
+    difference = renderer.frame(0)[0].astype(float) - empty
+    assert difference.std() == pytest.approx(2 * np.sqrt(2), rel=0.1)
+    np.testing.assert_array_equal(renderer.empty(), empty)
+
+
 def test_pixels_change_only_inside_the_true_box(staged):
     empty, _ = CameraRenderer(staged({}), 0).frame(0)
     image, view = CameraRenderer(staged({3: (20, 30)}), 0).frame(0)
