@@ -19,7 +19,7 @@ def here():
 
 @pytest.fixture(scope='session')
 def matches():
-    """Return the tracked matches so far, by scenario."""
+    """Return the tracked matches so far, by scenario and whether backgrounds are given."""
     return {}
 
 
@@ -28,10 +28,10 @@ def kept_matches(here, matches, monkeypatch, tmp_path_factory):
     """Let experiments that track the same match share it."""
     made = TrackedMatch.made
 
-    def once(world, folder):
-        scenario = world.scenario
-        if scenario not in matches:
-            matches[scenario] = made(world, tmp_path_factory.mktemp('match'))
-        return matches[scenario]
+    def once(world, folder, is_given=True):
+        key = world.scenario, is_given
+        if key not in matches:
+            matches[key] = made(world, tmp_path_factory.mktemp('match'), is_given)
+        return matches[key]
 
     monkeypatch.setattr(TrackedMatch, 'made', once)

@@ -3,7 +3,9 @@ from pathlib import Path
 
 import pytest
 
+from mctrack_experiments.definitions import definition_of, is_outdated
 from mctrack_experiments.results import read_results, results_page
+from mctrack_experiments.runs import Run, read_runs
 from mctrack_experiments.targets import TARGETS
 from mctrack_ros.evaluation.figures import Figures, FiguresError
 
@@ -35,7 +37,8 @@ def lab6p(moda):
 
 
 def test_shipped_page_is_what_the_shipped_figures_give():
-    assert (DOCS / 'results.md').read_text() == results_page(read_results(DOCS / 'results'))
+    shipped = results_page(read_results(DOCS / 'results'), read_runs(DOCS / 'runs.json'))
+    assert (DOCS / 'results.md').read_text() == shipped
 
 
 @pytest.mark.parametrize('data', README_FIGURES)
@@ -52,12 +55,45 @@ def test_figure_stands_beside_its_target_its_peers_and_its_file():
     page = results_page([lab6p(0.961)])
     row = next(line for line in page.splitlines() if 'MODA at 0.5 m' in line and 'lab6p' in line)
     assert row.startswith('| [lab6p](results/lab6p.json) |')
-    assert '| 0.961 | ≥ 0.95 | yes | clustering and norfair: MOTA .947' in row
+    assert '| 0.961 |  | ≥ 0.95 | yes | clustering and norfair: MOTA .947' in row
 
 
 def test_figure_that_falls_short_says_so():
     assert '| ≥ 0.95 | **no** |' in results_page([lab6p(0.949)])
     assert '| ≥ 0.95 | **no** |' in results_page([lab6p(float('nan'))])
+
+
+def pairs(number, **protocol):
+    return Figures('pairs', 'mctrack reproduce pairs', protocol, {'same.kept': number})
+
+
+def test_figure_by_an_older_definition_is_marked_and_meets_nothing():
+    page = results_page([pairs(0.99)])
+    assert '| 0.990† |  | ≥ 0.85 | old definition |' in page
+    assert '* † `pairs`, since changed: fresh seeds' in page
+    page = results_page([pairs(0.99, definition=definition_of('pairs'))])
+    assert '| 0.990 |  | ≥ 0.85 | yes |' in page
+    assert '† `pairs`' not in page
+
+
+def test_figure_that_the_older_definition_lacks_is_not_forgotten():
+    old = Figures('table4', 'mctrack reproduce table4', {}, {'mota': 0.98})
+    assert '| the same, F1 within 2 s | not yet† |' in results_page([old])
+
+
+def test_only_the_figures_that_a_change_concerns_are_marked():
+    assert is_outdated('covering', 'beside.gain.covering_text', 1)
+    assert not is_outdated('covering', 'pets.covering_text.mota', 1)
+    assert not is_outdated('lab6p', 'lab6p.mota', 1)
+
+
+def test_mean_and_spread_of_all_runs_stand_beside_the_last():
+    now = definition_of('pairs')
+    runs = [
+        Run('pairs', k, '2026-01-01', number, '1-5', {'same.kept': value})
+        for k, number, value in ((0, 1, 0.1), (1, now, 0.8), (2, now, 0.9), (3, now - 1, 0.2))
+    ]
+    assert '| 0.900 | 0.850 ± 0.071 (2) |' in results_page([pairs(0.9, definition=now)], runs)
 
 
 def test_target_without_a_figure_is_not_forgotten():
@@ -66,9 +102,10 @@ def test_target_without_a_figure_is_not_forgotten():
 
 
 def test_peer_that_was_measured_in_the_same_run_is_shown_by_its_value():
+    now = {'definition': definition_of('bench_fusion')}
     peer = {'base.mota': 0.999, 'base.norfair.mota': 0.997}
-    page = results_page([Figures('bench_fusion', 'mctrack bench fusion', {}, peer)])
-    assert '| 0.999 | ≥ 0.998 | yes | norfair: 0.997 |' in page
+    page = results_page([Figures('bench_fusion', 'mctrack bench fusion', now, peer)])
+    assert '| 0.999 |  | ≥ 0.998 | yes | norfair: 0.997 |' in page
 
 
 def test_every_experiment_of_the_page_has_its_file():

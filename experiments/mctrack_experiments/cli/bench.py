@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
 from mctrack_experiments.bench.parts import Part
+from mctrack_experiments.cli.options import RUNS
 
 if TYPE_CHECKING:
     from mctrack_ros.evaluation.figures import Figures
@@ -45,9 +46,12 @@ def camera(json_file: Path | None = _JSON) -> None:
 @app.command()
 def fusion(
     part: list[Part] = typer.Option([], help='Measure this alone; may be repeated.'),
-    seeds: str = typer.Option(
-        '11-34', help='Scenes whose accuracy is measured: 11-34 are held out, 1-3 for tuning.'
+    seeds: str | None = typer.Option(
+        None,
+        help='Scenes whose accuracy is measured, for example 1-3; unless given, fresh ones, and '
+        'the run is kept.',
     ),
+    runs: Path = RUNS,
     quick: bool = typer.Option(False, '--quick', help='Time fewer ticks, no slow trackers.'),
     alone: bool = typer.Option(False, '--alone', help='Run no other trackers.'),
     folder: Path | None = typer.Option(
@@ -57,6 +61,7 @@ def fusion(
 ) -> None:
     """Measure fusion on synthetic scenes: time, accuracy beside other trackers, bad input."""
     from mctrack_experiments.bench import fusion as fusion_bench
+    from mctrack_experiments.runs import measured
     from mctrack_ros.cli.progress import progress_bar
 
     peers = () if alone else fusion_bench.installed_peers()
@@ -64,35 +69,18 @@ def fusion(
     if missing:
         names = ', '.join(missing)
         typer.echo(f'measuring without {names}; to have them: {fusion_bench.INSTALL}', err=True)
-    figures = fusion_bench.bench_fusion(
-        fusion_bench.toolkit_folder(folder),
-        peers,
-        tuple(part or Part),
-        numbers(seeds),
-        quick,
-        progress_bar,
-    )
+    place, parts = fusion_bench.toolkit_folder(folder), tuple(part or Part)
+
+    def measure(seeds: Sequence[int]) -> Figures:
+        return fusion_bench.bench_fusion(place, peers, parts, seeds, quick, progress_bar)
+
+    if Part.ACCURACY in parts:
+        figures, spread = measured('bench_fusion', seeds, runs, measure)
+    else:
+        figures, spread = measure(()), ''
     _tell(figures, json_file)
-
-
-def numbers(text: str) -> tuple[int, ...]:
-    """
-    Return the numbers that a text lists, as ``1-3`` or ``1,2,5-7``.
-
-    Raises
-    ------
-    ValueError
-        If it lists none or anything else.
-
-    """
-    listed: list[int] = []
-    for item in text.split(','):
-        found = re.fullmatch(r'(\d+)(?:-(\d+))?', item)
-        if found is None or int(found[2] or found[1]) < int(found[1]):
-            raise ValueError(f'{text!r} lists no numbers, expected for example 11-34 or 1,2,3')
-        first, last = found.groups()
-        listed += range(int(first), int(last or first) + 1)
-    return tuple(listed)
+    if spread:
+        typer.echo(f'\n{spread}')
 
 
 def _tell(figures: Figures, json_file: Path | None) -> None:

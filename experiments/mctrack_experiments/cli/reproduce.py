@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import StrEnum
+from functools import partial
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import typer
 
+from mctrack_experiments.cli.options import RUNS
 from mctrack_ros.cli.options import image_file
 
 if TYPE_CHECKING:
@@ -44,8 +47,30 @@ class Experiment(StrEnum):
     FEEDBACK = 'feedback'
     COVERING = 'covering'
     BIASED = 'biased'
+    DEMO = 'demo'
 
 
+_SIMULATED = {
+    Experiment.TABLE4: 'papers.event_tracking.table4',
+    Experiment.FIG14: 'papers.event_tracking.fig14',
+    Experiment.FIG16: 'papers.event_tracking.fig16',
+    Experiment.PAIRS: 'papers.event_tracking.pairs',
+    Experiment.ROBUSTNESS: 'papers.event_tracking.robustness',
+    Experiment.SILHOUETTES: 'papers.silhouettes.table1',
+    Experiment.CLASSES: 'papers.silhouettes.classes',
+    Experiment.COVERING: 'papers.covering.experiment',
+    Experiment.SCENARIOS: 'scenarios.reproduce',
+    Experiment.CONSISTENCY: 'scenarios.consistency',
+    Experiment.FEEDBACK: 'scenarios.feedback',
+    Experiment.BIASED: 'scenarios.biased',
+    Experiment.DEMO: 'live_demo',
+}
+"""Modules of the experiments whose scenes come from seeds."""
+_COUNTED = (
+    *(Experiment.SCENARIOS, Experiment.CONSISTENCY, Experiment.BIASED),
+    *(Experiment.SILHOUETTES, Experiment.CLASSES),
+)
+"""Those that tell how many scenes of how many are done; the others tell lines."""
 DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20)
 
 
@@ -54,6 +79,12 @@ def reproduce(
     data: Path | None = typer.Option(
         None, help='Folder of the real data; unless given, MCTRACK_DATA or ../shared/data.'
     ),
+    seeds: str | None = typer.Option(
+        None,
+        help='Seeds of simulated scenes, for example 1001-1005; unless given, fresh ones, and '
+        'the run is kept.',
+    ),
+    runs: Path = RUNS,
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
     image: Path | None = typer.Option(
         None,
@@ -69,16 +100,35 @@ def reproduce(
 
     Real data is needed by pets, terrace, terrace4, lab6p, cmc, wildtrack, cameras, intel,
     watchdog and covering, the fusion benchmark by biased; the others are simulated.
-    docs/results.md has what each one gave.
+    docs/results.md has what each one gave. The k-th run of an experiment on simulated scenes has
+    the seeds 1000 k + 1, 1000 k + 2 ...; mean and spread of all its runs are printed.
     """
     if image is not None and experiment not in DRAWN:
         raise ValueError(f'{experiment} has no image: leave --image away')
     if live and experiment is not Experiment.TERRACE:
         raise ValueError(f'{experiment} has no live run: leave --live away')
-    figures = _live(data) if live else _experiment(experiment, data, image)
-    typer.echo(figures.table())
+    if experiment in _SIMULATED:
+        figures = _simulated(experiment, data, seeds, runs)
+    elif seeds is not None:
+        raise ValueError(f'{experiment} has no seeds to choose: leave --seeds away')
+    else:
+        figures = _live(data) if live else _experiment(experiment, data, image)
+        typer.echo(figures.table())
     if json_file is not None:
         figures.write(json_file)
+
+
+def _simulated(
+    experiment: Experiment, data: Path | None, given: str | None, kept: Path
+) -> Figures:
+    """Run on the seeds given, or on fresh ones; tell what came of it."""
+    from mctrack_experiments.runs import measured
+
+    figures, spread = measured(experiment, given, kept, partial(_on_seeds, experiment, data))
+    typer.echo(figures.table())
+    if spread:
+        typer.echo(f'\n{spread}')
+    return figures
 
 
 def _accuracy(experiment: Experiment, image: Path | None) -> Figures:
@@ -113,68 +163,32 @@ def _experiment(experiment: Experiment, data: Path | None, image: Path | None) -
         from mctrack_experiments.papers.ground.honesty import reproduce_honesty
 
         return reproduce_honesty()
-    if experiment is Experiment.SILHOUETTES:
-        from mctrack_experiments.papers.silhouettes.table1 import reproduce_silhouettes
-
-        return reproduce_silhouettes()
-    if experiment is Experiment.CLASSES:
-        from mctrack_experiments.papers.silhouettes.classes import reproduce_classes
-
-        return reproduce_classes()
-    if experiment is Experiment.TABLE4:
-        from mctrack_experiments.papers.event_tracking.table4 import reproduce_table4
-
-        return reproduce_table4(progress=_tell)
-    if experiment is Experiment.FIG14:
-        from mctrack_experiments.papers.event_tracking.fig14 import reproduce_fig14
-
-        return reproduce_fig14(progress=_tell)
-    if experiment is Experiment.FIG16:
-        from mctrack_experiments.papers.event_tracking.fig16 import reproduce_fig16
-
-        return reproduce_fig16(progress=_tell)
-    if experiment is Experiment.PAIRS:
-        from mctrack_experiments.papers.event_tracking.pairs import reproduce_pairs
-
-        return reproduce_pairs(progress=_tell)
-    if experiment is Experiment.ROBUSTNESS:
-        from mctrack_experiments.papers.event_tracking.robustness import reproduce_robustness
-
-        return reproduce_robustness(progress=_tell)
-    if experiment is Experiment.SCENARIOS:
-        from mctrack_experiments.scenarios.reproduce import reproduce_scenarios
-        from mctrack_ros.cli.progress import progress_bar
-
-        with progress_bar('scenes') as progress:
-            return reproduce_scenarios(progress=progress)
-    if experiment is Experiment.CONSISTENCY:
-        from mctrack_experiments.scenarios.consistency import reproduce_consistency
-        from mctrack_ros.cli.progress import progress_bar
-
-        with progress_bar('scenes') as progress:
-            return reproduce_consistency(progress=progress)
-    if experiment is Experiment.FEEDBACK:
-        from mctrack_experiments.scenarios.feedback import reproduce_feedback
-
-        return reproduce_feedback(progress=_tell)
-    if experiment is Experiment.BIASED:
-        from mctrack_experiments.bench.fusion import toolkit_folder
-        from mctrack_experiments.scenarios.biased import reproduce_biased
-        from mctrack_ros.cli.progress import progress_bar
-
-        with progress_bar('scenes') as progress:
-            return reproduce_biased(toolkit_folder(), progress=progress)
     if experiment is Experiment.FIG20:
         from mctrack_experiments.papers.event_tracking.fig20 import reproduce_fig20
 
         return reproduce_fig20(image)
     if experiment in (Experiment.TABLE3, Experiment.FIG18):
         return _accuracy(experiment, image)
-    if experiment is Experiment.COVERING:
-        from mctrack_experiments.papers.covering import reproduce_covering
-
-        return reproduce_covering(data_folder(data), progress=_tell)
     return _real_experiment(experiment)(data_folder(data))
+
+
+def _on_seeds(experiment: Experiment, data: Path | None, seeds: Sequence[int]) -> Figures:
+    """Run an experiment on scenes of some seeds."""
+    from mctrack_ros.cli.progress import progress_bar
+
+    module = import_module(f'mctrack_experiments.{_SIMULATED[experiment]}')
+    run = getattr(module, f'reproduce_{experiment}')
+    places = []
+    if experiment is Experiment.COVERING:
+        places = [data_folder(data)]
+    if experiment is Experiment.BIASED:
+        from mctrack_experiments.bench.fusion import toolkit_folder
+
+        places = [toolkit_folder()]
+    if experiment in _COUNTED:
+        with progress_bar('scenes') as progress:
+            return cast('Figures', run(*places, seeds, progress))
+    return cast('Figures', run(*places, seeds, progress=_tell))
 
 
 def _live(data: Path | None) -> Figures:

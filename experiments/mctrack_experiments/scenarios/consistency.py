@@ -26,7 +26,6 @@ from mctrack_ros.simulation.pitch.players import simulate_motion
 
 Floats = NDArray[np.float64]
 
-SEEDS = tuple(range(101, 151))
 SECONDS, SETTLED_S = 8.0, 2.0
 WIDE = (-45.0, -45.0, 45.0, 45.0)
 FAR = tuple(View(place, WIDE) for place in ((-50.0, -40.0), (50.0, -40.0), (0.0, 60.0)))
@@ -42,7 +41,7 @@ Rows = tuple[Floats, Floats, Floats]
 
 
 def reproduce_consistency(
-    seeds: Sequence[int] = SEEDS, progress: Callable[[int, int], None] = lambda done, total: None
+    seeds: Sequence[int], progress: Callable[[int, int], None] = lambda done, total: None
 ) -> Figures:
     """
     Hold tracks' errors against their covariances.

@@ -23,9 +23,6 @@ from mctrack_ros.simulation import Scenario
 from mctrack_ros.simulation.recording import simulate
 from mctrack_ros.site.site import load_site
 
-SEEDS = (15, 16, 17)
-"""Held out: developed on 1 to 6, 61 and 62."""
-
 DURATION_S = 40.0
 GATE_M = 1.0
 MEASURES = ('mota', 'idf1', 'hota', 'recall', 'precision', 'switches', 'fragmentations')
@@ -35,7 +32,7 @@ Progress = Callable[[str], None]
 
 
 def reproduce_feedback(
-    seeds: Sequence[int] = SEEDS,
+    seeds: Sequence[int],
     duration_s: float = DURATION_S,
     progress: Progress = lambda line: None,
 ) -> Figures:

@@ -11,9 +11,6 @@ from mctrack_experiments.scenarios import ghosts, hand_over, swapped_kits
 from mctrack_experiments.scenarios.rates import rate_figures
 from mctrack_ros.evaluation.figures import Figures
 
-SEEDS = tuple(range(101, 151))
-"""Held out: developed on 1 to 20."""
-
 Outcome = dict[str, bool]
 Progress = Callable[[int, int], None]
 
@@ -45,7 +42,7 @@ SCENARIOS: dict[str, tuple[Callable[..., Outcome], tuple[str, ...]]] = {
 
 
 def reproduce_scenarios(
-    seeds: Sequence[int] = SEEDS, progress: Progress = lambda done, total: None
+    seeds: Sequence[int], progress: Progress = lambda done, total: None
 ) -> Figures:
     """
     Play every scenario once for each seed.

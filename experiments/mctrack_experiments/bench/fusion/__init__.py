@@ -1,6 +1,5 @@
 """Fusion on the shared benchmark: time, accuracy beside other trackers, bad input."""
 
-from mctrack_experiments.bench.fusion.accuracy import HELD_OUT
 from mctrack_experiments.bench.fusion.bench import bench_fusion
 from mctrack_experiments.bench.fusion.toolkit import (
     INSTALL,
@@ -10,7 +9,6 @@ from mctrack_experiments.bench.fusion.toolkit import (
 )
 
 __all__ = [
-    'HELD_OUT',
     'INSTALL',
     'PEERS',
     'bench_fusion',

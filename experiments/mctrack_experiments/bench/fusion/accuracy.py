@@ -14,9 +14,6 @@ from mctrack_experiments.bench.fusion.true_association import TrueAssociation
 from mctrack_experiments.bench.workers import Progress, run_spread, silent
 
 KINDS: Mapping[str, Mapping[str, float]] = {'base': {}, 'crowd': {'density': 4.0}}
-HELD_OUT = tuple(range(11, 35))
-"""Seeds for the report; parameters are tuned on 1 to 3."""
-
 FRAMES = 1000
 PEER = 'norfair'
 MEASURES = {
@@ -38,7 +35,7 @@ Scores = Mapping[str, Mapping[str, float]]
 def measure_accuracy(
     folder: Path,
     peers: Sequence[str],
-    seeds: Sequence[int] = HELD_OUT,
+    seeds: Sequence[int],
     frames: int = FRAMES,
     progress: Progress = silent,
 ) -> dict[str, float]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from mctrack_experiments.bench.fusion.accuracy import FRAMES, HELD_OUT, measure_accuracy
+from mctrack_experiments.bench.fusion.accuracy import FRAMES, measure_accuracy
 from mctrack_experiments.bench.fusion.hostile import (
     AFTER,
     BEFORE,
@@ -19,6 +19,7 @@ from mctrack_experiments.bench.fusion.toolkit import WARM_UP, Toolkit, peer_vers
 from mctrack_experiments.bench.fusion.whole import measure_whole
 from mctrack_experiments.bench.parts import Part
 from mctrack_experiments.bench.workers import Progress
+from mctrack_experiments.runs import listed
 from mctrack_ros.evaluation.figures import Figures
 
 ShowProgress = Callable[[str], AbstractContextManager[Progress]]
@@ -73,16 +74,14 @@ def bench_fusion(
             endured, failures = measure_hostile(folder, progress)
         figures |= endured
         protocol |= {'failed': failures} if failures else {}
-    return Figures('bench_fusion', _command(parts, seeds, quick, bool(peers)), protocol, figures)
+    return Figures('bench_fusion', _command(parts, quick, bool(peers)), protocol, figures)
 
 
-def _command(parts: Sequence[Part], seeds: Sequence[int], quick: bool, beside: bool) -> str:
-    """Return the command line that measures this again."""
+def _command(parts: Sequence[Part], quick: bool, beside: bool) -> str:
+    """Return the command line that measures this again, on some seeds."""
     words = ['mctrack bench fusion']
     if set(parts) != set(Part):
         words += [f'--part {part}' for part in parts]
-    if tuple(seeds) != HELD_OUT:
-        words.append(f'--seeds {",".join(map(str, seeds))}')
     return ' '.join(words + ['--quick'] * quick + ['--alone'] * (not beside))
 
 
@@ -93,7 +92,7 @@ def _protocol(seeds: Sequence[int]) -> dict[str, str]:
         f'first {WARM_UP} ticks left out; ratio: their median over ours; growth: median over '
         'that of 100 targets in the same run; cpu: the same in processor time',
         'base, crowd': f'25 targets, 5 cameras, density 1 and 4, {FRAMES} ticks of 40 ms, '
-        f'{len(seeds)} scenes of each, seeds {min(seeds)} to {max(seeds)}; the first {WARM_UP} '
+        f'{len(seeds)} scenes of each, of seeds {listed(seeds)}; the first {WARM_UP} '
         'ticks left out; gate 1 m; mean, least and most of the scenes; over_norfair: ours less '
         "norfair's on the same scene; position_error_ratio: over that of a Kalman filter told "
         'whose every detection is',

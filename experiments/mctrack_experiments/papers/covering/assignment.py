@@ -14,6 +14,10 @@ from scipy.optimize import linear_sum_assignment
 from mctrack_experiments.papers.covering.code_cost import LARGEST_CODE_COST, METHOD
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Associator, Pairs
 from mctrack_ros.fusion.association.solvers.covering_graph import CoveringGraph, exchange, flags
+from mctrack_ros.fusion.config import CoveringConfig
+from mctrack_ros.fusion.measurements.batch import Batch
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.update.update import ASSOCIATIONS
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -95,6 +99,42 @@ def recorded() -> Iterator[list[Pairs]]:
 
     with replaced(Recorder):
         yield kept
+
+
+@dataclass(slots=True)
+class Stopwatch:
+    """Processor time, s, added up."""
+
+    spent_s: float = 0.0
+
+    @contextmanager
+    def on(self) -> Iterator[None]:
+        """Count what is done inside."""
+        began = time.process_time()
+        yield
+        self.spent_s += time.process_time() - began
+
+
+@contextmanager
+def timed_association() -> Iterator[Stopwatch]:
+    """Time the covering graph's whole association meanwhile: gate, costs, C, F, exchange."""
+    usual, clock = ASSOCIATIONS[METHOD], Stopwatch()
+
+    class Timed(usual):  # type: ignore[misc, valid-type]
+        def __init__(self, table: TrackTable, batch: Batch, config: CoveringConfig) -> None:
+            with clock.on():
+                super().__init__(table, batch, config)
+
+        def pairs(self) -> tuple[Indices, Indices]:
+            with clock.on():
+                rows, columns = super().pairs()
+            return rows, columns
+
+    ASSOCIATIONS[METHOD] = Timed
+    try:
+        yield clock
+    finally:
+        ASSOCIATIONS[METHOD] = usual
 
 
 @contextmanager

@@ -38,6 +38,7 @@ def protocol(pitches: Sequence[int], carparks: Sequence[int]) -> dict[str, str]:
         'assignment': 'greedy exchange and the least sum of costs (scipy) on the same pairs of '
         'every sensor with two tracks or more; a track without a detection costs '
         f'{UNASSIGNED["covering_text"]:g} (text), {UNASSIGNED["covering_code"]:g} (code); '
-        'time per tick, in the same process; share_of_tick: of processor time, images included; '
+        'time per tick, in the same process; share_of_tick: of processor time, images included: '
+        'greedy: flags and exchange; association: gate, costs and C, too; fusion: all of a tick; '
         'optimal: tracked with the optimum instead; late: more rounds than tracks',
     }

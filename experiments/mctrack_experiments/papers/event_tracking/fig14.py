@@ -17,7 +17,6 @@ from mctrack_ros.interfaces import EventCode, Events
 from mctrack_ros.recording import BagReader
 from mctrack_ros.simulation import Scenario, Walk, staged
 
-SEEDS = (1, 2, 3, 4, 5, 6, 7, 8)
 DURATION_S = 8.0
 BEGUN_S = 1.0
 """From here on a path is expected: a track must first be confirmed, s."""
@@ -33,7 +32,7 @@ _LEAVES = ((2.0, -1.0), (4.5, 1.0), (DURATION_S, 0.0))  # s, and to which side
 
 
 def reproduce_fig14(
-    seeds: Sequence[int] = SEEDS, progress: Callable[[str], None] = lambda line: None
+    seeds: Sequence[int], progress: Callable[[str], None] = lambda line: None
 ) -> Figures:
     """
     Let three walk behind one another in one camera's image, then part one by one.

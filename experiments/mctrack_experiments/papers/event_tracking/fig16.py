@@ -17,7 +17,6 @@ from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.interfaces import EventCode
 from mctrack_ros.simulation import Scenario, Walk, staged
 
-SEEDS = (1, 2, 3, 4, 5, 6)
 DURATION_S = 9.0
 GATE_M = 1.0
 WINDOW_S = 0.5
@@ -139,7 +138,7 @@ CASES = (
 
 
 def reproduce_fig16(
-    seeds: Sequence[int] = SEEDS, progress: Callable[[str], None] = lambda line: None
+    seeds: Sequence[int], progress: Callable[[str], None] = lambda line: None
 ) -> Figures:
     """
     Stage, render and track each case with each seed.

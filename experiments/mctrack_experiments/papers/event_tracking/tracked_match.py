@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
-import cv2
-
 from mctrack_experiments.papers.event_tracking.happenings import (
     Happening,
     People,
@@ -16,6 +14,7 @@ from mctrack_experiments.papers.event_tracking.happenings import (
     true_happenings,
 )
 from mctrack_experiments.papers.event_tracking.kits import KitScore, score_kits
+from mctrack_ros.codec import jpeg_from_image
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.evaluation.instants import TRACKS_TOPIC, TRUTH_TOPIC, read_instants
 from mctrack_ros.interfaces import Detections, Events, Tracks
@@ -36,7 +35,7 @@ MEMORY_S = 1.0
 @dataclass(frozen=True)
 class TrackedMatch:
     """
-    The bags of a match on ``pitch5``, each camera's background being an image given to it.
+    The bags of a match on ``pitch5``.
 
     Attributes
     ----------
@@ -52,10 +51,18 @@ class TrackedMatch:
     cameras: tuple[str, ...]
 
     @classmethod
-    def made(cls, world: World, folder: Path) -> TrackedMatch:
-        """Render what goes on and track it, all in a folder."""
+    def made(cls, world: World, folder: Path, is_given: bool = True) -> TrackedMatch:
+        """
+        Render what goes on and track it, all in a folder.
+
+        The cameras are given images of the empty pitch, or learn their backgrounds from the match.
+        """
         simulate(world.scenario, folder / 'match', world=world)
-        site = with_backgrounds(load_site(config_file('pitch5.yaml')), world, folder)
+        site = load_site(config_file('pitch5.yaml'))
+        cameras = {camera.name: site.cameras[camera.name] for camera in world.cameras}
+        site = replace(site, cameras=cameras)
+        if is_given:
+            site = with_backgrounds(site, world, folder)
         track_bag(folder / 'match', folder / 'out', site)
         return cls(folder / 'match', folder / 'out' / 'bag', site.camera_names)
 
@@ -83,6 +90,17 @@ class TrackedMatch:
         """Return how well the kits of the global tracks are told."""
         return score_kits(*self._instants, gate_m)
 
+    @property
+    def start_ns(self) -> int:
+        """Return when it begins."""
+        return self._instants[0][0].stamp_ns
+
+    @property
+    def rate_hz(self) -> float:
+        """Return its images a second."""
+        first, second = (rows.stamp_ns for rows in self._instants[0][:2])
+        return 1e9 / (second - first)
+
     @cached_property
     def everybody(self) -> People:
         """Return whom the global tracks stand for."""
@@ -95,10 +113,10 @@ class TrackedMatch:
 
 
 def with_backgrounds(site: SiteConfig, world: World, folder: Path) -> SiteConfig:
-    """Return a world's cameras with images of the empty pitch, "created manually"."""
+    """Return a world's cameras, each with one JPEG that it took of the empty pitch."""
     cameras = {}
     for index, camera in enumerate(world.cameras):
-        path = folder / f'{camera.name}.png'
-        cv2.imwrite(str(path), CameraRenderer(world, index).empty())
+        path = folder / f'{camera.name}.jpg'
+        path.write_bytes(jpeg_from_image(CameraRenderer(world, index).empty()).tobytes())
         cameras[camera.name] = replace(site.cameras[camera.name], background=str(path))
     return replace(site, cameras=cameras)

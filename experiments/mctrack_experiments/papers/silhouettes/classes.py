@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from mctrack_experiments.bench.workers import run_spread
+from mctrack_experiments.bench.workers import Progress, run_spread, silent
 from mctrack_experiments.papers.silhouettes.activity import wilson_interval
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation.figures import Figures
@@ -20,9 +20,6 @@ from mctrack_ros.perception.blobs.extraction import iou
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import CARPARK, CarParkScenario, CarParkWorld
 from mctrack_ros.site.site import load_site
-
-SEEDS = (41, 42, 43, 44)
-"""Held out: the tracker is tuned on seeds 1 to 3."""
 
 DURATION_S = 600.0
 RATE_HZ = 12.5
@@ -70,7 +67,9 @@ class Told:
         return reported.most_common(1)[0][0] if reported else 0
 
 
-def reproduce_classes(seeds: Sequence[int] = SEEDS, duration_s: float = DURATION_S) -> Figures:
+def reproduce_classes(
+    seeds: Sequence[int], progress: Progress = silent, duration_s: float = DURATION_S
+) -> Figures:
     """
     Track recordings of the car park and count what was taken for what.
 
@@ -78,6 +77,8 @@ def reproduce_classes(seeds: Sequence[int] = SEEDS, duration_s: float = DURATION
     ----------
     seeds : sequence of int
         One recording each.
+    progress : callable
+        Told how many are done, of how many.
     duration_s : float
         Length of each, s.
 
@@ -86,7 +87,7 @@ def reproduce_classes(seeds: Sequence[int] = SEEDS, duration_s: float = DURATION
         CarParkScenario(seed=seed, duration_s=duration_s, rate_hz=RATE_HZ, bicycles=True)
         for seed in seeds
     ]
-    everybody = [one for came in run_spread(watched, scenarios) for one in came]
+    everybody = [one for came in run_spread(watched, scenarios, progress) for one in came]
     figures: dict[str, float] = {}
     for name, kind in KINDS.items():
         figures |= _figures(name, [one for one in everybody if one.kind == kind])

@@ -24,7 +24,18 @@ def test_rates_follow_from_counts(figures):
 
 def test_protocol_states_events_tables_and_seeds(figures):
     assert 'tuned on 1 to 3' in figures.protocol['seeds']
-    assert any(line.startswith('pedestrians: true number') for line in figures.protocol)
+    for tracker in ('here', 'as printed'):
+        assert f'{tracker}, pedestrians: true number down, tracked number across' in (
+            figures.protocol
+        )
+
+
+def test_the_papers_own_parameters_stand_beside_on_the_same_recordings(figures):
+    values = figures.figures
+    assert {name.removeprefix('printed.') for name in values if name.startswith('printed.')} == {
+        name for name in values if not name.startswith('printed.')
+    }
+    assert values['printed.events.correct'] < values['events.correct']
 
 
 def test_an_operator_sees_parties_and_moves_of_cars():
