@@ -18,7 +18,8 @@ class Detections(Rows):
     Detections of one camera, one row each; an empty one is the camera's heartbeat.
 
     A row without a position and of score 0 is vacant: it says that the target whose ``track_id``
-    it names is not in its box, where the camera sees nothing but background.
+    it names is not in its box, where the camera sees nothing but background. A lone row that names
+    nobody either is blind: the camera cannot tell who is there, as while it learns its background.
 
     Attributes
     ----------
@@ -96,6 +97,21 @@ class Detections(Rows):
             box=box,
             score=np.zeros(count),
             track_id=track_id,
+        )
+
+    @classmethod
+    def blind(cls, stamp_ns: int) -> Self:
+        """Return the message of a camera that cannot tell who is there."""
+        nowhere = np.full((1, 3), np.nan)
+        return cls.build(stamp_ns, position=nowhere, score=[0.0], member_count=[0])
+
+    @property
+    def is_blind(self) -> bool:
+        """Tell whether the camera could not tell who is there."""
+        return (
+            len(self) == 1
+            and bool(self.score[0] == 0.0 and self.track_id[0] == 0)
+            and bool(np.isnan(self.position).all())
         )
 
     @property

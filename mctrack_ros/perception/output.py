@@ -22,8 +22,8 @@ class CameraOutput:
     Attributes
     ----------
     messages : mapping of str to Message
-        Messages of every image, by topic below the camera's; empty while the background is
-        learned.
+        Messages of every image, by topic below the camera's; blind or empty while the
+        background is learned.
     events : Events
         What happened to the camera's own tracks; ``others`` are local ids.
     shift : CameraShift
@@ -40,14 +40,19 @@ class CameraOutput:
         cls, kinds: Iterable[type[Message]], stamp_ns: int, shift: CameraShift
     ) -> CameraOutput:
         """Return what is said while there is nothing to compare an image with."""
-        messages = {kind.TOPIC: kind.build(stamp_ns) for kind in kinds}
+        messages = {
+            kind.TOPIC: Detections.blind(stamp_ns) if kind is Detections else kind.build(stamp_ns)
+            for kind in kinds
+        }
         return cls(messages, Events.build(stamp_ns), shift)
 
     @property
     def detections(self) -> Detections:
         """What is detected; none, if the tracker sends other messages."""
         found = self.messages.get(Detections.TOPIC)
-        return found if isinstance(found, Detections) else Detections.build(self.events.stamp_ns)
+        if isinstance(found, Detections) and not found.is_blind:
+            return found
+        return Detections.build(self.events.stamp_ns)
 
 
 def check_image(image: Image, size: tuple[int, int]) -> None:

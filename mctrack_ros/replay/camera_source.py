@@ -378,7 +378,7 @@ def _of_one_image(reader: BagReader, topics: list[str]) -> Iterator[tuple[Any, .
 
 
 def _seen(message: Message) -> int:
-    """Return how many rows are of somebody: of detections, those that are not vacant."""
+    """Return how many rows are of somebody: of detections, those with a score."""
     if isinstance(message, Detections):
-        return int((~message.is_vacant).sum())
+        return int((message.score > 0).sum())
     return len(message) if isinstance(message, Rows) else 0

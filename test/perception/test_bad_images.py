@@ -35,7 +35,9 @@ def walked(stage):
 def test_black_or_white_images_count_as_none(walked, level, count):
     known = set(walking(walked).detections.local_id.tolist())
     for _ in range(count):
-        assert not len(shown(walked, np.full(SHAPE, level, np.uint8)).detections)
+        output = shown(walked, np.full(SHAPE, level, np.uint8))
+        assert not len(output.detections)
+        assert output.messages['detections'].is_blind
     for _ in range(10):
         output = walking(walked)
     assert len(output.detections) == 2

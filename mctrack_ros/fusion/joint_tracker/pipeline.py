@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -98,7 +99,7 @@ class JointTracker:
             If there may be no ids left for who begins.
 
         """
-        now = _Step(tick, recorder)
+        now = _Step(_seeing(tick), recorder)
         self._predict(now)
         self._measure(now)
         self._associate_and_update(now)
@@ -239,3 +240,11 @@ class _Step:
 
     def __init__(self, tick: Tick, recorder: DecisionRecorder | None) -> None:
         self.tick, self.recorder, self.events = tick, recorder, EventLog()
+
+
+def _seeing(tick: Tick) -> Tick:
+    """Return a tick without the messages of cameras that cannot tell who is there."""
+    if not any(message.rows.is_blind for message in tick.messages):
+        return tick
+    seeing = tuple(message for message in tick.messages if not message.rows.is_blind)
+    return replace(tick, messages=seeing)

@@ -79,8 +79,10 @@ def usable_rows(detections: Detections) -> Mask:
 
 
 def unusable_count(detections: Detections) -> int:
-    """Return how many detections of one image cannot be used; vacant rows are none."""
-    return int((~usable_rows(detections) & ~detections.is_vacant).sum())
+    """Return how many detections of one image cannot be used; vacant and blind rows are none."""
+    return (
+        0 if detections.is_blind else int((~usable_rows(detections) & ~detections.is_vacant).sum())
+    )
 
 
 class Admitted:

@@ -631,6 +631,22 @@ def test_cameras_that_share_no_view_track_what_each_sees(count):
     assert all(len(told) == count for told in last)
 
 
+def test_a_camera_that_cannot_tell_who_is_there_misses_nobody():
+    """An empty message says that nobody is there; a blind one is as none."""
+    names, first = (*CAMERAS, 'three', 'four'), {}
+    for others in ('absent', 'blind', 'empty'):
+        pipeline = JointTracker(JointConfig(), names)
+        for index in range(40):
+            rows = {'one': [[0, 0]]}
+            if others != 'absent':
+                blind = Detections.blind(tick(index, {}).stamp_ns)
+                rows |= dict.fromkeys(names[1:], blind if others == 'blind' else [])
+            if published(pipeline.step(tick(index, rows))):
+                first.setdefault(others, index)
+    assert first['blind'] == first['absent']
+    assert 'empty' not in first
+
+
 def test_what_one_of_four_cameras_alone_sees_at_first_is_not_believed_at_once():
     names = (*CAMERAS, 'three', 'four')
     pipeline = JointTracker(JointConfig(), names)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from mctrack_experiments.papers.covering.code_cost import LARGEST_CODE_COST, METHOD
+from mctrack_ros.fusion.association.config import CoveringConfig
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Associator, Pairs
 from mctrack_ros.fusion.association.solvers.covering_graph import CoveringGraph, exchange, flags
-from mctrack_ros.fusion.config import CoveringConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.update import ASSOCIATIONS

@@ -152,7 +152,7 @@ def detections_found(truth: Path, tracked: Path, scenario: Scenario) -> Found:
             true = {rows.stamp_ns: rows for rows, _ in bag.rows(topic, Detections)}
         with BagReader(tracked) as bag:
             for rows, _ in bag.rows(f'/{camera}/detections', Detections):
-                rows = rows.select((rows.member_count == 1) & ~rows.is_vacant)
+                rows = rows.select((rows.member_count == 1) & (rows.score > 0))
                 in_view = _near(true[rows.stamp_ns], rows).any(axis=1)
                 real = _near(rows, everybody[rows.stamp_ns]).any(axis=1)
                 own = np.array([in_view.sum(), in_view.size, real.size - real.sum(), 1.0])
