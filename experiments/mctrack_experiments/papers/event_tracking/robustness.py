@@ -134,10 +134,10 @@ def recovery_s(found: Found, step_s: float) -> float:
     before = (seconds >= step_s - BEFORE_S) & (seconds < step_s)
     least = BACK_SHARE * found.recall[before].mean()
     most = found.false[before].mean() + (1 - BACK_SHARE) * found.people[before].mean()
-    for start in seconds[(seconds >= step_s) & (seconds < seconds[-1] - WINDOW_S)].tolist():
+    for start in np.arange(step_s, seconds[-1] - WINDOW_S, seconds[1] - seconds[0]):
         window = (seconds >= start) & (seconds < start + WINDOW_S)
         if found.recall[window].mean() >= least and found.false[window].mean() <= most:
-            return float(max(start - step_s, 0.0))
+            return float(start - step_s)
     return float('inf')
 
 
