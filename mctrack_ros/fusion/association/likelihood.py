@@ -13,7 +13,6 @@ from mctrack_ros.compiled import (
     BOOLS_1D,
     COLUMN_FLAGS,
     COLUMN_SINGLES_2D,
-    FLOATS_1D,
     INTS_1D,
     compiled,
 )
@@ -51,28 +50,21 @@ def prior_costs(
     the density of the position: what the camera believes, appearance, and how sure the track is.
     """
     row = batch.single[detection]
-    appearance = _appearance_costs(table, batch, track, row, config)
-    return _summed(appearance, clutter_cost(config), *_claims(table, batch, track, row, config))
+    parts = cost_parts(table, batch, track, row, config)
+    return parts['appearance'] + parts['belief'] + parts['doubt'] + clutter_cost(config)
 
 
 def cost_parts(
     table: TrackTable, batch: Batch, track: Indices, row: Indices, config: JointAssociationConfig
 ) -> dict[str, Floats]:
-    """Return the (k,) costs of tracks and detections, (k,) rows each, by what speaks."""
-    appearance = _appearance_costs(table, batch, track, row, config)
-    belief, doubt = _beliefs(*_claims(table, batch, track, row, config))
-    return {'appearance': appearance, 'belief': belief, 'doubt': doubt}
-
-
-def _claims(
-    table: TrackTable, batch: Batch, track: Indices, row: Indices, config: JointAssociationConfig
-) -> tuple[Any, ...]:
-    """Return what `_beliefs` goes by."""
-    bonus, overlapped = config.identity_bonus, config.identity_bonus * OVERLAP_TRUST
-    return (
+    """Return the costs (k,) of tracks and detections, (k,) rows each, by term."""
+    bonus = config.identity_bonus
+    belief, doubt = _beliefs(
         batch.rows, batch.is_overlapped, table.fixed, table.local_id, track, row, bonus,
-        overlapped, TENTATIVE_COST,
+        bonus * OVERLAP_TRUST, TENTATIVE_COST,
     )  # fmt: skip
+    appearance = _appearance_costs(table, batch, track, row, config)
+    return {'appearance': appearance, 'belief': belief, 'doubt': doubt}
 
 
 def _appearance_costs(
@@ -145,28 +137,6 @@ def _beliefs(
         if not confirmed[track[pair]]:
             doubt[pair] = tentative
     return belief, doubt
-
-
-@compiled(
-    types.f8[::1](
-        FLOATS_1D, types.f8, ROWS, BOOLS_1D, TRACKS, _MEMORY, INTS_1D, INTS_1D,
-        types.f8, types.f8, types.f8,
-    )
-)  # fmt: skip
-def _summed(
-    appearance: Floats, clutter: float, rows: Any, is_overlapped: Mask,
-    tracks: Any, remembered: Ids, track: Indices, row: Indices, bonus: float, overlapped: float,
-    tentative: float,
-) -> Floats:  # fmt: skip
-    """Add up what pairs (k,) cost: colours, false detections, and what `_beliefs` says."""
-    belief, doubt = _beliefs(
-        rows, is_overlapped, tracks, remembered, track, row, bonus, overlapped, tentative
-    )
-    cost = np.empty(len(track))
-    for pair in range(len(cost)):
-        own = appearance[pair] + belief[pair] + doubt[pair]
-        cost[pair] = own + clutter
-    return cost
 
 
 @compiled(types.f8[::1](COLUMN_SINGLES_2D, _TEMPLATES, COLUMN_FLAGS, INTS_1D, INTS_1D, types.f8))

@@ -169,14 +169,8 @@ class Evidence:
 
 @inner
 def _weighed(
-    cameras: NDArray[np.uint32],
+    tracks: Any,
     hidden_ns: NDArray[np.int64],
-    confirmed: Mask,
-    evidence: Floats,
-    missed: Floats,
-    shown_by: NDArray[np.uint32],
-    kept_ns: NDArray[np.int64],
-    pace_s: Floats,
     present: Mask,
     alive: Mask,
     begin_ns: int,
@@ -207,6 +201,8 @@ def _weighed(
         Which cameras saw each track, and which could have as another one did.
 
     """
+    cameras, confirmed, evidence = tracks['cameras'], tracks['confirmed'], tracks['evidence']
+    missed, shown_by, kept_ns = tracks['missed'], tracks['shown_by'], tracks['kept_ns']
     newly = np.zeros(len(cameras), np.bool_)
     seen, reported = np.zeros(hidden_ns.shape, np.bool_), np.zeros(hidden_ns.shape, np.bool_)
     for track in range(len(cameras)):
@@ -242,7 +238,7 @@ def _weighed(
                 loss += shares[camera] * miss
         shown_by[track] = shown
         if slowest_s > 0.0:
-            pace_s[track] = slowest_s
+            tracks[track]['pace_s'] = slowest_s
         if count > 1 or (count and others < NOBODY_ELSE):
             missed[track] = 0.0
         elif kept_ns[track] > begin_ns:  # by one of many cameras, or a group: he may not be back
@@ -290,14 +286,8 @@ def _counted(
                 expected *= common[camera]
         expect(mean[track], known, cell, expected)
     newly, is_seen, is_told = _weighed(
-        cameras,
+        tracks,
         hidden_ns,
-        confirmed,
-        tracks['evidence'],
-        tracks['missed'],
-        tracks['shown_by'],
-        tracks['kept_ns'],
-        tracks['pace_s'],
         present,
         alive,
         begin_ns,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import types
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import (
     BOOLS_1D,
-    COLUMN_IDS,
     FLOATS_1D,
     FLOATS_2D,
     INTS_1D,
@@ -22,7 +21,7 @@ from mctrack_ros.fusion.config import LOOK_S
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
-from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.table import TRACKS, TrackTable
 from mctrack_ros.tracking.kalman import updated
 
 if TYPE_CHECKING:
@@ -31,10 +30,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Stamps = NDArray[np.int64]
-Ids = NDArray[np.uint32]
 Mask = NDArray[np.bool_]
-_STAMPS = types.Array(types.i8, 1, 'A')
-_IDS = types.Array(types.u4, 1, 'A')
 
 VELOCITY = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
@@ -86,14 +82,8 @@ def keep_members(
             if recorder is not None:
                 recorder.hidden(members, int(groups[row]), squared[row, members], table, batch)
             _keep(
-                table.mean,
-                table.covariance,
-                table.kept_ns,
+                table.fixed,
                 table.hidden_ns[:, batch.camera[groups[row]]],
-                table.cameras,
-                table.group,
-                table.group_ns,
-                table.track_id,
                 members,
                 whole,
                 batch.position[groups[row]],
@@ -122,22 +112,20 @@ def _corrected(
 
 @compiled(
     types.void(
-        types.Array(types.f8, 2, 'A'), types.Array(types.f8, 3, 'A'), _STAMPS, _STAMPS,
-        COLUMN_IDS, _IDS, _STAMPS,
-        COLUMN_IDS, INTS_1D, BOOLS_1D, FLOATS_1D, FLOATS_2D,
+        TRACKS, types.Array(types.i8, 1, 'A'), INTS_1D, BOOLS_1D, FLOATS_1D, FLOATS_2D,
         types.f8, types.i8, types.f8,
     )
 )  # fmt: skip
 def _keep(
-    mean: Floats, covariance: Floats, kept_ns: Stamps, hidden_ns: Stamps, cameras: Ids,
-    group: Ids, group_ns: Stamps, track_id: Ids, members: Indices, whole: Mask,
-    position: Floats, noise: Floats, seconds: float, stamp_ns: int, longest_s: float,
+    tracks: Any, hidden_ns: Stamps, members: Indices, whole: Mask, position: Floats,
+    noise: Floats, seconds: float, stamp_ns: int, longest_s: float,
 ) -> None:  # fmt: skip
     """
     Update the hidden members (k,) of a merged detection; `whole` (n,) is all of the group.
 
     Those whom no camera sees go on for a while as others of their group do.
     """
+    mean, covariance, cameras = tracks['mean'], tracks['covariance'], tracks['cameras']
     since_s = np.empty(len(members))
     for index in range(len(members)):
         row = members[index]
@@ -146,7 +134,8 @@ def _keep(
         matrix = np.eye(4)[:2]
         matrix[0, 2] = matrix[1, 3] = seconds
         _corrected(mean, covariance, row, position - place, noise, matrix)
-        kept_ns[row], hidden_ns[row] = max(kept_ns[row], stamp_ns), stamp_ns
+        tracks[row]['kept_ns'] = max(tracks[row]['kept_ns'], stamp_ns)
+        hidden_ns[row] = stamp_ns
     velocity, shown = np.zeros(2), 0
     for row in range(len(whole)):
         if whole[row] and cameras[row] > 0:
@@ -159,7 +148,7 @@ def _keep(
             _corrected(mean, covariance, row, velocity / shown - mean[row, 2:], spread, VELOCITY)
     everybody = np.flatnonzero(whole)
     if len(everybody) > 1:
-        first = track_id[everybody].min()
+        first = tracks['track_id'][everybody].min()
         for row in members:
             if cameras[row] == 0:
-                group[row], group_ns[row] = first, stamp_ns
+                tracks[row]['group'], tracks[row]['group_ns'] = first, stamp_ns
