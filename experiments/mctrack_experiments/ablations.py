@@ -141,7 +141,6 @@ RULES = {
         'who looks like nobody decides nothing', patches={(reassignment, 'STRANGE'): 1000.0}
     ),
     'keep': Rule('an id is kept in doubt', patches={(reassignment, 'KEEP'): 0.0}),
-    'margin': Rule('only the clear is settled', patches={(reassignment, 'MARGIN'): 0.0}),
 }
 
 

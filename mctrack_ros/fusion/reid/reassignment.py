@@ -27,16 +27,13 @@ IMPOSSIBLE = 1e6
 
 SAMPLE_S, LONGEST_SAMPLE_S = 0.5, 5.0
 """Time alone, of all cameras together, after which a sample is compared; and after which an id is
-kept though several fit, s: with the next two, chosen on the tuning matches of the pitch."""
+kept though several fit, s: with the next, chosen on the tuning matches of the pitch."""
 
 STRANGE = 4.0
 """What the colours of two people usually differ by, in variances of one."""
 
 KEEP = 0.15
 """How much more probable another id must be, log: without it, 17 switches more on PETS, view 1."""
-
-MARGIN = 0.1
-"""How much less probable all others must be before it is settled, log."""
 
 MOST_MEETINGS = 300
 """So many pairs of who was lost and who was near him met in one tick at most: more is a flood."""
@@ -199,7 +196,7 @@ class Reassignment:
         table.portrait[rows] = targets.portrait[taken]
         table.portrait_s[rows] = targets.portrait_s[taken]
         self._replace(dict(zip(circle, chosen)))
-        is_sure = (margin > MARGIN) | (sample_s >= LONGEST_SAMPLE_S)
+        is_sure = (margin > 0.0) | (sample_s >= LONGEST_SAMPLE_S)
         settled = {name for name, sure in zip(chosen, is_sure & (sample_s >= SAMPLE_S)) if sure}
         for name, may in zip(chosen, may_be):
             self._hypotheses.settle(name, () if name in settled else may - settled)
