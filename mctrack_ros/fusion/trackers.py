@@ -45,7 +45,7 @@ class FusionTracker(Protocol):
         ...
 
     def feedback(self) -> Rows:
-        """Return what the cameras are told after the last tick, stamped with it."""
+        """Return the feedback after the last tick, stamped with it."""
         ...
 
 
@@ -64,7 +64,7 @@ class FusionMethod(NamedTuple):
         Makes one of parameters, the cameras' names, the first id and the views; see
         `open_fusion`.
     messages : tuple of type
-        What it is told by a camera of every image, each on the topic of its type.
+        What a camera sends to it for every image, each on the topic of its type.
     joined : callable
         Makes one of these messages of one image.
     unusable : callable
@@ -169,7 +169,7 @@ class Joining:
     Parameters
     ----------
     config : FusionConfig
-        Of the tracker that is told.
+        Of the tracker.
 
     """
 

@@ -101,7 +101,7 @@ def _beliefs(
     """
     Return what pairs (k,) cost by who the cameras and we believe that they are.
 
-    A global id that the camera was told goes before what it calls the target itself. Boxes that
+    A global id that the camera had from fusion goes before its local one. Boxes that
     are overlapped have a bonus of their own.
 
     Returns

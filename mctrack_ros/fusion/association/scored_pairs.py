@@ -74,7 +74,7 @@ def judged_pairs(
     Work out again what the last sweep of an association judged its pairs by.
 
     Each image expects a track where prediction and all *other* images say that it is: what
-    its own pairs told is taken out of the state, in the information filter's form.
+    its own pairs measured is taken out of the state, in the information filter's form.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ LONGEST_INTERVAL_S = 10.0
 """No camera is taken to be slower than this, s."""
 
 SURE_S = 0.5
-"""What has been there for so long tells which cameras look there, confirmed or not, s."""
+"""What has been there for so long shows which cameras have a view there, confirmed or not, s."""
 
 
 class Evidence:
@@ -84,7 +84,7 @@ class Evidence:
         sees may be hidden, so that it coasts; what speaks for its having gone is counted apart,
         once no live camera's latest image shows it any more, up to `MOST_EVIDENCE`. It is
         forgotten when two see it in one tick, or one where hardly any other can; what one of many
-        sees, or a group, takes away `hit_evidence` a look.
+        sees, or a group, takes away `hit_evidence` an observation.
         What a camera sees in a group it does not miss. Where nothing is known yet, a camera that
         has never seen anybody together with the only one that sees a track hardly misses it.
         Where a camera sees bare ground ("negative information", Koch 2004) that speaks against
@@ -188,10 +188,9 @@ def _weighed(
     """
     Weigh a tick and confirm, in place.
 
-    Misses speak of those who `is_judged`, (n,), by them, as the `probability`, (n, cameras), of
-    being seen tells. `share` is how much of a whole look it is, `shares`, (cameras,), how much
-    each camera's image in it is, and `interval_s`, (cameras,), how long each takes from one to
-    the next.
+    Misses speak of the tracks that `is_judged`, (n,), by the `probability`, (n, cameras), of being
+    seen. `share` is how much of a whole observation the tick is, `shares`, (cameras,), how much
+    each camera's image in it is, and `interval_s`, (cameras,), each camera's interval.
 
     Returns
     -------

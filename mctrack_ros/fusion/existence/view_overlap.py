@@ -1,4 +1,4 @@
-"""Which cameras look at nothing that another one sees: learned from who is seen together."""
+"""Which cameras share no view: learned from who is seen together."""
 
 from __future__ import annotations
 

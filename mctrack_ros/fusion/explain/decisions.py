@@ -37,7 +37,7 @@ def decisions_of(
     reset_ids : (k,) uint32 array
         Ended because time stepped back.
     recognition : Reassignment
-        What those who are tracked look like, and who was found again.
+        Portraits, and who was found again.
     stamp_ns : int
         Of the tick, ns.
     config : JointConfig
@@ -98,7 +98,7 @@ class _Verdicts:
         reported: Mask,
         status: TrackStatus | None = None,
     ) -> Decisions:
-        """Return the decisions, in the order of the tracks, of whom (n,) are told to others."""
+        """Return the decisions, in the order of the tracks, of whom (n,) are published."""
         table, count = self.table, len(self.table)
         place, spread = np.full((count, 2), np.nan), np.full((count, 2, 2), np.nan)
         known, row = _known(self.former_id(), predicted)

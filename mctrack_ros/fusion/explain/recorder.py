@@ -23,8 +23,8 @@ class DecisionRecorder:
     """
     What is taken down of one tick while the pipeline steps through it.
 
-    Give a new one to `JointTracker.step`, then ask for its `explanation`. It looks on and
-    changes nothing.
+    Give a new one to `JointTracker.step`, then ask for its `explanation`. It changes
+    nothing.
 
     Attributes
     ----------

@@ -156,7 +156,7 @@ def _status_of(confirmed: NDArray[np.bool_], cameras: Ids, group: Ids) -> Bytes:
 
 
 def feedback_of(table: TrackTable, entering: NDArray[np.bool_], stamp_ns: int) -> Feedback:
-    """Return what cameras are told of tracks, (n,) of which may be entering a view."""
+    """Return the feedback on tracks, (n,) of which may be entering a view."""
     recent = table.seen_by_ns > stamp_ns - SEEN_MEMORY_NS
     bits = np.left_shift(np.uint32(1), np.arange(recent.shape[1], dtype=np.uint32))
     hidden = (table.hidden_ns > stamp_ns - SEEN_MEMORY_NS).any(axis=1)

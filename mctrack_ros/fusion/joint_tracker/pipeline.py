@@ -110,7 +110,7 @@ class JointTracker:
         return self._publish(now)
 
     def feedback(self) -> Feedback:
-        """Return what the cameras are told after the last tick: a prediction of every target."""
+        """Return the feedback after the last tick: a prediction of every target."""
         if self._stamp_ns is None:
             return Feedback.build(0)
         is_expected = lifecycle.is_expected(self._table, self._stamp_ns, self._config)

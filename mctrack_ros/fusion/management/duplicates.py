@@ -15,7 +15,7 @@ from mctrack_ros.fusion.table import TRACKS, TrackTable
 MERGE_S = 1.7
 """So long two tracks are in one place before they are one, s: chosen on 24 development crowds."""
 TENTATIVE_GAIN = 4.0
-"""Two that are not confirmed become one so many times as fast: nobody was told of them."""
+"""Two that are not confirmed become one so many times as fast: they are not published."""
 TOLD_LOSS = 5.0
 """An image that shows both takes away what so many others in one place add."""
 ENDING = 0.5
@@ -55,7 +55,7 @@ class ClosePairs(NamedTuple):
 
 class DuplicateWatch:
     """
-    Notices two tracks that follow one target: near for a while, hardly told apart by a camera.
+    Notices two tracks that follow one target: near for a while, hardly separated by a camera.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ class EventLog:
         others: NDArray[np.uint32] | None = None,
         probability: float | None = None,
     ) -> None:
-        """Note an event, as probable as its track unless told; a correction names the old id."""
+        """Note an event, as probable as its track unless given; a correction names the old id."""
         track_id = int(table.track_id[row])
         x, y = table.mean[row, :2].tolist()
         rest = [] if others is None else others[others != track_id][:MEMBERS].tolist()

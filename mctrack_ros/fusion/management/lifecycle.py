@@ -54,13 +54,13 @@ def _is_over(tracks: Any, stamp_ns: int, tentative_s: float, confirmed_s: float)
 
 
 def is_expected(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:
-    """Return the mask of the tracks whose target may be seen any moment: cameras are told."""
+    """Return the mask of the tracks whose target may be seen any moment: feedback has them."""
     limit = max(config.life.report_time, 1.5 * config.batching.period)
     return silence(table, stamp_ns) <= np.maximum(limit, 1.5 * table.pace_s)
 
 
 def is_published(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:
-    """Return the mask of those that are told to others: what has most probably gone is not."""
+    """Return the mask of the published tracks: what has most probably gone is not."""
     return is_expected(table, stamp_ns, config) & (table.missed < GONE_EVIDENCE)
 
 

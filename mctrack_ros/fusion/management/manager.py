@@ -149,7 +149,7 @@ class TrackManager:
         near : pair of (k,) int arrays
             Rows of those near each other, by `merge_distance` at least.
         reid : Reassignment
-            Is told whom it need not remember.
+            Forgets those who are another.
         stamp_ns : int
             The tick's stamp, ns.
         seconds : float

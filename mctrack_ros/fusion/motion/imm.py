@@ -100,7 +100,7 @@ def _corrected(
     weight: Floats, pull: Floats,
 ) -> float:  # fmt: skip
     """
-    Update one state by what is told (see `gathered`), as seen from a reference.
+    Update one state by what was measured (see `gathered`), as seen from a reference.
 
     Returns 2 log of its likelihood, but for what does not depend on the state: with information T
     and pull g = T (z - x) of the measurements, that is log |P'| - log |P| + g P' g - (z - x) T

@@ -1,4 +1,4 @@
-"""What the pairs of a tick tell of the tracks: the information filter."""
+"""What the pairs of a tick measure of the tracks: the information filter."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 TOLD = 13
-"""So many numbers are what a tick tells of a track, see `gathered`."""
+"""So many numbers are what a tick measures of a track, see `gathered`."""
 
 
 @inlined
@@ -60,7 +60,7 @@ def without(
     x: float, y: float, xx: float, xy: float, yy: float,
     weight_xx: float, weight_xy: float, weight_yy: float, pull_x: float, pull_y: float,
 ) -> tuple[float, float, float, float, float]:  # fmt: skip
-    """Take what measurements have told out of a place and its covariance."""
+    """Take measurements out of a place and its covariance."""
     own_xx, own_xy, own_yy = inverted(xx, xy, yy)
     xx, xy, yy = inverted(own_xx - weight_xx, own_xy - weight_xy, own_yy - weight_yy)
     back_x = weight_xx * x + weight_xy * y - pull_x
@@ -106,7 +106,7 @@ def _note(
     reported: Floats, own: int, later: float,
     xx: float, xy: float, yy: float, x: float, y: float,
 ) -> None:  # fmt: skip
-    """Add what one image says of a track to what is told of all, (n, 13)."""
+    """Add what one image measured of a track to that of all, (n, 13)."""
     square = later**2
     reported[own, 0] += xx
     reported[own, 1] += xy
@@ -125,7 +125,7 @@ def _note(
 
 @inner
 def add(reported: Floats, matrix: Floats) -> None:
-    """Add the information that is told of a track to its own, (4, 4)."""
+    """Add the measured information of a track to its own, (4, 4)."""
     for block in range(3):
         row, column = block // 2, (block + 1) // 2
         xx, xy, yy = reported[3 * block], reported[3 * block + 1], reported[3 * block + 2]
@@ -142,7 +142,7 @@ def gathered(
     probability: Floats, seen: Floats,
 ) -> Floats:  # fmt: skip
     """
-    Gather what the pairs of a tick tell of the tracks.
+    Gather what the pairs of a tick measure of the tracks.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def gathered(
 
 @compiled(types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])(COLUMN_2D, COLUMN_3D, FLOATS_2D))
 def updated(mean: Floats, covariance: Floats, reported: Floats) -> tuple[Floats, Floats]:
-    """Add what is told (see `gathered`) to predicted states, in the information filter's form."""
+    """Add what was measured (see `gathered`) to predicted states, by the information filter."""
     moved, spread = np.empty(mean.shape), np.empty(covariance.shape)
     before = np.empty((4, 4))
     for own in range(len(mean)):

@@ -50,7 +50,7 @@ LEAST_SUPPORT = 0.5
 class Unusable(StrEnum):
     """Why a camera's mask is left out."""
 
-    SILENT = f'it has told no mask for {OLDEST_NS * 1e-9:g} s'
+    SILENT = f'it sent no mask for {OLDEST_NS * 1e-9:g} s'
     UNKNOWN = 'it does not know its background, or has moved'
     DAZZLED = f'more than {MOST_FOREGROUND:.0%} of its image is foreground'
     FROZEN = f'its mask has not changed for {FROZEN_NS * 1e-9:g} s'
@@ -120,7 +120,7 @@ class OccupancyTracker:
         return replace(output, tracks=self._seen_by(output.tracks, people), left_out=left_out)
 
     def feedback(self) -> Feedback:
-        """Return what the cameras are told after the last tick: a prediction of every target."""
+        """Return the feedback after the last tick: a prediction of every target."""
         return self._joint.feedback()
 
     def _take(self, tick: RowsTick[Sighting]) -> None:

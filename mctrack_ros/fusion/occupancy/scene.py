@@ -28,7 +28,7 @@ MOST_CELLS = 60_000
 """Larger scenes have wider cells: the solver takes 0.3 us a cell, camera and person."""
 LEAST_PX_PER_M = 4.0
 """By so much a metre in any direction moves a person in the images, or nobody is looked
-for: his place could not be told to a quarter of a metre, px/m."""
+for: his place would be uncertain by more than a quarter of a metre, px/m."""
 LEAST_SEEN = 0.3
 """Share of a person's box that must be in an image to be looked for there."""
 

@@ -16,7 +16,7 @@ class Sighting:
     Attributes
     ----------
     detections : Detections
-        By which people are told apart: colours and sizes.
+        Colours and sizes.
     foreground : Foreground
         By which people are found.
 

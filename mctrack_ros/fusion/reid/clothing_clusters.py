@@ -1,4 +1,4 @@
-"""Kits: who is dressed alike, found from the looks of the tracks without being told."""
+"""Kits: who is dressed alike, clustered without supervision."""
 
 from __future__ import annotations
 

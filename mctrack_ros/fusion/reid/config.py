@@ -25,7 +25,7 @@ class ReidConfig:
 
 class IdentityColumns(Columns):
     """
-    What the targets look like.
+    Appearance of the targets.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Who is who after an encounter: ids follow what people look like, not who came out where."""
+"""Who is who after an encounter: ids follow appearance, not the tracks."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ class Reassignment:
         self, table: TrackTable, near: NearPairs, stamp_ns: int, confirmed: Mask
     ) -> dict[int, int]:
         """
-        Learn what those who are alone look like, and tell which ids change.
+        Learn the portraits of those who are alone, and return which ids change.
 
         Parameters
         ----------
@@ -149,7 +149,7 @@ class Reassignment:
     def _found_again(
         self, table: TrackTable, fresh: list[int], batch: Floats, stamp_ns: int
     ) -> dict[int, int]:
-        """Note who of the lost new tracks that look so may be; return who they surely are."""
+        """Note which lost targets new tracks may be; return which they surely are."""
         found: dict[int, int] = {}
         self.lost.found.clear()
         for row, sample in zip(fresh, batch):

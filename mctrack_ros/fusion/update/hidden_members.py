@@ -57,7 +57,7 @@ def keep_members(
     """
     Keep alive what merged detections hide of the tracks that are free, (images, n).
 
-    Only who is expected where the group is, by its covariance as told. Where others of it are
+    Only who is expected where the group is, by its own covariance. Where others of it are
     seen, only for a while: it may be that nobody is behind them.
     """
     groups, detections = batch.groups, batch.detections

@@ -108,7 +108,7 @@ def _vote(track: Any, kind: int, seconds: float) -> None:
     """
     Let a camera tell a class: the lead of another one shrinks, and then it is this one.
 
-    All others weigh more than that of a person: that is what everything looks like from somewhere.
+    All others weigh more than that of a person: every object resembles one from some side.
     """
     if kind != PERSON:
         seconds *= OTHERS_WEIGH
