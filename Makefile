@@ -8,6 +8,8 @@ BIN := $(VENV)/bin
 SOURCES := setup.py setup.cfg package.xml pyproject.toml \
 	$(shell find mctrack_ros experiments config launch resource -type f -not -name '*.pyc')
 QUICK := $(addprefix test/,codec evaluation fusion interfaces site tracking test_config.py)
+COMPILE := import mctrack_ros.fusion, mctrack_ros.perception.silhouettes; \
+	from mctrack_ros.compiled import prepare; prepare("mctrack_ros")
 RESULTS := lab6p cmc wildtrack pets terrace4 terrace cameras
 
 .PHONY: all demo test check unit quick jazzy same lock results reference clean help
@@ -72,7 +74,7 @@ $(VENV)/.requirements: requirements.lock
 $(VENV)/.package: $(VENV)/.requirements $(SOURCES)
 	rm -rf build experiments/build
 	$(BIN)/pip install -q --disable-pip-version-check --no-deps --no-build-isolation --force-reinstall . ./experiments
-	@echo "compiling the inner loops, once: about two minutes of processor time"
-	cd / && { $(abspath $(BIN))/python -c 'import mctrack_ros.fusion' & \
-		$(abspath $(BIN))/python -c 'import mctrack_ros.perception' && wait $$!; }
+	@echo "compiling the inner loops, once: about a minute on two cores"
+	cd / && { $(abspath $(BIN))/python -c '$(COMPILE)' & \
+		$(abspath $(BIN))/python -c '$(COMPILE)' && wait $$!; }
 	touch $@

@@ -1,31 +1,40 @@
 """
 Loops that are compiled: entry points with stated types, kept compiled between runs.
 
-They are compiled when first imported after what they consist of has changed, and read from the
-user's cache afterwards.
+An entry point is compiled when it is first called, or ahead of that by `prepare`; the first time
+after what it consists of has changed. Afterwards it is read from the user's cache.
 """
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import os
 import pickle
 import sys
 import tempfile
 import types as types_of_python
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 import numpy
 from numba import config, njit, types
+from numba.core import codegen
 from numba.core.caching import CacheImpl
+from numba.core.environment import lookup_environment
+from numba.core.registry import CPUDispatcher
 
 _PACKAGE = __name__.partition('.')[0]
 F = TypeVar('F', bound=Callable[..., Any])
+_numba: Any = codegen  # which is typed in part
 _LEAN: Any = {'no_cfunc_wrapper': True, 'error_model': 'numpy'}
 """Left out is what nobody needs: functions for C, checks for divisions by zero (infinite here)."""
+_WRAPPER = '_ZN7cpython'
+"""Names of functions that Python calls begin so."""
+_OPTIONS: Any = {'nopython': True, 'boundscheck': None, **_LEAN}
 
 BYTES_2D = types.Array(types.u1, 2, 'C', readonly=True)
 BYTES_3D = types.Array(types.u1, 3, 'C', readonly=True)
@@ -49,16 +58,112 @@ COLUMN_FLAGS = types.Array(types.b1, 1, 'A', readonly=True)
 """Types of columns of a table of records."""
 
 
+class _EntryPoint(CPUDispatcher):
+    """A function with one signature, which is compiled when it is first called."""
+
+    declared: list[_EntryPoint] = []  # noqa: RUF012
+    _can_compile: bool
+    _cache: Any
+
+    def __init__(self, function: Callable[..., Any], signature: Any) -> None:
+        super().__init__(function, targetoptions=_OPTIONS)
+        self._signature = signature
+        self.declared.append(self)
+
+    def prepare(self, wait: bool = True) -> bool:
+        """Compile it or read it from the cache; False: another process does, and `wait` is not."""
+        if self._can_compile:
+            self.enable_caching()
+            with _claimed(self._cache._impl.locator, wait) as is_claimed:
+                if not is_claimed:
+                    return False
+                self.compile(self._signature)
+            self.disable_compile()
+        return True
+
+    def _compile_for_args(self, *args: Any, **kws: Any) -> _EntryPoint:
+        """Return what is called then: itself, which refuses arguments of other types."""
+        self.prepare()
+        return self
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Let a function that is being compiled call it."""
+        self.prepare()
+        return super().get_call_template(args, kws)
+
+
+@contextmanager
+def _claimed(locator: Any, wait: bool) -> Iterator[bool]:
+    """Hold what only one process is to compile; False: another one has it, and `wait` is not."""
+    if not isinstance(locator, _ByContent):
+        yield True
+        return
+    file, own = locator.lock_file(), (1, int(locator.get_source_stamp()[:12], 16))
+    try:
+        fcntl.lockf(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB), *own)
+    except OSError as error:  # file systems without locks let all compile
+        yield not isinstance(error, BlockingIOError | PermissionError)
+        return
+    try:
+        yield True
+    finally:
+        fcntl.lockf(file, fcntl.LOCK_UN, *own)
+
+
 def compiled(signature: Any) -> Callable[[F], F]:
     """Compile a function that others call, for a numba signature."""
-    decorated: Callable[[F], F] = njit(signature, cache=True, **_LEAN)
-    return decorated
+
+    def decorate(function: Any) -> Any:
+        return (
+            function if getattr(config, 'DISABLE_JIT', False) else _EntryPoint(function, signature)
+        )
+
+    return decorate
+
+
+def prepare(package: str, *but: str) -> None:
+    """
+    Compile all entry points of a package that are imported, so that no image waits for them.
+
+    Processes that do so at the same time share the work.
+
+    Parameters
+    ----------
+    package : str
+        Its name: ``mctrack_ros.perception``.
+    *but : str
+        Names of packages and modules in it that are left out: methods that are seldom chosen.
+
+    """
+
+    def lies_in(entry: _EntryPoint, *names: str) -> bool:
+        return f'{entry.py_func.__module__}.'.startswith(tuple(f'{name}.' for name in names))
+
+    wanted = [e for e in _EntryPoint.declared if lies_in(e, package) and not lies_in(e, *but)]
+    for entry in [entry for entry in wanted if not entry.prepare(wait=False)]:
+        entry.prepare()
+
+
+class _Inner(CPUDispatcher):
+    """A function that compiled functions call; called by Python, it is what Python makes of it."""
+
+    py_func: Callable[..., Any]
+
+    def add_overload(self, result: Any) -> None:
+        """Keep what it is compiled to, which Python cannot call."""
+        self.overloads[tuple(result.signature.args)] = result
+
+    def _compile_for_args(self, *args: Any, **kws: Any) -> Callable[..., Any]:
+        return self.py_func
 
 
 def inner(function: F) -> F:
     """Compile a function that compiled functions call."""
-    decorate: Callable[[F], F] = njit(**_LEAN)
-    return decorate(function)
+    if getattr(config, 'DISABLE_JIT', False):
+        return function
+    options = {**_OPTIONS, 'no_cpython_wrapper': True}
+    compiled_function: Any = _Inner(function, targetoptions=options)
+    return cast(F, compiled_function)
 
 
 def inlined(function: F) -> F:
@@ -77,6 +182,7 @@ class _ByContent:
     """
 
     _is_announced = False
+    _lock_files: dict[Path, Any] = {}  # noqa: RUF012
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
         digest = hashlib.sha256(f'numba {numba.__version__}, numpy {numpy.__version__}'.encode())
@@ -108,6 +214,12 @@ class _ByContent:
         """Create the folder; OSError: it cannot be written."""
         self._folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=self._folder).close()
+
+    def lock_file(self) -> Any:
+        """Return the file that processes lock a byte of; open from now on: to close it unlocks."""
+        if self._folder not in self._lock_files:
+            self._lock_files[self._folder] = open(self._folder / 'lock', 'w')  # noqa: SIM115
+        return self._lock_files[self._folder]
 
     def get_cache_path(self) -> str:
         """Return the folder."""
@@ -160,3 +272,52 @@ def _add_value(digest: Any, value: Any, seen: set[Any]) -> None:
 
 
 CacheImpl._locator_classes = [_ByContent, *CacheImpl._locator_classes]
+
+
+class _Library(_numba.JITCodeLibrary):
+    """
+    What numba compiles a function to: machine code is made of what Python calls alone.
+
+    Numba makes it of all that this calls, too, though the code of the caller holds that anyway.
+    """
+
+    _is_made = False
+
+    def _is_called(self) -> bool:
+        return any(each.name.startswith(_WRAPPER) for each in self.get_defined_functions())
+
+    def _optimize_final_module(self) -> None:
+        if self._is_called():
+            super()._optimize_final_module()
+
+    def _finalize_final_module(self) -> None:
+        if self._shared_module is not None or self._is_called():
+            self._make()
+        else:
+            self._finalized = True
+
+    def _make(self) -> None:
+        self._is_made = True
+        super()._finalize_final_module()
+        for variable in self._final_module.global_variables:
+            environment = lookup_environment(variable.name)
+            if environment is not None:
+                self._codegen.set_env(variable.name, environment)
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Make machine code of what is asked for."""
+        self._ensure_finalized()
+        if not self._is_made and any(each.name == name for each in self.get_defined_functions()):
+            self._make()
+        return int(super().get_pointer_to_function(name))
+
+
+def _set_env(codegen: Any, name: str, environment: Any) -> None:
+    """Tell machine code the globals of its function, if there is any."""
+    if codegen._engine.is_symbol_defined(name):
+        _SET_ENV(codegen, name, environment)
+
+
+_SET_ENV = _numba.JITCPUCodegen.set_env
+_numba.JITCPUCodegen.set_env = _set_env
+_numba.JITCPUCodegen._library_class = _Library

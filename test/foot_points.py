@@ -1,10 +1,12 @@
 """A small tracker of each side, with messages and feedback of its own, that can be registered."""
 
+import multiprocessing
 from dataclasses import dataclass
 from typing import ClassVar
 
 import cv2
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from mctrack_ros import fusion, perception
@@ -124,3 +126,7 @@ def register(monkeypatch):
     """Add both for the time of a test."""
     monkeypatch.setitem(perception.trackers.TRACKERS, NAME, CAMERA_METHOD)
     monkeypatch.setitem(fusion.trackers.TRACKERS, NAME, FUSION_METHOD)
+
+
+if multiprocessing.current_process().name != 'MainProcess':  # a worker of such a test
+    register(pytest.MonkeyPatch())

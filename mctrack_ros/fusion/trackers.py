@@ -108,6 +108,15 @@ FUSION: OneOf[FusionConfig] = OneOf(
     TRACKERS,
 )
 """The choice of fusion's tracker, with its parameters."""
+SELDOM = (
+    'mctrack_ros.fusion.association.solvers.belief',
+    'mctrack_ros.fusion.association.solvers.covering_graph',
+    'mctrack_ros.fusion.association.solvers.jpda',
+    'mctrack_ros.fusion.association.solvers.nearest',
+    'mctrack_ros.fusion.motion.imm',
+    'mctrack_ros.fusion.occupancy',
+)
+"""Whose loops are compiled when they are first called: methods that are not the default."""
 
 
 def fusion_method(config: FusionConfig) -> FusionMethod:

@@ -1,7 +1,5 @@
 """A tracker that is registered runs through the replay, which knows nothing of it."""
 
-import multiprocessing
-
 import numpy as np
 import pytest
 import yaml
@@ -11,7 +9,6 @@ from drawn_hall import walkers, write_hall
 from mctrack_ros.config import ConfigError
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import BagError, BagReader
-from mctrack_ros.replay import workers
 from mctrack_ros.replay.doctor import examine_bag, examine_site
 from mctrack_ros.replay.recorded import recorded_ticks
 from mctrack_ros.replay.track import track_bag
@@ -24,8 +21,6 @@ pytestmark = pytest.mark.xdist_group('replay')
 def hall(tmp_path, monkeypatch):
     """Return a bag and its site, whose trackers are the registered ones."""
     foot_points.register(monkeypatch)
-    forked = multiprocessing.get_context('fork')  # what is registered here is known there too
-    monkeypatch.setattr(workers, 'worker_context', lambda: forked)
     bag, _ = write_hall(tmp_path, seconds=3.0)
     path = tmp_path / 'site.yaml'
     content = yaml.safe_load(path.read_text())

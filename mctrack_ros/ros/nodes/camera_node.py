@@ -16,6 +16,7 @@ from mctrack_ros.codec import (
     rows_from_cloud,
     stamp_ns_of,
 )
+from mctrack_ros.compiled import prepare
 from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import RESTART_NS, Message
 from mctrack_ros.perception import (
@@ -74,6 +75,7 @@ class CameraNode(GraphNode):
         """Build the tracker and the publishers."""
         settings, camera = self.config.settings, self.config.camera
         check_camera_name(camera)
+        prepare('mctrack_ros.perception')
         self.tracker, self.overlay = settings.open(), Overlay()
         self.method = camera_method(settings.pipeline)
         self.note_calibration()

@@ -20,6 +20,7 @@ from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from mctrack_ros.codec import cloud_from_rows, message_from_ros, rows_from_cloud
+from mctrack_ros.compiled import prepare
 from mctrack_ros.config import ConfigError, parameter, values_of
 from mctrack_ros.fusion import (
     FUSION,
@@ -34,6 +35,7 @@ from mctrack_ros.fusion import (
 )
 from mctrack_ros.fusion.camera_clocks import Jump
 from mctrack_ros.fusion.occupancy.pipeline import Unusable
+from mctrack_ros.fusion.trackers import SELDOM
 from mctrack_ros.interfaces import (
     MAX_CAMERAS,
     EventCode,
@@ -106,6 +108,7 @@ class FusionNode(GraphNode):
             )
         for camera in cameras:
             check_camera_name(camera)
+        prepare('mctrack_ros.fusion', *SELDOM)
         self.origin = origin_from(self.config.origin)
         self.batcher = open_batcher(self.config.fusion, cameras)
         self.method = fusion_method(self.config.fusion)
