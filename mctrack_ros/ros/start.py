@@ -1,7 +1,7 @@
 """
 The nodes' executables: they answer ``--help`` and Ctrl-C while a node's imports would take long.
 
-A node imports compiled loops, and the first time compiles them for minutes.
+A node imports much, and prepares compiled loops, the first time for a minute.
 """
 
 from __future__ import annotations

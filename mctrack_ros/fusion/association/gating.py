@@ -27,8 +27,6 @@ USUAL = 4.0
 """A detection up to so many times less certain (variance) than the median is found by its cell;
 any other is tried with every track."""
 NOTHING = -1
-FEW = 48
-"""So many values are sorted by insertion."""
 
 
 @inner
@@ -152,16 +150,18 @@ def _reached(
 
 @inner
 def _sort(values: Indices) -> None:
-    """Sort in place what is mostly a few values."""
-    if len(values) > FEW:
-        values[:] = np.sort(values)
-        return
-    for index in range(1, len(values)):
-        value, before = values[index], index - 1
-        while before >= 0 and values[before] > value:
-            values[before + 1] = values[before]
-            before -= 1
-        values[before + 1] = value
+    """Sort in place what is mostly a few values, by Shell's method."""
+    gap = 1
+    while gap < len(values) // 3:
+        gap = 3 * gap + 1
+    while gap > 0:
+        for index in range(gap, len(values)):
+            value, before = values[index], index - gap
+            while before >= 0 and values[before] > value:
+                values[before + gap] = values[before]
+                before -= gap
+            values[before + gap] = value
+        gap //= 3
 
 
 @compiled(types.i8[::1](INTS_1D, INTS_1D))

@@ -2,34 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import (
-    BOOLS_1D,
-    FLOATS_1D,
-    FLOATS_2D,
-    INTS_1D,
-    compiled,
-    inner,
-)
 from mctrack_ros.fusion.association.gating import distances
 from mctrack_ros.fusion.config import LOOK_S
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
-from mctrack_ros.fusion.table import TRACKS, TrackTable
-from mctrack_ros.tracking.kalman import updated
+from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.tracking.kalman import position_matrix, update
 
 if TYPE_CHECKING:
     from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
-Stamps = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 VELOCITY = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
@@ -57,7 +47,7 @@ def keep_members(
     """
     Keep alive what merged detections hide of the tracks that are free, (images, n).
 
-    Only who is expected where the group is, by its own covariance. Where others of it are
+    Only who is expected where the group is, by its covariance as told. Where others of it are
     seen, only for a while: it may be that nobody is behind them.
     """
     groups, detections = batch.groups, batch.detections
@@ -81,74 +71,43 @@ def keep_members(
             whole[members] = True
             if recorder is not None:
                 recorder.hidden(members, int(groups[row]), squared[row, members], table, batch)
-            _keep(
-                table.fixed,
-                table.hidden_ns[:, batch.camera[groups[row]]],
-                members,
-                whole,
-                batch.position[groups[row]],
-                noise[row] * GROUP_INFLATION,
-                batch.seconds[image[row]],
-                batch.stamp_ns[groups[row]],
-                LOOK_S,
-            )
+            spread = noise[row] * GROUP_INFLATION
+            _keep(table, batch, int(groups[row]), members, whole, spread)
             motion.follow(table, members)
 
 
-@inner
-def _corrected(
-    mean: Floats, covariance: Floats, row: int, innovation: Floats, noise: Floats, matrix: Floats
-) -> None:
-    """Update one track in place."""
-    own = slice(row, row + 1)
-    mean[own], covariance[own] = updated(
-        mean[own].copy(),
-        covariance[own].copy(),
-        innovation.reshape(1, 2),
-        np.ascontiguousarray(noise).reshape(1, 2, 2),
-        np.ascontiguousarray(matrix).reshape(1, 2, 4),
-    )
-
-
-@compiled(
-    types.void(
-        TRACKS, types.Array(types.i8, 1, 'A'), INTS_1D, BOOLS_1D, FLOATS_1D, FLOATS_2D,
-        types.f8, types.i8, types.f8,
-    )
-)  # fmt: skip
 def _keep(
-    tracks: Any, hidden_ns: Stamps, members: Indices, whole: Mask, position: Floats,
-    noise: Floats, seconds: float, stamp_ns: int, longest_s: float,
-) -> None:  # fmt: skip
+    table: TrackTable, batch: Batch, group: int, members: Indices, whole: Mask, noise: Floats
+) -> None:
     """
     Update the hidden members (k,) of a merged detection; `whole` (n,) is all of the group.
 
     Those whom no camera sees go on for a while as others of their group do.
     """
-    mean, covariance, cameras = tracks['mean'], tracks['covariance'], tracks['cameras']
-    since_s = np.empty(len(members))
-    for index in range(len(members)):
-        row = members[index]
-        since_s[index] = min((stamp_ns - hidden_ns[row]) / 1e9, longest_s)
-        place = mean[row, :2] + seconds * mean[row, 2:]
-        matrix = np.eye(4)[:2]
-        matrix[0, 2] = matrix[1, 3] = seconds
-        _corrected(mean, covariance, row, position - place, noise, matrix)
-        tracks[row]['kept_ns'] = max(tracks[row]['kept_ns'], stamp_ns)
-        hidden_ns[row] = stamp_ns
-    velocity, shown = np.zeros(2), 0
-    for row in range(len(whole)):
-        if whole[row] and cameras[row] > 0:
-            velocity += mean[row, 2:]
-            shown += 1
-    for index in range(len(members)):
-        row = members[index]
-        if shown and cameras[row] == 0:
-            spread = COMPANY_DENSITY / since_s[index] * np.eye(2)
-            _corrected(mean, covariance, row, velocity / shown - mean[row, 2:], spread, VELOCITY)
-    everybody = np.flatnonzero(whole)
-    if len(everybody) > 1:
-        first = tracks['track_id'][everybody].min()
-        for row in members:
-            if cameras[row] == 0:
-                tracks[row]['group'], tracks[row]['group_ns'] = first, stamp_ns
+    seconds, stamp_ns = batch.seconds[batch.image[group]], batch.stamp_ns[group]
+    hidden_ns = table.hidden_ns[:, batch.camera[group]]
+    since_s = np.minimum((stamp_ns - hidden_ns[members]) / 1e9, LOOK_S)
+    place = table.mean[members, :2] + seconds * table.mean[members, 2:]
+    _correct(table, members, batch.position[group] - place, noise, position_matrix(seconds))
+    table.kept_ns[members] = np.maximum(table.kept_ns[members], stamp_ns)
+    hidden_ns[members] = stamp_ns
+    seen = whole & (table.cameras > 0)
+    unseen = table.cameras[members] == 0
+    alone = members[unseen]
+    if not len(alone):
+        return
+    if seen.any():
+        velocity = table.mean[seen, 2:].sum(axis=0) / seen.sum()
+        spread = (COMPANY_DENSITY / since_s[unseen])[:, None, None] * np.eye(2)
+        _correct(table, alone, velocity - table.mean[alone, 2:], spread, VELOCITY)
+    if whole.sum() > 1:
+        table.group[alone], table.group_ns[alone] = table.track_id[whole].min(), stamp_ns
+
+
+def _correct(
+    table: TrackTable, rows: Indices, innovation: Floats, noise: Floats, matrix: Floats
+) -> None:
+    """Update some tracks, one covariance for all or one each."""
+    each = np.broadcast_to(noise, (len(rows), 2, 2))
+    state = table.mean[rows], table.covariance[rows]
+    table.mean[rows], table.covariance[rows] = update(*state, innovation, each, matrix)
