@@ -164,6 +164,32 @@ def test_no_folder_holds_more_than_thirteen_modules():
         assert len(modules) <= 13, folder
 
 
+def arguments(function):
+    given = function.args
+    named = [each.arg for each in given.posonlyargs + given.args + given.kwonlyargs]
+    return len(set(named) - {'self', 'cls'})
+
+
+def is_compiled(function):
+    marks = (each.func if isinstance(each, ast.Call) else each for each in function.decorator_list)
+    return any(
+        isinstance(mark, ast.Name) and mark.id in {'compiled', 'inner', 'inlined'}
+        for mark in marks
+    )
+
+
+def test_no_function_takes_more_than_eight_arguments():
+    commands = PACKAGE / 'cli' / 'commands'  # their arguments are the command line's
+    long = {
+        f'{path.relative_to(PACKAGE)}:{node.lineno} {node.name}'
+        for path in PACKAGE.rglob('*.py')
+        if commands not in path.parents
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.FunctionDef) and not is_compiled(node) and arguments(node) > 8
+    }
+    assert not long
+
+
 @pytest.mark.parametrize(
     ('modules', 'kept_out'),
     [

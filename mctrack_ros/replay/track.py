@@ -36,6 +36,27 @@ if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
     from mctrack_ros.recording.video.videos import Video
 
 
+@dataclass(frozen=True, slots=True)
+class Source:
+    """
+    A bag, and how it is read.
+
+    Attributes
+    ----------
+    bag : str or Path
+        With images, or recorded detections, of a site's cameras.
+    namespace : str
+        Where the topics of the cameras lie in it; results lie in none.
+    log_times : bool
+        Whether the times of recording stand for its stamps.
+
+    """
+
+    bag: str | Path
+    namespace: str = ''
+    log_times: bool = False
+
+
 @dataclass(slots=True)
 class TrackSummary:
     """
@@ -104,15 +125,13 @@ class _Input:
 
 
 def track_bag(
-    bag: str | Path | Mapping[str, Video],
+    source: str | Path | Source | Mapping[str, Video],
     out: str | Path,
     site: SiteConfig,
     *,
-    namespace: str = '',
     processes: int | None = None,
     overwrite: bool = False,
     explain: bool = False,
-    log_times: bool = False,
     debug: Debug | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> TrackSummary:
@@ -125,22 +144,18 @@ def track_bag(
 
     Parameters
     ----------
-    bag : str, Path or mapping of str to Video
-        With images, or recorded detections, of the site's cameras; or their videos, by name.
+    source : str, Path, Source or mapping of str to Video
+        Bag with images, or recorded detections, of the site's cameras; or their videos, by name.
     out : str or Path
         Folder for the results.
     site : SiteConfig
         Cameras and settings.
-    namespace : str
-        Where the topics of the cameras lie in the bag; the results lie in none.
     processes : int, optional
         Processes for the cameras; unless given, one each: none waits for another's turn.
     overwrite : bool
         Whether earlier results there are replaced.
     explain : bool
         Whether the bag says why fusion decided as it did; all else stays the same.
-    log_times : bool
-        Whether the times of recording stand for the stamps of a bag.
     debug : Debug, optional
         Where images with what is seen in them are written.
     progress : callable
@@ -157,11 +172,10 @@ def track_bag(
         If recorded detections have another origin than the site.
 
     """
-    site, why = with_tracker(site) if _suits_all(bag, site, namespace) else (site, '')
-    if isinstance(bag, Mapping):
-        given = _videos(bag, site)
-    else:
-        given = _bag(bag, site, namespace, log_times)
+    if isinstance(source, str | Path):
+        source = Source(source)
+    site, why = with_tracker(site) if _suits_all(source, site) else (site, '')
+    given = _bag(source, site) if isinstance(source, Source) else _videos(source, site)
     tasks = [replace(task, debug=debug) for task in given.tasks]
     summary = TrackSummary(given.seconds)
     bias: CameraBias | None = None
@@ -198,16 +212,16 @@ def _conclude(
             summary.cameras[f'{each.camera}.{name}'] = count
 
 
-def _suits_all(bag: str | Path | Mapping[str, Video], site: SiteConfig, namespace: str) -> bool:
+def _suits_all(source: Source | Mapping[str, Video], site: SiteConfig) -> bool:
     """Return whether every camera has images, or what each tracker takes: masks, too."""
-    if isinstance(bag, Mapping):
+    if not isinstance(source, Source):
         return True
     masks = TRACKERS['occupancy'].messages
-    with BagReader(bag, namespace) as reader:
+    with BagReader(source.bag, source.namespace) as reader:
         return all(
             reader.count(task.image_topic)
             or all(reader.count(f'/{task.camera}/{kind.TOPIC}') for kind in masks)
-            for task in camera_tasks(bag, site, namespace)
+            for task in camera_tasks(source.bag, site, source.namespace)
         )
 
 
@@ -221,14 +235,14 @@ def _check_origin(reader: BagReader, site: SiteConfig) -> None:
         )
 
 
-def _bag(bag: str | Path, site: SiteConfig, namespace: str, log_times: bool) -> _Input:
+def _bag(source: Source, site: SiteConfig) -> _Input:
     """Return the input of a bag, its stamps judged."""
-    tasks = camera_tasks(bag, site, namespace)
-    with BagReader(bag, namespace) as reader:
+    tasks = camera_tasks(source.bag, site, source.namespace)
+    with BagReader(source.bag, source.namespace) as reader:
         topics = {topic_of(task, reader): task.camera for task in tasks}
         if any(task.fusion_topic in topics for task in tasks):
             _check_origin(reader, site)
-        entries = read_entries(reader, topics, log_times)
+        entries = read_entries(reader, topics, source.log_times)
         seconds = reader.duration_s
     stamps, jumps = judge(entries, site.camera_names, site.fusion.batching)
     unused = sum(each.stamp_ns.count(LEFT_OUT) for each in stamps.values())

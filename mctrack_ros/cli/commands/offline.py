@@ -158,7 +158,7 @@ def track(
     prepare_workers()
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.replay.camera_source import Debug
-    from mctrack_ros.replay.track import track_bag
+    from mctrack_ros.replay.track import Source, track_bag
 
     bag, name = _source(sources, later, rate)
     if namespace and not isinstance(bag, Path):
@@ -170,14 +170,12 @@ def track(
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
         summary = track_bag(
-            bag,
+            Source(bag, namespace, log_times) if isinstance(bag, Path) else bag,
             out,
             config,
-            namespace=namespace,
             processes=processes,
             overwrite=overwrite,
             explain=explain,
-            log_times=log_times,
             debug=Debug(debug_images, debug_every) if debug_images else None,
             progress=progress,
         )

@@ -135,12 +135,12 @@ class LocalTracker:
 
         """
         log = EventLog(stamp_ns)
-        seconds, predicted = self._predict(stamp_ns, log)
-        seen = self._associate(blobs, frame, predicted, stamp_ns, seconds)
+        predicted = self._predict(stamp_ns, log)
+        seen = self._associate(blobs, frame, predicted, stamp_ns)
         part = self._group(seen, blobs, frame, feedback, stamp_ns, log)
-        self._update(seen, predicted, blobs, seconds, stamp_ns)
+        self._update(seen, predicted, blobs, stamp_ns)
         seen = self._start(seen, blobs, stamp_ns)
-        seen = self._classify(seen, blobs, seconds)
+        seen = self._classify(seen, blobs, predicted.seconds)
         self._confirm(stamp_ns)
         if feedback is not None:
             self._identify(blobs, part, feedback, stamp_ns)
@@ -157,17 +157,17 @@ class LocalTracker:
             found.append(tuple(ids[ids > 0].tolist()))
         return found
 
-    def _predict(self, stamp_ns: int, log: EventLog) -> tuple[float, Prediction]:
-        """Predict the tracks to an image; return the seconds since the last, and their boxes."""
+    def _predict(self, stamp_ns: int, log: EventLog) -> Prediction:
+        """Predict the tracks to an image; return where they are expected in it."""
         seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9
         self._last_ns = stamp_ns
         self.tracks.predict(seconds)
-        predicted = self._without_lost(self.tracks.prediction(), stamp_ns, seconds, log)
+        predicted = self._without_lost(self.tracks.prediction(), stamp_ns, log)
         self.predicted_box = predicted.box
-        return seconds, predicted
+        return predicted
 
     def _associate(
-        self, blobs: Blobs, frame: Frame, predicted: Prediction, stamp_ns: int, seconds: float
+        self, blobs: Blobs, frame: Frame, predicted: Prediction, stamp_ns: int
     ) -> Observations:
         """Tell which blob is whose, and who is in the blobs that several share."""
         cells = np.rint(blobs.box / frame.scale).astype(int)
@@ -175,7 +175,7 @@ class LocalTracker:
         blob_of = match(self.tracks, predicted, blobs, template, self._matching)
         height_m = self._vehicles.heights(blobs, blob_of, self.tracks)
         return self._observer.observe(
-            blob_of, self.tracks, predicted, blobs, template, frame, height_m, stamp_ns, seconds
+            blob_of, self.tracks, predicted, blobs, template, frame, height_m, stamp_ns
         )
 
     def _group(
@@ -219,9 +219,7 @@ class LocalTracker:
             return detections
         return Detections.joined(stamp_ns, [detections, *more])
 
-    def _without_lost(
-        self, predicted: Prediction, stamp_ns: int, seconds: float, log: EventLog
-    ) -> Prediction:
+    def _without_lost(self, predicted: Prediction, stamp_ns: int, log: EventLog) -> Prediction:
         """Drop tracks that left the image or were not seen for too long (E4)."""
         tracks = self.tracks
         width, height = self._mapping.image_size
@@ -234,7 +232,7 @@ class LocalTracker:
             tracks.seen_ns,
             tracks.clear_ns,
             tracks.confirmed,
-            seconds,
+            predicted.seconds,
             self._config.coast_s,
             self._config.confirm_s,
             self._config.hidden_s,
@@ -272,15 +270,10 @@ class LocalTracker:
         )
 
     def _update(
-        self,
-        seen: Observations,
-        predicted: Prediction,
-        blobs: Blobs,
-        seconds: float,
-        stamp_ns: int,
+        self, seen: Observations, predicted: Prediction, blobs: Blobs, stamp_ns: int
     ) -> None:
         """Correct the tracks with what is seen of them (E6); learn from who is alone."""
-        tracks = self.tracks
+        tracks, seconds = self.tracks, predicted.seconds
         pace = Pace(
             float(1 - np.exp(-seconds / SIZE_TIME_S)),
             float(1 - np.exp(-seconds / COLOURS_TIME_S)),

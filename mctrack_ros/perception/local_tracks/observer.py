@@ -71,7 +71,6 @@ class Observer:
         frame: Frame,
         height_m: Floats,
         stamp_ns: int,
-        seconds: float,
     ) -> Observations:
         """
         Return who is in the blobs of an image, by blob; nobody at the horizon or above it.
@@ -92,8 +91,8 @@ class Observer:
             With its foreground.
         height_m : (n,) array
             How tall the vehicle or bicycle is that a blob is, m; 0: it is none.
-        stamp_ns, seconds : int, float
-            Time of the image, ns, and since the last one, s.
+        stamp_ns : int
+            Time of the image, ns.
 
         """
         by_size = single_blobs(
@@ -126,7 +125,7 @@ class Observer:
                 predicted.box,
                 tracks,
                 stamp_ns,
-                seconds,
+                predicted.seconds,
             )
         return self._on_ground(seen, blobs, height_m, tracks.noise_ratio)
 

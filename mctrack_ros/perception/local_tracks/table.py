@@ -68,6 +68,8 @@ class Prediction:
         Covariance of a measured foot point about the predicted, px².
     slope : (n, 2, 2) float64 array
         Derivative of the foot point by the place on the ground, px/m.
+    seconds : float
+        Since the last image, s.
 
     """
 
@@ -75,10 +77,12 @@ class Prediction:
     box: Floats
     spread: Floats
     slope: Floats
+    seconds: float
 
     def select(self, mask: NDArray[np.bool_]) -> Prediction:
         """Return the rows that a mask picks."""
-        return Prediction(self.foot[mask], self.box[mask], self.spread[mask], self.slope[mask])
+        kept = self.foot[mask], self.box[mask], self.spread[mask], self.slope[mask]
+        return Prediction(*kept, self.seconds)
 
 
 class LocalTracks:
@@ -150,10 +154,12 @@ class LocalTracks:
         self.height_s: Floats = np.zeros(0)
         self.near_px: Floats = np.zeros((0, 2))
         self.noise_ratio: Floats = np.ones((0, 2))
+        self._seconds = 0.0
 
     def predict(self, seconds: float) -> None:
         """Move all tracks on with constant velocity and white acceleration."""
         density = self._config.acceleration**2
+        self._seconds = seconds
         self.mean, self.covariance = kalman.predict(self.mean, self.covariance, seconds, density)
 
     def prediction(self) -> Prediction:
@@ -171,7 +177,7 @@ class LocalTracks:
             self._config.foot_noise_share,
             self.noise_ratio,
         )
-        return Prediction(foot, box, spread, slope)
+        return Prediction(foot, box, spread, slope, self._seconds)
 
     def update(self, predicted: Prediction, rows: Ints, foot: Floats, noise: Floats) -> None:
         """
