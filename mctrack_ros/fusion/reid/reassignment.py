@@ -185,24 +185,32 @@ class Reassignment:
         """Assign the ids of those who may be one another; return those that change."""
         circle, sample_s = table.track_id[rows].tolist(), table.sample_s[rows]
         may_be = [self._hypotheses.of(one) for one in circle]
-        names = sorted(frozenset().union(*may_be))
-        targets = self._targets(table, names)
+        targets = self._targets(table, sorted(frozenset().union(*may_be)))
         cost, is_strange = self._costs(table, rows, targets, may_be)
         taken, margin = assigned(cost)
         margin[is_strange] = 0.0
-        chosen = [names[column] for column in taken.tolist()]
         self.certainty |= dict(zip(circle, expit(margin).tolist()))
-        gone = table.select(rows[~np.isin(circle, chosen)])
-        table.portrait[rows] = targets.portrait[taken]
-        table.portrait_s[rows] = targets.portrait_s[taken]
-        self._replace(dict(zip(circle, chosen)))
         is_sure = (margin > 0.0) | (sample_s >= LONGEST_SAMPLE_S)
-        settled = {name for name, sure in zip(chosen, is_sure & (sample_s >= SAMPLE_S)) if sure}
-        for name, may in zip(chosen, may_be):
-            self._hypotheses.settle(name, () if name in settled else may - settled)
+        changes = dict(zip(circle, targets.track_id[taken].tolist()))
+        self._settle(changes, may_be, is_sure & (sample_s >= SAMPLE_S))
+        self._exchange(table, rows, targets.select(taken), stamp_ns)
+        return {old: new for old, new in changes.items() if old != new}
+
+    def _settle(self, changes: dict[int, int], may_be: list[frozenset[int]], sure: Mask) -> None:
+        """Note who tracks (k,) may be after these changes, old id to new: some are sure."""
+        self._replace(changes)
+        settled = {new for new, is_sure in zip(changes.values(), sure.tolist()) if is_sure}
+        for new, may in zip(changes.values(), may_be):
+            self._hypotheses.settle(new, () if new in settled else may - settled)
+
+    def _exchange(
+        self, table: TrackTable, rows: Indices, targets: TrackTable, stamp_ns: int
+    ) -> None:
+        """Give tracks (k,) the portraits of their targets (k,); lose whom none is any more."""
+        gone = table.select(rows[~np.isin(table.track_id[rows], targets.track_id)])
+        table.portrait[rows], table.portrait_s[rows] = targets.portrait, targets.portrait_s
         self._hypotheses.erase(gone.track_id[gone.portrait_s == 0.0].tolist())
         self._lose(gone.select(gone.portrait_s > 0.0), stamp_ns)
-        return {old: new for old, new in zip(circle, chosen) if old != new}
 
     def _targets(self, table: TrackTable, names: list[int]) -> TrackTable:
         """Return the records of targets (k,), tracked or lost."""
