@@ -5,10 +5,15 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 # What processes of tests compile is kept: they import the same again and again.
 sys.dont_write_bytecode = False
 os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
+
+# No test is timed: the first call of a loop compiles it, and machines are busy.
+settings.register_profile('untimed', deadline=None)
+settings.load_profile('untimed')
 
 ROOT = Path(__file__).resolve().parent
 DATA_REQUIRED = bool(os.environ.get('MCTRACK_REQUIRE_DATA'))
