@@ -52,7 +52,7 @@ class Column(Generic[Scalar]):
     def __init__(self, kind: type[Scalar], *shape: int, fill: float = 0) -> None:
         self._kind, self._shape, self.fill = kind, shape, fill
         self.is_fixed = all(size > 0 for size in shape)
-        self.size = np.dtype((kind, shape if self.is_fixed else 1)).itemsize
+        self.size = np.dtype((kind, shape if self.is_fixed else ())).itemsize
 
     def __set_name__(self, owner: type, name: str) -> None:
         """Learn the column's name."""

@@ -82,7 +82,7 @@ def test_cameras_that_do_not_tell_what_fusion_wants_are_refused(hall, tmp_path):
     content['pipeline'] = {'local_tracker': 'feet'}
     path.write_text(yaml.safe_dump(content))
     reason = (
-        'cameras.south.pipeline.local_tracker is groups, which tells detections and '
+        'cameras.south.pipeline.local_tracker is groups, which publishes detections and '
         'foreground/compressed; '
     )
     with pytest.raises(ConfigError, match=reason + 'fusion.tracker feet takes foot_points'):
