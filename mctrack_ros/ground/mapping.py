@@ -172,6 +172,14 @@ class GroundMapping(ABC):
         rows: Floats = foot[:, 1] - head[:, 1]
         return rows
 
+    def usual_height_px(self, height: float) -> float:
+        """Return how many rows, px, something of that height (m) spans: the median of the image.
+
+        0 where the image shows no ground.
+        """
+        position = self.visible_ground()
+        return float(np.median(self.height_px(position, height))) if len(position) else 0.0
+
     def width_px(self, position: ArrayLike, width: float) -> Floats:
         """Return how many columns, (n,) px, something of that width (m) spans at (n, 2) places."""
         jacobian = self.image_jacobian(position)

@@ -31,8 +31,7 @@ class Reduction:
 
     def __init__(self, mapping: GroundMapping, scale: float) -> None:
         width, _ = mapping.image_size
-        upright = mapping.height_px(mapping.visible_ground(), PERSON_M)
-        usual = float(np.median(upright)) if len(upright) else PERSON_PX
+        usual = mapping.usual_height_px(PERSON_M) or PERSON_PX
         factor = min(usual / PERSON_PX, width / NARROWEST_PX) / scale
         self._factor = max(int(factor), 1)
 

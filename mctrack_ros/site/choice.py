@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 
-import numpy as np
-
 from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig
 from mctrack_ros.fusion.occupancy.scene import Scene
-from mctrack_ros.ground import CalibrationError, GroundMapping, holds_camera
+from mctrack_ros.ground import CalibrationError, holds_camera
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.site import SiteConfig
@@ -48,7 +46,7 @@ def with_tracker(site: SiteConfig) -> tuple[SiteConfig, str]:
         views = site.views()
     except (ConfigError, CalibrationError):
         return site, ''  # whoever opens the cameras says what is wrong
-    height_px = min(map(_usual_height_px, views.mappings.values()))
+    height_px = min(each.usual_height_px(PERSON_M) for each in views.mappings.values())
     share = Scene(views, site.camera_names, fusion.people).shared()
     suits = share >= LEAST_SHARE and height_px >= LEAST_HEIGHT_PX
     tracker, other = ('occupancy', 'joint') if suits else ('joint', 'occupancy')
@@ -58,12 +56,6 @@ def with_tracker(site: SiteConfig) -> tuple[SiteConfig, str]:
         f'{LEAST_HEIGHT_PX:.0f}); fusion.tracker: {other} chooses the other'
     )
     return replace(site, fusion=fusion) if suits else site, why
-
-
-def _usual_height_px(mapping: GroundMapping) -> float:
-    """Return the median height of a person over an image, px."""
-    position = mapping.visible_ground()
-    return float(np.median(mapping.height_px(position, PERSON_M))) if len(position) else 0.0
 
 
 def _obstacle(camera: CameraSettings) -> str:

@@ -58,5 +58,6 @@ def camera_view(settings: CameraSettings, reach: float = CoverageConfig().reach)
     if given is not None:
         field: Region = polygon_from(given, f'{settings.grid}: the field of view')
     else:
-        field = seen_ground(mapping, reach, sight.person_height_m, sight.farthest_height_px)
+        least_px = sight.farthest_px(mapping)
+        field = seen_ground(mapping, reach, sight.person_height_m, least_px)
     return View(field, mapping, sight.foot_noise_px, sight.foot_noise_share, sight.person_height_m)

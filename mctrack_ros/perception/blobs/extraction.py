@@ -49,8 +49,9 @@ class BlobConfig:
     person_height_m: float = parameter(1.75, 'height of what is tracked [m]', minimum=0.05)
     person_width_m: float = parameter(0.6, 'width of what is tracked [m]', minimum=0.05)
     farthest_height_px: float = parameter(
-        8.0,
-        'smallest height of a person; places where it would be smaller are too far away [px]',
+        0.0,
+        'smallest height of a person; places where it would be smaller are too far away; 0: a '
+        'third of the median over the ground in the image [px]',
         minimum=0.0,
     )
 

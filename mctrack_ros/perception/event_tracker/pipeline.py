@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +62,8 @@ class EventTracker:
         mask: Image | None = None,
         background: Image | None = None,
     ) -> None:
+        least_px = config.sight.farthest_px(mapping)
+        config = replace(config, blobs=replace(config.blobs, farthest_height_px=least_px))
         self._config, self._mapping = config, mapping
         self._front = FrontEnd(mapping, config.watchdog, mask)
         self._mask = None if mask is None else self._reduced(mask)

@@ -44,10 +44,9 @@ def site_fields(site: SiteConfig, config: CoverageConfig, area: str = '') -> Fie
         fov = read_grid(settings.grid).fov if settings.grid else None
         if fov is not None:
             drawn[name] = tuple((x, y) for x, y in fov.tolist())
-            least_px = sight.farthest_height_px
-            field = seen_ground(
-                settings.stated_mapping(), config.reach, sight.person_height_m, least_px
-            )
+            mapping = settings.stated_mapping()
+            least_px = sight.farthest_px(mapping)
+            field = seen_ground(mapping, config.reach, sight.person_height_m, least_px)
             view = replace(view, field=field)
         views[name] = view
     text = area or site.area
