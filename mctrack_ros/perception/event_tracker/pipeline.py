@@ -76,7 +76,7 @@ class EventTracker:
             self._background.begin(self._given)
         self._reduction = Reduction(mapping, config.reduction)
         self._shadows = Shadows(config.shadows, mapping, float(config.reduction))
-        self._ghosts = GhostRemoval()
+        self._ghosts = GhostRemoval() if background is None else GhostRemoval(settling_s=0.0)
         self._tracker = LocalTracker(config, mapping, self._sizes, mask)
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:

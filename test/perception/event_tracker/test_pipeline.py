@@ -306,3 +306,12 @@ def test_a_camera_that_has_moved_is_less_certain_by_the_shift(mapping):
 
     grown = pixel_variance(moved) - pixel_variance(still)
     assert grown == pytest.approx(moved.shift.size_px**2, rel=0.15)
+
+
+def test_a_given_background_is_believed_for_a_second(new_stage, mapping):
+    stage, background = new_stage(), empty(mapping)
+    background[100:135, 153:163] = 250  # not there any more
+    stage.pipeline = EventTracker(EventTrackerConfig(), mapping, background=background)
+    seen = [len(stage.show([]).detections) for _ in range(75)]
+    assert all(seen[:25])
+    assert not any(seen[50:])
