@@ -4,6 +4,7 @@ from mctrack_ros.simulation.cameras import Camera, pitch5_cameras
 from mctrack_ros.simulation.carpark import CarParkScenario, CarParkWorld
 from mctrack_ros.simulation.difficulty import Difficulty, DifficultyMeter
 from mctrack_ros.simulation.happenings import EventWatcher
+from mctrack_ros.simulation.indoor import IndoorScenario
 from mctrack_ros.simulation.pitch.field import LENGTH_M, WIDTH_M, landmarks
 from mctrack_ros.simulation.pitch.staging import Walk, staged
 from mctrack_ros.simulation.rendering.render import CameraRenderer
@@ -11,6 +12,7 @@ from mctrack_ros.simulation.rendering.sight import Sight, View
 from mctrack_ros.simulation.scenario import Scenario
 from mctrack_ros.simulation.scenes import (
     CARPARK,
+    INDOOR,
     PITCH5,
     SCENES,
     Figured,
@@ -28,6 +30,7 @@ from mctrack_ros.simulation.world import World
 
 __all__ = [
     'CARPARK',
+    'INDOOR',
     'LENGTH_M',
     'PITCH5',
     'SCENES',
@@ -40,6 +43,7 @@ __all__ = [
     'DifficultyMeter',
     'EventWatcher',
     'Figured',
+    'IndoorScenario',
     'Renderer',
     'Scenario',
     'Scene',

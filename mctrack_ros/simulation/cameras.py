@@ -63,7 +63,7 @@ class Camera:
     def ground(self, pixel: ArrayLike) -> Floats:
         """Return the (..., 2) places on the ground, m, of (..., 2) pixels; NaN in the sky."""
         seen = (np.asarray(pixel, np.float64) - self.principal_point) / self.focal_px
-        normalised = self._undistorted(seen)
+        normalised = self.undistorted(seen)
         ray = normalised @ self.rotation[:2] + self.rotation[2]
         falling = ray[..., 2:] < -1e-9
         scale = self.position[2] / np.where(falling, -ray[..., 2:], 1)
@@ -75,8 +75,8 @@ class Camera:
         inside = ((pixel >= 0) & (pixel < np.array(self.size))).all(axis=-1)
         return np.asarray(inside & (self.depth(world) > 1))
 
-    def _undistorted(self, seen: Floats) -> Floats:
-        """Invert the distortion by fixed-point iteration."""
+    def undistorted(self, seen: Floats) -> Floats:
+        """Invert the distortion of (..., 2) normalised coordinates by fixed-point iteration."""
         normalised = seen
         if self.distortion:
             for _ in range(20):

@@ -19,6 +19,13 @@ from mctrack_ros.simulation.carpark import (
     layout,
 )
 from mctrack_ros.simulation.difficulty import DifficultyMeter
+from mctrack_ros.simulation.indoor import (
+    IndoorMeter,
+    IndoorRenderer,
+    IndoorScenario,
+    indoor_world,
+)
+from mctrack_ros.simulation.indoor import layout as room
 from mctrack_ros.simulation.pitch import field as pitch
 from mctrack_ros.simulation.rendering.render import CameraRenderer
 from mctrack_ros.simulation.rendering.sight import View
@@ -115,7 +122,19 @@ CARPARK = Scene(
     cell_m=5.0,
 )
 
-SCENES = {scene.name: scene for scene in (PITCH5, CARPARK)}
+INDOOR = Scene(
+    name='indoor',
+    scenario=IndoorScenario,
+    world=indoor_world,
+    renderer=IndoorRenderer,
+    meter=IndoorMeter,
+    cameras=room.indoor_cameras,
+    landmarks=room.landmarks,
+    extent_m=(room.LENGTH_M, room.WIDTH_M),
+    cell_m=0.6,
+)
+
+SCENES = {scene.name: scene for scene in (PITCH5, CARPARK, INDOOR)}
 
 
 def scene_of(scenario: Scenario) -> Scene:
