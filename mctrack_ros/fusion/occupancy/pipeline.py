@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,19 +11,12 @@ from numpy.typing import NDArray
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig
+from mctrack_ros.fusion.occupancy.masks import Masks, prior_of
 from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.fusion.occupancy.sighting import Sighting
-from mctrack_ros.fusion.occupancy.solver import Occupancy, solve
+from mctrack_ros.fusion.occupancy.solver import Occupancy
 from mctrack_ros.fusion.views import OpenViews
-from mctrack_ros.interfaces import (
-    RESTART_NS,
-    CameraRows,
-    Detections,
-    Feedback,
-    Foreground,
-    RowsTick,
-    Tracks,
-)
+from mctrack_ros.interfaces import CameraRows, Detections, Feedback, RowsTick, Tracks
 
 if TYPE_CHECKING:
     from mctrack_ros.fusion.explain.recorder import DecisionRecorder
@@ -33,27 +25,10 @@ Floats = NDArray[np.float64]
 
 ALL = 'all'
 """What the cameras together are called where decisions are explained."""
-OLDEST_NS = 300_000_000
-"""The last mask of a camera counts for so long, ns: of one that is slower than others."""
-MOST_FOREGROUND = 0.6
-"""Share of a mask above which its camera is dazzled and left out."""
-FROZEN_NS = 5_000_000_000
-"""For how long a mask with foreground may be the same to the pixel, ns."""
-PRIOR_GAIN, PRIOR_SIGMA_M = 0.03, 0.3
-"""What a predicted track adds to the gain of a person there, and how far from it, m."""
 NEAR_M = 0.7
 """How near to a person the detection must be that tells his colours, m."""
 LEAST_SUPPORT = 0.5
 """Share of a person's box that must be foreground in a camera that sees him."""
-
-
-class Unusable(StrEnum):
-    """Why a camera's mask is left out."""
-
-    SILENT = f'it sent no mask for {OLDEST_NS * 1e-9:g} s'
-    UNKNOWN = 'it does not know its background, or has moved'
-    DAZZLED = f'more than {MOST_FOREGROUND:.0%} of its image is foreground'
-    FROZEN = f'its mask has not changed for {FROZEN_NS * 1e-9:g} s'
 
 
 class OccupancyTracker:
@@ -89,12 +64,10 @@ class OccupancyTracker:
     def __init__(
         self, config: OccupancyConfig, cameras: tuple[str, ...], first_id: int, views: OpenViews
     ) -> None:
-        self._cameras, self._cost = cameras, config.people.person_cost
+        self._cameras = cameras
         self._scene = Scene(views(), cameras, config.people)
+        self._masks = Masks(cameras, self._scene, config.people.person_cost)
         self._joint = JointTracker(config, (ALL,), first_id)
-        self._last: dict[str, Foreground] = {}
-        self._changed_ns: dict[str, int] = {}
-        self._stamp_ns: int | None = None
 
     @property
     def next_id(self) -> int:
@@ -110,10 +83,14 @@ class OccupancyTracker:
         A camera without a new mask counts with its last one for `OLDEST_NS`; one whose mask is
         nearly all foreground, frozen or unknown does not count, which the output says.
         """
-        self._take(tick)
-        left_out = self._left_out(tick.stamp_ns)
-        used = np.array([camera not in left_out for camera in self._cameras])
-        people = self._explain(used, tick.stamp_ns)
+        told = [CameraRows(each.camera, each.rows.foreground) for each in tick.messages]
+        self._masks.take(told, tick.stamp_ns)
+        left_out = self._masks.left_out(tick.stamp_ns)
+        known = self._joint.feedback()
+        if known.stamp_ns > tick.stamp_ns:  # time begins anew
+            known = Feedback.build(tick.stamp_ns)
+        prior = prior_of(known.places(tick.stamp_ns), self._scene.position)
+        people = self._masks.explained(left_out, prior, tick.stamp_ns)
         detections = self._detections(people, tick)
         joint = RowsTick(tick.stamp_ns, (CameraRows(ALL, detections),), tick.record)
         output = self._joint.step(joint, recorder)
@@ -122,51 +99,6 @@ class OccupancyTracker:
     def feedback(self) -> Feedback:
         """Return the feedback after the last tick: a prediction of every target."""
         return self._joint.feedback()
-
-    def _take(self, tick: RowsTick[Sighting]) -> None:
-        """Keep the masks of a tick, and when they changed last."""
-        last_ns, self._stamp_ns = self._stamp_ns, tick.stamp_ns
-        if last_ns is not None and tick.stamp_ns < last_ns - RESTART_NS:
-            self._last, self._changed_ns = {}, {}
-        for message in tick.messages:
-            if message.camera not in self._cameras:
-                known = list(self._cameras)
-                raise ValueError(f'camera is {message.camera!r}, expected one of {known}')
-            new, old = message.rows.foreground, self._last.get(message.camera)
-            self._last[message.camera] = new
-            if old is None or not len(new) or not np.array_equal(old.mask, new.mask):
-                self._changed_ns[message.camera] = new.stamp_ns
-
-    def _left_out(self, stamp_ns: int) -> dict[str, Unusable]:
-        """Tell whose masks are worth nothing, and why."""
-        left_out = {}
-        for camera in self._cameras:
-            last = self._last.get(camera)
-            if last is None or stamp_ns - last.stamp_ns > OLDEST_NS:
-                left_out[camera] = Unusable.SILENT
-            elif not last.mask.size:
-                left_out[camera] = Unusable.UNKNOWN
-            elif len(last) > MOST_FOREGROUND * last.mask.size:
-                left_out[camera] = Unusable.DAZZLED
-            elif stamp_ns - self._changed_ns[camera] > FROZEN_NS:
-                left_out[camera] = Unusable.FROZEN
-        return left_out
-
-    def _explain(self, used: NDArray[np.bool_], stamp_ns: int) -> Occupancy:
-        """Return the people that explain the masks, given where they were."""
-        none = Foreground.build(stamp_ns)
-        masks = tuple(self._last.get(camera, none).mask for camera in self._cameras)
-        shapes = tuple((mask.shape[0], mask.shape[1]) for mask in masks)
-        position = self._scene.position
-        prior = np.zeros(len(position))
-        known = self._joint.feedback()
-        seconds = (stamp_ns - known.stamp_ns) * 1e-9
-        if seconds < 0.0:  # time begins anew
-            known = Feedback.build(stamp_ns)
-        for place in known.position[:, :2] + seconds * known.velocity:
-            squared = ((position - place) ** 2).sum(axis=1) / PRIOR_SIGMA_M**2
-            np.maximum(prior, PRIOR_GAIN * np.exp(-squared / 2), out=prior)
-        return solve(masks, self._scene.boxes(shapes), position, prior, used, self._cost)
 
     def _detections(self, people: Occupancy, tick: RowsTick[Sighting]) -> Detections:
         """Return people as detections of all cameras together, with the colours that these saw."""

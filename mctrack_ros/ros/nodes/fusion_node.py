@@ -34,7 +34,7 @@ from mctrack_ros.fusion import (
     open_recorder,
 )
 from mctrack_ros.fusion.camera_clocks import Jump
-from mctrack_ros.fusion.occupancy.pipeline import Unusable
+from mctrack_ros.fusion.occupancy.masks import Unusable
 from mctrack_ros.fusion.trackers import SELDOM
 from mctrack_ros.interfaces import (
     MAX_CAMERAS,

@@ -7,7 +7,7 @@ from masks import AREA, MAPPINGS, SHAPE, foreground_of
 from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion import open_fusion
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig, PeopleConfig
-from mctrack_ros.fusion.occupancy.pipeline import Unusable
+from mctrack_ros.fusion.occupancy.masks import Unusable
 from mctrack_ros.fusion.occupancy.sighting import Sighting
 from mctrack_ros.fusion.views import Views
 from mctrack_ros.ground.coverage.coverage import area_from
