@@ -12,13 +12,24 @@ from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
+from mctrack_ros.fusion.likelihood_grid.config import LikelihoodGridConfig
+from mctrack_ros.fusion.likelihood_grid.pipeline import LikelihoodGridTracker
+from mctrack_ros.fusion.likelihood_grid.sighting import GridSighting
 from mctrack_ros.fusion.measurements.admission import unusable_count
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig
 from mctrack_ros.fusion.occupancy.pipeline import OccupancyTracker
 from mctrack_ros.fusion.occupancy.sighting import Sighting
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.fusion.views import OpenViews, Views
-from mctrack_ros.interfaces import Detections, Foreground, Message, Rows, RowsTick, Stamped
+from mctrack_ros.interfaces import (
+    Detections,
+    Foreground,
+    Likelihood,
+    Message,
+    Rows,
+    RowsTick,
+    Stamped,
+)
 from mctrack_ros.interfaces.rows import MOST_WAITING
 
 
@@ -99,12 +110,19 @@ TRACKERS: dict[str, FusionMethod] = {
         lambda sighting: 0,
         DecisionRecorder,
     ),
+    'likelihood_grid': FusionMethod(
+        LikelihoodGridConfig,
+        LikelihoodGridTracker,
+        (Likelihood, Foreground),
+        GridSighting,
+        lambda sighting: 0,
+    ),
 }
 FUSION: OneOf[FusionConfig] = OneOf(
     'tracker',
     'joint',
-    'Fusion tracker: joint (from detections) or occupancy (from foreground masks); a site that '
-    'names none gets the one that suits its calibrations',
+    'Fusion tracker: joint (from detections), occupancy (from foreground masks) or likelihood_grid '
+    '(from edges and masks); a site that names none gets the one that suits its calibrations',
     TRACKERS,
 )
 """The choice of fusion's tracker, with its parameters."""

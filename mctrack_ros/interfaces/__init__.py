@@ -18,6 +18,7 @@ from mctrack_ros.interfaces.events import NO_CAMERA, Events
 from mctrack_ros.interfaces.explanation import Candidates, Decisions, Explanation
 from mctrack_ros.interfaces.feedback import Feedback
 from mctrack_ros.interfaces.foreground import Foreground
+from mctrack_ros.interfaces.likelihood import Likelihood
 from mctrack_ros.interfaces.limits import (
     LARGEST_DISTANCE,
     LARGEST_EXTENT,
@@ -54,6 +55,7 @@ __all__ = [
     'Feedback',
     'FeedbackFlag',
     'Foreground',
+    'Likelihood',
     'Message',
     'Reason',
     'Rows',

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 from mctrack_ros.ground import GroundMapping
 
@@ -61,3 +62,7 @@ class CameraConfig:
     def sight(self) -> Sight:
         """How far the tracker sees people, and how precisely."""
         return Sight()
+
+    def within(self, area: str) -> Self:
+        """Return the parameters for a site whose area has the corners ``x0,y0,x1,y1``, m."""
+        return self

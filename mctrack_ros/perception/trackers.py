@@ -69,7 +69,7 @@ class CameraMethod(NamedTuple):
 
 
 class Deferred:
-    """A tracker that is imported when it is chosen, as its loops are compiled on import."""
+    """A tracker that is imported when it is chosen, as its loops take time to load."""
 
     def __init__(self, method: Callable[[], CameraMethod]) -> None:
         self._method = cache(method)
@@ -94,14 +94,23 @@ def _silhouettes() -> CameraMethod:
     )
 
 
+def _likelihood_grid() -> CameraMethod:
+    from mctrack_ros.perception.likelihood_grid.config import LikelihoodCameraConfig
+    from mctrack_ros.perception.likelihood_grid.pipeline import MESSAGES, LikelihoodCamera
+
+    return CameraMethod(LikelihoodCameraConfig, LikelihoodCamera, MESSAGES)
+
+
 TRACKERS: dict[str, CameraMethod | Deferred] = {
     'groups': CameraMethod(EventTrackerConfig, EventTracker, MESSAGES),
     'silhouettes': Deferred(_silhouettes),
+    'likelihood_grid': Deferred(_likelihood_grid),
 }
 CAMERA: OneOf[CameraConfig] = OneOf(
     'local_tracker',
     'groups',
-    "the camera's own tracker: filters on the ground with groups, or the silhouettes paper's",
+    "the camera's own tracker: filters on the ground with groups, the silhouettes paper's, or the "
+    "likelihood-grid paper's",
     TRACKERS,
 )
 """The choice of a camera's tracker, with its parameters."""

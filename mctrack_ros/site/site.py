@@ -194,13 +194,16 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     _check_messages(settings, scalars.fusion)
     stated = scalars.origin
     origin = origin_from(stated) if stated else chosen_origin(_places(settings.values()))
+    area = _corners(scalars.area, origin)
     return SiteConfig(
         name=scalars.name,
         ground_frame=scalars.ground_frame,
         feedback_delay=scalars.feedback_delay or 2 * scalars.fusion.batching.period,
         area=scalars.area,
         cameras={
-            name: dataclasses.replace(camera, origin=origin_text(origin))
+            name: dataclasses.replace(
+                camera, origin=origin_text(origin), pipeline=camera.pipeline.within(area)
+            )
             for name, camera in settings.items()
         },
         fusion=scalars.fusion,
@@ -229,6 +232,14 @@ def _check_area(text: str) -> None:
         area_from(text)
     except FieldOfViewError as error:
         raise ConfigError(str(error)) from error
+
+
+def _corners(area: str, origin: Origin) -> str:
+    """Return the corners ``x0,y0,x1,y1`` about an area, told from an origin, m; empty: none."""
+    if not area:
+        return ''
+    corners = np.reshape(area_from(area).bounds, (2, 2)) - origin
+    return ','.join(f'{value!r}' for value in corners.ravel().tolist())
 
 
 def _places(cameras: Iterable[CameraSettings]) -> Iterator[NDArray[np.float64]]:

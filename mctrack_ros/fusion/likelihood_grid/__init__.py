@@ -1,0 +1,1 @@
+"""The likelihood-grid paper's fusion: product over cameras, local maxima, nearest neighbours."""

@@ -1,0 +1,194 @@
+"""One camera of the likelihood-grid paper: image in, log-likelihoods on the ground out."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mctrack_ros.config import ConfigError
+from mctrack_ros.ground import GroundMapping
+from mctrack_ros.ground.coverage.coverage import area_from
+from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
+from mctrack_ros.interfaces import Events, Feedback, Foreground, Likelihood, Message
+from mctrack_ros.perception.background.colour_test import objects_in
+from mctrack_ros.perception.background.model import Background
+from mctrack_ros.perception.camera_shift.monitor import ShiftState
+from mctrack_ros.perception.foreground import Reduction
+from mctrack_ros.perception.front_end import FrontEnd
+from mctrack_ros.perception.likelihood_grid.config import GridConfig, LikelihoodCameraConfig
+from mctrack_ros.perception.likelihood_grid.edges import EdgeBackground, gradient_of
+from mctrack_ros.perception.likelihood_grid.oriented_distance import OrientedDistance
+from mctrack_ros.perception.likelihood_grid.templates import LEVELS, Grid, TemplateHierarchy
+from mctrack_ros.perception.output import CameraOutput, check_image
+
+Image = NDArray[np.uint8]
+Floats = NDArray[np.float64]
+
+MESSAGES = (Likelihood, Foreground)
+"""What is told of every image."""
+PERSON_PX = 80.0
+"""Images are reduced by a whole factor as long as people stay so high, px: the tolerances of edges
+are so about the same share of a person everywhere."""
+
+
+class LikelihoodCamera:
+    """
+    Matches edges with the outlines of people on a grid (likelihood-grid paper, section 4).
+
+    Parameters
+    ----------
+    config : LikelihoodCameraConfig
+        Parameters.
+    mapping : GroundMapping
+        Of the camera; fixes the size of its images.
+    mask : (h, w) uint8 array, optional
+        0 where the image is to be ignored.
+    background : (h, w, 3) uint8 array, optional
+        Image without moving objects; unless given, the background is learned first.
+
+    Raises
+    ------
+    ConfigError
+        If the grid's area or its number of cells cannot be used.
+    ValueError
+        If the mask or the background has another size than the mapping's images.
+
+    """
+
+    def __init__(
+        self,
+        config: LikelihoodCameraConfig,
+        mapping: GroundMapping,
+        mask: Image | None = None,
+        background: Image | None = None,
+    ) -> None:
+        self._config, self._mapping = config, mapping
+        self._front = FrontEnd(mapping, config.watchdog, mask)
+        self._factor = _factor(mapping, config.grid.person_height)
+        self._mask = None if mask is None else self._reduced(mask)
+        grid = grid_of(config.grid)
+        place = grid.centres()
+        self._position = np.column_stack([place, np.zeros(len(place))]).astype(np.float32)
+        width, height = mapping.image_size
+        size = width // self._factor, height // self._factor
+        person = config.grid.person_height, config.grid.person_width
+        self._templates = TemplateHierarchy(mapping, size, grid, *person)
+        self._distance = OrientedDistance(size)
+        self._edges = EdgeBackground()
+        self._background = Background(config.background) if config.foreground else None
+        self._reduction = Reduction(mapping, float(self._factor))
+        self._given: Image | None = None
+        if background is not None:
+            check_image(background, mapping.image_size)
+            self._given = self._reduced(background)
+        self._forget()
+
+    def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
+        """
+        Process one image.
+
+        Parameters
+        ----------
+        image : (h, w, 3) uint8 array
+            BGR image of the mapping's size. One that is black or white counts as none.
+        stamp_ns : int
+            Its capture time, ns. A step back of more than a second lets the background be learned
+            anew.
+        feedback : Feedback or None
+            Not used: every image is looked at by itself.
+
+        Raises
+        ------
+        BackwardStampError
+            If the stamp is at or up to a second before the last one; nothing is changed.
+        ValueError
+            If the image has another size or type; nothing is changed.
+
+        """
+        arrival = self._front.take(image, stamp_ns)
+        if arrival is None:
+            return CameraOutput.empty(MESSAGES, stamp_ns, self._front.shift)
+        if arrival.stepped_back:
+            self._forget()
+        small = self._reduced(image)
+        likelihood, foreground = (
+            self._likelihood(small, stamp_ns),
+            self._foreground(small, stamp_ns),
+        )
+        if arrival.shift.state is ShiftState.MOVED:
+            return CameraOutput.empty(MESSAGES, stamp_ns, arrival.shift)
+        told: dict[str, Message] = {Likelihood.TOPIC: likelihood, Foreground.TOPIC: foreground}
+        return CameraOutput(told, Events.build(stamp_ns), arrival.shift)
+
+    def predicted_boxes(self) -> Floats:
+        """Return none: nothing is tracked here."""
+        return np.zeros((0, 4))
+
+    def groups(self) -> list[tuple[int, ...]]:
+        """Return none."""
+        return []
+
+    def _likelihood(self, small: Image, stamp_ns: int) -> Likelihood:
+        """Return the log-likelihood of every cell; of none while the background is learned."""
+        gradient = gradient_of(small)
+        if not self._edges.is_learned:
+            self._edges.learn(gradient)
+            return Likelihood.build(stamp_ns)
+        edges = self._edges.foreground(gradient)
+        if self._mask is not None:
+            edges = edges.within(self._mask)
+        distance = self._distance.transform(edges)
+        told = self._templates.log_likelihood(distance)
+        return Likelihood(stamp_ns, self._position, told)
+
+    def _foreground(self, small: Image, stamp_ns: int) -> Foreground:
+        """Return the foreground mask; unknown while the background is learned, or not wanted."""
+        if self._background is None:
+            return Foreground.build(stamp_ns)
+        found = self._background.apply(small, stamp_ns)
+        if found is None or self._background.model is None:
+            return Foreground.build(stamp_ns)
+        objects = objects_in(small, self._background.model, found)
+        if self._mask is not None:
+            cv2.bitwise_and(objects, self._mask, objects)
+        return self._reduction.foreground(objects, stamp_ns)
+
+    def _forget(self) -> None:
+        """Learn the background, or take the one that was given."""
+        self._edges.restart()
+        if self._background is not None:
+            self._background.restart()
+        if self._given is not None:
+            self._edges.learn(gradient_of(self._given), images=1)
+            if self._background is not None:
+                self._background.begin(self._given)
+
+    def _reduced(self, image: Image) -> Image:
+        if self._factor == 1:
+            return image
+        height, width = image.shape[:2]
+        size = (width // self._factor, height // self._factor)
+        return cv2.resize(image, size, interpolation=cv2.INTER_AREA)  # type: ignore[return-value]
+
+
+def grid_of(config: GridConfig) -> Grid:
+    """Return the grid that parameters describe; ConfigError: they cannot be used."""
+    if not config.area:
+        raise ConfigError(
+            'likelihood_grid has to know where people are: name the area of the site'
+        )
+    try:
+        low, high = np.reshape(area_from(config.area).bounds, (2, 2))
+    except FieldOfViewError as error:
+        raise ConfigError(str(error)) from error
+    if config.cells % LEVELS[0]:
+        raise ConfigError(f'grid.cells is {config.cells}, expected a multiple of {LEVELS[0]}')
+    return Grid(low, high, config.cells)
+
+
+def _factor(mapping: GroundMapping, height_m: float) -> int:
+    """Return by how much images are reduced."""
+    upright = mapping.height_px(mapping.visible_ground(), height_m)
+    usual = float(np.median(upright)) if len(upright) else PERSON_PX
+    return max(int(usual / PERSON_PX), 1)
