@@ -113,7 +113,7 @@ TRACKERS: dict[str, FusionMethod] = {
     'likelihood_grid': FusionMethod(
         LikelihoodGridConfig,
         LikelihoodGridTracker,
-        (Likelihood, Foreground),
+        (Detections, Likelihood, Foreground),
         GridSighting,
         lambda sighting: 0,
     ),

@@ -48,6 +48,7 @@ class Experiment(StrEnum):
     COVERING = 'covering'
     BIASED = 'biased'
     DEMO = 'demo'
+    GRID = 'grid'
 
 
 _SIMULATED = {
@@ -99,7 +100,7 @@ def reproduce(
     Measure on real data, matches, the car park, staged scenarios, mappings or the watchdog.
 
     Real data is needed by pets, terrace, terrace4, lab6p, cmc, wildtrack, cameras, intel,
-    watchdog and covering, the fusion benchmark by biased; the others are simulated.
+    watchdog, covering and grid, the fusion benchmark by biased; the others are simulated.
     docs/results.md has what each one gave. The k-th run of an experiment on simulated scenes has
     the seeds 1000 k + 1, 1000 k + 2 ...; mean and spread of all its runs are printed.
     """
@@ -169,6 +170,10 @@ def _experiment(experiment: Experiment, data: Path | None, image: Path | None) -
         return reproduce_fig20(image)
     if experiment in (Experiment.TABLE3, Experiment.FIG18):
         return _accuracy(experiment, image)
+    if experiment is Experiment.GRID:
+        from mctrack_experiments.papers.likelihood_grid import reproduce_grid
+
+        return reproduce_grid(data_folder(data), progress=_tell)
     return _real_experiment(experiment)(data_folder(data))
 
 

@@ -15,13 +15,13 @@ class TargetsConfig:
     """When tracks begin and end (Algorithm 1)."""
 
     gate: float = parameter(
-        0.7, 'Radius around a predicted target in which it is measured [m]', minimum=0.01
+        0.9, 'Radius around a predicted target in which it is measured [m]', minimum=0.01
     )
     confirm_time: float = parameter(
         0.2, 'A target that has been detected for so long is published [s]', minimum=0.0
     )
     keep_time: float = parameter(
-        1.0,
+        0.6,
         'A target is kept for as long as it was detected before, and so long at most; the paper: '
         '0.4 [s]',
         minimum=0.0,
@@ -39,7 +39,7 @@ class LikelihoodGridConfig(FusionConfig):
         choices=LAYERS,
     )
     least_likelihood: float = parameter(
-        -2.4,
+        -3.0,
         'Mean log-likelihood of the cameras from which a maximum of edges alone is a person',
         minimum=-4.5,
         maximum=0.0,

@@ -1,20 +1,22 @@
-"""What a camera tells of one image: likelihoods, and its mask."""
+"""What a camera tells of one image: colours of targets, likelihoods, and its mask."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Self
 
-from mctrack_ros.interfaces import Foreground, Likelihood
+from mctrack_ros.interfaces import Detections, Foreground, Likelihood
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class GridSighting:
     """
-    Both, of the same image.
+    All of it, of the same image.
 
     Attributes
     ----------
+    detections : Detections
+        The targets of feedback, by which people are told apart.
     likelihood : Likelihood
         By edges.
     foreground : Foreground
@@ -22,6 +24,7 @@ class GridSighting:
 
     """
 
+    detections: Detections
     likelihood: Likelihood
     foreground: Foreground
 
@@ -36,4 +39,8 @@ class GridSighting:
 
     def at(self, stamp_ns: int) -> Self:
         """Return the same under another stamp, ns."""
-        return type(self)(self.likelihood.at(stamp_ns), self.foreground.at(stamp_ns))
+        return type(self)(
+            self.detections.at(stamp_ns),
+            self.likelihood.at(stamp_ns),
+            self.foreground.at(stamp_ns),
+        )

@@ -10,7 +10,14 @@ from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.ground.coverage.coverage import area_from
 from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
-from mctrack_ros.interfaces import Events, Feedback, Foreground, Likelihood, Message
+from mctrack_ros.interfaces import (
+    Detections,
+    Events,
+    Feedback,
+    Foreground,
+    Likelihood,
+    Message,
+)
 from mctrack_ros.perception.background.colour_test import objects_in
 from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.camera_shift.monitor import ShiftState
@@ -18,6 +25,7 @@ from mctrack_ros.perception.foreground import Reduction
 from mctrack_ros.perception.front_end import FrontEnd
 from mctrack_ros.perception.likelihood_grid.config import GridConfig, LikelihoodCameraConfig
 from mctrack_ros.perception.likelihood_grid.edges import EdgeBackground, gradient_of
+from mctrack_ros.perception.likelihood_grid.in_view import targets_in_view
 from mctrack_ros.perception.likelihood_grid.oriented_distance import OrientedDistance
 from mctrack_ros.perception.likelihood_grid.templates import LEVELS, Grid, TemplateHierarchy
 from mctrack_ros.perception.output import CameraOutput, check_image
@@ -25,7 +33,7 @@ from mctrack_ros.perception.output import CameraOutput, check_image
 Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 
-MESSAGES = (Likelihood, Foreground)
+MESSAGES = (Detections, Likelihood, Foreground)
 """What is told of every image."""
 PERSON_PX = 80.0
 """Images are reduced by a whole factor as long as people stay so high, px: the tolerances of edges
@@ -66,14 +74,14 @@ class LikelihoodCamera:
         self._config, self._mapping = config, mapping
         self._front = FrontEnd(mapping, config.watchdog, mask)
         self._factor = _factor(mapping, config.grid.person_height)
-        self._mask = None if mask is None else self._reduced(mask)
+        self._mask = None if mask is None else self.reduced(mask)
         grid = grid_of(config.grid)
         place = grid.centres()
         self._position = np.column_stack([place, np.zeros(len(place))]).astype(np.float32)
         width, height = mapping.image_size
         size = width // self._factor, height // self._factor
-        person = config.grid.person_height, config.grid.person_width
-        self._templates = TemplateHierarchy(mapping, size, grid, *person)
+        self._person = config.grid.person_height, config.grid.person_width
+        self._templates = TemplateHierarchy(mapping, size, grid, *self._person)
         self._distance = OrientedDistance(size)
         self._edges = EdgeBackground()
         self._background = Background(config.background) if config.foreground else None
@@ -81,7 +89,8 @@ class LikelihoodCamera:
         self._given: Image | None = None
         if background is not None:
             check_image(background, mapping.image_size)
-            self._given = self._reduced(background)
+            self._given = self.reduced(background)
+        self._seen = Detections.build(0)
         self._forget()
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
@@ -96,7 +105,8 @@ class LikelihoodCamera:
             Its capture time, ns. A step back of more than a second lets the background be learned
             anew.
         feedback : Feedback or None
-            Not used: every image is looked at by itself.
+            The targets whose colours are told, and of whom the background learns little. The
+            likelihoods do not depend on it.
 
         Raises
         ------
@@ -111,19 +121,27 @@ class LikelihoodCamera:
             return CameraOutput.empty(MESSAGES, stamp_ns, self._front.shift)
         if arrival.stepped_back:
             self._forget()
-        small = self._reduced(image)
-        likelihood, foreground = (
-            self._likelihood(small, stamp_ns),
-            self._foreground(small, stamp_ns),
-        )
+        small = self.reduced(image)
+        likelihood = self._likelihood(small, stamp_ns)
+        objects = self._objects(small, stamp_ns)
+        self._seen = Detections.build(stamp_ns)
+        foreground = Foreground.build(stamp_ns)
+        if objects is not None and self._background is not None:
+            foreground = self._reduction.foreground(objects, stamp_ns)
+            if feedback is not None:
+                self._seen = targets_in_view(
+                    feedback, stamp_ns, small, objects, self._mapping, self._person
+                )
+                self._background.track(self._seen.box / self._factor)
         if arrival.shift.state is ShiftState.MOVED:
             return CameraOutput.empty(MESSAGES, stamp_ns, arrival.shift)
-        told: dict[str, Message] = {Likelihood.TOPIC: likelihood, Foreground.TOPIC: foreground}
+        messages: tuple[Message, ...] = (self._seen, likelihood, foreground)
+        told = {message.TOPIC: message for message in messages}
         return CameraOutput(told, Events.build(stamp_ns), arrival.shift)
 
     def predicted_boxes(self) -> Floats:
-        """Return none: nothing is tracked here."""
-        return np.zeros((0, 4))
+        """Return the (n, 4) boxes, px, where fusion predicts targets, for an overlay."""
+        return self._seen.box.astype(np.float64)
 
     def groups(self) -> list[tuple[int, ...]]:
         """Return none."""
@@ -142,17 +160,17 @@ class LikelihoodCamera:
         told = self._templates.log_likelihood(distance)
         return Likelihood(stamp_ns, self._position, told)
 
-    def _foreground(self, small: Image, stamp_ns: int) -> Foreground:
-        """Return the foreground mask; unknown while the background is learned, or not wanted."""
+    def _objects(self, small: Image, stamp_ns: int) -> Image | None:
+        """Return the foreground mask; None: the background is learned, or not wanted."""
         if self._background is None:
-            return Foreground.build(stamp_ns)
+            return None
         found = self._background.apply(small, stamp_ns)
         if found is None or self._background.model is None:
-            return Foreground.build(stamp_ns)
+            return None
         objects = objects_in(small, self._background.model, found)
         if self._mask is not None:
             cv2.bitwise_and(objects, self._mask, objects)
-        return self._reduction.foreground(objects, stamp_ns)
+        return objects
 
     def _forget(self) -> None:
         """Learn the background, or take the one that was given."""
@@ -164,7 +182,8 @@ class LikelihoodCamera:
             if self._background is not None:
                 self._background.begin(self._given)
 
-    def _reduced(self, image: Image) -> Image:
+    def reduced(self, image: Image) -> Image:
+        """Return an image as small as edges are sought in."""
         if self._factor == 1:
             return image
         height, width = image.shape[:2]
