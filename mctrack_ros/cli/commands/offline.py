@@ -36,18 +36,22 @@ class SceneName(StrEnum):
 
     PITCH5 = 'pitch5'
     CARPARK = 'carpark'
+    INDOOR = 'indoor'
 
 
 def simulate(
     out: Path = typer.Argument(..., help='The bag to write.'),
     scene: SceneName = typer.Option(
-        SceneName.PITCH5, help='Five cameras around a football pitch, or one over a car park.'
+        SceneName.PITCH5,
+        help='Five cameras around a football pitch, one over a car park, or four in a room.',
     ),
     seconds: float | None = typer.Option(
-        None, min=0.04, help='Length, s; unless given, 120 of the match, 600 of the car park.'
+        None,
+        min=0.04,
+        help='Length, s; unless given, 120 of the match, 600 of the car park, 23.6 of the room.',
     ),
     seed: int = typer.Option(1, min=0, help='Seed; the same seed gives the same bytes.'),
-    cameras: int | None = typer.Option(None, min=1, max=5, help='How many of the five cameras.'),
+    cameras: int | None = typer.Option(None, min=1, max=5, help='How many of the cameras.'),
     noise: float | None = typer.Option(
         None, min=0.1, max=50.0, help='Sensor noise, grey levels; pitch5: 2, carpark: 2.6.'
     ),
@@ -56,8 +60,8 @@ def simulate(
         '--shadows/--no-shadows',
         help='Whether to draw shadows; by default only on the car park.',
     ),
-    distortion: float = typer.Option(
-        0.0, min=-0.5, max=0.5, help='First radial coefficient of the lenses.'
+    distortion: float | None = typer.Option(
+        None, min=-0.5, max=0.5, help='First radial coefficient of the lenses; indoor: -0.05.'
     ),
     lighting_drift: float | None = typer.Option(
         None, min=0.0, max=0.9, help='Amplitude of a slow change of brightness; carpark: 0.06.'
@@ -68,7 +72,10 @@ def simulate(
     gain_step: float = typer.Option(
         0.0, min=-0.9, max=2.0, help="Change of the camera's gain at --step-at, as a share."
     ),
-    step_at: float = typer.Option(20.0, min=0.0, help='When light or gain change, s.'),
+    step_at: float | None = typer.Option(
+        None, min=0.0, help='When light or gain change, s; unless given, 20, indoor: 12.'
+    ),
+    people: int | None = typer.Option(None, min=1, max=6, help='How many, indoor; else 4.'),
     bicycles: bool = typer.Option(
         False, '--bicycles', help='Also let bicycles ride through the car park.'
     ),
@@ -79,7 +86,7 @@ def simulate(
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the difficulty here.'),
 ) -> None:
-    """Render the five-camera football pitch, or the car park, with exact truth, into a bag."""
+    """Render the five-camera football pitch, the car park or the room, with truth, into a bag."""
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.evaluation.figures import Figures
     from mctrack_ros.simulation import SCENES
@@ -88,6 +95,7 @@ def simulate(
 
     given: dict[str, Any] = {
         'duration_s': seconds,
+        'distortion': distortion,
         'cameras': cameras,
         'noise': noise,
         'shadows': shadows,
@@ -96,11 +104,14 @@ def simulate(
         'gain_step': gain_step,
         'step_s': step_at,
         'bicycles': bicycles or None,
+        'people': people,
     }
     if bicycles and scene is not SceneName.CARPARK:
         raise typer.BadParameter('bicycles come with --scene carpark only')
+    if people is not None and scene is not SceneName.INDOOR:
+        raise typer.BadParameter('people are counted with --scene indoor only')
     options = {name: value for name, value in given.items() if value is not None}
-    scenario = SCENES[scene].scenario(seed=seed, distortion=distortion, **options)
+    scenario = SCENES[scene].scenario(seed=seed, **options)
     if calibration is not None:
         calibration_files.write_calibration(scenario, calibration)
     with progress_bar('rendering') as progress:

@@ -14,8 +14,8 @@ Window = tuple[slice, slice]
 STEPS = (1, 2, 4, 8)
 """Each step looks twice as far: all distances up to their sum are found."""
 FARTHEST_PX = sum(STEPS)
-MARGIN_PX = FARTHEST_PX + 1
-"""Around the image: its outermost pixels are never near an edge."""
+MARGIN_PX = FARTHEST_PX + STEPS[-1]
+"""Around the image: what spreads from its edges, and what is looked at for that, lies within."""
 NONE = 255
 """Distance where no edge is near."""
 TURN = 1
@@ -62,9 +62,9 @@ class OrientedDistance:
         if not len(edges.pixel):
             return self.distance
         row, column = np.divmod(edges.pixel, self._width)
-        # what changes lies up to FARTHEST_PX off the edges; the margin takes what is outside
-        top, bottom = int(row[0]), int(row[-1]) + 2 * MARGIN_PX + 1
-        left, right = int(column.min()), int(column.max()) + 2 * MARGIN_PX + 1
+        beyond = MARGIN_PX - FARTHEST_PX
+        top, bottom = int(row[0]) + beyond, int(row[-1]) + MARGIN_PX + FARTHEST_PX + 1
+        left, right = int(column.min()) + beyond, int(column.max()) + MARGIN_PX + FARTHEST_PX + 1
         window = slice(top, bottom), slice(left, right)
         self._filled = window
         place = (row + MARGIN_PX) * self._other.shape[1] + column + MARGIN_PX
@@ -78,20 +78,17 @@ class OrientedDistance:
 
     def _spread(self, direction: int, window: Window) -> None:
         """Let distances grow from the edges along the lines of a direction."""
-        (rows, columns), one, other = window, self.distance[direction], self._other
-        height, width = one.shape
+        one, other = self.distance[direction], self._other
+        top, bottom = window[0].start, window[0].stop
+        left, right = window[1].start, window[1].stop
         for step, shifts in zip(STEPS, self._shifts):
             down, across = shifts[direction]
-            # towards the image's border there is nothing to come from
-            top, bottom = max(rows.start, abs(down)), min(rows.stop, height - abs(down))
-            left, right = max(columns.start, abs(across)), min(columns.stop, width - abs(across))
-            here = slice(top, bottom), slice(left, right)
             ahead = one[top + down : bottom + down, left + across : right + across]
             behind = one[top - down : bottom - down, left - across : right - across]
             shifted = self._shifted_window(bottom - top, right - left)
             cv2.min(ahead, behind, shifted)
             cv2.add(shifted, step, shifted)  # type: ignore[call-overload]
-            cv2.min(one[here], shifted, other[here])
+            cv2.min(one[window], shifted, other[window])
             one, other = other, one
         assert not len(STEPS) % 2  # the result is back where it began
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import NamedTuple
 
 import numpy as np
@@ -72,6 +73,11 @@ class _Level(NamedTuple):
     parent: Indices
 
 
+MOST_KNOWN = 32
+_known: dict[str, list[_Level]] = {}
+"""Outlines made before, by fingerprint: 0.1 s a camera each."""
+
+
 class TemplateHierarchy:
     """
     Matches the outlines of people on a grid with edges, from coarse to fine.
@@ -103,12 +109,18 @@ class TemplateHierarchy:
         width: float,
     ) -> None:
         self._tables = [_penalties(deviation) for deviation in DEVIATIONS_PX]
-        self._levels = []
-        scale = np.divide(size, mapping.image_size)
-        for side in LEVELS:
-            contour, normal = cylinder_contours(mapping, grid.centres(side), height, width / 2)
-            index, seen = _indices(contour * scale, normal, size)
-            self._levels.append(_Level(index, seen, _parents(grid.cells // side)))
+        key = _fingerprint(mapping, size, grid, height, width)
+        if key not in _known:
+            scale = np.divide(size, mapping.image_size)
+            levels = []
+            for side in LEVELS:
+                contour, normal = cylinder_contours(mapping, grid.centres(side), height, width / 2)
+                place, seen = _indices(contour * scale, normal, size)
+                levels.append(_Level(place, seen, _parents(grid.cells // side)))
+            while len(_known) >= MOST_KNOWN:
+                del _known[next(iter(_known))]
+            _known[key] = levels
+        self._levels = _known[key]
         self.is_seen = np.asarray(self._levels[-1].seen > 0)
 
     def log_likelihood(self, distance: Bytes) -> Singles:
@@ -144,6 +156,17 @@ class TemplateHierarchy:
             likely[chosen] = (penalty - outside) / seen
         likely[~self.is_seen] = np.nan
         return likely
+
+
+def _fingerprint(
+    mapping: GroundMapping, size: tuple[int, int], grid: Grid, height: float, width: float
+) -> str:
+    """Return a hash of a calibration, by where it puts the grid's cells, and of all else."""
+    place = grid.centres()
+    foot, head = mapping.image_from_ground(place), mapping.image_from_ground(place, height)
+    known = np.concatenate([place, foot, head, mapping.camera_position[:2][None]])
+    sizes = f'{mapping.image_size} {size} {grid.cells} {height} {width}'
+    return hashlib.sha256(known.tobytes() + sizes.encode()).hexdigest()
 
 
 def _penalties(deviation_px: float) -> Singles:

@@ -6,6 +6,7 @@ import sys
 from dataclasses import dataclass
 from typing import Any
 
+from nav_msgs.msg import OccupancyGrid
 from rclpy.lifecycle import LifecyclePublisher
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 
@@ -18,7 +19,7 @@ from mctrack_ros.codec import (
 )
 from mctrack_ros.compiled import prepare
 from mctrack_ros.config import parameter
-from mctrack_ros.interfaces import RESTART_NS, Message
+from mctrack_ros.interfaces import RESTART_NS, Likelihood, Message
 from mctrack_ros.perception import (
     CameraShift,
     ImageState,
@@ -37,6 +38,7 @@ from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.node.silence import warn_of_silence
 from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class
+from mctrack_ros.ros.topics.occupancy import likelihood_grid
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.names import check_camera_name, named_image_topic
 
@@ -99,6 +101,11 @@ class CameraNode(GraphNode):
         }
         self.events = self.publisher(PointCloud2, f'{camera}/events', reliable(100))
         self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
+        self.likelihood_grid: LifecyclePublisher | None = None
+        if Likelihood in self.method.messages:
+            self.likelihood_grid = self.publisher(
+                OccupancyGrid, f'{camera}/likelihood_grid', reliable(1)
+            )
 
     def note_calibration(self) -> None:
         """Log whether the calibration is to be trusted."""
@@ -186,13 +193,23 @@ class CameraNode(GraphNode):
             self.get_logger().info('the camera is back where it was')
 
     def show(self, image: Any, output: CameraOutput) -> None:
-        """Publish the image with detections drawn in, while somebody subscribes."""
+        """Publish the image with detections drawn in, and the likelihoods, for subscribers."""
+        self.show_likelihood(output)
         if not self.debug_image.get_subscription_count():
             return
         groups, predicted = self.tracker.groups(), self.tracker.predicted_boxes()
         drawn = self.overlay.draw(image, output.detections, output.events, groups, predicted)
         frame, stamp_ns = f'{self.config.camera}_optical_frame', output.events.stamp_ns
         self.debug_image.publish(image_message(drawn, RCLPY_CLASSES, stamp_ns, frame))
+
+    def show_likelihood(self, output: CameraOutput) -> None:
+        """Publish likelihoods as a map, while somebody looks."""
+        told = output.messages.get(Likelihood.TOPIC)
+        if self.likelihood_grid is None or not isinstance(told, Likelihood) or not len(told):
+            return
+        if self.likelihood_grid.get_subscription_count():
+            grid = likelihood_grid(told, self.config.ground_frame)
+            self.likelihood_grid.publish(grid)
 
     def check_stamp(self, stamp_ns: int) -> None:
         """Refuse an image that is no newer than the last; a long step back is a new run."""

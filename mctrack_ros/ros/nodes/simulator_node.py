@@ -29,8 +29,9 @@ class SimulatorNodeConfig:
     scene: str = parameter(
         'pitch5',
         'scene; for carpark set cameras [cam1], rate 4, shadows true, noise 2.6 and '
-        'lighting_drift 0.06, as the silhouettes paper has it',
-        choices=('pitch5', 'carpark'),
+        'lighting_drift 0.06, as the silhouettes paper has it; for indoor cameras [cam1, cam2, '
+        'cam3, cam4], duration 23.6 and distortion -0.05',
+        choices=('pitch5', 'carpark', 'indoor'),
     )
     cameras: tuple[str, ...] = parameter(
         ('cam1', 'cam2', 'cam3', 'cam4', 'cam5'), 'cameras that this node renders'
