@@ -11,8 +11,6 @@ from masks import AREA, MAPPINGS, POSITIONS
 from mctrack_ros.codec import compressed_message, jpeg_from_image
 from mctrack_ros.config import values_of
 from mctrack_ros.interfaces import Likelihood, Tracks, TrackStatus
-from mctrack_ros.ros.nodes.camera_node import CameraNode
-from mctrack_ros.ros.nodes.fusion_node import FusionNode
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.ros.topics.occupancy import likelihood_grid
 from mctrack_ros.site.site import load_site
@@ -47,9 +45,12 @@ def site(tmp_path):
 
 
 def test_images_become_likelihoods_maps_and_tracks(bench, site):
-    bench.make(FusionNode, cameras=list(MAPPINGS), site=site.path, fusion=values_of(site.fusion))
+    bench.open()
+    fusion = {'cameras': list(MAPPINGS), 'site': site.path, 'fusion': values_of(site.fusion)}
+    bench.spawn('fusion_node', **fusion)
     for name in MAPPINGS:
-        bench.make(CameraNode, camera=name, settings=values_of(site.cameras[name]), reliable=True)
+        own = {'camera': name, 'settings': values_of(site.cameras[name]), 'reliable': True}
+        bench.spawn('camera_node', name=f'{name}_camera', **own)
     maps = bench.messages(OccupancyGrid, '/east/likelihood_grid')
     told = bench.rows(Likelihood, '/east/likelihood')
     tracks = bench.rows(Tracks, '/tracks')
@@ -57,6 +58,10 @@ def test_images_become_likelihoods_maps_and_tracks(bench, site):
         name: bench.publisher(CompressedImage, f'/{name}/image_raw/compressed')
         for name in MAPPINGS
     }
+    counted = bench.observer.count_subscribers
+    bench.until(lambda: all(sender.get_subscription_count() for sender in senders.values()))
+    bench.until(lambda: counted('/east/likelihood') == 2 and counted('/south/likelihood') == 1)
+    bench.heard('/tracks')
     rng = np.random.default_rng(3)
     for index in range(100, 145):
         before = len(tracks)
@@ -83,7 +88,8 @@ def test_a_map_has_square_cells_that_lie_where_the_grid_does():
     grid = likelihood_grid(rows, 'map')
     assert (grid.info.width, grid.info.height) == (4, 8)
     assert grid.info.resolution == pytest.approx(0.15)
-    assert (grid.info.origin.position.x, grid.info.origin.position.y) == pytest.approx((0, 0))
+    corner = grid.info.origin.position
+    assert (corner.x, corner.y) == pytest.approx((0, 0), abs=1e-6)
     values = np.array(grid.data).reshape(8, 4)
     np.testing.assert_array_equal(values[::2], values[1::2])
     assert values[0, 3] == -1
