@@ -32,7 +32,7 @@ class Definition:
 
 
 DEFINITIONS: Mapping[str, Definition] = {
-    'table4': Definition(2, f'{_SEEDS}, {_CLICKS}, {_EMPTY}'),
+    'table4': Definition(2, f'{_SEEDS}, {_CLICKS}, {_EMPTY}; E1 with learned ones, too'),
     'pairs': Definition(2, f'{_SEEDS}, {_CLICKS}, {_EMPTY}'),
     'fig14': Definition(2, f'{_SEEDS}, {_CLICKS}, {_EMPTY}'),
     'fig16': Definition(2, f'{_SEEDS}, {_CLICKS}, {_EMPTY}'),

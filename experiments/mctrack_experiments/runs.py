@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import statistics
 import time
@@ -57,7 +58,7 @@ class Run:
     seeds : str
         Its seeds, as ``--seeds`` takes them.
     figures : mapping of str to float
-        Those that have a target; all, if none has one.
+        Those that have a target and a value; all, if none has a target.
 
     """
 
@@ -145,7 +146,7 @@ def run_of(figures: Figures, number: int, seeds: Sequence[int]) -> Run:
     kept = {
         figure: float(value)
         for figure, value in figures.figures.items()
-        if figure in wanted or not wanted
+        if (figure in wanted or not wanted) and math.isfinite(value)
     }
     today = time.strftime('%Y-%m-%d', time.gmtime())
     return Run(name, number, today, definition_of(name), listed(seeds), kept)
@@ -171,7 +172,7 @@ def read_runs(path: Path) -> list[Run]:
 
 def write_runs(runs: Sequence[Run], path: Path) -> None:
     """Write a file of runs, a run a line, so that versions of it merge and compare well."""
-    lines = ',\n'.join(json.dumps(asdict(run), allow_nan=True) for run in runs)
+    lines = ',\n'.join(json.dumps(asdict(run), allow_nan=False) for run in runs)
     path.write_text(f'[\n{lines}\n]\n')
 
 
