@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from mctrack_experiments.definitions import DEFINITIONS, is_outdated
-from mctrack_experiments.runs import Run, Spread, read_runs, spread_of
+from mctrack_experiments.runs import Run, read_runs, spread_of
 from mctrack_experiments.targets import TARGETS
 from mctrack_ros.evaluation.figures import Figures, text_of
 from mctrack_ros.report.targets import Target
@@ -98,15 +98,11 @@ def _row(
         f'[{target.experiment}](results/{target.experiment}.json)',
         target.label,
         value_of(target.figure, 'not yet' if is_old else 'not measured') + _OUTDATED * is_old,
-        '' if spread is None else f'{_both(spread)} ({spread.runs})',
+        '' if spread is None else str(spread),
         target.text,
         'old definition' if is_old else met,
         re.sub('`(.+?)`', lambda match: value_of(match[1], match[0]), target.anchor),
     )
-
-
-def _both(spread: Spread) -> str:
-    return f'{text_of(spread.mean)} ± {text_of(spread.deviation)}'
 
 
 def _table(rows: Iterable[Sequence[str]]) -> str:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from mctrack_experiments.definitions import definition_of
 from mctrack_experiments.targets import TARGETS
-from mctrack_ros.evaluation.figures import Figures
+from mctrack_ros.evaluation.figures import Figures, text_of
 
 SEEDS: Mapping[str, int] = {
     'table4': 5,
@@ -72,11 +72,16 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """Mean and standard deviation of a figure over runs; 0 where there is one run."""
+    """Mean and standard deviation of a figure over runs; not a number where there is one."""
 
     runs: int
     mean: float
     deviation: float
+
+    def __str__(self) -> str:
+        """Return mean, deviation and number of runs."""
+        apart = f' ± {text_of(self.deviation)}' if self.runs > 1 else ''
+        return f'{text_of(self.mean)}{apart} ({self.runs})'
 
 
 def seeds_of(experiment: str, number: int) -> tuple[int, ...]:
@@ -188,7 +193,7 @@ def spread_of(runs: Sequence[Run], experiment: str, figure: str) -> Spread | Non
     ]
     if not values:
         return None
-    deviation = statistics.stdev(values) if len(values) > 1 else 0.0
+    deviation = statistics.stdev(values) if len(values) > 1 else math.nan
     return Spread(len(values), statistics.fmean(values), deviation)
 
 
@@ -196,11 +201,7 @@ def spread_table(runs: Sequence[Run], experiment: str) -> str:
     """Return mean and spread of an experiment's figures over its runs, a line each."""
     names = [target.figure for target in TARGETS if target.experiment == experiment]
     found = [(name, spread_of(runs, experiment, name)) for name in names]
-    lines = [
-        f'  {name}  {spread.mean:.3f} ± {spread.deviation:.3f} ({spread.runs})'
-        for name, spread in found
-        if spread is not None
-    ]
+    lines = [f'  {name}  {spread}' for name, spread in found if spread is not None]
     return '\n'.join([f'{experiment}, mean ± standard deviation (runs)', *lines])
 
 

@@ -54,6 +54,7 @@ def test_mean_and_spread_are_over_runs_on_fresh_seeds():
     assert (spread.runs, spread.mean) == (2, pytest.approx(0.9))
     assert spread.deviation == pytest.approx(0.1414, abs=1e-4)
     assert spread_of(runs, 'pairs', 'different.kept') is None
+    assert str(spread_of(runs[:2], 'pairs', 'same.kept')) == '0.800 (1)'
     assert 'same.kept  0.900 ± 0.141 (2)' in spread_table(runs, 'pairs')
 
 
