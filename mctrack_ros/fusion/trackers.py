@@ -121,7 +121,7 @@ TRACKERS: dict[str, FusionMethod] = {
 FUSION: OneOf[FusionConfig] = OneOf(
     'tracker',
     'joint',
-    'Fusion tracker: joint (from detections), occupancy (from foreground masks) or likelihood_grid '
+    'Fusion tracker: joint (from detections), occupancy (from masks) or likelihood_grid '
     '(from edges and masks); a site that names none gets the one that suits its calibrations',
     TRACKERS,
 )
