@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from mctrack_ros.perception import CAMERA, open_camera
-from mctrack_ros.perception.background.model import RULES
 
 RED, BLUE, WHITE = (30, 30, 220), (220, 60, 30), (240, 240, 240)
 SHAPE = (240, 320, 3)
@@ -73,10 +72,9 @@ def test_another_size_is_refused_and_the_next_image_is_as_ever(walked):
     assert len(walking(walked).detections) == 2
 
 
-@pytest.mark.parametrize('model', RULES)
 @pytest.mark.parametrize('gap_s', [0.9, 5.0, 3600.0])
-def test_whoever_stands_after_a_gap_is_not_taken_for_background(new_stage, model, gap_s):
-    stage = new_stage(background={'model': model})
+def test_whoever_stands_after_a_gap_is_not_taken_for_background(new_stage, gap_s):
+    stage = new_stage()
     for _ in range(25):
         walking(stage)
     stage.index += round(25 * gap_s)

@@ -16,6 +16,7 @@ from mctrack_ros.codec import compressed_message, image_from_message, jpeg_from_
 from mctrack_ros.interfaces import CameraDetections, Feedback, Tick
 from mctrack_ros.perception import EventTrackerConfig, FeedbackBuffer
 from mctrack_ros.perception.background.model import Background
+from mctrack_ros.perception.background.objects import objects_in
 from mctrack_ros.perception.blobs.extraction import clean_mask, find_blobs
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftMonitor
 from mctrack_ros.perception.geometry.person_size import SizeTable
@@ -92,6 +93,7 @@ class PitchBench:
         assert isinstance(config, EventTrackerConfig)
         background, sizes = Background(config.background), SizeTable(mapping)
         watchdog, clock = CameraShiftMonitor(config.watchdog), Stopwatch()
+        nobody = np.zeros(mapping.image_size[::-1], np.uint8)
         for step, message in enumerate(self._messages):
             if step == WARM_UP:
                 clock = Stopwatch()
@@ -103,7 +105,12 @@ class PitchBench:
             if raw is None:
                 continue
             with clock.on('cleaning'):
-                mask = clean_mask(raw, background.difference, background.threshold, config.blobs)
+                found, threshold = background.difference, background.threshold
+                cleaned = clean_mask(raw, found, threshold, config.blobs)
+            with clock.on('background'):
+                assert background.model is not None
+                mask = objects_in(image, background.model, cleaned)
+                background.learn(image, mask, nobody, nobody, stamp_ns)
             with clock.on('blobs'):
                 find_blobs(mask, background.difference, mapping, sizes, 1.0, config.blobs)
         return clock.ms(self._count)

@@ -1,66 +1,48 @@
-"""The background: what the image looks like without moving objects, by one of several rules."""
+"""The background: what the image looks like without moving objects."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.config import OneOf, parameter, tag
+from mctrack_ros.compiled import BYTES_2D, BYTES_3D, compiled
+from mctrack_ros.config import parameter
 from mctrack_ros.perception.background.difference import subtract
-from mctrack_ros.perception.background.noise import MEDIAN_OF_LARGEST, NoiseMap
-from mctrack_ros.perception.background.rules import (
-    ApproximateMedian,
-    BackgroundUpdate,
-    BufferedMedian,
+from mctrack_ros.perception.background.light import (
     Light,
-    LowPassRule,
-    Mixture,
-    Rule,
-    median_of_nine,
-    relit,
-)
-from mctrack_ros.perception.background.rules.illumination import (
     explains,
     gains,
     has_changed,
+    relit,
     samples,
 )
-from mctrack_ros.perception.background.rules.ranks import SAMPLES
+from mctrack_ros.perception.background.noise import MEDIAN_OF_LARGEST, NoiseMap
+from mctrack_ros.perception.background.plate import SAMPLES, median_of_nine
+from mctrack_ros.perception.background.stillness import Stillness
 
 Image = NDArray[np.uint8]
+WRITABLE = types.Array(types.u1, 3, 'C')
+PERIOD_S = 0.2
+"""Time between lessons; in each, the background moves by one grey level."""
 NOISE_TIME_S = 0.8
 MOST_NOISE = 30.0  # grey levels; nothing can be told from such images
 LONGEST_LESSON_S = 1.0  # so long an image counts at most: after a gap it is one like others
 LEAP = 2.0  # grey levels by which the median difference grows when the light leaps
 LEAST_GAIN = 0.02  # change of light that is followed
+RELEARN_SHARE = 0.6  # changed share of the image from which the background is learned anew
 
 
 @dataclass(frozen=True)
 class BackgroundConfig:
-    """
-    Parameters of `Background`; the rules have subclasses of their own.
+    """Parameters of `Background`."""
 
-    Attributes
-    ----------
-    model : str
-        Which rule it is of.
-
-    """
-
-    model: str
     learning_s: float = parameter(
         0.8, 'time in which the first background is learned; nothing is seen [s]', minimum=0.0
-    )
-    update_period_s: float = parameter(
-        0.2,
-        'time between lessons; in each, the approximate median moves by one grey level [s]',
-        minimum=0.001,
     )
     threshold_sigmas: float = parameter(
         5.0, 'difference that is foreground, in standard deviations of the noise', minimum=1.0
@@ -71,89 +53,24 @@ class BackgroundConfig:
         minimum=1.0,
         maximum=255.0,
     )
-    relearn_fraction: float = parameter(
-        0.6, 'changed share of the image from which the background is learned anew',
-        minimum=0.05, maximum=1.0,
-    )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class MedianConfig(BackgroundConfig):
-    """Parameters of a background that is a median."""
-
-    renewal_s: float = parameter(
-        20.0,
-        'time over which later backgrounds are learned; the first are shorter [s]',
-        minimum=0.0,
+    still_s: float = parameter(
+        15.0,
+        'time after which what lies still, and nobody walked in as, is background [s]',
+        minimum=1.0,
+        maximum=25.0,
     )
-
-
-@dataclass(frozen=True)
-class BufferedMedianConfig(MedianConfig):
-    """Parameters of a background learned by `BufferedMedian`."""
-
-    model: str = tag('buffered_median')
-
-
-@dataclass(frozen=True)
-class ApproximateMedianConfig(MedianConfig):
-    """Parameters of a background learned by `ApproximateMedian`."""
-
-    model: str = tag('approximate_median')
-
-
-@dataclass(frozen=True)
-class LowPassRuleConfig(BackgroundConfig):
-    """Parameters of a background learned by `LowPassRule`."""
-
-    model: str = tag('low_pass')
-    beta: float = parameter(
-        0.1, 'share of a difference learned in 0.25 s', minimum=0.0, maximum=1.0
-    )
-
-
-@dataclass(frozen=True)
-class MixtureConfig(BackgroundConfig):
-    """Parameters of a background learned by `Mixture`."""
-
-    model: str = tag('mixture')
-    memory_s: float = parameter(20.0, 'time constant with which it learns [s]', minimum=0.1)
-
-
-BACKGROUND: OneOf[BackgroundConfig] = OneOf(
-    'model',
-    'approximate_median',
-    'how the background is learned',
-    {
-        'approximate_median': ApproximateMedianConfig,
-        'buffered_median': BufferedMedianConfig,
-        'low_pass': LowPassRuleConfig,
-        'mixture': MixtureConfig,
-    },
-)
-"""The choice of how the background is learned."""
-
-
-LOW_PASS_PERIOD_S = 0.25
-RULES: dict[str, Callable[[Any, bool], Rule]] = {
-    'approximate_median': lambda config, is_given: ApproximateMedian(
-        config.renewal_s if is_given else min(3 * config.learning_s, config.renewal_s),
-        config.renewal_s,
-    ),
-    'buffered_median': lambda config, is_given: BufferedMedian(config.renewal_s),
-    'low_pass': lambda config, is_given: LowPassRule(config.beta, LOW_PASS_PERIOD_S),
-    'mixture': lambda config, is_given: Mixture(config.memory_s, config.threshold_sigmas),
-}
 
 
 class Background:
     """
     The background model and what differs from it (event-tracking paper, Definitions 1 and 2).
 
-    The first model is given, or the median of nine images; then a rule learns. The threshold
-    follows the noise that is measured in the background (sections 3.1 and 4.2; equation (1) with
-    the largest of the channels' differences). When light or gain change, the model is made
-    brighter or darker at once; what foreground covers follows the light of the rest.
+    The first model is given, or the median of nine images; then it is an approximate median
+    (section 3.1) of what is no object, so changes of light are learned and people are not. The
+    threshold follows the noise that is measured in the background (section 4.2; equation (1)
+    with the largest of the channels' differences). When light or gain change, the model is made
+    brighter or darker at once; what foreground covers follows the light of the rest. Objects
+    that lie still become background; see `Stillness`.
 
     Parameters
     ----------
@@ -177,15 +94,15 @@ class Background:
 
     def begin(self, image: Image) -> None:
         """Take a (height, width, 3) uint8 image without moving objects for the background."""
-        self._take(image.copy(), is_given=True)
+        self._take(image.copy())
 
     def restart(self) -> None:
         """Forget everything and learn anew."""
         self.model: Image | None = None
         self.difference: Image = np.zeros((0, 0), np.uint8)
         self.noise: float | None = None
+        self._measured = 0.0
         self._samples: list[Image] = []
-        self._tracked = np.zeros((0, 4), np.int64)
         self._last_ns = self._lesson_ns = self._next_ns = 0
 
     @property
@@ -202,7 +119,7 @@ class Background:
 
     def apply(self, image: Image, stamp_ns: int) -> Image | None:
         """
-        Learn from an image and tell what in it is foreground.
+        Tell what in an image differs from the background.
 
         Parameters
         ----------
@@ -222,27 +139,45 @@ class Background:
         if self.model is None:
             self._sample(image, stamp_ns)
             return None
-        self._rule.attend(self.model, image, stamp_ns)
         measured = self._subtract(image)
         self.noise = measured if self.noise is None else self.noise
-        mask, pixels = self._foreground(image)
-        has_changed_all = pixels > self._config.relearn_fraction * mask.size
-        if has_changed_all or self.noise > MOST_NOISE:
+        pixels = self._noise_map.foreground(self.difference, *self._thresholds, self._mask)
+        if pixels > RELEARN_SHARE * self._mask.size or self.noise > MOST_NOISE:
             self.restart()
             return None
         self.noise += (measured - self.noise) * -math.expm1(-seconds / NOISE_TIME_S)
-        if stamp_ns >= self._next_ns:
-            self._learn(image, mask, stamp_ns)
-        return mask
+        return self._mask
 
-    def track(self, box: NDArray[np.floating]) -> None:
-        """Take notice where, in (n, 4) boxes, px, something is tracked: it is not learned."""
-        self._tracked = np.rint(box).astype(np.int64)
+    def learn(
+        self, image: Image, objects: Image, people: Image, walked: Image, stamp_ns: int
+    ) -> None:
+        """
+        Learn from the image that was last looked at, if it is time for a lesson.
 
-    def accept(self) -> None:
-        """Take notice that the model was changed from outside."""
-        assert self.model is not None
-        self._rule.accept(self.model)
+        Parameters
+        ----------
+        image : (h, w, 3) uint8 array
+            The image.
+        objects : (h, w) uint8 array
+            Its foreground that no change of light explains, 255.
+        people, walked : (h, w) uint8 arrays
+            Not 0 in boxes of what is tracked, and of what came by itself.
+        stamp_ns : int
+            Time of the image, ns.
+
+        """
+        if self.model is None or stamp_ns < self._next_ns:
+            return
+        since_s = (stamp_ns - self._lesson_ns) * 1e-9 if self._lesson_ns else 0.0
+        seconds = min(since_s, LONGEST_LESSON_S)
+        self._lesson_ns = stamp_ns
+        self._next_ns = stamp_ns + round(PERIOD_S * 1e9)
+        self._noise_map.learn(self.difference, self._mask, self.noise or 0.0, seconds)
+        kept = cv2.bitwise_or(objects, cv2.bitwise_and(self._mask, people))
+        approach(self.model, image, kept)
+        self._stillness.note(image, objects, round(self.threshold), seconds)
+        self._stillness.settle(image, self.model, objects, walked)
+        self._follow_light(image)
 
     def _sample(self, image: Image, stamp_ns: int) -> None:
         """Collect nine images, evenly in time, and take their median."""
@@ -251,15 +186,14 @@ class Background:
         self._samples.append(image.copy())
         self._next_ns = stamp_ns + round(self._config.learning_s / SAMPLES * 1e9)
         if len(self._samples) == SAMPLES:
-            self._take(median_of_nine(self._samples), is_given=False)
+            self._take(median_of_nine(self._samples))
             self._samples = []
 
-    def _take(self, model: Image, is_given: bool) -> None:
+    def _take(self, model: Image) -> None:
         self.model, self._mask = model, np.zeros(model.shape[:2], np.uint8)
         self.difference = np.zeros(model.shape[:2], np.uint8)
         self._light, self._noise_map = Light(model), NoiseMap()
-        self._rule = RULES[self._config.model](self._config, is_given)
-        self._rule.begin(model)
+        self._stillness = Stillness(self._config.still_s)
 
     def _subtract(self, image: Image) -> float:
         """Write the difference and return the noise that it shows; follow a leap of the light."""
@@ -269,15 +203,6 @@ class Background:
         if measured > usual + LEAP and self._follow_light(image):
             measured = subtract(image, self.model, self.difference)
         return measured / MEDIAN_OF_LARGEST
-
-    def _foreground(self, image: Image) -> tuple[Image, int]:
-        """Return the foreground and how many pixels of it there are."""
-        own = self._rule.foreground(image)
-        if own is not None:
-            self._mask = own
-            return own, cv2.countNonZero(own)
-        least, usual = self._thresholds
-        return self._mask, self._noise_map.foreground(self.difference, least, usual, self._mask)
 
     def _follow_light(self, image: Image) -> bool:
         """
@@ -298,17 +223,26 @@ class Background:
             np.copyto(lit, image, where=self.model == 255)
         cv2.copyTo(relit(self.model, change), self._mask, lit)
         np.copyto(self.model, lit)
-        self._rule.relight(self.model, change)
         return is_lit
 
-    def _learn(self, image: Image, mask: Image, stamp_ns: int) -> None:
-        assert self.model is not None
-        since_s = (stamp_ns - self._lesson_ns) * 1e-9 if self._lesson_ns else 0.0
-        seconds = min(since_s, LONGEST_LESSON_S)
-        self._lesson_ns = stamp_ns
-        self._next_ns = stamp_ns + round(self._config.update_period_s * 1e9)
-        self._noise_map.learn(self.difference, mask, self.noise or 0.0, seconds)
-        self._rule.learn(
-            self.model, BackgroundUpdate(image, mask, self._tracked, seconds, stamp_ns)
-        )
-        self._follow_light(image)
+
+@compiled(types.void(WRITABLE, BYTES_3D, BYTES_2D))
+def approach(model: Image, image: Image, kept: Image) -> None:
+    """
+    Move every pixel of a model by one grey level towards an image.
+
+    Parameters
+    ----------
+    model, image : (h, w, 3) uint8 array
+        The model, changed in place, and the image.
+    kept : (h, w) uint8 array
+        Not 0 where the model stays as it is.
+
+    """
+    old, new, stays = model.reshape(-1), image.reshape(-1), kept.reshape(-1)
+    for index in range(len(stays)):  # flat: so the compiler makes vectors of it
+        moves = np.uint8(stays[index] == 0)
+        for channel in range(3):
+            place = 3 * index + channel
+            up, down = np.uint8(new[place] > old[place]), np.uint8(new[place] < old[place])
+            old[place] = np.uint8(old[place] + np.uint8(up & moves) - np.uint8(down & moves))

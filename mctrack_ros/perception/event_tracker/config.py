@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from mctrack_ros.config import parameter, tag
-from mctrack_ros.perception.background.model import BACKGROUND, BackgroundConfig
+from mctrack_ros.perception.background.model import BackgroundConfig
 from mctrack_ros.perception.background.shadows import ShadowConfig
 from mctrack_ros.perception.blobs.extraction import BlobConfig
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
@@ -50,7 +50,7 @@ class EventTrackerConfig(CameraConfig):
     reduction: int = parameter(
         1, 'images are reduced by this factor before the background', minimum=1, maximum=4
     )
-    background: BackgroundConfig = BACKGROUND.field()
+    background: BackgroundConfig = field(default_factory=BackgroundConfig)
     shadows: ShadowConfig = field(default_factory=ShadowConfig)
     blobs: BlobConfig = field(default_factory=BlobConfig)
     filter: FilterConfig = field(default_factory=FilterConfig)

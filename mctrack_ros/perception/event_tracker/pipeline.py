@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, Feedback, Foreground, Message
-from mctrack_ros.perception.background.colour_test import objects_in
-from mctrack_ros.perception.background.ghost_removal import GhostRemoval
 from mctrack_ros.perception.background.model import Background
+from mctrack_ros.perception.background.objects import objects_in
 from mctrack_ros.perception.background.shadows import Shadows
-from mctrack_ros.perception.blobs.extraction import Blobs, clean_mask, find_blobs, overlap
+from mctrack_ros.perception.blobs.extraction import Blobs, clean_mask, find_blobs
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.camera_shift.monitor import ShiftState
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
@@ -25,10 +24,6 @@ from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.output import CameraOutput, check_image
 
 Image = NDArray[np.uint8]
-KNOWN_SHARE = 0.5
-"""A box that lies by this share inside that of a fused track is not tested as a ghost. Four-camera
-terrace: MOTA of the occupancy tracker to frame 1250 .954 with, .770 without; of the joint tracker
-.806 and .849, then .815 and .734; PETS view 1 is the same."""
 MESSAGES = (Detections, Foreground)
 """Message types published for each image."""
 
@@ -76,7 +71,6 @@ class EventTracker:
             self._background.begin(self._given)
         self._reduction = Reduction(mapping, config.reduction)
         self._shadows = Shadows(config.shadows, mapping, float(config.reduction))
-        self._ghosts = GhostRemoval() if background is None else GhostRemoval(settling_s=0.0)
         self._tracker = LocalTracker(config, mapping, self._sizes, mask)
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
@@ -107,15 +101,15 @@ class EventTracker:
         self._begin_anew(arrival)
         frame = self._foreground(image, stamp_ns)  # background subtracted, shadows taken out
         if frame is None:
-            self._restart_tracks()
+            self._tracker.restart()
             return CameraOutput.empty(MESSAGES, stamp_ns, arrival.shift)
         blobs = self._blobs(frame)  # connected foreground that is not only shadow
         noise_px = arrival.shift.noise_px
         detections, events = self._tracker.step(blobs, frame, stamp_ns, feedback, noise_px)
-        self._learn(frame, blobs, detections, stamp_ns)  # where people are, and are not
+        self._learn(frame, detections, stamp_ns)  # where nobody is
         foreground = Foreground.build(stamp_ns)
         if arrival.shift.state is not ShiftState.MOVED:
-            foreground = self._reduction.foreground(frame.objects, stamp_ns)
+            foreground = self._reduction.foreground(frame.mask, stamp_ns)
         messages: dict[str, Message] = {Detections.TOPIC: detections, Foreground.TOPIC: foreground}
         return CameraOutput(messages, events, arrival.shift)
 
@@ -130,16 +124,12 @@ class EventTracker:
     def _begin_anew(self, arrival: Arrival) -> None:
         """Begin anew where time has jumped."""
         if arrival.jumped:
-            self._restart_tracks()
+            self._tracker.restart()
         if arrival.stepped_back:
             self._shadows.restart()
             self._background.restart()
             if self._given is not None:
                 self._background.begin(self._given)
-
-    def _restart_tracks(self) -> None:
-        self._tracker.restart()
-        self._ghosts.restart()
 
     def _foreground(self, image: Image, stamp_ns: int) -> Frame | None:
         """Return an image with its foreground; None: the background is still learned."""
@@ -148,16 +138,14 @@ class EventTracker:
         background, difference = self._background.model, self._background.difference
         if found is None or background is None:
             return None
-        objects = objects_in(small, background, found)
-        if self._mask is not None:
-            cv2.bitwise_and(objects, self._mask, objects)
         noise = self._background.noise or 0.0
         self._shadows.take_out(small, background, found, noise, stamp_ns)
         if self._mask is not None:
-            found = cv2.bitwise_and(found, self._mask)  # type: ignore[assignment]
-        mask = clean_mask(found, difference, self._background.threshold, self._config.blobs)
+            cv2.bitwise_and(found, self._mask, found)
+        cleaned = clean_mask(found, difference, self._background.threshold, self._config.blobs)
+        mask = objects_in(small, background, cleaned)
         scale = float(self._config.reduction)
-        return Frame(small, found, mask, objects, background, difference, scale)
+        return Frame(small, found, mask, background, difference, scale)
 
     def _blobs(self, frame: Frame) -> Blobs:
         """Return the blobs of a frame, in pixels of the full image."""
@@ -175,16 +163,13 @@ class EventTracker:
         )
         return blobs.select(~shade) if shade.any() else blobs
 
-    def _learn(self, frame: Frame, blobs: Blobs, detections: Detections, stamp_ns: int) -> None:
-        """Tell the background where people are; copy the image into it where a ghost was found."""
-        seen = detections.box[~detections.is_vacant]
-        boxes = np.vstack([blobs.box, seen]).astype(np.float64)
-        known = seen[detections.track_id[~detections.is_vacant] > 0].astype(np.float64)
-        shared = overlap(boxes, known).max(axis=1, initial=0.0)
-        persons = boxes[shared < KNOWN_SHARE * np.prod(boxes[:, 2:], axis=1)] / frame.scale
-        self._background.track(seen / frame.scale)
-        if self._ghosts.look(frame.background, frame.image, frame.mask, persons, stamp_ns).any():
-            self._background.accept()
+    def _learn(self, frame: Frame, detections: Detections, stamp_ns: int) -> None:
+        """Tell the background where people are, and who of them walked there."""
+        seen = ~detections.is_vacant
+        walked = seen & np.isin(detections.local_id, self._tracker.walked_ids())
+        boxes = [detections.box[which] / frame.scale for which in (seen, walked)]
+        people, protected = (_marked(box, frame.mask.shape) for box in boxes)
+        self._background.learn(frame.image, frame.mask, people, protected, stamp_ns)
 
     def _reduced(self, image: Image) -> Image:
         factor = self._config.reduction
@@ -193,3 +178,13 @@ class EventTracker:
         height, width = image.shape[:2]
         size = (width // factor, height // factor)
         return cv2.resize(image, size, interpolation=cv2.INTER_AREA)  # type: ignore[return-value]
+
+
+def _marked(box: NDArray[np.floating], shape: tuple[int, ...]) -> Image:
+    """Return 255 inside of any of (n, 4) boxes, px."""
+    marked = np.zeros(shape, np.uint8)
+    low = np.maximum(np.rint(box[:, :2]).astype(int), 0)
+    high = np.maximum(np.rint(box[:, :2] + box[:, 2:]).astype(int), 0)
+    for (left, top), (right, bottom) in zip(low.tolist(), high.tolist()):
+        marked[top:bottom, left:right] = 255
+    return marked

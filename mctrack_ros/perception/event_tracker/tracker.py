@@ -158,6 +158,10 @@ class LocalTracker:
             found.append(tuple(ids[ids > 0].tolist()))
         return found
 
+    def walked_ids(self) -> Ints:
+        """Return the local ids, (k,), of those who walked to where they are."""
+        return self.tracks.local_id[self.tracks.walked]
+
     def _predict(self, stamp_ns: int, log: EventLog) -> Prediction:
         """Predict the tracks to an image; return where they are expected in it."""
         seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9

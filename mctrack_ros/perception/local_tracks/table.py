@@ -20,6 +20,8 @@ from mctrack_ros.tracking import kalman
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 ROUND = np.eye(2)  # the same in all directions
+WALKED_M = 1.0
+"""Way from where a track began by which it has walked: more than parting blobs shift it."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,10 @@ class LocalTracks:
         Last time that enough of it was seen to be sure that it is there.
     confirmed : (n,) bool array
         Old enough to be confirmed.
+    origin : (n, 2) float64 array
+        Where it began, m.
+    walked : (n,) bool array
+        Whether it has moved away from there.
     class_id : (n,) uint8 array
         A `ClassCode`; unknown until it was seen as a whole.
     height_m, height_s : (n,) float64 arrays
@@ -124,7 +130,7 @@ class LocalTracks:
 
     ARRAYS = (
         'local_id', 'mean', 'covariance', 'extent', 'template', 'track_id', 'first_ns',
-        'seen_ns', 'clear_ns', 'confirmed', 'class_id', 'height_m', 'height_s',
+        'seen_ns', 'clear_ns', 'confirmed', 'origin', 'walked', 'class_id', 'height_m', 'height_s',
         'near_px', 'noise_ratio',
     )  # fmt: skip
 
@@ -149,6 +155,8 @@ class LocalTracks:
         self.seen_ns: Ints = np.zeros(0, np.int64)
         self.clear_ns: Ints = np.zeros(0, np.int64)
         self.confirmed: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        self.origin: Floats = np.zeros((0, 2))
+        self.walked: NDArray[np.bool_] = np.zeros(0, np.bool_)
         self.class_id: NDArray[np.uint8] = np.zeros(0, np.uint8)
         self.height_m: Floats = np.zeros(0)
         self.height_s: Floats = np.zeros(0)
@@ -196,6 +204,9 @@ class LocalTracks:
 
         """
         correct(self.mean, self.covariance, rows, predicted.foot, predicted.slope, foot, noise)
+        way = np.hypot(*(self.mean[:, :2] - self.origin).T)
+        spread = np.sqrt(self.covariance[:, [0, 1], [0, 1]].sum(axis=1))
+        self.walked |= way > np.maximum(WALKED_M, 3.0 * spread)
 
     def follow_noise(
         self, predicted: Prediction, rows: Ints, foot: Floats, noise: Floats, seconds: float
@@ -237,6 +248,8 @@ class LocalTracks:
             'seen_ns': np.full(count, stamp_ns, np.int64),
             'clear_ns': np.full(count, stamp_ns, np.int64),
             'confirmed': np.zeros(count, np.bool_),
+            'origin': position.copy(),
+            'walked': np.zeros(count, np.bool_),
             'class_id': np.zeros(count, np.uint8),
             'height_m': extent[:, 1].copy(),
             'height_s': np.zeros(count),

@@ -1,6 +1,6 @@
 import numpy as np
 
-from mctrack_ros.perception.background.model import BACKGROUND, Background
+from mctrack_ros.perception.background.model import Background, BackgroundConfig
 from mctrack_ros.perception.background.noise import MEDIAN_OF_LARGEST, NoiseMap
 
 SECOND = 1_000_000_000
@@ -23,13 +23,16 @@ def sigma_of(left, right):
 def watched(sigma, seconds=10.0, rate=10, person=None):
     """Return the mask of the last image."""
     rng = np.random.default_rng(3)
-    background = Background(BACKGROUND.made())
+    background = Background(BackgroundConfig())
     for index in range(int(seconds * rate)):
         image = noisy(rng, sigma)
         if person is not None and index == int(seconds * rate) - 1:
             top, left, grey = person
             image[top : top + 24, left : left + 8] = grey
         mask = background.apply(image, (index + 1) * SECOND // rate)
+        if mask is not None:
+            none = np.zeros_like(mask)
+            background.learn(image, mask, none, none, (index + 1) * SECOND // rate)
     return mask
 
 

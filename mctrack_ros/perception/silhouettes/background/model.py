@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BYTES_2D, compiled
 from mctrack_ros.config import parameter
-from mctrack_ros.perception.background.rules import low_pass
-from mctrack_ros.perception.background.rules.illumination import BRIGHTEST, gains
+from mctrack_ros.perception.background.light import BRIGHTEST, gains
 
 Grey = NDArray[np.uint8]
 MEDIAN_OF_NORMAL = 0.6745  # median of a normal deviate's size, in standard deviations
@@ -20,6 +19,37 @@ SPARSE = np.s_[::5, ::5]  # where noise and light are measured
 NOISE_TIME_S = 2.0
 LEAP = 2.0  # grey levels by which the difference grows when the light leaps
 NOISIEST = 20  # grey levels; a larger median difference is another image, not noise
+
+
+def low_pass(
+    level: NDArray[np.float32],
+    image: NDArray[np.uint8],
+    where: NDArray[np.uint8],
+    seconds: float,
+    beta: float,
+    period_s: float,
+) -> None:
+    """
+    Let a background learn: ``B += beta (I - B)`` (silhouettes paper, eq. (2)).
+
+    The share is that of the time between two images, so the filter is the same at every rate.
+
+    Parameters
+    ----------
+    level : (h, w) float32 array
+        The background; changed in place.
+    image : (h, w) uint8 array
+        An image.
+    where : (h, w) uint8 array
+        0 where nothing is learned.
+    seconds : float
+        Time since the last image, s.
+    beta, period_s : float
+        Share of a difference that is learned in one period, and that, s.
+
+    """
+    share = float(1 - (1 - beta) ** (seconds / period_s))
+    cv2.accumulateWeighted(image, level, share, where)
 
 
 @dataclass(frozen=True)

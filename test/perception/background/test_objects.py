@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.perception.background.colour_test import DARK_LEVEL, objects_in
+from mctrack_ros.perception.background.objects import DARK_LEVEL, objects_in
 
 FLOOR = np.array([90.0, 120.0, 140.0])
 PLACE = np.s_[40:80, 60:90]
