@@ -54,6 +54,15 @@ TARGETS = (
            f'{_CLUSTERS}: .516'),
     Target('terrace', 'terrace.idf1', 'terrace, two videos, IDF1', 0.418, None,
            f'{_CLUSTERS}: .253'),
+    *(
+        Target('foreground', f'ours.{name}.f', f'foreground, {name}, F', least, None,
+               f'OpenCV with defaults: MOG2 `mog2.{name}.f`, KNN `knn.{name}.f`, '
+               f'GSOC `gsoc.{name}.f`')
+        for name, least in (('highway', 0.95), ('office', 0.95), ('corridor', 0.85))
+    ),
+    Target('foreground', 'ours.images_a_second', 'the same, images a second, 320 x 240 px', 1000,
+           None, 'MOG2 `mog2.images_a_second`, KNN `knn.images_a_second`, GSOC '
+           '`gsoc.images_a_second`'),
     Target('terrace_live', 'terrace.agreement_median_m', 'terrace live, views apart, median, m',
            most=0.5),
     Target('terrace_live', 'terrace.isolated_breaks', 'terrace live, ids lost while isolated',

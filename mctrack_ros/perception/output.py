@@ -28,12 +28,15 @@ class CameraOutput:
         What happened to the camera's own tracks; ``others`` are local ids.
     shift : CameraShift
         Whether the camera has moved since the start, as far as is known.
+    is_settled : bool
+        Whether there is a background to compare images with; without, nobody is seen.
 
     """
 
     messages: Mapping[str, Message]
     events: Events
     shift: CameraShift
+    is_settled: bool = True
 
     @classmethod
     def empty(
@@ -44,7 +47,7 @@ class CameraOutput:
             kind.TOPIC: Detections.blind(stamp_ns) if kind is Detections else kind.build(stamp_ns)
             for kind in kinds
         }
-        return cls(messages, Events.build(stamp_ns), shift)
+        return cls(messages, Events.build(stamp_ns), shift, is_settled=False)
 
     @property
     def detections(self) -> Detections:

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mctrack_ros.codec import (
     image_from_message,
     jpeg_from_image,
@@ -23,6 +26,8 @@ from mctrack_ros.perception import (
     ShiftState,
     open_buffer,
 )
+from mctrack_ros.perception.background.plate import spread_median
+from mctrack_ros.perception.image_state import is_blank
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.recording import BagError, BagReader
@@ -32,10 +37,16 @@ from mctrack_ros.site.names import is_name, named_image_topic, resolved
 
 if TYPE_CHECKING:  # a run over a bag needs no decoder of videos
     from mctrack_ros.recording.video.file import VideoReading
-    from mctrack_ros.recording.video.videos import CameraVideo
+    from mctrack_ros.recording.video.videos import CameraVideo, Video
 
+Image = NDArray[np.uint8]
 _IMAGES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
+SPREAD_IMAGES = 49
+"""From so many images a background is made: people cover a place in less than half of them."""
+LEAST_IMAGES = 9
+LEAST_S = 10.0
+"""A shorter recording is learned as a live one is: who stands in it would be in the median."""
 
 SESSION = 1 << 44
 """Ticks of session n are numbered from n times this."""
@@ -207,7 +218,9 @@ class CameraSource:
         self._reading: VideoReading | None = None
         self._messages = self._open()
         if self._from_images:
-            self._pipeline = task.settings.open()
+            settings = task.settings
+            spread = settings.pipeline.local_tracker == 'groups' and not settings.background
+            self._pipeline = settings.open(plate_of(task) if spread else None)
         self._buffer = self._new_buffer()
         self._watch, self._overlay = ImageWatch(), Overlay()
         self._next_debug_ns = 0
@@ -382,3 +395,53 @@ def _seen(message: Message) -> int:
     if isinstance(message, Detections):
         return int((message.score > 0).sum())
     return len(message) if isinstance(message, Rows) else 0
+
+
+def plate_of(task: CameraTask) -> Image | None:
+    """
+    Return the background of a camera of a bag or video.
+
+    Parameters
+    ----------
+    task : CameraTask
+        The camera, and where its images are.
+
+    Returns
+    -------
+    (h, w, 3) uint8 array or None
+        None: the recording is too short, or holds too few images that can be used.
+
+    """
+    images = list(_spread(task))
+    return spread_median(images) if len(images) >= LEAST_IMAGES else None
+
+
+def _spread(task: CameraTask) -> Iterator[Image]:
+    """Yield images spread evenly over a recording."""
+    size = task.settings.image_width, task.settings.image_height
+    if task.video is not None:
+        yield from _of_video(task.video.video, size)
+        return
+    with BagReader(task.bag, task.namespace) as reader:
+        count = reader.count(task.image_topic)
+        if reader.duration_s < LEAST_S or not count:
+            return
+        step = max(count // SPREAD_IMAGES, 1)
+        for index, (_, message, _) in enumerate(reader.messages([task.image_topic])):
+            if index % step:
+                continue
+            try:
+                image = image_from_message(message, size)
+            except ValueError:
+                continue
+            if not is_blank(image):
+                yield image
+
+
+def _of_video(video: Video, size: tuple[int, int]) -> Iterator[Image]:
+    if video.length_s < LEAST_S:
+        return
+    step = max(video.stated // SPREAD_IMAGES, 1)
+    for index, image in enumerate(video.images()):
+        if index % step == 0 and image.shape[1::-1] == size and not is_blank(image):
+            yield image

@@ -65,9 +65,14 @@ class CameraSettings:
     )
     pipeline: CameraConfig = CAMERA.field()
 
-    def open(self) -> CameraTracker:
+    def open(self, background: NDArray[np.uint8] | None = None) -> CameraTracker:
         """
         Read the camera's files and return its tracker.
+
+        Parameters
+        ----------
+        background : (h, w, 3) uint8 array, optional
+            Image without moving objects, where the settings name none.
 
         Raises
         ------
@@ -75,7 +80,7 @@ class CameraSettings:
             If a file cannot be used.
 
         """
-        mask, background = self.ignore_mask(), None
+        mask = self.ignore_mask()
         if self.background:
             background = self._image('background', cv2.IMREAD_COLOR)
         return open_camera(self.pipeline, self.mapping(), mask, background)

@@ -25,6 +25,8 @@ class Experiment(StrEnum):
     PETS = 'pets'
     TERRACE = 'terrace'
     TERRACE4 = 'terrace4'
+    FOREGROUND = 'foreground'
+    VIEWS = 'views'
     LAB6P = 'lab6p'
     CMC = 'cmc'
     WILDTRACK = 'wildtrack'
@@ -99,8 +101,8 @@ def reproduce(
     """
     Measure on real data, matches, the car park, staged scenarios, mappings or the watchdog.
 
-    Real data is needed by pets, terrace, terrace4, lab6p, cmc, wildtrack, cameras, intel,
-    watchdog, covering and grid, the fusion benchmark by biased; the others are simulated.
+    Real data is needed by pets, terrace, terrace4, foreground, lab6p, cmc, wildtrack, cameras,
+    intel, watchdog, covering and grid, the fusion benchmark by biased; the others are simulated.
     docs/results.md has what each one gave. The k-th run of an experiment on simulated scenes has
     the seeds 1000 k + 1, 1000 k + 2 ...; mean and spread of all its runs are printed.
     """
@@ -164,6 +166,10 @@ def _experiment(experiment: Experiment, data: Path | None, image: Path | None) -
         from mctrack_experiments.papers.ground.honesty import reproduce_honesty
 
         return reproduce_honesty()
+    if experiment is Experiment.VIEWS:
+        from mctrack_experiments.scenarios.changing_views import reproduce_views
+
+        return reproduce_views()
     if experiment is Experiment.FIG20:
         from mctrack_experiments.papers.event_tracking.fig20 import reproduce_fig20
 
@@ -209,6 +215,7 @@ def _tell(line: str) -> None:
 def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
     from mctrack_experiments.real import stored_detections as real_data
     from mctrack_experiments.real.cameras import reproduce_cameras
+    from mctrack_experiments.real.foreground import reproduce_foreground
     from mctrack_experiments.real.intel import reproduce_intel
     from mctrack_experiments.real.pets import reproduce_pets
 
@@ -222,6 +229,7 @@ def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
         return reproduce_watchdog
     return {
         Experiment.INTEL: reproduce_intel,
+        Experiment.FOREGROUND: reproduce_foreground,
         Experiment.PETS: reproduce_pets,
         Experiment.CAMERAS: reproduce_cameras,
         Experiment.LAB6P: real_data.reproduce_lab6p,

@@ -171,7 +171,7 @@ def track(
     from mctrack_ros.replay.camera_source import Debug
     from mctrack_ros.replay.track import Source, track_bag
 
-    bag, name = _source(sources, later, rate)
+    bag, name = recorded_source(sources, later, rate)
     if namespace and not isinstance(bag, Path):
         raise ValueError('--namespace is for bags, which have topics: videos have none')
     if out is None:
@@ -249,7 +249,7 @@ def _tell(figures: Figures, out: Path, site: SiteConfig) -> None:
         )
 
 
-def _source(
+def recorded_source(
     sources: list[str], later: list[str], rate: float
 ) -> tuple[Path | dict[str, Video], str]:
     """

@@ -24,6 +24,7 @@ from mctrack_ros.perception.background.light import (
 from mctrack_ros.perception.background.noise import MEDIAN_OF_LARGEST, NoiseMap
 from mctrack_ros.perception.background.plate import SAMPLES, median_of_nine
 from mctrack_ros.perception.background.stillness import Stillness
+from mctrack_ros.perception.background.view_change import scene_after
 
 Image = NDArray[np.uint8]
 WRITABLE = types.Array(types.u1, 3, 'C')
@@ -34,6 +35,8 @@ MOST_NOISE = 30.0  # grey levels; nothing can be told from such images
 LONGEST_LESSON_S = 1.0  # so long an image counts at most: after a gap it is one like others
 LEAP = 2.0  # grey levels by which the median difference grows when the light leaps
 LEAST_GAIN = 0.02  # change of light that is followed
+JUMP_SHARE = 0.05
+"""Share of the image that changes from one to the next when the light or the view does."""
 RELEARN_SHARE = 0.6  # changed share of the image from which the background is learned anew
 
 
@@ -54,7 +57,7 @@ class BackgroundConfig:
         maximum=255.0,
     )
     still_s: float = parameter(
-        15.0,
+        6.0,
         'time after which what lies still, and nobody walked in as, is background [s]',
         minimum=1.0,
         maximum=25.0,
@@ -101,8 +104,10 @@ class Background:
         self.model: Image | None = None
         self.difference: Image = np.zeros((0, 0), np.uint8)
         self.noise: float | None = None
-        self._measured = 0.0
         self._samples: list[Image] = []
+        self._people: Image = np.zeros((0, 0), np.uint8)
+        self._changed = 0
+        self._noise_map, self._stillness = NoiseMap(), Stillness(self._config.still_s)
         self._last_ns = self._lesson_ns = self._next_ns = 0
 
     @property
@@ -142,6 +147,9 @@ class Background:
         measured = self._subtract(image)
         self.noise = measured if self.noise is None else self.noise
         pixels = self._noise_map.foreground(self.difference, *self._thresholds, self._mask)
+        if pixels - self._changed > JUMP_SHARE * self._mask.size:
+            pixels = self._look_anew(image, pixels)
+        self._changed = pixels
         if pixels > RELEARN_SHARE * self._mask.size or self.noise > MOST_NOISE:
             self.restart()
             return None
@@ -166,6 +174,7 @@ class Background:
             Time of the image, ns.
 
         """
+        self._people = people
         if self.model is None or stamp_ns < self._next_ns:
             return
         since_s = (stamp_ns - self._lesson_ns) * 1e-9 if self._lesson_ns else 0.0
@@ -174,7 +183,7 @@ class Background:
         self._next_ns = stamp_ns + round(PERIOD_S * 1e9)
         self._noise_map.learn(self.difference, self._mask, self.noise or 0.0, seconds)
         kept = cv2.bitwise_or(objects, cv2.bitwise_and(self._mask, people))
-        approach(self.model, image, kept)
+        approach(self.model, image, np.asarray(kept, np.uint8))
         self._stillness.note(image, objects, round(self.threshold), seconds)
         self._stillness.settle(image, self.model, objects, walked)
         self._follow_light(image)
@@ -192,8 +201,10 @@ class Background:
     def _take(self, model: Image) -> None:
         self.model, self._mask = model, np.zeros(model.shape[:2], np.uint8)
         self.difference = np.zeros(model.shape[:2], np.uint8)
-        self._light, self._noise_map = Light(model), NoiseMap()
-        self._stillness = Stillness(self._config.still_s)
+        self._people = np.zeros_like(self._mask)
+        self._changed = 0
+        self._light = Light(model)
+        self._noise_map, self._stillness = NoiseMap(), Stillness(self._config.still_s)
 
     def _subtract(self, image: Image) -> float:
         """Write the difference and return the noise that it shows; follow a leap of the light."""
@@ -203,6 +214,17 @@ class Background:
         if measured > usual + LEAP and self._follow_light(image):
             measured = subtract(image, self.model, self.difference)
         return measured / MEDIAN_OF_LARGEST
+
+    def _look_anew(self, image: Image, pixels: int) -> int:
+        """Take over the light, or the view, of an image if that is what has changed."""
+        assert self.model is not None
+        after = scene_after(image, self.model, self._mask, self._people)
+        if after is None:
+            return pixels
+        np.copyto(self.model, after)
+        self._light = Light(self.model)
+        subtract(image, self.model, self.difference)
+        return self._noise_map.foreground(self.difference, *self._thresholds, self._mask)
 
     def _follow_light(self, image: Image) -> bool:
         """

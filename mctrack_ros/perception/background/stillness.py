@@ -110,20 +110,21 @@ class Stillness:
             if chosen.any():
                 settled = True
                 where = np.concatenate([[False], chosen])[label].astype(np.uint8) * 255
-                where = cv2.bitwise_and(cv2.dilate(where, KERNEL, iterations=2), mask)
-                cv2.copyTo(image, where, model)
-                self._age[where > 0] = 0
+                wide = cv2.bitwise_and(cv2.dilate(where, KERNEL, iterations=2), mask)
+                cv2.copyTo(image, wide, model)
+                self._age[wide > 0] = 0
         return settled
 
     def _regions(
         self, image: Image, model: Image, mask: Image, protected: Image, age: int
     ) -> tuple[Labels, Floats]:
         """Return connected regions that are as old, by label from 1, and what is measured."""
-        still = cv2.compare(self._age, float(age), cv2.CMP_GE)
-        still = cv2.morphologyEx(still, cv2.MORPH_OPEN, KERNEL)
+        old = np.where(self._age >= age, np.uint8(255), np.uint8(0))
+        still = cv2.morphologyEx(old, cv2.MORPH_OPEN, KERNEL)
         if not cv2.countNonZero(still):
             return np.zeros(mask.shape, np.int32), np.zeros((0, 6))
-        count, label = cv2.connectedComponents(still, connectivity=4)
+        count, found = cv2.connectedComponents(still, connectivity=4)
+        label = np.asarray(found, np.int32)
         return label, _measured(image, model, mask, protected, label, count)[1:]
 
 

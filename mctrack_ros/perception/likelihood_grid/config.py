@@ -37,7 +37,7 @@ class LikelihoodCameraConfig(CameraConfig):
     grid: GridConfig = GridConfig()
     foreground: bool = parameter(
         True,
-        'also tell the foreground mask, for fusion.layers both; false: edges alone, as the paper',
+        'also send the foreground mask, for fusion.layers both; false: edges alone, as the paper',
     )
     background: BackgroundConfig = BACKGROUND.field()
     watchdog: CameraShiftConfig = CameraShiftConfig()

@@ -58,6 +58,9 @@ _IMAGE_MESSAGES = {
 }
 
 
+_UNSETTLED = 'the background is learned: nobody is seen meanwhile'
+
+
 @dataclass(slots=True)
 class ImageHealth:
     """
@@ -67,17 +70,24 @@ class ImageHealth:
     ----------
     state : ImageState
         Of the last image.
+    is_settled : bool
+        Whether it could be compared with a background.
 
     """
 
     state: ImageState = ImageState.USABLE
+    is_settled: bool = True
 
     def report(self, name: str) -> DiagnosticStatus:
-        """Return the state; what cannot be used is an error."""
+        """Return the state; what cannot be used is an error, an unsettled view a warning."""
         usable = self.state is ImageState.USABLE
+        level = DiagnosticStatus.OK if usable else DiagnosticStatus.ERROR
+        message = _IMAGE_MESSAGES[self.state]
+        if usable and not self.is_settled:
+            level, message = DiagnosticStatus.WARN, _UNSETTLED
         return DiagnosticStatus(
-            level=DiagnosticStatus.OK if usable else DiagnosticStatus.ERROR,
+            level=level,
             name=name,
-            message=_IMAGE_MESSAGES[self.state],
+            message=message,
             values=[KeyValue(key='state', value=str(self.state))],
         )

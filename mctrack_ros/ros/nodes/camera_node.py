@@ -170,6 +170,7 @@ class CameraNode(GraphNode):
         for topic, message in output.messages.items():
             self.send(self.messages[topic], message)
         self.note_shift(output.shift)
+        self.note_settled(output.is_settled)
         self.show(image, output)
 
     def note_state(self, state: ImageState) -> None:
@@ -179,6 +180,14 @@ class CameraNode(GraphNode):
             self.get_logger().warning(f'the images cannot be used: {state}')
         elif state is not before:
             self.get_logger().info('the images can be used again')
+
+    def note_settled(self, is_settled: bool) -> None:
+        """Keep whether there is a background; log when one is learned anew, and when it is."""
+        before, self.sight.is_settled = self.sight.is_settled, is_settled
+        if is_settled and not before:
+            self.get_logger().info('the background is learned')
+        elif before and not is_settled:
+            self.get_logger().warning('the background is learned: nobody is seen meanwhile')
 
     def note_shift(self, shift: CameraShift) -> None:
         """Keep what the watchdog says; log when the camera moves or is back."""

@@ -93,7 +93,7 @@ def test_shade_is_learned_and_an_object_is_not():
     image = ground.copy()
     image[20:40, 20:40] = 82
     image[60:80, 60:80] = (30, 40, 200)
-    for index in range(60):
+    for index in range(25):
         look(background, image, now + index * SECOND // 5)
     assert abs(background.model[20:40, 20:40].astype(int) - 82).max() <= 1
     assert (background.model[60:80, 60:80] == 100).all()
