@@ -83,3 +83,13 @@ def _objects(
             if mean < DARKEST or mean > BRIGHTEST or colour > OTHER_COLOUR:
                 found[y, x] = 255
     return found
+
+
+def marked(box: NDArray[np.floating], shape: tuple[int, ...]) -> Image:
+    """Return 255 inside of any of (n, 4) boxes, px."""
+    marked = np.zeros(shape, np.uint8)
+    low = np.maximum(np.rint(box[:, :2]).astype(int), 0)
+    high = np.maximum(np.rint(box[:, :2] + box[:, 2:]).astype(int), 0)
+    for (left, top), (right, bottom) in zip(low.tolist(), high.tolist()):
+        marked[top:bottom, left:right] = 255
+    return marked

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, Feedback, Foreground, Message
 from mctrack_ros.perception.background.model import Background
-from mctrack_ros.perception.background.objects import objects_in
+from mctrack_ros.perception.background.objects import marked, objects_in
 from mctrack_ros.perception.background.shadows import Shadows
 from mctrack_ros.perception.blobs.extraction import Blobs, clean_mask, find_blobs
 from mctrack_ros.perception.blobs.frame import Frame
@@ -168,7 +168,7 @@ class EventTracker:
         seen = ~detections.is_vacant
         walked = seen & np.isin(detections.local_id, self._tracker.walked_ids())
         boxes = [detections.box[which] / frame.scale for which in (seen, walked)]
-        people, protected = (_marked(box, frame.mask.shape) for box in boxes)
+        people, protected = (marked(box, frame.mask.shape) for box in boxes)
         self._background.learn(frame.image, frame.mask, people, protected, stamp_ns)
 
     def _reduced(self, image: Image) -> Image:
@@ -178,13 +178,3 @@ class EventTracker:
         height, width = image.shape[:2]
         size = (width // factor, height // factor)
         return cv2.resize(image, size, interpolation=cv2.INTER_AREA)  # type: ignore[return-value]
-
-
-def _marked(box: NDArray[np.floating], shape: tuple[int, ...]) -> Image:
-    """Return 255 inside of any of (n, 4) boxes, px."""
-    marked = np.zeros(shape, np.uint8)
-    low = np.maximum(np.rint(box[:, :2]).astype(int), 0)
-    high = np.maximum(np.rint(box[:, :2] + box[:, 2:]).astype(int), 0)
-    for (left, top), (right, bottom) in zip(low.tolist(), high.tolist()):
-        marked[top:bottom, left:right] = 255
-    return marked

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from mctrack_ros.config import parameter, tag
-from mctrack_ros.perception.background.model import BACKGROUND, BackgroundConfig
+from mctrack_ros.perception.background.model import BackgroundConfig
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
 from mctrack_ros.perception.config import CameraConfig
 
@@ -17,7 +17,7 @@ class GridConfig:
 
     area: str = parameter(
         '',
-        'x0,y0,x1,y1 of the grid, told from the origin; a site fills in the corners of its own '
+        'x0,y0,x1,y1 of the grid, relative to the origin; a site fills in the corners of its own '
         'area [m]',
     )
     cells: int = parameter(
@@ -39,7 +39,7 @@ class LikelihoodCameraConfig(CameraConfig):
         True,
         'also send the foreground mask, for fusion.layers both; false: edges alone, as the paper',
     )
-    background: BackgroundConfig = BACKGROUND.field()
+    background: BackgroundConfig = BackgroundConfig()
     watchdog: CameraShiftConfig = CameraShiftConfig()
 
     def within(self, area: str) -> Self:

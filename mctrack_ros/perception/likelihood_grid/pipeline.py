@@ -18,8 +18,8 @@ from mctrack_ros.interfaces import (
     Likelihood,
     Message,
 )
-from mctrack_ros.perception.background.colour_test import objects_in
 from mctrack_ros.perception.background.model import Background
+from mctrack_ros.perception.background.objects import marked, objects_in
 from mctrack_ros.perception.camera_shift.monitor import ShiftState
 from mctrack_ros.perception.foreground import Reduction
 from mctrack_ros.perception.front_end import FrontEnd
@@ -34,7 +34,7 @@ Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 
 MESSAGES = (Detections, Likelihood, Foreground)
-"""What is told of every image."""
+"""Message types published for each image."""
 PERSON_PX = 80.0
 """Images are reduced by a whole factor as long as people stay so high, px: the tolerances of edges
 are so about the same share of a person everywhere."""
@@ -105,7 +105,7 @@ class LikelihoodCamera:
             Its capture time, ns. A step back of more than a second lets the background be learned
             anew.
         feedback : Feedback or None
-            The targets whose colours are told, and of whom the background learns little. The
+            The targets whose colours are measured, and which the background does not learn. The
             likelihoods do not depend on it.
 
         Raises
@@ -132,12 +132,13 @@ class LikelihoodCamera:
                 self._seen = targets_in_view(
                     feedback, stamp_ns, small, objects, self._mapping, self._person
                 )
-                self._background.track(self._seen.box / self._factor)
+            people = marked(self._seen.box / self._factor, objects.shape)
+            self._background.learn(small, objects, people, people, stamp_ns)
         if arrival.shift.state is ShiftState.MOVED:
             return CameraOutput.empty(MESSAGES, stamp_ns, arrival.shift)
         messages: tuple[Message, ...] = (self._seen, likelihood, foreground)
-        told = {message.TOPIC: message for message in messages}
-        return CameraOutput(told, Events.build(stamp_ns), arrival.shift)
+        by_topic = {message.TOPIC: message for message in messages}
+        return CameraOutput(by_topic, Events.build(stamp_ns), arrival.shift)
 
     def predicted_boxes(self) -> Floats:
         """Return the (n, 4) boxes, px, where fusion predicts targets, for an overlay."""
@@ -157,8 +158,8 @@ class LikelihoodCamera:
         if self._mask is not None:
             edges = edges.within(self._mask)
         distance = self._distance.transform(edges)
-        told = self._templates.log_likelihood(distance)
-        return Likelihood(stamp_ns, self._position, told)
+        value = self._templates.log_likelihood(distance)
+        return Likelihood(stamp_ns, self._position, value)
 
     def _objects(self, small: Image, stamp_ns: int) -> Image | None:
         """Return the foreground mask; None: the background is learned, or not wanted."""
