@@ -16,7 +16,6 @@ import typer
 
 from mctrack_ros import __version__
 from mctrack_ros.cli.commands import (
-    background,
     bag,
     calibrate,
     calibration,
@@ -61,7 +60,7 @@ app.command('simulate')(offline.simulate)
 app.command('import-videos')(videos.import_videos)
 app.command('import-detections')(import_detections.import_detections)
 app.command('track')(offline.track)
-app.command('background')(background.background)
+app.command('background')(offline.background)
 app.command('explain')(explain.explain)
 app.command('echo')(offline.echo)
 app.command('run')(graph.run)

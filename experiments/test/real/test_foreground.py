@@ -13,7 +13,7 @@ def data(tmp_path):
     for sequence in SEQUENCES:
         for kind in ('input', 'groundtruth'):
             (tmp_path / 'foreground' / sequence / kind).mkdir(parents=True)
-        for number in range(560, 600):
+        for number in range(540, 600):
             image, truth = np.full((48, 64, 3), 90, np.uint8), np.zeros((48, 64), np.uint8)
             if number >= 575:
                 left = 2 * (number - 575)
