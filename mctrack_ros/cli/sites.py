@@ -39,7 +39,7 @@ def site_path(site: str) -> Path:
     path = config_file(f'{site}.yaml')
     if not path.is_file():
         raise ConfigError(
-            f'no site {site!r} is shipped, only {" and ".join(shipped_sites())}; one of your own '
+            f'no site {site!r} is shipped, only {", ".join(shipped_sites())}; one of your own '
             f'is given by its file, for example {site}.yaml'
         )
     return path

@@ -40,6 +40,8 @@ class IdentityColumns(Columns):
         Time of a sample at which identity is judged, s.
     in_contact : (n,) bool array
         Whether another track is near.
+    contact_ns, contact_place : (n,), (n, 2) arrays
+        When and where, m, another track was near last: there its target may have left it.
     kit : (n,) uint8 array
         Clothing cluster; 0: unknown.
 
@@ -53,6 +55,8 @@ class IdentityColumns(Columns):
     sample_s = Column(np.float64)
     judge_s = Column(np.float64)
     in_contact = Column(np.bool_)
+    contact_ns = Column(np.int64)
+    contact_place = Column(np.float64, 2)
     kit = Column(np.uint8)
 
     def absorb(self, kept: int, dropped: int) -> None:

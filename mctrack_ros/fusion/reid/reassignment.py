@@ -140,6 +140,8 @@ class Reassignment:
         one, other = (table.track_id[rows[touch]].tolist() for rows in near)
         for pair in zip(one, other):
             self._hypotheses.meet(*pair)
+        table.contact_ns[table.in_contact] = stamp_ns
+        table.contact_place[table.in_contact] = table.mean[table.in_contact, :2]
         changes = self._found_again(table, fresh, batch, stamp_ns)
         if changes or not len(due):
             return changes
@@ -208,6 +210,8 @@ class Reassignment:
     ) -> None:
         """Give tracks (k,) the portraits of their targets (k,); lose whom none is any more."""
         gone = table.select(rows[~np.isin(table.track_id[rows], targets.track_id)])
+        met = gone.contact_ns > 0
+        gone.mean[met, :2], gone.seen_ns[met] = gone.contact_place[met], gone.contact_ns[met]
         table.portrait[rows], table.portrait_s[rows] = targets.portrait, targets.portrait_s
         self._hypotheses.erase(gone.track_id[gone.portrait_s == 0.0].tolist())
         self._lose(gone.select(gone.portrait_s > 0.0), stamp_ns)

@@ -20,8 +20,9 @@ class Frame:
     found : (h, w) uint8 array
         Its foreground as found, 255.
     mask : (h, w) uint8 array
-        The objects in it: cleaned of what is only a few pixels wide, and of what a change of
-        light explains.
+        The same without what is only a few pixels wide, and without shade beside objects.
+    objects : (h, w) uint8 array
+        The part of it that no change of light explains, 255.
     background : (h, w, 3) uint8 array
         Without what moves.
     difference : (h, w) uint8 array
@@ -34,6 +35,7 @@ class Frame:
     image: NDArray[np.uint8]
     found: NDArray[np.uint8]
     mask: NDArray[np.uint8]
+    objects: NDArray[np.uint8]
     background: NDArray[np.uint8]
     difference: NDArray[np.uint8]
     scale: float

@@ -26,6 +26,9 @@ from mctrack_ros.perception.output import CameraOutput, check_image
 Image = NDArray[np.uint8]
 MESSAGES = (Detections, Foreground)
 """Message types published for each image."""
+PERSON_M = 1.75
+"""Height of a usual person, m. Foreground half of it above and below an object belongs to it, like
+grey legs; shade lies beside (rows in the ablation notes)."""
 
 
 class EventTracker:
@@ -70,6 +73,7 @@ class EventTracker:
             self._given = self._reduced(background)
             self._background.begin(self._given)
         self._reduction = Reduction(mapping, config.reduction)
+        self._upright = _upright(mapping, config.reduction)
         self._shadows = Shadows(config.shadows, mapping, float(config.reduction))
         self._tracker = LocalTracker(config, mapping, self._sizes, mask)
 
@@ -109,7 +113,7 @@ class EventTracker:
         self._learn(frame, detections, stamp_ns)  # where nobody is
         foreground = Foreground.build(stamp_ns)
         if arrival.shift.state is not ShiftState.MOVED:
-            foreground = self._reduction.foreground(frame.mask, stamp_ns)
+            foreground = self._reduction.foreground(frame.objects, stamp_ns)
         messages: dict[str, Message] = {Detections.TOPIC: detections, Foreground.TOPIC: foreground}
         return CameraOutput(messages, events, arrival.shift)
 
@@ -142,10 +146,11 @@ class EventTracker:
         self._shadows.take_out(small, background, found, noise, stamp_ns)
         if self._mask is not None:
             cv2.bitwise_and(found, self._mask, found)
-        cleaned = clean_mask(found, difference, self._background.threshold, self._config.blobs)
-        mask = objects_in(small, background, cleaned)
+        mask = clean_mask(found, difference, self._background.threshold, self._config.blobs)
+        objects = objects_in(small, background, mask)
+        cv2.bitwise_and(mask, cv2.dilate(objects, self._upright), mask)  # without their shadows
         scale = float(self._config.reduction)
-        return Frame(small, found, mask, background, difference, scale)
+        return Frame(small, found, mask, objects, background, difference, scale)
 
     def _blobs(self, frame: Frame) -> Blobs:
         """Return the blobs of a frame, in pixels of the full image."""
@@ -165,11 +170,11 @@ class EventTracker:
 
     def _learn(self, frame: Frame, detections: Detections, stamp_ns: int) -> None:
         """Tell the background where people are, and who of them walked there."""
-        seen = ~detections.is_vacant
+        seen = ~detections.is_vacant & (detections.track_id > 0)
         walked = seen & np.isin(detections.local_id, self._tracker.walked_ids())
         boxes = [detections.box[which] / frame.scale for which in (seen, walked)]
         people, protected = (marked(box, frame.mask.shape) for box in boxes)
-        self._background.learn(frame.image, frame.mask, people, protected, stamp_ns)
+        self._background.learn(frame.image, frame.objects, people, protected, stamp_ns)
 
     def _reduced(self, image: Image) -> Image:
         factor = self._config.reduction
@@ -178,3 +183,10 @@ class EventTracker:
         height, width = image.shape[:2]
         size = (width // factor, height // factor)
         return cv2.resize(image, size, interpolation=cv2.INTER_AREA)  # type: ignore[return-value]
+
+
+def _upright(mapping: GroundMapping, reduction: int) -> Image:
+    """Return the kernel, (h, 1), that reaches half a usual person's height up and down."""
+    height_px = mapping.height_px(mapping.visible_ground(), PERSON_M)
+    half = round(float(np.median(height_px)) / reduction / 2) if len(height_px) else 0
+    return np.ones((2 * half + 1, 1), np.uint8)

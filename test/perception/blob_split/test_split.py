@@ -46,7 +46,7 @@ class Crowd:
             np.zeros((count, 48)) if templates is None else templates,
         )
         background = np.zeros_like(self.image)
-        frame = Frame(self.image, self.mask, self.mask, background, self.mask, 1.0)
+        frame = Frame(self.image, self.mask, self.mask, self.mask, background, self.mask, 1.0)
         return partition(frame, self.blob[None], self.sizes, members, 1.75, MIXED)
 
 

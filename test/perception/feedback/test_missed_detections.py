@@ -22,7 +22,7 @@ def in_view(*people):
 def frame(scale=1.0):
     found = np.zeros((round(HEIGHT / scale), round(WIDTH / scale)), np.uint8)
     grey = np.zeros((*found.shape, 3), np.uint8)
-    return Frame(grey, found, found.copy(), grey, found, scale)
+    return Frame(grey, found, found.copy(), found, grey, found, scale)
 
 
 def reported(people, part, shown=None, ignored=None):
