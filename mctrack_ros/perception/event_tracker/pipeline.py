@@ -169,7 +169,7 @@ class EventTracker:
         return blobs.select(~shade) if shade.any() else blobs
 
     def _learn(self, frame: Frame, detections: Detections, stamp_ns: int) -> None:
-        """Tell the background where people are, and who of them walked there."""
+        """Tell the background where the targets of fusion are, and which of them walked there."""
         seen = ~detections.is_vacant & (detections.track_id > 0)
         walked = seen & np.isin(detections.local_id, self._tracker.walked_ids())
         boxes = [detections.box[which] / frame.scale for which in (seen, walked)]
