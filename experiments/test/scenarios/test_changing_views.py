@@ -7,16 +7,17 @@ from mctrack_experiments.scenarios.changing_views import SCENES, Renderer, score
 
 
 @pytest.mark.parametrize(
-    ('name', 'false_s'), [('bump', 2.0), ('night', 2.0), ('start', 6.0), ('furniture', 9.0)]
+    ('name', 'false_s', 'more_ids'),
+    [('bump', 2.0, 1), ('night', 2.0, 1), ('start', 5.0, 2), ('furniture', 9.0, 1)],
 )
-def test_no_real_person_is_lost_and_nobody_else_lasts(name, false_s):
+def test_no_real_person_is_lost_and_nobody_else_lasts(name, false_s, more_ids):
     scene = SCENES[name]()
     found = score(scene, tracked(scene))
     assert found['most_false'] <= 1
     assert found['false_s'] <= false_s
     assert found['longest_miss_s'] <= 1.0
     assert found['found'] == len(scene.people(10.0))
-    assert found['ids'] <= found['found'] + 2
+    assert found['ids'] <= found['found'] + more_ids
 
 
 def test_who_walked_in_and_stands_keeps_the_id_beside_the_chair_that_goes():

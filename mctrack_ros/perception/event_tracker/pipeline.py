@@ -18,7 +18,7 @@ from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.camera_shift.monitor import ShiftState
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.perception.event_tracker.tracker import LocalTracker
-from mctrack_ros.perception.foreground import Reduction
+from mctrack_ros.perception.foreground import PERSON_M, Reduction
 from mctrack_ros.perception.front_end import Arrival, FrontEnd
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.output import CameraOutput, check_image
@@ -26,9 +26,6 @@ from mctrack_ros.perception.output import CameraOutput, check_image
 Image = NDArray[np.uint8]
 MESSAGES = (Detections, Foreground)
 """Message types published for each image."""
-PERSON_M = 1.75
-"""Height of a usual person, m. Foreground half of it above and below an object belongs to it, like
-grey legs; shade lies beside (rows in the ablation notes)."""
 
 
 class EventTracker:
@@ -186,7 +183,10 @@ class EventTracker:
 
 
 def _upright(mapping: GroundMapping, reduction: int) -> Image:
-    """Return the kernel, (h, 1), that reaches half a usual person's height up and down."""
-    height_px = mapping.height_px(mapping.visible_ground(), PERSON_M)
-    half = round(float(np.median(height_px)) / reduction / 2) if len(height_px) else 0
+    """
+    Return the kernel, (h, 1), that reaches half a usual person's height up and down.
+
+    Foreground so near an object belongs to it, like grey legs; shade lies beside.
+    """
+    half = round(mapping.usual_height_px(PERSON_M) / reduction / 2)
     return np.ones((2 * half + 1, 1), np.uint8)

@@ -213,11 +213,11 @@ class CameraNode(GraphNode):
 
     def show_likelihood(self, output: CameraOutput) -> None:
         """Publish likelihoods as a map, while somebody looks."""
-        told = output.messages.get(Likelihood.TOPIC)
-        if self.likelihood_grid is None or not isinstance(told, Likelihood) or not len(told):
+        found = output.messages.get(Likelihood.TOPIC)
+        if self.likelihood_grid is None or not isinstance(found, Likelihood) or not len(found):
             return
         if self.likelihood_grid.get_subscription_count():
-            grid = likelihood_grid(told, self.config.ground_frame)
+            grid = likelihood_grid(found, self.config.ground_frame)
             self.likelihood_grid.publish(grid)
 
     def check_stamp(self, stamp_ns: int) -> None:
