@@ -8,8 +8,8 @@ BIN := $(VENV)/bin
 SOURCES := setup.py setup.cfg package.xml pyproject.toml \
 	$(shell find mctrack_ros experiments config launch resource -type f -not -name '*.pyc')
 QUICK := $(addprefix test/,codec evaluation fusion interfaces site tracking test_config.py)
-COMPILE := import mctrack_ros.fusion, mctrack_ros.perception.silhouettes; \
-	from mctrack_ros.compiled import prepare; prepare("mctrack_ros")
+COMPILE := import mctrack_ros.perception.silhouettes; \
+	from mctrack_ros.cli.live import prepare_nodes; prepare_nodes()
 RESULTS := lab6p cmc wildtrack pets terrace4 terrace cameras
 
 .PHONY: all demo test check unit quick jazzy same lock results reference clean help

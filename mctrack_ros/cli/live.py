@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from mctrack_ros.compiled import prepare
 from mctrack_ros.ros.graph.graph import ENVIRONMENT, NodeSpec
 from mctrack_ros.ros.graph.supervise import Supervisor
 
@@ -14,6 +15,8 @@ from mctrack_ros.ros.graph.supervise import Supervisor
 def run_to_end(nodes: Sequence[NodeSpec], log: Path, domain: int | None) -> None:
     """
     Run nodes as processes until the one that ends the graph does.
+
+    Inner loops are compiled first: a player does not wait for nodes that take minutes to start.
 
     Parameters
     ----------
@@ -27,9 +30,10 @@ def run_to_end(nodes: Sequence[NodeSpec], log: Path, domain: int | None) -> None
     Raises
     ------
     OSError
-        If a process failed; names the file.
+        If a process failed; says which, and names the file.
 
     """
+    prepare_nodes()
     environment = dict(ENVIRONMENT)
     if domain is not None:
         environment['ROS_DOMAIN_ID'] = str(domain)
@@ -40,6 +44,14 @@ def run_to_end(nodes: Sequence[NodeSpec], log: Path, domain: int | None) -> None
     ):
         processes = [node.process(Path(folder)) for node in nodes]
         supervisor = Supervisor(processes, lambda line: print(line, file=lines), environment)
-        failed = supervisor.run()
-    if failed:
-        raise OSError(f'the graph did not run as it should: see {log}')
+        supervisor.run()
+    if supervisor.failures:
+        raise OSError(f'{"; ".join(supervisor.failures)}: see {log}')
+
+
+def prepare_nodes() -> None:
+    """Compile the inner loops that nodes call, or find them compiled."""
+    import mctrack_ros.fusion.trackers
+    import mctrack_ros.perception.trackers  # noqa: F401
+
+    prepare('mctrack_ros')

@@ -78,6 +78,11 @@ class Supervisor:
     environment : mapping of str to str, optional
         Laid over the own environment.
 
+    Attributes
+    ----------
+    failures : list of str
+        What went wrong with which process.
+
     """
 
     def __init__(
@@ -92,7 +97,7 @@ class Supervisor:
         self._children = [_Child(process) for process in processes]
         self._stopping = threading.Event()
         self._killed = False
-        self.failed = False
+        self.failures: list[str] = []
 
     def stop(self) -> None:
         """Let `run` end; may be called from a signal handler or another thread."""
@@ -120,7 +125,7 @@ class Supervisor:
                     break
         finally:
             self.stop_all()
-        return int(self.failed)
+        return int(bool(self.failures))
 
     def pids(self) -> dict[str, int]:
         """Return the process ids of what runs, by name."""
@@ -163,8 +168,7 @@ class Supervisor:
                 process_group=0,
             )
         except OSError as error:
-            self.failed = True
-            self._write(f'[{process.name}] cannot start: {error}')
+            self._fail(f'[{process.name}] cannot start: {error}')
             return
         child.began_s, child.again_s = time.monotonic(), None
         child.starts += 1
@@ -212,16 +216,18 @@ class Supervisor:
             self._write(f'[{name}] ended with {code}: starting again in {child.pause_s:g} s')
             child.pause_s = min(2 * child.pause_s, _LONGEST_PAUSE_S)
         elif code != 0:
-            self.failed = True
-            self._write(f'[{name}] failed with {code}')
+            self._fail(f'[{name}] failed with {code}')
             if code == BAD_CONFIGURATION:
                 self._stopping.set()
 
     def _judge_end(self, name: str, code: int) -> None:
         """Report a process that did not stop as it should."""
         if code not in (0, -signal.SIGINT, -signal.SIGTERM):
-            self.failed = True
-            self._write(f'[{name}] ended with {code} when asked to stop')
+            self._fail(f'[{name}] ended with {code} when asked to stop')
+
+    def _fail(self, line: str) -> None:
+        self.failures.append(line)
+        self._write(line)
 
 
 def _signal_group(child: _Child, number: int) -> None:

@@ -17,7 +17,6 @@ from mctrack_ros.codec import (
     rows_from_cloud,
     stamp_ns_of,
 )
-from mctrack_ros.compiled import prepare
 from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import RESTART_NS, Likelihood, Message
 from mctrack_ros.perception import (
@@ -34,7 +33,7 @@ from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.ros.node.camera_health import ImageHealth, PoseHealth
 from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, StreamHealth
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
-from mctrack_ros.ros.node.process import run
+from mctrack_ros.ros.node.process import compile_loops, run
 from mctrack_ros.ros.node.silence import warn_of_silence
 from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class
@@ -77,7 +76,7 @@ class CameraNode(GraphNode):
         """Build the tracker and the publishers."""
         settings, camera = self.config.settings, self.config.camera
         check_camera_name(camera)
-        prepare('mctrack_ros.perception')
+        compile_loops('mctrack_ros.perception')
         self.tracker, self.overlay = settings.open(), Overlay()
         self.method = camera_method(settings.pipeline)
         self.note_calibration()

@@ -20,7 +20,6 @@ from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from mctrack_ros.codec import cloud_from_rows, message_from_ros, rows_from_cloud
-from mctrack_ros.compiled import prepare
 from mctrack_ros.config import ConfigError, parameter, values_of
 from mctrack_ros.fusion import (
     FUSION,
@@ -54,7 +53,7 @@ from mctrack_ros.ros.node.camera_agreement import (
 )
 from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, StreamHealth
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
-from mctrack_ros.ros.node.process import run
+from mctrack_ros.ros.node.process import compile_loops, run
 from mctrack_ros.ros.node.track_ids import TrackIds, state_path
 from mctrack_ros.ros.topics import markers, quality
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class
@@ -108,7 +107,7 @@ class FusionNode(GraphNode):
             )
         for camera in cameras:
             check_camera_name(camera)
-        prepare('mctrack_ros.fusion', *SELDOM)
+        compile_loops('mctrack_ros.fusion', *SELDOM)
         self.origin = origin_from(self.config.origin)
         self.batcher = open_batcher(self.config.fusion, cameras)
         self.method = fusion_method(self.config.fusion)

@@ -142,7 +142,7 @@ def test_a_bag_is_tracked_live_and_recorded(bench, site, supervised, walker_bag,
     supervisor, thread, lines = supervised(nodes)
     thread.join(timeout=240)
     assert not thread.is_alive(), lines
-    assert not supervisor.failed, '\n'.join(lines)
+    assert not supervisor.failures, '\n'.join(lines)
     with BagReader(tmp_path / 'out') as bag:
         counts = {topic: bag.count(topic) for topic in bag.topics}
         widths = [message.width for _, message, _ in bag.messages(['/tracks'])]
@@ -165,7 +165,7 @@ def test_people_who_explain_the_masks_are_tracked_live(site, supervised, walker_
     supervisor, thread, lines = supervised(nodes)
     thread.join(timeout=240)
     assert not thread.is_alive(), lines
-    assert not supervisor.failed, '\n'.join(lines)
+    assert not supervisor.failures, '\n'.join(lines)
     with BagReader(tmp_path / 'out') as bag:
         assert bag.count('/cam1/foreground/compressed') == bag.count('/cam1/detections') == 50
         live = [rows for rows, _ in bag.rows('/tracks', Tracks)]
