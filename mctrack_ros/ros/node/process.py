@@ -7,7 +7,6 @@ import os
 import signal
 import sys
 import tempfile
-import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -16,7 +15,6 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
-from mctrack_ros.compiled import prepare
 from mctrack_ros.resources import config_file
 from mctrack_ros.ros.graph.supervise import BAD_CONFIGURATION, PARENT_VARIABLE
 from mctrack_ros.ros.node.lifecycle import GraphNode, one_line
@@ -66,28 +64,6 @@ def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-
-
-def compile_loops(package: str, *but: str) -> None:
-    """
-    Compile the inner loops that a node calls; meanwhile a signal ends the process at once.
-
-    Parameters
-    ----------
-    package, *but : str
-        What is compiled and what is not; see `prepare`.
-
-    """
-    if threading.current_thread() is not threading.main_thread():
-        prepare(package, *but)
-        return
-    signals = signal.SIGINT, signal.SIGTERM
-    handlers = [signal.signal(number, signal.SIG_DFL) for number in signals]
-    try:
-        prepare(package, *but)
-    finally:
-        for number, handler in zip(signals, handlers, strict=True):
-            signal.signal(number, handler)
 
 
 def _prepare_environment() -> None:

@@ -33,7 +33,8 @@ from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.ros.node.camera_health import ImageHealth, PoseHealth
 from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, StreamHealth
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
-from mctrack_ros.ros.node.process import compile_loops, run
+from mctrack_ros.ros.node.loops import compile_loops
+from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.node.silence import warn_of_silence
 from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class

@@ -53,7 +53,8 @@ from mctrack_ros.ros.node.camera_agreement import (
 )
 from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, StreamHealth
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
-from mctrack_ros.ros.node.process import compile_loops, run
+from mctrack_ros.ros.node.loops import compile_loops
+from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.node.track_ids import TrackIds, state_path
 from mctrack_ros.ros.topics import markers, quality
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class
