@@ -12,6 +12,8 @@ def compile_loops(package: str, *but: str) -> None:
     """
     Compile the inner loops that a node calls; meanwhile a signal ends the process at once.
 
+    It does so by the system's own action: a handler in Python would wait seconds for LLVM.
+
     Parameters
     ----------
     package, *but : str
