@@ -10,7 +10,7 @@ SOURCES := setup.py setup.cfg package.xml pyproject.toml \
 QUICK := $(addprefix test/,codec evaluation fusion interfaces site tracking test_config.py)
 COMPILE := import mctrack_ros.perception.silhouettes; \
 	from mctrack_ros.cli.live import prepare_nodes; prepare_nodes()
-RESULTS := lab6p cmc wildtrack pets terrace4 terrace cameras
+RESULTS := lab6p cmc wildtrack pets defaults terrace4 terrace cameras
 
 .PHONY: all demo test check unit quick jazzy same lock results reference clean help
 

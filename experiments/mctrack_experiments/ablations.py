@@ -15,20 +15,13 @@ import contextlib
 import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mctrack_experiments.datasets.cmc import AREA as CMC_AREA
-from mctrack_experiments.datasets.cmc import load_cmc
-from mctrack_experiments.datasets.lab6p import load_lab6p
-from mctrack_experiments.datasets.pets_multiview import annotated, load_pets_multiview
-from mctrack_experiments.datasets.stored import StoredScene, disturbed, inside
-from mctrack_experiments.datasets.wildtrack import AREA as WILDTRACK_AREA
-from mctrack_experiments.datasets.wildtrack import load_wildtrack, load_wildtrack_boxes
 from mctrack_experiments.pixel_scenes import (
     FIGURES,
     PITCH_SEEDS,
@@ -40,16 +33,7 @@ from mctrack_experiments.pixel_scenes import (
     terrace_videos,
 )
 from mctrack_experiments.pixel_scenes import disturbed as disturbed_ticks
-from mctrack_experiments.real.stored_detections import (
-    CMC_SETTINGS,
-    LAB6P_SETTINGS,
-    PERFECT_SETTINGS,
-    PETS_SETTINGS,
-    WILDTRACK_SETTINGS,
-    Settings,
-)
-from mctrack_experiments.real.stored_tracking import track_stored
-from mctrack_ros.evaluation import evaluate_ground
+from mctrack_experiments.real.stored_detections import DATA_SETS, DISTURBANCE_M, StoredSet
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.fusion.association import likelihood
 from mctrack_ros.fusion.existence import evidence
@@ -58,9 +42,8 @@ from mctrack_ros.fusion.management import initiation, lifecycle
 from mctrack_ros.fusion.reid import lost_targets, reassignment
 from mctrack_ros.fusion.update import hidden_members, update
 from mctrack_ros.interfaces import Tick
-from mctrack_ros.perception.boxes import BodyModel
 
-SEEDS, MOVED_M = range(1, 4), 0.02
+SEEDS = range(1, 4)
 CLOSED_PITCH = 2
 """So many matches are tracked in a closed loop."""
 
@@ -164,42 +147,16 @@ class DataSet:
 
 def stored_sets(data: Path) -> dict[str, DataSet]:
     """Return the real data sets whose detections others made, by name."""
-    folder = data / 'pets2009_s2l1'
 
-    def stored(scene: StoredScene, settings: Settings, gate_m: float, area: Any = None) -> DataSet:
+    def stored(each: StoredSet) -> DataSet:
         def scores(extra: Mapping[str, Any], seed: int) -> Scores:
-            tracks = track_stored(disturbed(scene, MOVED_M, seed), {**settings, **extra})
-            tracks = tracks.at_frames(scene.truth.frame)
-            if area is not None:
-                tracks = tracks.select(area(tracks.position))
-            scored = evaluate_ground(scene.truth, tracks, gate_m)
+            moved = replace(each.disturbed(seed), first=0)
+            scored = moved.scores(moved.tracks(extra))
             return {name: float(getattr(scored, name)) for name in FIGURES}
 
         return DataSet(SEEDS, scores)
 
-    views = load_pets_multiview(folder, BodyModel())
-    boxes = load_wildtrack_boxes(data / 'wildtrack', 2.0)
-    feet = load_wildtrack(data / 'wildtrack', 'proposed_confirmed', 10.0)
-    return {
-        'lab6p': stored(
-            load_lab6p(data / 'epfl_lab6p', 'proposed_confirmed', 2.0), LAB6P_SETTINGS, 0.5
-        ),
-        'cmc2': stored(
-            load_cmc(data / 'cmc_4cam', 2, BodyModel()),
-            CMC_SETTINGS,
-            1.0,
-            lambda place: inside(place, CMC_AREA),
-        ),
-        'pets, six views': stored(
-            views, PETS_SETTINGS, 1.0, lambda place: annotated(folder, place, views.truth)
-        ),
-        'wildtrack': stored(
-            feet, WILDTRACK_SETTINGS, 1.0, lambda place: inside(place, WILDTRACK_AREA)
-        ),
-        'wildtrack boxes': stored(
-            boxes, PERFECT_SETTINGS, 1.0, lambda place: inside(place, WILDTRACK_AREA)
-        ),
-    }
+    return {name: stored(open_set(data)) for name, open_set in DATA_SETS.items()}
 
 
 def pixel_sets(data: Path, folder: Path) -> dict[str, DataSet]:
@@ -212,7 +169,7 @@ def pixel_sets(data: Path, folder: Path) -> dict[str, DataSet]:
 
     def play(extra: Mapping[str, Any], seed: int) -> Scores:
         scene, ticks = match(seed)
-        return scene.fused(disturbed_ticks(ticks, MOVED_M, seed), extra)
+        return scene.fused(disturbed_ticks(ticks, DISTURBANCE_M, seed), extra)
 
     def filmed(scene: PixelScene) -> DataSet:
         @cache
@@ -221,7 +178,7 @@ def pixel_sets(data: Path, folder: Path) -> dict[str, DataSet]:
 
         return DataSet(
             SEEDS,
-            lambda extra, seed: scene.fused(disturbed_ticks(ticks(), MOVED_M, seed), extra),
+            lambda extra, seed: scene.fused(disturbed_ticks(ticks(), DISTURBANCE_M, seed), extra),
         )
 
     return {
@@ -305,7 +262,7 @@ def ablate(
     protocol = {
         'change': 'without the rule, paired by run, mean and standard error',
         'runs': f'{len(SEEDS)}, on the pitch {len(PITCH_SEEDS)} matches; every detection is moved '
-        f'by {MOVED_M:g} m along each axis',
+        f'by {DISTURBANCE_M:g} m along each axis',
         'rules': {name: rule.what for name, rule in rules.items()},
     }
     command = 'python -m mctrack_experiments.ablations'

@@ -40,8 +40,9 @@ DEFINITIONS: Mapping[str, Definition] = {
     'feedback': Definition(2, f'{_SEEDS}, {_CLICKS}'),
     'covering': Definition(
         2,
-        f'{_SEEDS}, {_CLICKS}, {_EMPTY}; the share of a tick counts gate, costs and C',
-        ('pitch.', 'carpark.', 'beside.', 'facing.', 'assignment.'),
+        f'{_SEEDS}, {_CLICKS}, {_EMPTY}; the share of a tick counts gate, costs and C; '
+        'lab6p by defaults',
+        ('pitch.', 'carpark.', 'beside.', 'facing.', 'assignment.', 'lab6p.'),
     ),
     'silhouettes': Definition(2, f"{_SEEDS}, {_CLICKS}, the paper's own parameters beside"),
     'classes': Definition(2, f'{_SEEDS}, {_CLICKS}'),

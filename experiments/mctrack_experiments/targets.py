@@ -68,11 +68,13 @@ TARGETS = (
     Target('terrace_live', 'terrace.isolated_breaks', 'terrace live, ids lost while isolated',
            most=0),
     Target('pets', 'pets.pixels.moda', 'PETS, one camera from pixels, MODA', 0.88, None,
-           f'{_GLUE}: .817'),
+           f'tuned on frames 1-397: `pets.pixels.tuned.moda`; {_GLUE}: .817'),
     Target('pets', 'pets.pixels.mota', 'PETS, one camera from pixels, MOTA', 0.87, None,
-           f'{_GLUE}: .810; published trackers: .77 to .83'),
+           f'tuned on frames 1-397: `pets.pixels.tuned.mota`; {_GLUE}: .810; '
+           'published trackers: .77 to .83'),
     Target('pets', 'pets.pixels.idf1', 'PETS, one camera from pixels, IDF1', 0.80, None,
-           f'{_GLUE}: .652; published trackers: .67 to .80'),
+           f'tuned on frames 1-397: `pets.pixels.tuned.idf1`; {_GLUE}: .652; '
+           'published trackers: .67 to .80'),
     Target('pets', 'pets.pixels.switches', 'PETS, one camera from pixels, switches', None, None,
            f'{_GLUE}: 16'),
     Target('pets', 'pets.multiview.moda', 'PETS, six views, MODA', 0.88, None,

@@ -30,6 +30,7 @@ class Experiment(StrEnum):
     LAB6P = 'lab6p'
     CMC = 'cmc'
     WILDTRACK = 'wildtrack'
+    DEFAULTS = 'defaults'
     CAMERAS = 'cameras'
     TABLE3 = 'table3'
     FIG18 = 'fig18'
@@ -101,10 +102,10 @@ def reproduce(
     """
     Measure on real data, matches, the car park, staged scenarios, mappings or the watchdog.
 
-    Real data is needed by pets, terrace, terrace4, foreground, lab6p, cmc, wildtrack, cameras,
-    intel, watchdog, covering and grid, the fusion benchmark by biased; the others are simulated.
-    docs/results.md has what each one gave. The k-th run of an experiment on simulated scenes has
-    the seeds 1000 k + 1, 1000 k + 2 ...; mean and spread of all its runs are printed.
+    Real data is needed by pets, terrace, terrace4, foreground, lab6p, cmc, wildtrack, defaults,
+    cameras, intel, watchdog, covering and grid, the fusion benchmark by biased; the others are
+    simulated. docs/results.md has what each one gave. The k-th run of an experiment on simulated
+    scenes has the seeds 1000 k + 1, 1000 k + 2 ...; mean and spread of all its runs are printed.
     """
     if image is not None and experiment not in DRAWN:
         raise ValueError(f'{experiment} has no image: leave --image away')
@@ -176,6 +177,12 @@ def _experiment(experiment: Experiment, data: Path | None, image: Path | None) -
         return reproduce_fig20(image)
     if experiment in (Experiment.TABLE3, Experiment.FIG18):
         return _accuracy(experiment, image)
+    if experiment is Experiment.DEFAULTS:
+        from mctrack_experiments.real.defaults import reproduce_defaults
+        from mctrack_ros.cli.progress import progress_bar
+
+        with progress_bar('data sets') as progress:
+            return reproduce_defaults(data_folder(data), progress)
     if experiment is Experiment.GRID:
         from mctrack_experiments.papers.likelihood_grid import reproduce_grid
 

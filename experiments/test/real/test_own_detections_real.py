@@ -17,7 +17,6 @@ from mctrack_experiments.datasets.pets_multiview import (
     load_pets_multiview,
 )
 from mctrack_experiments.datasets.stored import inside
-from mctrack_experiments.real.stored_detections import PETS_SETTINGS
 from mctrack_experiments.real.stored_tracking import track_stored
 from mctrack_ros.cli.main import app
 from mctrack_ros.evaluation import evaluate_ground
@@ -63,8 +62,7 @@ def write_site(data, folder):
                 for (left, top, right, bottom), score in zip(boxes, scores):
                     file.write(f'{frame},-1,{left},{top},{right - left},{bottom - top},{score}\n')
     (folder / 'pets.yaml').write_text(
-        f'name: pets\nfeedback_delay: 0.3\nfusion: {{batching: {{period: {1 / RATE}}}, '
-        f'association: {{false_density: {PETS_SETTINGS["association.false_density"]}}}}}\n'
+        f'name: pets\nfeedback_delay: 0.3\nfusion: {{batching: {{period: {1 / RATE}}}}}\n'
         f'cameras:\n{"".join(cameras)}'
     )
 
@@ -99,7 +97,7 @@ def test_commands_make_of_real_boxes_what_the_experiment_does(data_root, tmp_pat
         *(f'--area={left},{low},{right},{high}', '--rate', RATE),
     )
     mota = float(re.search(r'mota +([\d.]+)', figures)[1])
-    tracks = track_stored(scene, PETS_SETTINGS, tuple(f'view{view}' for view in VIEWS))
+    tracks = track_stored(scene, {}, tuple(f'view{view}' for view in VIEWS))
     kept = [rows.select(inside(rows.position, AREA)) for rows in (scene.truth, tracks)]
     expected = evaluate_ground(*kept, 1.0).mota
     assert expected > 0.8

@@ -18,7 +18,6 @@ from mctrack_experiments.datasets.stored import StoredScene, stamp_of
 from mctrack_experiments.papers.event_tracking.tracked_match import with_backgrounds
 from mctrack_experiments.real import pets_pixels
 from mctrack_experiments.real import terrace_videos as terrace
-from mctrack_experiments.real.stored_detections import LAB6P_SETTINGS
 from mctrack_ros.codec import jpeg_from_image
 from mctrack_ros.config import config_from, values_of
 from mctrack_ros.evaluation import Trajectories
@@ -149,7 +148,7 @@ def terrace_clips(data: Path) -> CoveringScene:
 def lab6p(data: Path) -> CoveringScene:
     """Return EPFL's six people, whose detections others made: association alone."""
     stored = load_lab6p(data / 'epfl_lab6p', 'proposed_confirmed', 2.0)
-    fusion = _with(JointConfig(), {**LAB6P_SETTINGS, 'batching.period': 1 / stored.rate})
+    fusion = _with(JointConfig(), {'batching.period': 1 / stored.rate})
     return CoveringScene(stored, fusion, 0.5, everywhere, np.unique(stored.truth.frame))
 
 
