@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import statistics
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from mctrack_experiments.runs import medians
 from mctrack_ros.cli.commands.demo import demo
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.report.targets import DEMO_TARGETS
@@ -40,12 +40,8 @@ def reproduce_demo(
 
 def median_run(runs: Sequence[Figures], seeds: Sequence[int]) -> Figures:
     """Return the medians of figures over runs, and the extremes of those that have a target."""
-    figures: dict[str, float] = {}
-    for name in runs[0].figures:
-        values = [run.figures[name] for run in runs]
-        figures[name] = statistics.median(values)
-        if name in {target.figure for target in DEMO_TARGETS}:
-            figures |= {f'{name}.least': min(values), f'{name}.most': max(values)}
+    with_target = {target.figure for target in DEMO_TARGETS}
+    figures = medians([run.figures for run in runs], with_target)
     protocol = {name: value for name, value in runs[0].protocol.items() if name != 'seed'}
     protocol |= {
         'seeds': ', '.join(map(str, seeds)),

@@ -7,7 +7,7 @@ import math
 import re
 import statistics
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -203,6 +203,17 @@ def spread_table(runs: Sequence[Run], experiment: str) -> str:
     found = [(name, spread_of(runs, experiment, name)) for name in names]
     lines = [f'  {name}  {spread}' for name, spread in found if spread is not None]
     return '\n'.join([f'{experiment}, mean ± standard deviation (runs)', *lines])
+
+
+def medians(runs: Sequence[Mapping[str, float]], spread: Container[str]) -> dict[str, float]:
+    """Return the medians of figures over runs, and the extremes of some of them."""
+    figures: dict[str, float] = {}
+    for name in runs[0]:
+        values = [run[name] for run in runs]
+        figures[name] = statistics.median(values)
+        if name in spread:
+            figures |= {f'{name}.least': min(values), f'{name}.most': max(values)}
+    return figures
 
 
 def listed(seeds: Sequence[int]) -> str:

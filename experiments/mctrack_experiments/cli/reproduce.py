@@ -25,6 +25,7 @@ class Experiment(StrEnum):
     PETS = 'pets'
     TERRACE = 'terrace'
     TERRACE4 = 'terrace4'
+    STREET = 'street'
     FOREGROUND = 'foreground'
     VIEWS = 'views'
     LAB6P = 'lab6p'
@@ -95,6 +96,9 @@ def reproduce(
         callback=image_file,
         help='table3, fig18, fig20: also draw them, as .png, .svg or .pdf.',
     ),
+    repeat: int = typer.Option(
+        1, min=1, help='terrace4: so many runs that differ as in the field; figures are medians.'
+    ),
     live: bool = typer.Option(
         False, '--live', help='terrace: play its videos into the running nodes instead.'
     ),
@@ -102,21 +106,24 @@ def reproduce(
     """
     Measure on real data, matches, the car park, staged scenarios, mappings or the watchdog.
 
-    Real data is needed by pets, terrace, terrace4, foreground, lab6p, cmc, wildtrack, defaults,
-    cameras, intel, watchdog, covering and grid, the fusion benchmark by biased; the others are
-    simulated. docs/results.md has what each one gave. The k-th run of an experiment on simulated
-    scenes has the seeds 1000 k + 1, 1000 k + 2 ...; mean and spread of all its runs are printed.
+    Real data is needed by pets, terrace, terrace4, street, foreground, lab6p, cmc, wildtrack,
+    defaults, cameras, intel, watchdog, covering and grid, the fusion benchmark by biased; others
+    are simulated. docs/results.md has what each one gave. The k-th run of an experiment on
+    simulated scenes has the seeds 1000 k + 1, 1000 k + 2 ...; mean and spread of all its runs
+    are printed.
     """
     if image is not None and experiment not in DRAWN:
         raise ValueError(f'{experiment} has no image: leave --image away')
     if live and experiment is not Experiment.TERRACE:
         raise ValueError(f'{experiment} has no live run: leave --live away')
+    if repeat > 1 and experiment is not Experiment.TERRACE4:
+        raise ValueError(f'{experiment} has one run: leave --repeat away')
     if experiment in _SIMULATED:
         figures = _simulated(experiment, data, seeds, runs)
     elif seeds is not None:
         raise ValueError(f'{experiment} has no seeds to choose: leave --seeds away')
     else:
-        figures = _live(data) if live else _experiment(experiment, data, image)
+        figures = _live(data) if live else _experiment(experiment, data, image, repeat)
         typer.echo(figures.table())
     if json_file is not None:
         figures.write(json_file)
@@ -162,7 +169,9 @@ def data_folder(given: Path | None) -> Path:
     return folder
 
 
-def _experiment(experiment: Experiment, data: Path | None, image: Path | None) -> Figures:
+def _experiment(
+    experiment: Experiment, data: Path | None, image: Path | None, repeat: int
+) -> Figures:
     if experiment is Experiment.HONESTY:
         from mctrack_experiments.papers.ground.honesty import reproduce_honesty
 
@@ -177,6 +186,12 @@ def _experiment(experiment: Experiment, data: Path | None, image: Path | None) -
         return reproduce_fig20(image)
     if experiment in (Experiment.TABLE3, Experiment.FIG18):
         return _accuracy(experiment, image)
+    if experiment is Experiment.TERRACE4:
+        from mctrack_experiments.real.terrace import reproduce_terrace4
+        from mctrack_ros.cli.progress import progress_bar
+
+        with progress_bar('runs') as progress:
+            return reproduce_terrace4(data_folder(data), repeat, progress)
     if experiment is Experiment.DEFAULTS:
         from mctrack_experiments.real.defaults import reproduce_defaults
         from mctrack_ros.cli.progress import progress_bar
@@ -225,11 +240,12 @@ def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
     from mctrack_experiments.real.foreground import reproduce_foreground
     from mctrack_experiments.real.intel import reproduce_intel
     from mctrack_experiments.real.pets import reproduce_pets
+    from mctrack_experiments.real.street import reproduce_street
 
-    if experiment in (Experiment.TERRACE, Experiment.TERRACE4):
-        from mctrack_experiments.real.terrace import reproduce_terrace, reproduce_terrace4
+    if experiment is Experiment.TERRACE:
+        from mctrack_experiments.real.terrace import reproduce_terrace
 
-        return reproduce_terrace if experiment is Experiment.TERRACE else reproduce_terrace4
+        return reproduce_terrace
     if experiment is Experiment.WATCHDOG:
         from mctrack_experiments.real.camera_shift import reproduce_watchdog
 
@@ -238,6 +254,7 @@ def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
         Experiment.INTEL: reproduce_intel,
         Experiment.FOREGROUND: reproduce_foreground,
         Experiment.PETS: reproduce_pets,
+        Experiment.STREET: reproduce_street,
         Experiment.CAMERAS: reproduce_cameras,
         Experiment.LAB6P: real_data.reproduce_lab6p,
         Experiment.CMC: real_data.reproduce_cmc,

@@ -59,3 +59,7 @@ def test_without_a_place_to_keep_it_nothing_is_run(measured, tmp_path):
 
 def test_seeds_are_refused_where_there_are_none_to_choose():
     assert 'lab6p has no seeds' in str(run('lab6p', '--seeds', '1').exception)
+
+
+def test_repeats_are_refused_where_one_run_says_it_all():
+    assert 'lab6p has one run' in str(run('lab6p', '--repeat', '2').exception)

@@ -119,3 +119,15 @@ def test_a_track_has_the_number_of_the_image_it_comes_of(data_root, tmp_path):
             status = [TrackStatus.CONFIRMED]
             tracks.write(Tracks.build(stamp_ns, position=np.zeros((1, 3)), status=status))
     assert read_tracks(tmp_path, 0).frame.tolist() == list(files)
+
+
+def test_a_later_run_begins_later_and_its_messages_arrive_in_another_order(data_root, tmp_path):
+    arrived = {}
+    for run in (0, 3):
+        write_images(data_root, tmp_path / f'bag{run}', run)
+        with BagReader(tmp_path / f'bag{run}') as bag:
+            topics = [f'/{camera}/image_raw/compressed' for camera in CAMERAS]
+            arrived[run] = [(stamp_ns, topic) for topic, _, stamp_ns in bag.messages(topics)]
+    assert set(arrived[3]) == set(arrived[0][3 * len(CAMERAS) :])
+    assert arrived[0] == sorted(arrived[0])
+    assert arrived[3] != sorted(arrived[3])
