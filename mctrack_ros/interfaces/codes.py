@@ -1,6 +1,6 @@
 """Numbers that travel in messages and what they stand for; `/site` carries this table."""
 
-from enum import IntEnum, IntFlag
+from enum import IntEnum
 
 MEMBERS = 16
 """How many global ids a group or an event can name; what is left is zero."""
@@ -47,14 +47,6 @@ class ClassCode(IntEnum):
     VEHICLE = 2
     BICYCLE = 3
     BALL = 4
-
-
-class FeedbackFlag(IntFlag):
-    """What feedback says of a target (event-tracking paper, section 4.3)."""
-
-    GROUP_RESOLVED = 1
-    ENTERING = 2
-    CORRECTED = 4
 
 
 class Choice(IntEnum):
@@ -106,7 +98,7 @@ class Reason(IntEnum):
 
 def code_tables() -> dict[str, dict[str, int]]:
     """Return name -> number of every code, for `/site`."""
-    enums = (TrackStatus, EventCode, ClassCode, FeedbackFlag, Choice, Reason)
+    enums = (TrackStatus, EventCode, ClassCode, Choice, Reason)
     return {
         kind.__name__: {name: int(member) for name, member in kind.__members__.items()}
         for kind in enums

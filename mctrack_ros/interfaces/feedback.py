@@ -33,12 +33,6 @@ class Feedback(Rows):
         Global id.
     previous_id : (n,) uint32 array
         What the target was believed to be before a correction; 0: no correction.
-    group : (n,) uint32 array
-        Group that the target is in; 0: none.
-    seen_by : (n,) uint32 array
-        Bits of the cameras that saw it.
-    flags : (n,) uint8 array
-        A combination of `FeedbackFlag`.
 
     """
 
@@ -50,9 +44,6 @@ class Feedback(Rows):
         'template': Column('f4', (TEMPLATE_SIZE,)),
         'track_id': Column('u4'),
         'previous_id': Column('u4'),
-        'group': Column('u4'),
-        'seen_by': Column('u4'),
-        'flags': Column('u1'),
     }
 
     position: NDArray[np.float32]
@@ -62,9 +53,6 @@ class Feedback(Rows):
     template: NDArray[np.float32]
     track_id: NDArray[np.uint32]
     previous_id: NDArray[np.uint32]
-    group: NDArray[np.uint32]
-    seen_by: NDArray[np.uint32]
-    flags: NDArray[np.uint8]
 
     def places(self, stamp_ns: int) -> NDArray[np.float64]:
         """Return where the targets are expected at a time, (n, 2) m."""

@@ -11,7 +11,7 @@ from mctrack_ros.codec import (
     fields_of_cloud,
     rows_from_cloud,
 )
-from mctrack_ros.interfaces import Detections, Events, Ticks, Tracks
+from mctrack_ros.interfaces import Detections, Events, Feedback, Ticks, Tracks
 from mctrack_ros.recording import ROSBAGS_CLASSES
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from strategies import ROW_TYPES, rows
@@ -113,6 +113,25 @@ def test_unknown_positions_make_the_cloud_not_dense():
     assert not cloud_from_rows(unknown, ROSBAGS_CLASSES, 'map').is_dense
     known = Tracks.build(1, position=[[0, 0, 0]])
     assert cloud_from_rows(known, ROSBAGS_CLASSES, 'map').is_dense
+
+
+def test_fields_of_earlier_versions_are_passed_over():
+    """Feedback had a group, the cameras that see a target, and flags behind its columns."""
+    rows = Feedback.build(1, position=[[1, 2, 0], [3, 4, 0]], track_id=[5, 6], previous_id=[0, 7])
+    message = cloud_from_rows(rows, ROSBAGS_CLASSES, 'map')
+    step, more = message.point_step, (('group', 6, 0), ('seen_by', 6, 4), ('flags', 2, 8))
+    data = np.full((2, step + 12), 255, np.uint8)
+    data[:, :step] = np.asarray(message.data).reshape(2, step)
+    fields = [
+        ROSBAGS_CLASSES.field(name=name, offset=step + offset, datatype=kind, count=1)
+        for name, kind, offset in more
+    ]
+    message.fields = [*message.fields, *fields]
+    message.point_step, message.row_step = step + 12, 2 * (step + 12)
+    message.data = ROSBAGS_CLASSES.octets(data.reshape(-1))
+    back = rows_from_cloud(message, Feedback)
+    for name in rows.COLUMNS:
+        np.testing.assert_array_equal(getattr(back, name), getattr(rows, name))
 
 
 def broken(**changes):

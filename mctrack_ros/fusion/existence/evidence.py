@@ -35,9 +35,6 @@ VACANCY_M = 0.5
 MOST_EVIDENCE = 8.0
 """Log-odds are counted no further than this: twice what confirms."""
 
-ANNOUNCED_S = 1.0
-"""Who comes into a camera's view is announced for so long before, s."""
-
 IN_VIEW = 0.5
 """Where a camera sees people more probably, it has a view."""
 
@@ -138,17 +135,6 @@ class Evidence:
         sure = tick_ns - table.first_ns >= SURE_S * 1e9
         self._common.learn(seen, could, sure, min(seconds, LOOK_S))
         return newly
-
-    def entering(self, table: TrackTable) -> Mask:
-        """
-        Tell which tracks, (n,), are about to come into a camera's view.
-
-        They are where it usually sees nobody, and go where it does (event-tracking paper,
-        section 4.3).
-        """
-        ahead = table.mean[:, :2] + ANNOUNCED_S * table.mean[:, 2:]
-        now, soon = (self._coverage.probability(place) for place in (table.mean, ahead))
-        return np.asarray(((now < IN_VIEW) & (soon >= IN_VIEW)).any(axis=1))
 
     def _note_intervals(self, cameras: NDArray[np.intp]) -> None:
         """Note that cameras, (k,), have sent an image; one long gap is not their pace."""

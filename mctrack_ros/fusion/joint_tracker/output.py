@@ -21,7 +21,6 @@ from mctrack_ros.fusion.table import TRACKS, TrackTable
 from mctrack_ros.interfaces import (
     Events,
     Feedback,
-    FeedbackFlag,
     Tracks,
     TrackStatus,
 )
@@ -34,9 +33,6 @@ Bytes = NDArray[np.uint8]
 
 STATUS = list(Tracks.COLUMNS).index('status')
 """Which column of `Tracks` that is."""
-
-SEEN_MEMORY_NS = 500_000_000
-"""A camera counts as seeing a target for so long after it did, ns."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -155,15 +151,8 @@ def _status_of(confirmed: NDArray[np.bool_], cameras: Ids, group: Ids) -> Bytes:
     return status
 
 
-def feedback_of(table: TrackTable, entering: NDArray[np.bool_], stamp_ns: int) -> Feedback:
-    """Return the feedback on tracks, (n,) of which may be entering a view."""
-    recent = table.seen_by_ns > stamp_ns - SEEN_MEMORY_NS
-    bits = np.left_shift(np.uint32(1), np.arange(recent.shape[1], dtype=np.uint32))
-    hidden = (table.hidden_ns > stamp_ns - SEEN_MEMORY_NS).any(axis=1)
-    resolved = hidden & (table.cameras > 0)
-    flags = resolved * np.uint8(FeedbackFlag.GROUP_RESOLVED)
-    flags |= (table.previous_id > 0) * np.uint8(FeedbackFlag.CORRECTED)
-    flags |= entering * np.uint8(FeedbackFlag.ENTERING)
+def feedback_of(table: TrackTable, stamp_ns: int) -> Feedback:
+    """Return the feedback on tracks."""
     return Feedback.build(
         stamp_ns,
         position=ground_points(table),
@@ -173,9 +162,6 @@ def feedback_of(table: TrackTable, entering: NDArray[np.bool_], stamp_ns: int) -
         template=table.template,
         track_id=table.track_id,
         previous_id=table.previous_id,
-        group=table.group,
-        seen_by=(recent * bits).sum(axis=1, dtype=np.uint32),
-        flags=flags,
     )
 
 

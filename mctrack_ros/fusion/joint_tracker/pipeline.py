@@ -115,7 +115,7 @@ class JointTracker:
             return Feedback.build(0)
         is_expected = lifecycle.is_expected(self._table, self._stamp_ns, self._config)
         reported = self._table.select(self._table.confirmed & is_expected)
-        return feedback_of(reported, self._existence.entering(reported), self._stamp_ns)
+        return feedback_of(reported, self._stamp_ns)
 
     def _predict(self, now: _Step) -> None:
         """Predict the tracks to the tick's stamp; end them all if time begins anew."""

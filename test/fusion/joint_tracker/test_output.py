@@ -6,7 +6,7 @@ from scipy.special import expit
 from mctrack_ros.fusion.joint_tracker.output import feedback_of, status_of, tracks_of
 from mctrack_ros.fusion.management.event_log import EventLog
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.interfaces import MEMBERS, EventCode, FeedbackFlag, TrackStatus
+from mctrack_ros.interfaces import MEMBERS, EventCode, TrackStatus
 
 NOW_NS = 90_000_000_000
 SECOND_NS = 1_000_000_000
@@ -56,31 +56,14 @@ def test_tracks_are_told_by_id_with_those_that_ended_among_them():
     np.testing.assert_array_equal(told.member_count, 1)
 
 
-def test_cameras_are_told_who_saw_a_target_within_half_a_second():
+def test_cameras_are_told_where_targets_are_and_what_they_were_called():
     table = tracks([1, 2])
-    table.seen_by_ns[:] = NOW_NS - np.array([[0, 1, 0], [499, 500, 9000]]) * 1_000_000
-    table.seen_by_ns[0, 2] = -(2**62)
-    told = feedback_of(table, np.zeros(2, bool), NOW_NS)
-    assert told.seen_by.tolist() == [0b011, 0b001]
+    table.previous_id[1] = 7
+    told = feedback_of(table, NOW_NS)
+    assert told.corrections() == {7: 2}
     np.testing.assert_allclose(told.position[:, :2], table.mean[:, :2], rtol=1e-6)
     np.testing.assert_allclose(told.velocity[:, :2], table.mean[:, 2:], rtol=1e-6)
     np.testing.assert_allclose(told.covariance, table.covariance, rtol=1e-6)
-
-
-def test_flags_say_who_is_resolved_corrected_and_entering():
-    """Resolved is who some camera has had in a group half a second ago, and another sees now."""
-    table = tracks([1, 2, 3, 4, 5])
-    table.hidden_ns[:4, 1] = NOW_NS - np.array([499, 500, 0, 9000]) * 1_000_000
-    table.cameras[:] = [1, 1, 0, 1, 1]
-    table.previous_id[3] = 7
-    told = feedback_of(table, np.array([True, False, False, False, False]), NOW_NS)
-    resolved, corrected, entering = (
-        told.flags & flag != 0
-        for flag in (FeedbackFlag.GROUP_RESOLVED, FeedbackFlag.CORRECTED, FeedbackFlag.ENTERING)
-    )
-    assert resolved.tolist() == [True, False, False, False, False]
-    assert corrected.tolist() == [False, False, False, True, False]
-    assert entering.tolist() == [True, False, False, False, False]
 
 
 def test_events_are_sorted_and_name_the_others_of_a_group():

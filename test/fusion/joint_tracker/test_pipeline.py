@@ -13,7 +13,6 @@ from mctrack_ros.interfaces import (
     ClassCode,
     Detections,
     EventCode,
-    FeedbackFlag,
     Rows,
     Tick,
     Ticks,
@@ -234,21 +233,6 @@ def test_an_event_is_as_probable_as_its_track():
     output = next(out for out in outputs if EventCode.NEW in out.events.event)
     assert output.events.probability.tolist() == output.tracks.score.tolist()
     assert 0.9 < output.events.probability[0] < 1.0
-
-
-def test_who_is_about_to_come_into_a_cameras_view_is_announced():
-    """One sees everything, the other from x = 5 m on; two walk along x, one after the other."""
-    pipeline = JointTracker(JointConfig(), CAMERAS)
-    announced = {lap: [] for lap in range(2)}
-    for step in range(400):
-        lap, x = step // 200, step % 200 * 0.08
-        place = [[x, 0.0]] if x < 8 else []
-        pipeline.step(tick(step, {'one': place, 'two': place if x > 5 else []}))
-        if (pipeline.feedback().flags & FeedbackFlag.ENTERING).any():
-            announced[lap].append(x)
-    assert announced[1]
-    assert 1.0 < announced[1][0] < 5.0
-    assert 4.0 < announced[1][-1] < 6.5
 
 
 def test_everything_is_sorted_by_id_and_stamped_with_the_tick():
@@ -595,26 +579,6 @@ def test_a_flood_of_one_camera_keeps_nobody_else_from_being_tracked(flooded):
         junk = rng.uniform(-50, 50, (300, 2))
         output = pipeline.step(tick(index, {flooded: junk, 'm': place, 'n': place}))
     assert any(np.allclose(where, place[0], atol=0.5) for where in published(output).values())
-
-
-def test_cameras_are_told_that_another_one_sees_apart_whom_they_see_as_one():
-    def frames(index):
-        apart = [[0.0, 0.0], [0.6, 0.0]]
-        if index < 50:
-            return {'one': apart, 'two': apart}
-        members = np.zeros((1, 16), np.uint32)
-        members[0, :2] = 1, 2
-        stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
-        merged = detections(stamp_ns, [[0.3, 0.0]], members=members, member_count=[2])
-        return {'one': apart, 'two': merged}
-
-    pipeline = JointTracker(JointConfig(), CAMERAS)
-    flags = []
-    for index in range(100):
-        pipeline.step(tick(index, frames(index)))
-        flags.append(pipeline.feedback().flags & FeedbackFlag.GROUP_RESOLVED)
-    assert not np.concatenate(flags[:50]).any()
-    assert all(len(each) == 2 and each.all() for each in flags[55:])
 
 
 @pytest.mark.parametrize('count', [3, 8])

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.interfaces import Feedback, FeedbackFlag
+from mctrack_ros.interfaces import Feedback
 from mctrack_ros.perception.feedback.id_assignment import learn_identities
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.local_tracks.table import FilterConfig, LocalTracks
@@ -34,7 +34,6 @@ def reported(*targets, variance=0.05):
         covariance=np.tile(np.eye(4) * variance, (count, 1, 1)),
         track_id=[target[0] for target in targets],
         previous_id=[target[3] if len(target) > 3 else 0 for target in targets],
-        flags=[FeedbackFlag.CORRECTED if len(target) > 3 else 0 for target in targets],
     )
 
 
