@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, Feedback, Foreground, Message
-from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.background.objects import marked, objects_in
-from mctrack_ros.perception.background.shadows import Shadows
+from mctrack_ros.perception.background.scene import Scene
 from mctrack_ros.perception.blobs.extraction import Blobs, clean_mask, find_blobs
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.camera_shift.monitor import ShiftState
@@ -61,17 +60,14 @@ class EventTracker:
         config = replace(config, blobs=replace(config.blobs, farthest_height_px=least_px))
         self._config, self._mapping = config, mapping
         self._front = FrontEnd(mapping, config.watchdog, mask)
-        self._mask = None if mask is None else self._reduced(mask)
         self._sizes = SizeTable(mapping)
-        self._background = Background(config.background)
-        self._given: Image | None = None
         if background is not None:
             check_image(background, mapping.image_size)
-            self._given = self._reduced(background)
-            self._background.begin(self._given)
+        given = [None if one is None else self._reduced(one) for one in (mask, background)]
+        scale = float(config.reduction)
+        self._scene = Scene(config.background, config.shadows, mapping, scale, *given)
         self._reduction = Reduction(mapping, config.reduction)
         self._upright = _upright(mapping, config.reduction)
-        self._shadows = Shadows(config.shadows, mapping, float(config.reduction))
         self._tracker = LocalTracker(config, mapping, self._sizes, mask)
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
@@ -127,23 +123,16 @@ class EventTracker:
         if arrival.jumped:
             self._tracker.restart()
         if arrival.stepped_back:
-            self._shadows.restart()
-            self._background.restart()
-            if self._given is not None:
-                self._background.begin(self._given)
+            self._scene.begin_anew()
 
     def _foreground(self, image: Image, stamp_ns: int) -> Frame | None:
         """Return an image with its foreground; None: the background is still learned."""
-        small = self._reduced(image)
-        found = self._background.apply(small, stamp_ns)
-        background, difference = self._background.model, self._background.difference
+        small, scene = self._reduced(image), self._scene.background
+        found = self._scene.foreground(small, stamp_ns)
+        background, difference = scene.model, scene.difference
         if found is None or background is None:
             return None
-        noise = self._background.noise or 0.0
-        self._shadows.take_out(small, background, found, noise, stamp_ns)
-        if self._mask is not None:
-            cv2.bitwise_and(found, self._mask, found)
-        mask = clean_mask(found, difference, self._background.threshold, self._config.blobs)
+        mask = clean_mask(found, difference, scene.threshold, self._config.blobs)
         objects = objects_in(small, background, mask)
         cv2.bitwise_and(mask, cv2.dilate(objects, self._upright), mask)  # without their shadows
         scale = float(self._config.reduction)
@@ -155,13 +144,13 @@ class EventTracker:
         blobs = find_blobs(
             frame.mask, frame.difference, self._mapping, self._sizes, scale, self._config.blobs
         )
-        shade = self._shadows.alone(
+        shade = self._scene.shadows.alone(
             frame.image,
             frame.background,
             frame.mask,
             blobs.box / scale,
             blobs.area / scale**2,
-            self._background.noise or 0.0,
+            self._scene.noise,
         )
         return blobs.select(~shade) if shade.any() else blobs
 
@@ -171,7 +160,7 @@ class EventTracker:
         walked = seen & np.isin(detections.local_id, self._tracker.walked_ids())
         boxes = [detections.box[which] / frame.scale for which in (seen, walked)]
         people, protected = (marked(box, frame.mask.shape) for box in boxes)
-        self._background.learn(frame.image, frame.objects, people, protected, stamp_ns)
+        self._scene.background.learn(frame.image, frame.objects, people, protected, stamp_ns)
 
     def _reduced(self, image: Image) -> Image:
         factor = self._config.reduction

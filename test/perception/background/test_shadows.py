@@ -185,8 +185,8 @@ def test_a_clock_that_steps_back_does_not_leave_an_old_sun(mapping):
         places = PLACES + np.array([0.02 * step, 0.0])
         stamp_ns = 3600_000_000_000 + step * PERIOD_NS
         pipeline.step(yard.image(places, 4 * [RED], 0.55), stamp_ns, None)
-    assert pipeline._shadows.sun is not None
+    assert pipeline._scene.shadows.sun is not None
     for step in range(1, 11):
         places = PLACES + np.array([0.02 * step, 0.0])
         pipeline.step(yard.image(places, 4 * [RED], 1.0), step * PERIOD_NS, None)
-    assert pipeline._shadows.sun is None
+    assert pipeline._scene.shadows.sun is None
