@@ -9,8 +9,9 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BYTES_2D, INTS_2D, compiled, inner
+from mctrack_ros.compiled import BYTES_2D, compiled
 from mctrack_ros.config import parameter
+from mctrack_ros.perception.blobs.connected_components import labels_of, runs_of
 from mctrack_ros.perception.silhouettes.features import (
     AREA,
     BINS,
@@ -82,7 +83,7 @@ class Silhouettes:
 
 def find_silhouettes(mask: Grey, grey: Grey, config: ComponentConfig) -> Silhouettes:
     """
-    Open a mask and collect its 4-connected components.
+    Open a mask and collect its connected components; pixels that touch at corners are connected.
 
     Parameters
     ----------
@@ -100,12 +101,8 @@ def find_silhouettes(mask: Grey, grey: Grey, config: ComponentConfig) -> Silhoue
 
     """
     mask = np.ascontiguousarray(cleaned(mask, config))
-    runs = _runs(mask)
-    count = int(runs[:, 3].max(initial=0))
-    if count > MOST:
-        count, runs = 0, runs[:0]
     labels = np.zeros(mask.shape, np.uint16)
-    shapes = Shapes(*_measure(runs, np.ascontiguousarray(grey), labels, count))
+    shapes = Shapes(*_measure(mask, np.ascontiguousarray(grey), labels))
     return Silhouettes(shapes, labels, np.arange(-1, len(shapes)), grey)
 
 
@@ -132,79 +129,29 @@ def shapes_of(column: NDArray[np.integer], row: NDArray[np.integer], value: Grey
     return Shapes(vector[None], np.concatenate([low, extent])[None])
 
 
-@inner
-def _root(parent: Ints, run: int) -> int:
-    while parent[run] != run:
-        parent[run] = parent[parent[run]]
-        run = parent[run]
-    return run
-
-
-@compiled(types.i8[:, ::1](BYTES_2D))
-def _runs(mask: Grey) -> Ints:
-    """
-    Return the (n, 4) runs of foreground, row by row: row, first and last column, component.
-
-    Runs that share a column with one in the row above are of one component (4-connected).
-    Components count from 1 in the order of their first runs. OpenCV's labels of all pixels cost
-    three times as much.
-    """
-    height, width = mask.shape
-    runs = np.empty((height * (width // 2 + 1), 4), np.int64)
-    parent = np.empty(len(runs), np.int64)
-    count, above, row_start = 0, 0, 0
-    for row in range(height):
-        above_end, above, row_start = count, row_start, count
-        column = 0
-        while column < width:
-            if mask[row, column] == 0:
-                column += 1
-                continue
-            first = column
-            while column < width and mask[row, column] != 0:
-                column += 1
-            runs[count, 0], runs[count, 1], runs[count, 2] = row, first, column - 1
-            parent[count] = count
-            while above < above_end and runs[above, 2] < first:
-                above += 1
-            other = above
-            while other < above_end and runs[other, 1] < column:
-                one, two = _root(parent, count), _root(parent, other)
-                parent[max(one, two)] = min(one, two)
-                other += 1
-            count += 1
-    components = 0
-    for run in range(count):
-        if parent[run] == run:
-            components += 1
-            runs[run, 3] = components
-        else:
-            runs[run, 3] = runs[_root(parent, run), 3]
-    return runs[:count].copy()
-
-
-@compiled(
-    types.UniTuple(types.f8[:, ::1], 2)(INTS_2D, BYTES_2D, types.Array(types.u2, 2, 'C'), types.i8)
-)
-def _measure(
-    runs: Ints, grey: Grey, labels: NDArray[np.uint16], count: int
-) -> tuple[Floats, Floats]:
-    """Write the labels of runs, and return the vectors and boxes of components."""
+@compiled(types.UniTuple(types.f8[:, ::1], 2)(BYTES_2D, BYTES_2D, types.Array(types.u2, 2, 'C')))
+def _measure(mask: Grey, grey: Grey, labels: NDArray[np.uint16]) -> tuple[Floats, Floats]:
+    """Write the labels of components, and return their vectors and boxes."""
+    runs = runs_of(mask)
+    label, count = labels_of(runs)
+    if count > MOST:
+        return np.zeros((0, SIZE)), np.zeros((0, 4))
     vector, box = np.zeros((count, SIZE)), np.zeros((count, 4))
     box[:, :2] = 1e9
-    for run in range(len(runs)):
-        row, first, last, label = runs[run]
-        one, edge = vector[label - 1], box[label - 1]
-        one[AREA] += last - first + 1
-        for column in range(first, last + 1):
-            labels[row, column] = label
-            one[3 + grey[row, column] // (256 // BINS)] += 1.0
-            one[3 + BINS] += column
-            one[4 + BINS] += row
-        edge[0], edge[1] = min(edge[0], first), min(edge[1], row)
-        edge[2], edge[3] = max(edge[2], last + 1.0), max(edge[3], row + 1.0)
+    for row in range(len(mask)):
+        for run in range(runs.row[row], runs.row[row + 1]):
+            first, end = runs.first[run], runs.last[run]
+            one, edge = vector[label[run]], box[label[run]]
+            one[AREA] += end - first
+            for column in range(first, end):
+                labels[row, column] = label[run] + 1
+                one[3 + grey[row, column] // (256 // BINS)] += 1.0
+                one[3 + BINS] += column
+                one[4 + BINS] += row
+            edge[0], edge[1] = min(edge[0], first), min(edge[1], row)
+            edge[2], edge[3] = max(edge[2], end), max(edge[3], row + 1.0)
     for index in range(count):
         box[index, 2:] -= box[index, :2]
         vector[index, WIDTH:3] = box[index, 2:]
-        vector[index, SIZE - 2 :] /= max(vector[index, AREA], 1.0)
+        vector[index, SIZE - 2 :] /= vector[index, AREA]
     return vector, box
