@@ -22,6 +22,9 @@ FROZEN_NS = 5_000_000_000
 PRIOR_GAIN, PRIOR_SIGMA_M = 0.03, 0.3
 """What a predicted track adds to the gain of a person there, and how far from it, m."""
 
+FARTHEST_SIGMAS = 8.0
+"""From where it adds nothing that a double would hold beside a gain."""
+
 
 class Unusable(StrEnum):
     """Why a camera's mask is left out."""
@@ -93,9 +96,14 @@ class Masks:
 
 
 def prior_of(places: Floats, position: Floats) -> Floats:
-    """Return what tracks predicted at places, (k, 2) m, add to the gain of cells at (n, 2) m."""
-    prior = np.zeros(len(position))
+    """
+    Return what tracks predicted at places, (k, 2) m, add to the gain of cells at (n, 2) m.
+
+    Of the cells y ascends.
+    """
+    prior, reach = np.zeros(len(position)), FARTHEST_SIGMAS * PRIOR_SIGMA_M
     for place in places:
-        squared = ((position - place) ** 2).sum(axis=1) / PRIOR_SIGMA_M**2
-        np.maximum(prior, PRIOR_GAIN * np.exp(-squared / 2), out=prior)
+        rows = slice(*np.searchsorted(position[:, 1], (place[1] - reach, place[1] + reach)))
+        squared = ((position[rows] - place) ** 2).sum(axis=1) / PRIOR_SIGMA_M**2
+        prior[rows] = np.maximum(prior[rows], PRIOR_GAIN * np.exp(-squared / 2))
     return prior

@@ -20,7 +20,6 @@ from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, compiled, inner
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
-Counts = NDArray[np.int32]
 Boxes = NDArray[np.int16]
 Mask = NDArray[np.bool_]
 
@@ -35,6 +34,8 @@ LEAST_DISTANCE_M = 0.4
 """Two people are no nearer, m: else who is wider in a mask than a person has a second beside him.
 0.3 to 0.5 give the same on the four-camera terrace to frame 1250; without, 2 switches more."""
 MOST_PEOPLE = 500
+FREE = 1 << 32
+"""What a pixel that no box covers adds to the sums down its column, beside 1 if foreground."""
 SURE_GAIN = 0.02
 """Gain that makes a place e times as likely as another: by it the energy's minimum becomes a mean
 and a covariance (the same frames: squared errors are as large as these say)."""
@@ -83,7 +84,7 @@ def solve(
         Left, top, right and bottom (exclusive) of a person in each cell, px of the mask; without
         area: he is not in the image.
     position : (cells, 2) array
-        Of the cells, m.
+        Of the cells, m, y ascending.
     prior : (cells,) array
         What is added to the gain of a person there.
     used : (cameras,) bool array
@@ -102,41 +103,33 @@ def solve(
 
 @inner
 def _refresh(
-    mask: Bytes, cover: NDArray[np.int16], free: Counts, found: Counts, left: int, top: int
+    mask: Bytes, cover: NDArray[np.int16], sums: Indices, left: int, right: int, top: int
 ) -> None:
-    """Write the integral images of what no box covers and of its foreground, from a corner."""
-    height, width = mask.shape
-    for y in range(top, height):
-        own = free[y + 1, left] - free[y, left]
-        lit = found[y + 1, left] - found[y, left]
-        for x in range(left, width):
-            if cover[y, x] == 0:
-                own += 1
-                lit += mask[y, x]
-            free[y + 1, x + 1] = free[y, x + 1] + own
-            found[y + 1, x + 1] = found[y, x + 1] + lit
+    """Write the sums down some columns of what no box covers and of its foreground, from a row."""
+    for y in range(top, len(mask)):
+        for x in range(left, right):
+            is_free = cover[y, x] == 0
+            sums[y + 1, x] = sums[y, x] + is_free * (FREE + mask[y, x])
 
 
 @inner
-def _inside(integral: Counts, box: Boxes) -> int:
-    """Return the sum of a box of which the integral image is known."""
-    left, top, right, bottom = box[0], box[1], box[2], box[3]
-    total: int = (
-        integral[bottom, right]
-        - integral[top, right]
-        - integral[bottom, left]
-        + integral[top, left]
-    )
-    return total
+def _inside(sums: Indices, box: Boxes) -> tuple[int, int]:
+    """Return the pixels of a box that no box covers, and the foreground among them."""
+    total = 0
+    above, below = sums[box[1]], sums[box[3]]
+    for x in range(box[0], box[2]):
+        total += below[x] - above[x]
+    return total // FREE, total % FREE
 
 
 class _Search(NamedTuple):
     """
     What the search works on.
 
-    `cover` counts the boxes over each pixel; `free` and `found` are integral images of the pixels
-    that none covers and of the foreground among them; `wrong` and `union` are |B xor A| and |A| of
-    the energy, by camera; `taken` counts the people beside whom nobody can stand in a cell.
+    `cover` counts the boxes over each pixel; `sums` holds, down each column, how many pixels none
+    covers, times `FREE`, and how many of these are foreground: a person is narrow and changes few
+    columns; `wrong` and `union` are |B xor A| and |A| of the energy, by camera; `taken` counts the
+    people beside whom nobody can stand in a cell.
     """
 
     masks: Bytes
@@ -145,8 +138,7 @@ class _Search(NamedTuple):
     prior: Floats
     cost: float
     cover: NDArray[np.int16]
-    free: Counts
-    found: Counts
+    sums: NDArray[np.int64]
     wrong: Floats
     union: Floats
     taken: Indices
@@ -163,14 +155,13 @@ def _begun(
         if not used[camera]:
             boxes[camera, :, 2] = boxes[camera, :, 0]
     cover = np.zeros((cameras, height, width), np.int16)
-    free = np.zeros((cameras, height + 1, width + 1), np.int32)
-    found = np.zeros((cameras, height + 1, width + 1), np.int32)
+    sums = np.zeros((cameras, height + 1, width), np.int64)
     wrong, union = np.zeros(cameras), np.zeros(cameras)
     for camera in range(cameras):
-        _refresh(masks[camera], cover[camera], free[camera], found[camera], 0, 0)
-        wrong[camera] = found[camera, height, width]
+        _refresh(masks[camera], cover[camera], sums[camera], 0, width, 0)
+        wrong[camera] = masks[camera].sum()
     taken = np.zeros(len(prior), np.int64)
-    return _Search(masks, boxes, position, prior, cost, cover, free, found, wrong, union, taken)
+    return _Search(masks, boxes, position, prior, cost, cover, sums, wrong, union, taken)
 
 
 @inner
@@ -181,11 +172,19 @@ def _hopeful(search: _Search) -> Indices:
         for camera in range(len(search.boxes)):
             box = search.boxes[camera, cell]
             if box[2] > box[0]:
-                own, lit = _inside(search.free[camera], box), _inside(search.found[camera], box)
+                own, lit = _inside(search.sums[camera], box)
                 if 2 * lit > own:
                     hopeful[count], count = cell, count + 1
                     break
     return hopeful[:count]
+
+
+@inner
+def _rows(position: Floats, cell: int, reach: float) -> tuple[int, int]:
+    """Return the first cell, and the one after the last, that y alone puts within a reach, m."""
+    y = position[:, 1]
+    first = np.searchsorted(y, y[cell] - reach, side='left')
+    return int(first), int(np.searchsorted(y, y[cell] + reach, side='right'))
 
 
 @inner
@@ -197,7 +196,7 @@ def _gain(search: _Search, cell: int) -> float:
         box = boxes[camera, cell]
         if box[2] <= box[0]:
             continue
-        own, lit = _inside(search.free[camera], box), _inside(search.found[camera], box)
+        own, lit = _inside(search.sums[camera], box)
         gain += wrong[camera] / (union[camera] + SMALLEST_UNION)
         gain -= (wrong[camera] + own - 2 * lit) / (union[camera] + own + SMALLEST_UNION)
     return float(gain + search.prior[cell])
@@ -210,20 +209,18 @@ def _put(search: _Search, by: int, cell: int) -> None:
         box = search.boxes[camera, cell]
         if box[2] <= box[0]:
             continue
-        left, top, own, lit = box[0], box[1], 0, 0
-        cover, free, found = search.cover[camera], search.free[camera], search.found[camera]
-        if by > 0:
-            own, lit = _inside(free, box), _inside(found, box)
-        for y in range(top, box[3]):
-            for x in range(left, box[2]):
+        left, top, right, bottom = box[0], box[1], box[2], box[3]
+        cover, sums = search.cover[camera], search.sums[camera]
+        before = _inside(sums, box)
+        for y in range(top, bottom):
+            for x in range(left, right):
                 cover[y, x] += by
-        _refresh(search.masks[camera], cover, free, found, left, top)
-        if by < 0:
-            own, lit = _inside(free, box), _inside(found, box)
+        _refresh(search.masks[camera], cover, sums, left, right, top)
+        own, lit = before if by > 0 else _inside(sums, box)
         search.wrong[camera] += by * (own - 2 * lit)
         search.union[camera] += by * own
     position = search.position
-    for other in range(len(position)):
+    for other in range(*_rows(position, cell, LEAST_DISTANCE_M)):
         dx, dy = position[other, 0] - position[cell, 0], position[other, 1] - position[cell, 1]
         if dx * dx + dy * dy < LEAST_DISTANCE_M * LEAST_DISTANCE_M:
             search.taken[other] += by
@@ -233,7 +230,11 @@ def _put(search: _Search, by: int, cell: int) -> None:
 def _best(search: _Search, cells: Indices, around: int) -> tuple[int, float]:
     """Return the cell where a person gains most, -1: none; within reach of one, -1: of any."""
     best, highest, position = -1, 0.0, search.position
-    for place in cells:
+    first, end = 0, len(cells)
+    if around >= 0:
+        lowest, beyond = _rows(position, around, REACH_M)
+        first, end = int(np.searchsorted(cells, lowest)), int(np.searchsorted(cells, beyond))
+    for place in cells[first:end]:
         if search.taken[place] > 0:
             continue
         if around >= 0:
@@ -282,7 +283,7 @@ def _measure(search: _Search, cell: int, mean: Floats, covariance: Floats) -> No
     position, best = search.position, _gain(search, cell)
     x, y = position[cell, 0], position[cell, 1]
     total = mx = my = xx = xy = yy = 0.0
-    for other in range(len(position)):
+    for other in range(*_rows(position, cell, 2 * REACH_M)):
         dx, dy = position[other, 0] - x, position[other, 1] - y
         if dx * dx + dy * dy <= 4 * REACH_M * REACH_M:
             weight = np.exp((_gain(search, other) - best) / SURE_GAIN)
@@ -304,7 +305,7 @@ def _support(search: _Search, cell: int, support: Floats) -> None:
     for camera in range(len(search.boxes)):
         box = search.boxes[camera, cell]
         if box[2] > box[0]:
-            own, lit = _inside(search.free[camera], box), _inside(search.found[camera], box)
+            own, lit = _inside(search.sums[camera], box)
             if own > 0:
                 support[camera] = lit / own
 

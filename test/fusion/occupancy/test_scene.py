@@ -58,6 +58,7 @@ def test_cells_lie_in_the_area_and_its_margin():
     where = scene(cell=0.25)
     beyond = shapely.distance(shapely.points(where.position), area_from(AREA))
     assert 0.7 * MARGIN_M < beyond.max() <= MARGIN_M + 1e-9
+    assert (np.diff(where.position[:, 1]) >= 0).all()
     assert np.unique(np.diff(np.unique(where.position[:, 0]).round(9)).round(9)) == [0.25]
     assert where.step == 0.25
 
