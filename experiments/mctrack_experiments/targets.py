@@ -261,6 +261,16 @@ TARGETS = (
            least=150),
     Target('bench_camera', 'silhouettes.fps', 'silhouettes tracker, images a second', 400,
            None, 'OpenCV MOG2 and components in the same run: `peer.mog2_components.fps`'),
+    Target('bench_occupancy', 'square.p99_ms', 'occupancy, 40 x 40 m, 8 cameras, 20 people, '
+           '99 of 100 ticks, ms', most=100, anchor='mean: `square.mean_ms`'),
+    Target('bench_occupancy', 'square.gate_half_metre.mota', 'the same, MOTA at 0.5 m', None, None,
+           'MODA: `square.gate_half_metre.moda`'),
+    Target('bench_occupancy', 'square.nees', 'the same, squared errors of people over predicted '
+           'ones', anchor='an honest prediction: 2'),
+    Target('bench_occupancy', 'terrace.mean_ms', 'occupancy, terrace, four cameras, a tick, ms',
+           most=10, anchor='99 of 100: `terrace.p99_ms`'),
+    Target('bench_occupancy', 'terrace.nees', 'the same, squared errors over predicted ones',
+           anchor='if its truth were exact: `terrace.nees_if_truth_were_exact`'),
     Target('scenarios', 'ghost.told_credulous.dies.rate', 'ghosts told of, dead within 1 s', 1.0),
     Target('scenarios', 'ghost.two_cameras.dies.rate', 'ghosts of two cameras, the same', 1.0),
     Target('scenarios', 'coalescence.side_by_side.same.weighed_gnn.kept.rate',

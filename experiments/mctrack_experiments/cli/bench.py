@@ -44,6 +44,20 @@ def camera(json_file: Path | None = _JSON) -> None:
 
 
 @app.command()
+def occupancy(
+    data: Path | None = typer.Option(
+        None, help='Folder of the real data; unless given, MCTRACK_DATA or ../shared/data.'
+    ),
+    json_file: Path | None = _JSON,
+) -> None:
+    """Time joint occupancy: 40 x 40 m with eight cameras, and EPFL's terrace."""
+    from mctrack_experiments.bench.occupancy import bench_occupancy
+    from mctrack_experiments.cli.reproduce import data_folder
+
+    _tell(bench_occupancy(data_folder(data)), json_file)
+
+
+@app.command()
 def fusion(
     part: list[Part] = typer.Option([], help='Measure this alone; may be repeated.'),
     seeds: str | None = typer.Option(
