@@ -128,6 +128,14 @@ class Bench:
             assert time.monotonic() < end, 'what was waited for did not happen'
             self.executor.spin_once(timeout_sec=0.02)
 
+    def answer(self, send, received):
+        """Send again until an answer comes: DDS may still be connecting nodes to each other."""
+        before = len(received)
+        while len(received) == before:
+            send()
+            end = time.monotonic() + 1.0
+            self.until(lambda end=end: len(received) > before or time.monotonic() > end)
+
     def messages(self, kind, topic, quality=None):
         """Return a list that fills with a topic's messages."""
         received = []
