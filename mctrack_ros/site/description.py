@@ -13,13 +13,24 @@ LAYOUT_VERSION = 1
 """Of the clouds' fields; counts up when a field changes its meaning."""
 
 
-def site_description(configuration: Mapping[str, Any], cameras: list[str], run: str) -> str:
-    """Return the JSON of `/site`: layout version, run, camera order, origin, codes, settings."""
+def site_description(
+    configuration: Mapping[str, Any],
+    cameras: list[str],
+    run: str,
+    image_sizes: Mapping[str, tuple[int, int]],
+) -> str:
+    """
+    Return the JSON of `/site`: layout version, run, camera order, origin, codes, settings.
+
+    With the width and height of cameras' images, px, as far as known: over the size of a
+    foreground mask they give its scale.
+    """
     return json.dumps(
         {
             'layout_version': LAYOUT_VERSION,
             'run': run,
             'cameras': cameras,
+            'image_sizes': image_sizes,
             'origin': configuration['origin'],
             'codes': code_tables(),
             'configuration_hash': _digest(configuration),

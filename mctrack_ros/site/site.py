@@ -75,6 +75,11 @@ class SiteConfig:
         """Names in the order of the camera bits."""
         return tuple(self.cameras)
 
+    @property
+    def image_sizes(self) -> dict[str, tuple[int, int]]:
+        """Width and height of each camera's images, px."""
+        return {name: (own.image_width, own.image_height) for name, own in self.cameras.items()}
+
     def views(self) -> Views:
         """
         Read the cameras' calibrations, relative to the site's origin.
@@ -102,7 +107,8 @@ class SiteConfig:
             'origin': list(self.origin),
             'fusion': values_of(self.fusion),
         }
-        return site_description(values, list(self.cameras), offline_run(values, began_ns))
+        run = offline_run(values, began_ns)
+        return site_description(values, list(self.cameras), run, self.image_sizes)
 
 
 @dataclass(frozen=True, slots=True)

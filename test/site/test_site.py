@@ -144,6 +144,7 @@ def test_the_description_decodes_a_bag_and_changes_with_the_settings(site):
     assert one['cameras'] == ['north']
     assert one['codes']['TrackStatus']['CONFIRMED'] == 1
     assert one['layout_version'] == 1
+    assert one['image_sizes'] == {'north': [768, 576]}
     assert one['configuration_hash'] != other['configuration_hash']
 
 

@@ -98,6 +98,7 @@ class FusionNode(GraphNode):
     def __init__(self) -> None:
         super().__init__('fusion_node')
         self.ids: TrackIds | None = None
+        self.image_sizes: dict[str, tuple[int, int]] = {}
 
     def open(self) -> None:
         """Build batcher and tracker and the publishers."""
@@ -165,6 +166,7 @@ class FusionNode(GraphNode):
                 f'origin is {self.config.origin}, that of {self.config.site} is '
                 f'{origin_text(site.origin)}: give the same'
             )
+        self.image_sizes = {name: site.image_sizes[name] for name in self.config.cameras}
         return site.views()
 
     def open_ids(self) -> TrackIds:
@@ -188,7 +190,8 @@ class FusionNode(GraphNode):
             'origin': list(self.origin),
             'fusion': values_of(self.config.fusion),
         }
-        description = site_description(values, list(self.config.cameras), uuid.uuid4().hex)
+        cameras, run = list(self.config.cameras), uuid.uuid4().hex
+        description = site_description(values, cameras, run, self.image_sizes)
         self.site.publish(String(data=description))
         for camera in self.config.cameras:
             heard = partial(self.on_events, camera)

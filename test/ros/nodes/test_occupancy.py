@@ -1,10 +1,13 @@
 """The fusion node with masks: tracks, and whose masks are left out."""
 
+import json
+
 import numpy as np
 import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import CompressedImage, PointCloud2
+from std_msgs.msg import String
 
 from drawn_hall import SIZE, projection
 from masks import AREA, MAPPINGS, POSITIONS, SHAPE, foreground_of
@@ -12,6 +15,7 @@ from mctrack_ros.codec import ros_from_message
 from mctrack_ros.interfaces import Detections, Foreground, Tracks
 from mctrack_ros.ros.nodes.fusion_node import FusionNode
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
+from mctrack_ros.ros.topics.quality import latched
 
 pytestmark = pytest.mark.live
 PERIOD_NS = 40_000_000
@@ -69,8 +73,11 @@ class Masks:
 def test_masks_become_tracks_and_who_is_left_out_is_named(bench, site):
     bench.make(FusionNode, **parameters(site))
     reports = bench.messages(DiagnosticArray, '/diagnostics')
+    sites = bench.messages(String, '/site', latched())
     graph = Masks(bench)
     graph.show(20)
+    bench.until(lambda: sites)
+    assert json.loads(sites[0].data)['image_sizes'] == {name: list(SIZE) for name in MAPPINGS}
     assert np.linalg.norm(graph.tracks[-1].position[:, :2] - PLACE, axis=1) < 0.3
 
     def states():
