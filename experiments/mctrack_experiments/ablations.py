@@ -5,7 +5,7 @@ What each rule of fusion is worth: the same detections fused with it and without
 for each rule and data set: the score with all rules, and what changes without this one. Both are
 means over runs in which every detection is moved a little at random; a change of less than two or
 three of its standard errors is luck. ``--closed-loop`` runs the cameras, too, with each rule and
-without, where feedback matters.
+without, where feedback matters; ``--cameras`` does so for the rules of cameras.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import math
+import multiprocessing
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -42,6 +43,12 @@ from mctrack_ros.fusion.management import initiation, lifecycle
 from mctrack_ros.fusion.reid import lost_targets, reassignment
 from mctrack_ros.fusion.update import hidden_members, update
 from mctrack_ros.interfaces import Tick
+from mctrack_ros.perception.background import model
+from mctrack_ros.perception.background.light import Light
+from mctrack_ros.perception.background.noise import NoiseMap
+from mctrack_ros.perception.background.shadows import Shadows
+from mctrack_ros.perception.local_tracks import table
+from mctrack_ros.replay import camera_source, workers
 
 SEEDS = range(1, 4)
 CLOSED_PITCH = 2
@@ -126,6 +133,33 @@ RULES = {
     'keep': Rule('an id is kept in doubt', patches={(reassignment, 'KEEP'): 0.0}),
 }
 
+CAMERA_RULES = {
+    'shadows': Rule(
+        'shadows by the sun are no foreground', patches={(Shadows, 'take_out'): lambda *_: None}
+    ),
+    'shadows alone': Rule(
+        'blobs of nothing but shade are nobody',
+        patches={(Shadows, 'alone'): lambda *given: np.zeros(len(given[4]), np.bool_)},
+    ),
+    'noise map': Rule(
+        'parts of the image are noisier than others',
+        patches={(NoiseMap, 'learn'): lambda *_: None},
+    ),
+    'light': Rule(
+        'the background follows the light',
+        patches={(Light, 'follow'): lambda *_, **__: np.ones(3)},
+    ),
+    'view change': Rule(
+        'a background that is lit anew or shifted is taken over',
+        patches={(model, 'scene_after'): lambda *_: None},
+    ),
+    'walked': Rule('who never walked becomes background', patches={(table, 'WALKED_M'): 0.0}),
+    'first pass': Rule(
+        'the background of a recording is learned beforehand',
+        patches={(camera_source, 'plate_of'): lambda task: None},
+    ),
+}
+
 
 @dataclass(frozen=True)
 class DataSet:
@@ -193,22 +227,27 @@ def closed_loops(data: Path, folder: Path) -> dict[str, DataSet]:
     """Return those where cameras are run again, with a folder for what they make, by name."""
 
     def terrace(extra: Mapping[str, Any], seed: int) -> Scores:
-        return four_terrace_cameras(data, folder).closed_loop(extra, folder / 'closed')
+        return four_terrace_cameras(data, folder, seed).closed_loop(extra, folder / 'closed')
+
+    def watch(extra: Mapping[str, Any], seed: int) -> Scores:
+        return pets(data).closed_loop(extra, folder / 'closed')
 
     def play(extra: Mapping[str, Any], seed: int) -> Scores:
         return pitch(seed, folder).closed_loop(extra, folder / 'closed')
 
     return {
         'pitch, closed loop': DataSet(PITCH_SEEDS[:CLOSED_PITCH], play),
-        'terrace, four cameras, closed loop': DataSet((1,), terrace),
+        'terrace, four cameras, closed loop': DataSet(range(3), terrace),
+        'pets, closed loop': DataSet((1,), watch),
     }
 
 
 @contextlib.contextmanager
 def left_out(rule: Rule) -> Iterator[Mapping[str, Any]]:
-    """Leave a rule out; yield the settings that do so."""
-    kept = {key: getattr(*key) for key in rule.patches}
-    for (owner, name), value in rule.patches.items():
+    """Leave a rule out, in processes that are forked, too; yield the settings that do so."""
+    patches = {**rule.patches, (workers, 'worker_context'): _fork}
+    kept = {key: getattr(*key) for key in patches}
+    for (owner, name), value in patches.items():
         setattr(owner, name, value)
     try:
         yield rule.settings
@@ -269,6 +308,10 @@ def ablate(
     return Figures('ablations', command, protocol, figures), rows
 
 
+def _fork() -> Any:
+    return multiprocessing.get_context('fork')
+
+
 def _mean(scores: list[Scores], name: str) -> float:
     return float(np.mean([each[name] for each in scores]))
 
@@ -285,12 +328,18 @@ def main() -> None:
     parser.add_argument('data', type=Path, help='folder of the real data')
     parser.add_argument('--cache', type=Path, help='folder for what cameras make of pixels')
     parser.add_argument('--closed-loop', action='store_true', help='run the cameras each time')
+    parser.add_argument('--cameras', action='store_true', help='the rules of cameras')
     parser.add_argument('--only', nargs='*', help='rules, by name')
     parser.add_argument('--on', nargs='*', help='data sets, by name')
     parser.add_argument('--json', type=Path, help='also write the figures here')
     arguments = parser.parse_args()
-    rules = {name: rule for name, rule in RULES.items() if name in (arguments.only or RULES)}
-    if arguments.closed_loop:
+    all_rules = CAMERA_RULES if arguments.cameras else RULES
+    rules = {
+        name: rule for name, rule in all_rules.items() if name in (arguments.only or all_rules)
+    }
+    if arguments.cameras:
+        data_sets = closed_loops(arguments.data, arguments.cache)
+    elif arguments.closed_loop:
         rules = {name: rule for name, rule in rules.items() if rule.feeds_back or arguments.only}
         data_sets = closed_loops(arguments.data, arguments.cache)
     else:

@@ -145,9 +145,9 @@ def pitch(seed: int, cache: Path) -> PixelScene:
     return _scene(f'pitch_{seed}', site, track, score)
 
 
-def four_terrace_cameras(data: Path, cache: Path) -> PixelScene:
-    """Return EPFL's terrace, images of four cameras, frames that may be tuned on."""
-    folder = cache / 'terrace4_site'
+def four_terrace_cameras(data: Path, cache: Path, run: int = 0) -> PixelScene:
+    """Return EPFL's terrace, four cameras from image `run` on, frames that may be tuned on."""
+    folder = cache / f'terrace4_site_{run}'
     folder.mkdir(parents=True, exist_ok=True)
     site = terrace4.write_site(data, folder)
     positions, identities = read_positions(data), read_identities(data, CAMERAS)
@@ -155,14 +155,14 @@ def four_terrace_cameras(data: Path, cache: Path) -> PixelScene:
 
     def track(fusion: JointConfig, out: Path) -> None:
         if not (folder / 'bag').exists():
-            terrace4.write_images(data, folder / 'bag')
+            terrace4.write_images(data, folder / 'bag', run)
         track_bag(folder / 'bag', out, replace(site, fusion=fusion), overwrite=True)
 
     def score(instants: Iterable[Tracks]) -> Scores:
         tracks = Trajectories.from_tracks(instants, PERIOD_NS, START_NS)
         return _named(terrace4.scored(tracks, positions, identities, frames))
 
-    return _scene('terrace4', site, track, score)
+    return _scene(f'terrace4_{run}', site, track, score)
 
 
 def terrace_videos(data: Path, cache: Path) -> PixelScene:
@@ -196,8 +196,7 @@ def pets(data: Path) -> PixelScene:
     )
 
     def track(fusion: JointConfig, out: Path) -> None:
-        perception = config_from(EventTrackerConfig, pets_pixels.CAMERA_SETTINGS)
-        tracker = EventTracker(perception, camera.mapping)
+        tracker = EventTracker(EventTrackerConfig(), camera.mapping)
         buffer = FeedbackBuffer(pets_pixels.PERIOD_NS, pets_pixels.FEEDBACK_DELAY_NS)
 
         def ticks() -> Iterator[Tick]:
@@ -218,7 +217,7 @@ def pets(data: Path) -> PixelScene:
         scores = pets_pixels.score(instants, truth, frames)
         return {name: float(getattr(scores, name)) for name in FIGURES}
 
-    fusion = config_from(JointConfig, pets_pixels.FUSION_SETTINGS)
+    fusion = config_from(JointConfig, {'batching': {'period': pets_pixels.PERIOD_S}})
     return PixelScene('pets_pixels', (pets_pixels.CAMERA,), fusion, track, score)
 
 

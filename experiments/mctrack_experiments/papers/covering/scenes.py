@@ -112,16 +112,15 @@ def pets(data: Path) -> CoveringScene:
     camera = pets_pixels.TsaiCamera(
         folder / 'calibration' / 'View_001.xml', pets_pixels.IMAGE_SIZE
     )
-    config = config_from(EventTrackerConfig, pets_pixels.CAMERA_SETTINGS)
     images = (image for _, image in pets_pixels.images(folder, camera))
     rate = 1 / pets_pixels.PERIOD_S
-    rows, spent_ms = _detected(EventTracker(config, camera.mapping), images, rate)
+    rows, spent_ms = _detected(EventTracker(EventTrackerConfig(), camera.mapping), images, rate)
     truth = pets_pixels.read_truth(folder)
     low, high = truth.position.min(axis=0), truth.position.max(axis=0)
     first, last = pets_pixels.REPORTED_FRAMES
     return CoveringScene(
         StoredScene(np.arange(1, len(rows) + 1), rate, {pets_pixels.CAMERA: rows}, truth),
-        config_from(JointConfig, pets_pixels.FUSION_SETTINGS),
+        config_from(JointConfig, {'batching': {'period': pets_pixels.PERIOD_S}}),
         pets_pixels.GATE_M,
         lambda place, cameras: ((place >= low) & (place <= high)).all(axis=1),
         np.arange(first, last + 1),
