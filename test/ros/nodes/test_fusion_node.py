@@ -1,6 +1,7 @@
 """The fusion node over DDS: what it publishes, and what cannot stop it."""
 
 import copy
+import itertools
 import json
 import re
 import signal
@@ -67,6 +68,18 @@ class Cameras:
 
     def send(self, camera, index, count=1):
         self.detections[camera].publish(cloud(seen(index, count)))
+
+    def connect(self, index):
+        """Send images of nobody, from one on, until another process answers; return the next."""
+        indices = itertools.count(index)
+
+        def send():
+            nobody = cloud(Detections.build(seen(next(indices)).stamp_ns))
+            for publisher in self.detections.values():
+                publisher.publish(nobody)
+
+        self.bench.answer(send, self.ticks)
+        return next(indices)
 
     def both(self, indices):
         """Send both cameras' detections tick by tick, each fused before the next."""
@@ -214,7 +227,8 @@ def test_a_killed_node_that_starts_again_uses_no_id_twice(bench):
     for life in range(2):
         process = bench.spawn('fusion_node', cameras=CAMERAS)
         graph = Cameras(bench)
-        used.append(ids_of(graph, range(100 * (life + 1), 100 * (life + 1) + 15)))
+        first = graph.connect(100 * (life + 1))
+        used.append(ids_of(graph, range(first, first + 15)))
         process.send_signal(signal.SIGKILL)
         process.wait()
         bench.until(lambda: bench.observer.count_publishers('/tracks') == 0)
