@@ -45,8 +45,6 @@ _IMAGES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 SPREAD_IMAGES = 49
 """From so many images a background is made: people cover a place in less than half of them."""
 LEAST_IMAGES = 9
-LEAST_S = 10.0
-"""A shorter recording is learned as a live one is: who stands in it would be in the median."""
 
 SESSION = 1 << 44
 """Ticks of session n are numbered from n times this."""
@@ -409,7 +407,7 @@ def plate_of(task: CameraTask) -> Image | None:
     Returns
     -------
     (h, w, 3) uint8 array or None
-        None: the recording is too short, or holds too few images that can be used.
+        None: the recording holds too few images that can be used.
 
     """
     images = list(_spread(task))
@@ -424,8 +422,6 @@ def _spread(task: CameraTask) -> Iterator[Image]:
         return
     with BagReader(task.bag, task.namespace) as reader:
         count = reader.count(task.image_topic)
-        if reader.duration_s < LEAST_S or not count:
-            return
         step = max(count // SPREAD_IMAGES, 1)
         for index, (_, message, _) in enumerate(reader.messages([task.image_topic])):
             if index % step:
@@ -439,8 +435,6 @@ def _spread(task: CameraTask) -> Iterator[Image]:
 
 
 def _of_video(video: Video, size: tuple[int, int]) -> Iterator[Image]:
-    if video.length_s < LEAST_S:
-        return
     step = max(video.stated // SPREAD_IMAGES, 1)
     for index, image in enumerate(video.images()):
         if index % step == 0 and image.shape[1::-1] == size and not is_blank(image):

@@ -86,8 +86,7 @@ def test_masks_are_recorded_as_small_images(tracked):
         image = cv2.imdecode(messages[-1].data, cv2.IMREAD_UNCHANGED)
         assert set(np.unique(image).tolist()) == {0, 255}
         told = rows(bag, f'/{camera}/foreground/compressed', Foreground)
-        assert not len(told[0])
-        assert [len(each.mask) > 0 for each in told] == (25 * [False] + 75 * [True])
+        assert all(len(each.mask) > 0 for each in told)
 
 
 def test_fusing_the_recorded_messages_again_gives_the_same_bytes(tracked):

@@ -55,8 +55,8 @@ def test_no_image_need_be_empty(hall):
     assert np.abs(plate.astype(int) - 110).max() < 12
 
 
-def test_a_short_recording_has_none(hall, monkeypatch):
-    monkeypatch.setattr(plates, 'LEAST_S', SECONDS + 1.0)
+def test_a_recording_of_few_images_has_none(hall, monkeypatch):
+    monkeypatch.setattr(plates, 'LEAST_IMAGES', 1000)
     assert plates.plate_of(north(hall)) is None
 
 
@@ -77,7 +77,7 @@ def test_command_writes_an_image_a_camera_and_says_what_to_do(hall, tmp_path):
 
 
 def test_command_refuses_a_recording_that_is_too_short(hall, tmp_path, monkeypatch):
-    monkeypatch.setattr(plates, 'LEAST_S', SECONDS + 1.0)
+    monkeypatch.setattr(plates, 'LEAST_IMAGES', 1000)
     result = run(hall, '--out', str(tmp_path / 'plates'))
     assert 'record longer' in str(result.exception)
     assert not (tmp_path / 'plates/north.png').exists()

@@ -274,7 +274,7 @@ def background(
 
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.cli.sites import named_site
-    from mctrack_ros.replay.camera_source import LEAST_IMAGES, LEAST_S, plate_of
+    from mctrack_ros.replay.camera_source import LEAST_IMAGES, plate_of
     from mctrack_ros.replay.lockstep import camera_tasks
     from mctrack_ros.replay.video_tasks import video_tasks
 
@@ -296,8 +296,7 @@ def background(
             if plate is None:
                 raise ValueError(
                     f'{task.bag} holds fewer than {LEAST_IMAGES} usable images of {task.camera} '
-                    f'({task.image_topic}), or is shorter than {LEAST_S:g} s: record longer, at '
-                    'best for minutes'
+                    f'({task.image_topic}): record longer, at best for minutes'
                 )
             cv2.imwrite(str(files[task.camera]), plate)
             progress(done + 1, len(tasks))

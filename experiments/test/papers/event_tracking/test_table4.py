@@ -11,10 +11,10 @@ def test_a_short_match_is_scored_event_by_event(kept_matches):
         assert figures[f'{code}.f1'] > 0.5
         assert figures[f'{code}.majority.f1'] >= figures[f'{code}.f1']
     assert figures['given.e1.within_500ms.f1'] > 0.5
-    assert figures['learned.e1.within_500ms.f1'] == 0.0  # nothing is seen while it is learned
+    assert figures['learned.e1.within_500ms.f1'] > 0.5  # it is learned beforehand
     assert figures['learned.e1.within_2000ms.f1'] > 0.5
-    assert figures['given.e1.delay_median_s'] < 0.5 < figures['learned.e1.delay_median_s'] < 2.0
-    assert figures['given.mota'] > figures['learned.mota'] > 0.0
+    assert figures['given.e1.delay_median_s'] < 0.5
+    assert figures['given.mota'] > 0.8
     assert figures['correlation'] > 0.9
     assert figures['one_id_share'] > 0.5
     assert figures['mota'] > 0.8
