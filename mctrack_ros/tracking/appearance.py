@@ -1,55 +1,63 @@
-"""Appearance templates: histograms of hue and brightness, and their distance."""
+"""Appearance templates: hues and brightness of both halves of a body, and their distance."""
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BYTES_2D, BYTES_3D, FLOATS_2D, INTS_2D, compiled, inner
+from mctrack_ros.compiled import (
+    BYTES_2D,
+    BYTES_3D,
+    FLOATS_1D,
+    FLOATS_2D,
+    INTS_2D,
+    compiled,
+    inner,
+)
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
+Floats = NDArray[np.float64]
 
-class Palette(NamedTuple):
+
+HUES, GREYS = 12, 12
+"""Bins of hue and of brightness."""
+HALF = TEMPLATE_SIZE // 2
+"""Bins of the upper half of a body, which come first, and of the lower."""
+NO_BALANCE = np.ones(3)
+"""Colours are counted as they are."""
+MEAN_LEVEL = 128.0
+_SAMPLED_PX = 16
+
+
+def balance_of(background: NDArray[np.uint8]) -> NDArray[np.float64]:
     """
-    What a template counts: first the hues, then the levels of brightness.
+    Return by what factors blue, green and red become alike in the mean of a background.
 
-    A pixel counts for its hue as far as it has colour, and for its brightness by the rest.
+    Cameras are not exposed and balanced alike; what they look at is, in the mean, of one grey
+    (grey-world assumption, Buchsbaum 1980).
 
-    Attributes
+    Parameters
     ----------
-    hues, greys : int
-        Bins of hue, and of brightness.
-    hue_share : float
-        Of a wholly saturated pixel, what counts for its hue; 0 to 1.
+    background : (h, w, 3) uint8 array
+        BGR image without what moves.
 
     """
-
-    hues: int
-    greys: int
-    hue_share: float
-
-
-MIXED = Palette(12, 36, 0.5)
-PALETTES = {
-    'mixed': MIXED,
-    'hue': Palette(16, 1, 1.0),
-}
-"""By name: `mixed` separates people best, `hue` where cameras are not exposed alike."""
-
-PALETTE = types.NamedTuple([types.i8, types.i8, types.f8], Palette)
+    start = _SAMPLED_PX // 2
+    mean = background[start::_SAMPLED_PX, start::_SAMPLED_PX].mean(axis=(0, 1))
+    return np.asarray(MEAN_LEVEL / np.maximum(mean, 1.0), np.float64)
 
 
 def colour_templates(
     image: NDArray[np.uint8],
     mask: NDArray[np.uint8],
     box: NDArray[np.integer],
-    palette: Palette = MIXED,
+    balance: NDArray[np.float64] = NO_BALANCE,
 ) -> NDArray[np.float64]:
     """
-    Count the colours of the foreground in boxes.
+    Count the colours of the foreground in boxes: of upper halves, and of lower ones.
+
+    A pixel counts for its hue as far as it has colour, and for its brightness by the rest.
 
     Parameters
     ----------
@@ -59,18 +67,18 @@ def colour_templates(
         Not zero where a pixel counts.
     box : (n, 4) int array
         Left, top, width, height, px.
-    palette : Palette
-        What is counted.
+    balance : (3,) array
+        Factors of blue, green and red; see `balance_of`.
 
     Returns
     -------
     (n, 48) float64 array
-        Each sums to 1; what the palette does not use is 0. Zero where nothing counts.
+        Each sums to 1. Zero where nothing counts.
 
     """
     image, mask = np.ascontiguousarray(image), np.ascontiguousarray(mask)
     counted: NDArray[np.float64] = _count(
-        image, mask, np.ascontiguousarray(box, np.int64), palette
+        image, mask, np.ascontiguousarray(box, np.int64), balance
     )
     return counted
 
@@ -126,22 +134,23 @@ def _distances(
 
 
 @inner
-def colour_bins(palette: Palette, blue: float, green: float, red: float) -> tuple[int, int, float]:
+def colour_bins(balance: Floats, blue: float, green: float, red: float) -> tuple[int, int, float]:
     """
     Return a colour's bins of hue and of brightness, and the weight of the former.
 
     Parameters
     ----------
-    palette : Palette
-        What is counted.
+    balance : (3,) array
+        Factors of blue, green and red.
     blue, green, red : float
         0 to 255.
 
     """
+    blue, green, red = balance[0] * blue, balance[1] * green, balance[2] * red
     value = max(blue, green, red)
     spread = value - min(blue, green, red)
     luma = 0.114 * blue + 0.587 * green + 0.299 * red
-    grey = palette.hues + min(int(luma * palette.greys / 256.0), palette.greys - 1)
+    grey = HUES + min(int(luma * GREYS / 256.0), GREYS - 1)
     if spread == 0.0:
         return 0, grey, 0.0
     if value == red:
@@ -150,34 +159,30 @@ def colour_bins(palette: Palette, blue: float, green: float, red: float) -> tupl
         sixth = 2.0 + (blue - red) / spread
     else:
         sixth = 4.0 + (red - green) / spread
-    hue = int(np.floor(sixth * (palette.hues / 6.0))) % palette.hues
-    return hue, grey, palette.hue_share * spread / value
+    hue = int(np.floor(sixth * (HUES / 6.0))) % HUES
+    return hue, grey, spread / value
 
 
-@compiled(types.f8[:, ::1](BYTES_3D, BYTES_2D, INTS_2D, PALETTE))
+@compiled(types.f8[:, ::1](BYTES_3D, BYTES_2D, INTS_2D, FLOATS_1D))
 def _count(
-    image: NDArray[np.uint8], mask: NDArray[np.uint8], box: NDArray[np.int64], palette: Palette
-) -> NDArray[np.float64]:
+    image: NDArray[np.uint8], mask: NDArray[np.uint8], box: NDArray[np.int64], balance: Floats
+) -> Floats:
     """Add up every box pixel by pixel."""
     templates = np.zeros((len(box), TEMPLATE_SIZE))
-    shades = np.empty(256, np.int64)
-    for level in range(256):
-        shades[level] = colour_bins(palette, float(level), float(level), float(level))[1]
     for index in range(len(box)):
         left, top, width, height = box[index]
         template, count = templates[index], 0
         for row in range(max(top, 0), min(top + height, mask.shape[0])):
+            half = 0 if 2 * (row - top) < height else HALF
             for column in range(max(left, 0), min(left + width, mask.shape[1])):
                 if not mask[row, column]:
                     continue
                 count += 1
                 pixel = image[row, column]
-                blue, green, red = pixel[0], pixel[1], pixel[2]
-                if blue == green == red:  # as every pixel of a grey image is
-                    template[shades[blue]] += 1.0
-                    continue
-                hue, grey, weight = colour_bins(palette, float(blue), float(green), float(red))
-                template[hue] += weight
-                template[grey] += 1.0 - weight
+                hue, grey, weight = colour_bins(
+                    balance, float(pixel[0]), float(pixel[1]), float(pixel[2])
+                )
+                template[half + hue] += weight
+                template[half + grey] += 1.0 - weight
         template /= max(count, 1)
     return templates

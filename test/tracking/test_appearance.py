@@ -5,10 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.tracking.appearance import (
-    MIXED,
-    PALETTES,
+    GREYS,
+    HALF,
+    HUES,
+    NO_BALANCE,
+    balance_of,
     bhattacharyya_distance,
     colour_bins,
     colour_templates,
@@ -25,26 +27,41 @@ def patch(*colours):
     return image, np.full(image.shape[:2], 255, np.uint8), boxes
 
 
-@pytest.fixture(params=PALETTES)
-def palette(request):
-    return PALETTES[request.param]
-
-
-def test_templates_sum_to_one(palette):
-    templates = colour_templates(*patch(RED, BLUE, WHITE, BLACK), palette)
+def test_templates_sum_to_one():
+    templates = colour_templates(*patch(RED, BLUE, WHITE, BLACK))
     assert np.allclose(templates.sum(axis=1), 1)
 
 
-def test_a_palette_fits_into_a_template(palette):
-    assert palette.hues + palette.greys <= TEMPLATE_SIZE
+def test_light_and_dark_of_one_hue_are_alike_and_of_grey_are_not():
+    def distance(colour):
+        light = colour_templates(*patch(colour))
+        dark = colour_templates(*patch(tuple(each // 2 for each in colour)))
+        return bhattacharyya_distance(light, dark)[0, 0]
+
+    assert distance(RED) < 0.4
+    assert distance(WHITE) > 0.9
 
 
-def test_only_what_counts_brightness_tells_light_from_dark_of_one_hue():
-    for name, palette in PALETTES.items():
-        light = colour_templates(*patch(RED), palette)
-        dark = colour_templates(*patch(tuple(each // 2 for each in RED)), palette)
-        far = bhattacharyya_distance(light, dark)[0, 0]
-        assert far < 0.1 if name == 'hue' else far > 0.5
+def test_a_shirt_is_not_trousers_of_its_colour():
+    image, mask, _ = patch(RED, BLUE)
+    upright = np.ascontiguousarray(image.transpose(1, 0, 2)), mask.T.copy()
+    box = np.array([[0, 0, 10, 20]])
+    one = colour_templates(*upright, box)
+    other = colour_templates(upright[0][::-1].copy(), upright[1], box)
+    assert bhattacharyya_distance(one, other)[0, 0] > 0.7
+    np.testing.assert_allclose(one[:, :HALF], other[:, HALF:])
+
+
+def test_cameras_of_other_light_see_the_same_colours_by_their_balance():
+    random = np.random.default_rng(4)
+    background = random.integers(40, 160, (96, 96, 3), np.uint8)
+    image, mask, boxes = patch(RED, BLUE, WHITE, BLACK)
+    light = np.array([1.0, 0.8, 0.6])
+    seen = (image * light).astype(np.uint8), mask, boxes
+    as_it_is = colour_templates(image, mask, boxes, balance_of(background))
+    balanced = colour_templates(*seen, balance_of((background * light).astype(np.uint8)))
+    assert np.diag(bhattacharyya_distance(as_it_is, balanced)).max() < 0.25
+    assert np.diag(bhattacharyya_distance(as_it_is, colour_templates(*seen))).max() > 0.6
 
 
 def test_only_foreground_counts():
@@ -63,7 +80,7 @@ def test_box_without_foreground_has_no_template():
 
 def test_box_may_reach_beyond_the_image():
     image, mask, _ = patch(RED)
-    inside, beyond = colour_templates(image, mask, np.array([[0, 0, 10, 10], [-5, -5, 30, 30]]))
+    inside, beyond = colour_templates(image, mask, np.array([[0, 0, 10, 10], [-5, -5, 20, 20]]))
     assert np.array_equal(inside, beyond)
 
 
@@ -82,24 +99,24 @@ def test_nothing_is_known_of_an_empty_template():
 @given(st.lists(st.integers(0, 255), min_size=3, max_size=3))
 @settings(deadline=None)
 def test_bins_are_those_of_hue_and_brightness(colour):
-    hue, grey, weight = colour_bins(MIXED, *map(float, colour))
+    hue, grey, weight = colour_bins(NO_BALANCE, *map(float, colour))
     expected_hue, saturation, _ = colorsys.rgb_to_hsv(*(each / 255 for each in colour[::-1]))
-    brightness = np.dot(colour, [0.114, 0.587, 0.299]) * MIXED.greys / 256
-    assert -1e-6 < brightness - (grey - MIXED.hues) < 1 + 1e-6
-    assert weight == pytest.approx(MIXED.hue_share * saturation)
-    turn = (expected_hue * MIXED.hues - hue) % MIXED.hues
-    assert turn < 1 + 1e-9 or turn > MIXED.hues - 1e-9
+    brightness = np.dot(colour, [0.114, 0.587, 0.299]) * GREYS / 256
+    assert -1e-6 < brightness - (grey - HUES) < 1 + 1e-6
+    assert weight == pytest.approx(saturation)
+    turn = (expected_hue * HUES - hue) % HUES
+    assert turn < 1 + 1e-9 or turn > HUES - 1e-9
 
 
-@pytest.mark.parametrize('palette', PALETTES.values(), ids=PALETTES)
-def test_pixels_count_in_their_bins_whether_grey_or_not(palette):
+def test_pixels_count_in_the_bins_of_their_half_whether_grey_or_not():
     image = np.random.default_rng(1).integers(0, 256, (12, 5, 3), np.uint8)
     image[::2, :, 1:] = image[::2, :, :1]  # grey rows
     expected = np.zeros(48)
     for row, column in np.ndindex(12, 5):
-        hue, grey, weight = colour_bins(palette, *image[row, column].astype(float))
-        expected[hue] += weight / 60
-        expected[grey] += (1 - weight) / 60
+        hue, grey, weight = colour_bins(NO_BALANCE, *image[row, column].astype(float))
+        half = 0 if row < 6 else HALF
+        expected[half + hue] += weight / 60
+        expected[half + grey] += (1 - weight) / 60
     mask = np.full((12, 5), 255, np.uint8)
-    found = colour_templates(image, mask, np.array([[0, 0, 5, 12]]), palette)
+    found = colour_templates(image, mask, np.array([[0, 0, 5, 12]]))
     np.testing.assert_allclose(found[0], expected, atol=1e-12)

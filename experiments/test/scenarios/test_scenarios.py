@@ -40,7 +40,7 @@ def test_ids_last_through_an_area_that_no_camera_sees(people):
 
 
 def test_ids_swapped_in_a_scrum_are_corrected_and_published():
-    outcome = swapped_kits(6, 'scrum')
+    outcome = swapped_kits(3, 'scrum')
     assert outcome == {'swapped': True, 'right': True, 'kept': True, 'corrected': True}
 
 

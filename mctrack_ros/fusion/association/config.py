@@ -28,7 +28,7 @@ class AssociationConfig:
         13.8, 'Largest squared Mahalanobis distance of a pair', minimum=0.1, maximum=1000.0
     )
     appearance_weight: float = parameter(
-        12.0,
+        24.0,
         'What the squared Hellinger distance of two templates costs, beyond the usual [-2 log]',
         minimum=0.0,
         maximum=1000.0,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import inner
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.perception.geometry.person_size import TALLEST, metre_at
-from mctrack_ros.tracking.appearance import Palette, colour_bins, is_empty
+from mctrack_ros.tracking.appearance import HALF, colour_bins, is_empty
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -115,7 +115,7 @@ def write_tops(canvas: CellGrid, height_m: float, tops: Ints) -> None:
 
 @inner
 def values_of(
-    canvas: CellGrid, template: Floats, palette: Palette, background_weight: float
+    canvas: CellGrid, template: Floats, balance: Floats, background_weight: float
 ) -> Floats:
     """
     Return what each cell is worth to each of n templates, and to someone unknown.
@@ -143,13 +143,13 @@ def values_of(
         for column in range(columns):
             y, x = canvas.above + row, side + column
             colour = canvas.colour[row, column]
-            hue, grey, weight = colour_bins(palette, colour[0], colour[1], colour[2])
+            hue, grey, weight = colour_bins(balance, colour[0], colour[1], colour[2])
             total = 0.0
             for index in range(count):
                 member = known[index]
-                likelihood[index] = (
-                    RARE + weight * template[member, hue] + (1.0 - weight) * template[member, grey]
-                )
+                own = template[member]  # of either half: it is not known yet where he stands
+                likelihood[index] = RARE + weight * (own[hue] + own[HALF + hue])
+                likelihood[index] += (1.0 - weight) * (own[grey] + own[HALF + grey])
                 total += likelihood[index]
             usual = total / count
             for index in range(count):
@@ -281,7 +281,7 @@ def explained(canvas: CellGrid, tops: Ints, row: Ints, column: Ints, order: Ints
 
 @inner
 def templates_of(
-    image: Bytes, mask: Bytes, canvas: CellGrid, palette: Palette,
+    image: Bytes, mask: Bytes, canvas: CellGrid, balance: Floats,
     tops: Ints, row: Ints, column: Ints, order: Ints,
 ) -> Floats:  # fmt: skip
     """Count the colours of what is seen of each body past those before it in an order."""
@@ -301,10 +301,12 @@ def templates_of(
             if index >= 0 and mask[y, x]:
                 pixel = image[y, x]
                 hue, grey, weight = colour_bins(
-                    palette, float(pixel[0]), float(pixel[1]), float(pixel[2])
+                    balance, float(pixel[0]), float(pixel[1]), float(pixel[2])
                 )
-                templates[index, hue] += weight
-                templates[index, grey] += 1.0 - weight
+                head, foot = tops[index, row[index]], canvas.above + row[index] + 1
+                half = 0 if 2 * line < head + foot else HALF
+                templates[index, half + hue] += weight
+                templates[index, half + grey] += 1.0 - weight
                 count[index] += 1.0
     for index in order:
         for bin in range(TEMPLATE_SIZE):

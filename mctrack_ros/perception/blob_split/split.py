@@ -9,7 +9,6 @@ from mctrack_ros.perception.blob_split.template_fit import place
 from mctrack_ros.perception.blob_split.types import Bodies, Members
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.tracking.appearance import Palette
 
 Floats = NDArray[np.float64]
 
@@ -20,7 +19,6 @@ def partition(
     sizes: SizeTable,
     members: Members,
     usual_height_m: float,
-    palette: Palette,
 ) -> Bodies:
     """
     Place persons in blobs: the known ones near their predictions, then new ones.
@@ -41,8 +39,6 @@ def partition(
         Who is known to be in them.
     usual_height_m : float
         Height of a person who is not known, m.
-    palette : Palette
-        What templates count.
 
     Returns
     -------
@@ -51,5 +47,12 @@ def partition(
 
     """
     return place(
-        frame.image, frame.mask, blob, frame.scale, sizes.table, members, usual_height_m, palette
+        frame.image,
+        frame.mask,
+        blob,
+        frame.scale,
+        sizes.table,
+        members,
+        usual_height_m,
+        frame.balance,
     )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import (
     BYTES_2D,
     BYTES_3D,
+    FLOATS_1D,
     FLOATS_2D,
     FLOATS_3D,
     compiled,
@@ -28,7 +29,6 @@ from mctrack_ros.perception.blob_split.cell_grid import (
 )
 from mctrack_ros.perception.blob_split.types import BODIES, MEMBERS, Bodies, Members
 from mctrack_ros.perception.geometry.person_size import TALLEST
-from mctrack_ros.tracking.appearance import PALETTE, Palette
 from mctrack_ros.tracking.kalman import inverted
 
 Floats = NDArray[np.float64]
@@ -98,7 +98,7 @@ def _place_new(
 def _place_in(
     image: Bytes, mask: Bytes, box: Floats, scale: float, sizes: Floats, width_m: float,
     bottom: Floats, precision: Floats, height_m: Floats, template: Floats, usual_m: float,
-    palette: Palette,
+    balance: Floats,
 ) -> tuple[Floats, Floats, Floats, Floats]:  # fmt: skip
     """Place the persons of one blob: boxes, visible and proven shares, colours."""
     canvas = cell_grid_of(image, mask, box, scale, sizes, usual_m, width_m, CELLS)
@@ -109,7 +109,7 @@ def _place_in(
     tops = np.empty((most, len(canvas.metre)), np.int64)
     for index in range(most):
         write_tops(canvas, height[index], tops[index])
-    values = values_of(canvas, template, palette, BACKGROUND_WEIGHT)
+    values = values_of(canvas, template, balance, BACKGROUND_WEIGHT)
     cover = np.zeros(canvas.foreground.shape, np.int64)
     row, column = np.zeros(most, np.int64), np.zeros(most, np.int64)
     _place_known(canvas, values, cover, tops, bottom, precision, row, column)
@@ -118,7 +118,7 @@ def _place_in(
     front_first = lowest_first(row[:count])
     proven = explained(canvas, tops, row, column, oldest_first)
     visible = explained(canvas, tops, row, column, front_first)
-    colours = templates_of(image, mask, canvas, palette, tops, row, column, front_first)
+    colours = templates_of(image, mask, canvas, balance, tops, row, column, front_first)
     return boxes_of(canvas, row[:count], column[:count], height), visible, proven, colours
 
 
@@ -135,10 +135,10 @@ def _sized(members: Members, blobs: int, usual_m: float) -> tuple[Ints, Floats, 
     return count, width_m, height_m
 
 
-@compiled(BODIES(BYTES_3D, BYTES_2D, FLOATS_2D, types.f8, FLOATS_3D, MEMBERS, types.f8, PALETTE))
+@compiled(BODIES(BYTES_3D, BYTES_2D, FLOATS_2D, types.f8, FLOATS_3D, MEMBERS, types.f8, FLOATS_1D))
 def place(
     image: Bytes, mask: Bytes, blob: Floats, scale: float, sizes: Floats, members: Members,
-    usual_height_m: float, palette: Palette,
+    usual_height_m: float, balance: Floats,
 ) -> Bodies:  # fmt: skip
     """
     Place the known persons of some blobs near their predictions, then new ones.
@@ -157,8 +157,8 @@ def place(
         Who is known to be in them.
     usual_height_m : float
         Height of a person who is not known, m.
-    palette : Palette
-        What templates count.
+    balance : (3,) array
+        Factors of blue, green and red.
 
     Returns
     -------
@@ -180,7 +180,7 @@ def place(
         boxes, seen, explains, reported = _place_in(
             image, mask, blob[index], scale, sizes, width_m[index],
             members.bottom[begin:first], precision[begin:first], height_m[begin:first],
-            members.template[begin:first], usual_height_m, palette,
+            members.template[begin:first], usual_height_m, balance,
         )  # fmt: skip
         end = done + len(boxes)
         for row in range(done, end):

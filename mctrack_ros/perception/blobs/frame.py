@@ -29,6 +29,8 @@ class Frame:
         Largest of the channels' differences of the two.
     scale : float
         Pixels of the camera's image to one of these.
+    balance : (3,) array
+        Factors of blue, green and red that make cameras' colours comparable.
 
     """
 
@@ -39,3 +41,4 @@ class Frame:
     background: NDArray[np.uint8]
     difference: NDArray[np.uint8]
     scale: float
+    balance: NDArray[np.float64]

@@ -14,7 +14,6 @@ from mctrack_ros.perception.events.groups import GroupConfig
 from mctrack_ros.perception.local_tracks.association import MatchingConfig
 from mctrack_ros.perception.local_tracks.classification import ClassConfig
 from mctrack_ros.perception.local_tracks.table import FilterConfig
-from mctrack_ros.tracking.appearance import PALETTES
 
 
 @dataclass(frozen=True)
@@ -34,11 +33,6 @@ class TrackerConfig:
         False,
         "whether vehicles and bicycles are detected: a blob of a vehicle's size is one unless "
         'it formed from tracked people; a long, thin and fast one is a bicycle',
-    )
-    template: str = parameter(
-        'mixed',
-        'colour histogram of a track: hue and brightness, or hue alone',
-        choices=tuple(PALETTES),
     )
 
 

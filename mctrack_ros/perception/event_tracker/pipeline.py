@@ -21,6 +21,7 @@ from mctrack_ros.perception.foreground import PERSON_M, Reduction
 from mctrack_ros.perception.front_end import Arrival, FrontEnd
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.output import CameraOutput, check_image
+from mctrack_ros.tracking.appearance import balance_of
 
 Image = NDArray[np.uint8]
 MESSAGES = (Detections, Foreground)
@@ -136,7 +137,8 @@ class EventTracker:
         objects = objects_in(small, background, mask)
         cv2.bitwise_and(mask, cv2.dilate(objects, self._upright), mask)  # without their shadows
         scale = float(self._config.reduction)
-        return Frame(small, found, mask, objects, background, difference, scale)
+        balance = balance_of(background)
+        return Frame(small, found, mask, objects, background, difference, scale, balance)
 
     def _blobs(self, frame: Frame) -> Blobs:
         """Return the blobs of a frame, in pixels of the full image."""

@@ -42,7 +42,7 @@ from mctrack_ros.perception.local_tracks.observer import Observer
 from mctrack_ros.perception.local_tracks.table import ROUND, LocalTracks, Prediction
 from mctrack_ros.perception.local_tracks.update import Pace, learn
 from mctrack_ros.perception.local_tracks.vehicles import Vehicles
-from mctrack_ros.tracking.appearance import PALETTES, colour_templates
+from mctrack_ros.tracking.appearance import colour_templates
 
 Ints = NDArray[np.int64]
 SIZE_TIME_S, COLOURS_TIME_S = 0.5, 1.0
@@ -85,8 +85,7 @@ class LocalTracker:
         self._config = config.tracker
         self._matching = config.matching
         self._mapping, self._sizes = mapping, sizes
-        self._palette = PALETTES[config.tracker.template]
-        self._observer = Observer(mapping, sizes, blobs, filtering, self._palette)
+        self._observer = Observer(mapping, sizes, blobs, filtering)
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
         self._vehicles = Vehicles(config.classes, config.tracker.vehicles, usual)
@@ -176,7 +175,7 @@ class LocalTracker:
     ) -> Observations:
         """Tell which blob is whose, and who is in the blobs that several share."""
         cells = np.rint(blobs.box / frame.scale).astype(int)
-        template = colour_templates(frame.image, frame.mask, cells, self._palette)
+        template = colour_templates(frame.image, frame.mask, cells, frame.balance)
         blob_of = match(self.tracks, predicted, blobs, template, self._matching)
         height_m = self._vehicles.heights(blobs, blob_of, self.tracks)
         return self._observer.observe(

@@ -23,6 +23,7 @@ def targets_in_view(
     foreground: Image,
     mapping: GroundMapping,
     person: tuple[float, float],
+    balance: Floats,
 ) -> Detections:
     """
     Return a detection of each target in view, where it is predicted, near ones first.
@@ -41,6 +42,8 @@ def targets_in_view(
         Of the camera.
     person : (float, float)
         Height and width of a person, m.
+    balance : (3,) array
+        Factors of blue, green and red.
 
     """
     place = feedback.places(stamp_ns)
@@ -62,7 +65,7 @@ def targets_in_view(
         window = left[y : y + height, x : x + width]
         share[row] = np.count_nonzero(window) / max(window.size, 1)
         if share[row] >= LEAST_COLOURED:
-            template[row] = colour_templates(image, left, own[None])[0]
+            template[row] = colour_templates(image, left, own[None], balance)[0]
         window[:] = 0
     return Detections.build(
         stamp_ns,

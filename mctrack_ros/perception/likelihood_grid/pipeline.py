@@ -29,6 +29,7 @@ from mctrack_ros.perception.likelihood_grid.in_view import targets_in_view
 from mctrack_ros.perception.likelihood_grid.oriented_distance import OrientedDistance
 from mctrack_ros.perception.likelihood_grid.templates import LEVELS, Grid, TemplateHierarchy
 from mctrack_ros.perception.output import CameraOutput, check_image
+from mctrack_ros.tracking.appearance import balance_of
 
 Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -126,11 +127,13 @@ class LikelihoodCamera:
         objects = self._objects(small, stamp_ns)
         self._seen = Detections.build(stamp_ns)
         foreground = Foreground.build(stamp_ns)
-        if objects is not None and self._background is not None:
+        model = self._background.model if self._background is not None else None
+        if self._background is not None and objects is not None and model is not None:
             foreground = self._reduction.foreground(objects, stamp_ns)
             if feedback is not None:
+                balance = balance_of(model)
                 self._seen = targets_in_view(
-                    feedback, stamp_ns, small, objects, self._mapping, self._person
+                    feedback, stamp_ns, small, objects, self._mapping, self._person, balance
                 )
             people = marked(self._seen.box / self._factor, objects.shape)
             self._background.learn(small, objects, people, people, stamp_ns)

@@ -15,7 +15,6 @@ from mctrack_ros.perception.geometry.ground_extent import ground_depth
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.local_tracks.occluded_feet import OccludedFeet
 from mctrack_ros.perception.local_tracks.table import FilterConfig, LocalTracks, Prediction
-from mctrack_ros.tracking.appearance import Palette
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -35,8 +34,6 @@ class Observer:
         A person's usual size.
     filtering : FilterConfig
         How well feet are seen.
-    palette : Palette
-        What templates count.
 
     """
 
@@ -46,10 +43,8 @@ class Observer:
         sizes: SizeTable,
         blobs: BlobConfig,
         filtering: FilterConfig,
-        palette: Palette,
     ) -> None:
         self._mapping, self._sizes = mapping, sizes
-        self._palette = palette
         memory_s, usual_m = filtering.height_time_s, blobs.person_height_m
         self._hidden_feet = (
             OccludedFeet(mapping.image_size, usual_m, memory_s) if memory_s else None
@@ -113,7 +108,6 @@ class Observer:
             self._sizes,
             members,
             self._footing.height_m,
-            self._palette,
         )
         seen = gathered(by_size, bodies, shared, rows, blobs.box, template)
         if self._hidden_feet is not None:

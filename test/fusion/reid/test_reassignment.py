@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -27,7 +29,9 @@ class Scene:
     """Feed ticks of people, each given as a place and a colour, to a pipeline."""
 
     def __init__(self):
-        self.pipeline, self.index, self.events = JointTracker(JointConfig(), CAMERAS), 0, []
+        config = JointConfig()  # tracks are to be exchanged in spite of their colours
+        config = replace(config, association=replace(config.association, appearance_weight=12.0))
+        self.pipeline, self.index, self.events = JointTracker(config, CAMERAS), 0, []
 
     def show(self, *people):
         stamp_ns = self.index * PERIOD_NS + PERIOD_NS // 2

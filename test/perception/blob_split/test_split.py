@@ -6,7 +6,7 @@ from mctrack_ros.perception.blob_split.split import partition
 from mctrack_ros.perception.blob_split.types import Members
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.tracking.appearance import MIXED, colour_templates
+from mctrack_ros.tracking.appearance import NO_BALANCE, colour_templates
 
 GREEN, RED, BLUE = (60, 120, 60), (30, 30, 220), (220, 60, 30)
 
@@ -46,8 +46,9 @@ class Crowd:
             np.zeros((count, 48)) if templates is None else templates,
         )
         background = np.zeros_like(self.image)
-        frame = Frame(self.image, self.mask, self.mask, self.mask, background, self.mask, 1.0)
-        return partition(frame, self.blob[None], self.sizes, members, 1.75, MIXED)
+        masks = self.mask, self.mask, self.mask
+        frame = Frame(self.image, *masks, background, self.mask, 1.0, NO_BALANCE)
+        return partition(frame, self.blob[None], self.sizes, members, 1.75)
 
 
 def bottoms(bodies):

@@ -6,6 +6,7 @@ import pytest
 from mctrack_ros.perception.blobs.connected_components import Strength
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.blobs.touching import contacts
+from mctrack_ros.tracking.appearance import NO_BALANCE
 
 
 @pytest.fixture
@@ -25,7 +26,7 @@ BLOB = np.array([[18.0, 20, 18, 20]])
 def image_of(difference, scale=1.0):
     image = np.repeat(difference[..., None], 3, axis=2)
     mask = 255 * (difference > 0).astype(np.uint8)
-    return Frame(image, mask, mask, mask, np.zeros_like(image), difference, scale)
+    return Frame(image, mask, mask, mask, np.zeros_like(image), difference, scale, NO_BALANCE)
 
 
 def parts(difference, strength=STRENGTH, scale=1.0, box=BOXES):

@@ -4,6 +4,7 @@ import pytest
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.feedback.missed_detections import missed_detections
 from mctrack_ros.perception.feedback.persons_in_view import PersonsInView
+from mctrack_ros.tracking.appearance import NO_BALANCE
 
 STAMP_NS = 10**18
 WIDTH, HEIGHT = 80, 60
@@ -22,7 +23,7 @@ def in_view(*people):
 def frame(scale=1.0):
     found = np.zeros((round(HEIGHT / scale), round(WIDTH / scale)), np.uint8)
     grey = np.zeros((*found.shape, 3), np.uint8)
-    return Frame(grey, found, found.copy(), found, grey, found, scale)
+    return Frame(grey, found, found.copy(), found, grey, found, scale, NO_BALANCE)
 
 
 def reported(people, part, shown=None, ignored=None):
