@@ -25,6 +25,7 @@ SEEDS: Mapping[str, int] = {
     'covering': 5,
     'silhouettes': 4,
     'classes': 4,
+    'grey_carpark': 5,
     'scenarios': 50,
     'consistency': 50,
     'biased': 8,

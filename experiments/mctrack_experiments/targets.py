@@ -209,6 +209,10 @@ TARGETS = (
         Target('classes', f'{kind}.right', f'car park, {kind} taken for what they are')
         for kind in ('people', 'bicycles', 'vehicles')
     ),
+    Target('grey_carpark', 'people.mota', 'grey car park, people, MOTA at 1 m', 0.80),
+    Target('grey_carpark', 'people.idf1', 'the same, IDF1'),
+    Target('grey_carpark', 'vehicles.mota', 'the same, cars, MOTA at 2.5 m', 0.85),
+    Target('grey_carpark', 'vehicles.idf1', 'the same, IDF1'),
     *(
         Target('covering', f'{scene}.{tracker}.mota', f'{place}, {words}, MOTA')
         for scene, place in (

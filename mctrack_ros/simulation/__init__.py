@@ -1,7 +1,7 @@
 """Synthetic scenes and cameras with exact truth."""
 
 from mctrack_ros.simulation.cameras import Camera, pitch5_cameras
-from mctrack_ros.simulation.carpark import CarParkScenario, CarParkWorld
+from mctrack_ros.simulation.carpark import CarParkScenario, CarParkWorld, GreyCarParkScenario
 from mctrack_ros.simulation.difficulty import Difficulty, DifficultyMeter
 from mctrack_ros.simulation.happenings import EventWatcher
 from mctrack_ros.simulation.indoor import IndoorScenario
@@ -12,6 +12,7 @@ from mctrack_ros.simulation.rendering.sight import Sight, View
 from mctrack_ros.simulation.scenario import Scenario
 from mctrack_ros.simulation.scenes import (
     CARPARK,
+    GREY_CARPARK,
     INDOOR,
     PITCH5,
     SCENES,
@@ -30,6 +31,7 @@ from mctrack_ros.simulation.world import World
 
 __all__ = [
     'CARPARK',
+    'GREY_CARPARK',
     'INDOOR',
     'LENGTH_M',
     'PITCH5',
@@ -43,6 +45,7 @@ __all__ = [
     'DifficultyMeter',
     'EventWatcher',
     'Figured',
+    'GreyCarParkScenario',
     'IndoorScenario',
     'Renderer',
     'Scenario',

@@ -15,7 +15,10 @@ from mctrack_ros.simulation.carpark import (
     CarParkMeter,
     CarParkRenderer,
     CarParkScenario,
+    GreyCarParkScenario,
     carpark_world,
+    grey_carpark_cameras,
+    grey_carpark_world,
     layout,
 )
 from mctrack_ros.simulation.difficulty import DifficultyMeter
@@ -134,7 +137,19 @@ INDOOR = Scene(
     cell_m=0.6,
 )
 
-SCENES = {scene.name: scene for scene in (PITCH5, CARPARK, INDOOR)}
+GREY_CARPARK = Scene(
+    name='grey_carpark',
+    scenario=GreyCarParkScenario,
+    world=grey_carpark_world,
+    renderer=CarParkRenderer,
+    meter=CarParkMeter,
+    cameras=grey_carpark_cameras,
+    landmarks=layout.landmarks,
+    extent_m=(layout.LENGTH_M, layout.WIDTH_M),
+    cell_m=5.0,
+)
+
+SCENES = {scene.name: scene for scene in (PITCH5, CARPARK, INDOOR, GREY_CARPARK)}
 
 
 def scene_of(scenario: Scenario) -> Scene:

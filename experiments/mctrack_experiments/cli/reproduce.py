@@ -39,6 +39,7 @@ class Experiment(StrEnum):
     WATCHDOG = 'watchdog'
     SILHOUETTES = 'silhouettes'
     CLASSES = 'classes'
+    GREY_CARPARK = 'grey_carpark'
     TABLE4 = 'table4'
     FIG14 = 'fig14'
     FIG16 = 'fig16'
@@ -63,6 +64,7 @@ _SIMULATED = {
     Experiment.ROBUSTNESS: 'papers.event_tracking.robustness',
     Experiment.SILHOUETTES: 'papers.silhouettes.table1',
     Experiment.CLASSES: 'papers.silhouettes.classes',
+    Experiment.GREY_CARPARK: 'scenarios.grey_carpark',
     Experiment.COVERING: 'papers.covering.experiment',
     Experiment.SCENARIOS: 'scenarios.reproduce',
     Experiment.CONSISTENCY: 'scenarios.consistency',
@@ -73,7 +75,7 @@ _SIMULATED = {
 """Modules of the experiments whose scenes come from seeds."""
 _COUNTED = (
     *(Experiment.SCENARIOS, Experiment.CONSISTENCY, Experiment.BIASED),
-    *(Experiment.SILHOUETTES, Experiment.CLASSES),
+    *(Experiment.SILHOUETTES, Experiment.CLASSES, Experiment.GREY_CARPARK),
 )
 """Those that tell how many scenes of how many are done; the others tell lines."""
 DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20)
@@ -104,7 +106,7 @@ def reproduce(
     ),
 ) -> None:
     """
-    Measure on real data, matches, the car park, staged scenarios, mappings or the watchdog.
+    Measure on real data, matches, car parks, staged scenarios, mappings or the watchdog.
 
     Real data is needed by pets, terrace, terrace4, street, foreground, lab6p, cmc, wildtrack,
     defaults, cameras, intel, watchdog, covering and grid, the fusion benchmark by biased; others

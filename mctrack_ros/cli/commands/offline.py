@@ -37,18 +37,21 @@ class SceneName(StrEnum):
     PITCH5 = 'pitch5'
     CARPARK = 'carpark'
     INDOOR = 'indoor'
+    GREY_CARPARK = 'grey_carpark'
 
 
 def simulate(
     out: Path = typer.Argument(..., help='The bag to write.'),
     scene: SceneName = typer.Option(
         SceneName.PITCH5,
-        help='Five cameras around a football pitch, one over a car park, or four in a room.',
+        help='Five cameras around a football pitch, one over a car park, four in a room, or four '
+        'around a grey car park.',
     ),
     seconds: float | None = typer.Option(
         None,
         min=0.04,
-        help='Length, s; unless given, 120 of the match, 600 of the car park, 23.6 of the room.',
+        help='Length, s; unless given, 120 of the match, 600 of the car park, 23.6 of the room, '
+        '60 of the grey car park.',
     ),
     seed: int = typer.Option(1, min=0, help='Seed; the same seed gives the same bytes.'),
     cameras: int | None = typer.Option(None, min=1, max=5, help='How many of the cameras.'),
@@ -58,7 +61,7 @@ def simulate(
     shadows: bool | None = typer.Option(
         None,
         '--shadows/--no-shadows',
-        help='Whether to draw shadows; by default only on the car park.',
+        help='Whether to draw shadows; by default only on car parks.',
     ),
     distortion: float | None = typer.Option(
         None, min=-0.5, max=0.5, help='First radial coefficient of the lenses; indoor: -0.05.'

@@ -30,8 +30,9 @@ class SimulatorNodeConfig:
         'pitch5',
         'scene; for carpark set cameras [cam1], rate 4, shadows true, noise 2.6 and '
         'lighting_drift 0.06, as the silhouettes paper has it; for indoor cameras [cam1, cam2, '
-        'cam3, cam4], duration 23.6 and distortion -0.05',
-        choices=('pitch5', 'carpark', 'indoor'),
+        'cam3, cam4], duration 23.6 and distortion -0.05; for grey_carpark these cameras, rate '
+        '12.5 and the rest as for carpark',
+        choices=('pitch5', 'carpark', 'indoor', 'grey_carpark'),
     )
     cameras: tuple[str, ...] = parameter(
         ('cam1', 'cam2', 'cam3', 'cam4', 'cam5'), 'cameras that this node renders'

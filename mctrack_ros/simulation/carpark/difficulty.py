@@ -56,21 +56,22 @@ class CarParkDifficulty:
 
 
 class CarParkMeter:
-    """Count the difficulty of a world while its views are made, in order."""
+    """Count the difficulty of a world while its views are made, camera by camera at each step."""
 
     def __init__(self, world: CarParkWorld) -> None:
         self._world = world
-        count = len(world.ids)
+        self._cameras, count = len(world.cameras), len(world.ids)
         self._images = self._merges = self._rows = self._occluded = 0
         self._seen = np.zeros(count, np.bool_)
-        self._in_pieces_for = np.zeros(count, np.int64)
+        self._in_pieces_for = np.zeros((self._cameras, count), np.int64)
         self._fragmented = np.zeros(count, np.bool_)
         self._contrast: list[float] = []
         self._pieces: list[int] = []
 
     def add(self, view: CarParkView, events: Events) -> None:
         """Count one image and what happened in it."""
-        active = self._world.active[self._images, view.person]
+        step, camera = divmod(self._images, self._cameras)
+        active = self._world.active[step, view.person]
         self._images += 1
         self._merges += int(np.count_nonzero(events.event == EventCode.MERGE))
         self._rows += int(active.sum())
@@ -83,8 +84,9 @@ class CarParkMeter:
         self._seen[index] = True
         in_pieces = np.zeros_like(self._seen)
         in_pieces[index] = view.pieces[whole] > 1
-        self._in_pieces_for = np.where(in_pieces, self._in_pieces_for + 1, 0)
-        self._fragmented |= self._in_pieces_for >= _LASTING
+        lasting = self._in_pieces_for[camera]
+        lasting[:] = np.where(in_pieces, lasting + 1, 0)
+        self._fragmented |= lasting >= _LASTING
 
     def result(self) -> CarParkDifficulty:
         """Return the figures of what was counted."""

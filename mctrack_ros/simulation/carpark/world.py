@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.simulation.cameras import Camera
 from mctrack_ros.simulation.carpark.activity.cast import Actor
 from mctrack_ros.simulation.carpark.activity.schedule import cast_of
 from mctrack_ros.simulation.carpark.layout import carpark_cameras
@@ -55,12 +56,11 @@ def carpark_world(scenario: CarParkScenario) -> CarParkWorld:
     """Return the world of a scenario."""
     cameras = carpark_cameras(scenario)
     actors = cast_of(scenario, cameras[0])
-    return staged(scenario, actors)
+    return staged(scenario, actors, cameras)
 
 
-def staged(scenario: Scenario, actors: list[Actor]) -> CarParkWorld:
-    """Return the world in which actors do as given."""
-    cameras = carpark_cameras(scenario)
+def staged(scenario: Scenario, actors: list[Actor], cameras: tuple[Camera, ...]) -> CarParkWorld:
+    """Return the world in which actors do as given before cameras."""
     motion, present = _motion(scenario, actors)
     class_id = np.array([actor.class_id for actor in actors], np.uint8)
     parked = present & (class_id == ClassCode.VEHICLE) & _rested(motion.position, scenario)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import ClassCode
-from mctrack_ros.simulation.carpark import CarParkScenario, staged
+from mctrack_ros.simulation.carpark import CarParkScenario, carpark_cameras, staged
 from mctrack_ros.simulation.carpark.activity.cast import Actor
 from mctrack_ros.simulation.carpark.activity.paths import Course, standing
 
@@ -24,6 +24,7 @@ def scene():
             still = standing(path, heading, steps) if path.ndim == 1 else None
             course = still or Course(path, np.full(len(path), float(heading)))
             actors.append(Actor(kind, party, 0, course, SIZE[kind]))
-        return staged(CarParkScenario(duration_s=steps / 4, **options), actors)
+        scenario = CarParkScenario(duration_s=steps / 4, **options)
+        return staged(scenario, actors, carpark_cameras(scenario))
 
     return make
