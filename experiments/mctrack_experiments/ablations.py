@@ -21,6 +21,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 
 from mctrack_experiments.pixel_scenes import (
@@ -309,6 +310,7 @@ def ablate(
 
 
 def _fork() -> Any:
+    cv2.setNumThreads(1)  # a process that is forked beside threads of OpenCV waits for ever
     return multiprocessing.get_context('fork')
 
 
