@@ -104,7 +104,8 @@ def _terrace4_run(data: Path, run: int) -> Figures:
         'settings': 'calibration after Tsai, size of the images, ticks of their shortest '
         f'distance, {IMAGES_S:g} s, and feedback of two ticks before; all else by default',
         'joint': 'the same with fusion.tracker joint; the default here is occupancy, whose '
-        f'parameters and constants were chosen on frames up to {TUNED_TO}',
+        f'parameters and constants were chosen on frames up to {TUNED_TO}; of the bins and the '
+        'weight of colours, those after were seen, too',
     }
     return _figures('terrace4', protocol, data, tracks, CAMERAS, frames)
 
