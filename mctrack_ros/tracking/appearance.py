@@ -19,7 +19,6 @@ from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 Floats = NDArray[np.float64]
 
-
 HUES, GREYS = 12, 12
 """Bins of hue and of brightness."""
 HALF = TEMPLATE_SIZE // 2
@@ -27,6 +26,7 @@ HALF = TEMPLATE_SIZE // 2
 NO_BALANCE = np.ones(3)
 """Colours are counted as they are."""
 MEAN_LEVEL = 128.0
+"""What the mean of a background becomes in every channel, grey levels."""
 _SAMPLED_PX = 16
 
 
@@ -43,8 +43,8 @@ def balance_of(background: NDArray[np.uint8]) -> NDArray[np.float64]:
         BGR image without what moves.
 
     """
-    start = _SAMPLED_PX // 2
-    mean = background[start::_SAMPLED_PX, start::_SAMPLED_PX].mean(axis=(0, 1))
+    step = min(_SAMPLED_PX, *background.shape[:2])
+    mean = background[step // 2 :: step, step // 2 :: step].mean(axis=(0, 1))
     return np.asarray(MEAN_LEVEL / np.maximum(mean, 1.0), np.float64)
 
 

@@ -64,6 +64,11 @@ def test_cameras_of_other_light_see_the_same_colours_by_their_balance():
     assert np.diag(bhattacharyya_distance(as_it_is, colour_templates(*seen))).max() > 0.6
 
 
+def test_the_smallest_background_has_a_balance():
+    background = np.full((4, 6, 3), (64, 128, 0), np.uint8)
+    np.testing.assert_allclose(balance_of(background), [2.0, 1.0, 128.0])
+
+
 def test_only_foreground_counts():
     image, mask, _ = patch(RED, BLUE)
     mask[:, 10:] = 0
