@@ -89,7 +89,7 @@ def simulate(
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the difficulty here.'),
 ) -> None:
-    """Render the five-camera football pitch, the car park or the room, with truth, into a bag."""
+    """Render the five-camera football pitch, a car park or the room, with truth, into a bag."""
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.evaluation.figures import Figures
     from mctrack_ros.simulation import SCENES
