@@ -30,6 +30,9 @@ def objects_in(image: Image, background: Image, foreground: Image) -> Image:
     """
     Return the foreground that no change of light explains.
 
+    In the image of a monochrome camera that is all: a grey car is no other colour than the ground
+    in shade.
+
     Parameters
     ----------
     image, background : (h, w, 3) uint8 array
@@ -43,6 +46,9 @@ def objects_in(image: Image, background: Image, foreground: Image) -> Image:
         255 where there is an object.
 
     """
+    sample = image[::SAMPLED_PX, ::SAMPLED_PX]
+    if np.array_equal(sample[..., 0], sample[..., 2]):
+        return foreground
     found = _objects(image, background, foreground, LOGARITHM)
     closed = cv2.morphologyEx(found, cv2.MORPH_CLOSE, KERNEL)
     return np.asarray(cv2.bitwise_and(closed, foreground), np.uint8)

@@ -75,3 +75,14 @@ def test_foreground_all_over_is_judged_as_it_is():
     everywhere = np.full(background.shape[:2], 255, np.uint8)
     assert objects_in(scaled(background, 0.5), background, everywhere).all()
     assert not objects_in(scaled(background, 0.8), background, everywhere).any()
+
+
+def test_nothing_is_taken_for_shade_where_there_are_no_colours():
+    background = np.full((96, 128, 3), 120, np.uint8)
+    image = background.copy()
+    image[20:40, 20:60] = 95
+    foreground = np.zeros((96, 128), np.uint8)
+    foreground[20:40, 20:60] = 255
+    np.testing.assert_array_equal(objects_in(image, background, foreground), foreground)
+    image[60:, 60:] = (90, 120, 140)
+    assert not objects_in(image, background, foreground).any()
