@@ -16,9 +16,11 @@ from mctrack_ros.fusion.likelihood_grid.config import LikelihoodGridConfig
 from mctrack_ros.fusion.likelihood_grid.pipeline import LikelihoodGridTracker
 from mctrack_ros.fusion.likelihood_grid.sighting import GridSighting
 from mctrack_ros.fusion.measurements.admission import unusable_count
-from mctrack_ros.fusion.occupancy.config import OccupancyConfig
+from mctrack_ros.fusion.occupancy.config import OccupancyConfig, VehicleConfig
 from mctrack_ros.fusion.occupancy.pipeline import OccupancyTracker
+from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.fusion.occupancy.sighting import Sighting
+from mctrack_ros.fusion.occupancy.vehicles import VehicleTracker
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.fusion.views import OpenViews, Views
 from mctrack_ros.interfaces import (
@@ -93,6 +95,14 @@ class FusionMethod(NamedTuple):
     recorder: Callable[[], DecisionRecorder] | None = None
 
 
+def _open_occupancy(
+    config: OccupancyConfig, cameras: tuple[str, ...], first_id: int, views: OpenViews
+) -> OccupancyTracker:
+    people = config.people
+    scene = Scene(views(), cameras, people)
+    return OccupancyTracker(config, cameras, first_id, scene, people.person_cost)
+
+
 TRACKERS: dict[str, FusionMethod] = {
     'joint': FusionMethod(
         JointConfig,
@@ -104,10 +114,18 @@ TRACKERS: dict[str, FusionMethod] = {
     ),
     'occupancy': FusionMethod(
         OccupancyConfig,
-        OccupancyTracker,
+        _open_occupancy,
         (Detections, Foreground),
         Sighting,
         lambda sighting: 0,
+        DecisionRecorder,
+    ),
+    'vehicles': FusionMethod(
+        VehicleConfig,
+        VehicleTracker,
+        (Detections, Foreground),
+        Sighting,
+        lambda sighting: unusable_count(sighting.detections),
         DecisionRecorder,
     ),
     'likelihood_grid': FusionMethod(
@@ -121,8 +139,9 @@ TRACKERS: dict[str, FusionMethod] = {
 FUSION: OneOf[FusionConfig] = OneOf(
     'tracker',
     'joint',
-    'Fusion tracker: joint (from detections), occupancy (from masks) or likelihood_grid '
-    '(from edges and masks); a site that names none gets the one that suits its calibrations',
+    'Fusion tracker: joint (from detections), occupancy (people from masks), vehicles (vehicles '
+    'from masks, people from detections) or likelihood_grid (from edges and masks); a site that '
+    'names none gets the one that suits its calibrations',
     TRACKERS,
 )
 """The choice of fusion's tracker, with its parameters."""

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.occupancy.config import OccupancyConfig
+from mctrack_ros.fusion.occupancy.config import OccupancyConfig, VehicleConfig
 from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.ground import CalibrationError, holds_camera
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
@@ -24,9 +24,10 @@ def with_tracker(site: SiteConfig) -> tuple[SiteConfig, str]:
     """
     Return a site with the tracker that suits it, and why.
 
-    Joint occupancy suits two cameras or more, with known poses, that see large people in a common
-    part of the ground, where no vehicles are looked for. Every other site keeps the joint tracker.
-    A site that names its tracker is returned as it is, without a reason.
+    With two cameras or more whose poses are known, vehicles are found by the masks of all, if a
+    camera looks for them; else joint occupancy suits those that see large people in a common part
+    of the ground. Every other site keeps the joint tracker. A site that names its tracker is
+    returned as it is, without a reason.
 
     Parameters
     ----------
@@ -38,9 +39,15 @@ def with_tracker(site: SiteConfig) -> tuple[SiteConfig, str]:
         return site, ''
     obstacle = next(filter(None, map(_obstacle, site.cameras.values())), '')
     if obstacle:
-        return site, f'tracker joint: occupancy needs {obstacle}'
+        return site, f'tracker joint: masks serve with {obstacle}'
     values = {each.name: getattr(site.fusion, each.name) for each in fields(JointConfig)}
     del values['tracker']
+    if any(map(_seeks_vehicles, site.cameras.values())):
+        why = (
+            'tracker vehicles: by all masks, as pipeline.tracker.vehicles is on; '
+            'fusion.tracker: joint chooses the other'
+        )
+        return replace(site, fusion=VehicleConfig(**values)), why
     fusion = OccupancyConfig(**values)
     try:
         views = site.views()
@@ -59,11 +66,12 @@ def with_tracker(site: SiteConfig) -> tuple[SiteConfig, str]:
 
 
 def _obstacle(camera: CameraSettings) -> str:
-    """Return what a camera lacks to publish masks of people from a known pose; empty: nothing."""
-    pipeline = camera.pipeline
-    if not isinstance(pipeline, EventTrackerConfig):
+    """Return what a camera lacks to publish masks from a known pose; empty: nothing."""
+    if not isinstance(camera.pipeline, EventTrackerConfig):
         return 'pipeline.local_tracker: groups'
-    if pipeline.tracker.vehicles:
-        return 'pipeline.tracker.vehicles: false'
     has_pose = camera.method == 'fitted' if camera.grid else holds_camera(camera.calibration)
     return '' if has_pose else "every camera's pose, not homographies or grids of cells alone"
+
+
+def _seeks_vehicles(camera: CameraSettings) -> bool:
+    return isinstance(camera.pipeline, EventTrackerConfig) and camera.pipeline.tracker.vehicles

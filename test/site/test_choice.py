@@ -63,6 +63,15 @@ def test_cameras_that_share_a_view_of_large_people_find_them_jointly(site):
     assert chosen.cameras == given.cameras
 
 
+@pytest.mark.parametrize('away', [8.0, 40.0])
+def test_vehicles_are_found_jointly_however_small_people_are(site, away):
+    given = site(away=away, pipeline={'tracker': {'vehicles': True}}, life={'coast_time': 2.0})
+    chosen, why = with_tracker(given)
+    assert chosen.fusion.tracker == 'vehicles'
+    assert chosen.fusion.life.coast_time == 2.0
+    assert 'pipeline.tracker.vehicles' in why
+
+
 def test_a_named_tracker_stays(site):
     given = site(tracker='joint')
     assert with_tracker(given) == (given, '')
@@ -74,10 +83,9 @@ def test_a_named_tracker_stays(site):
     ('settings', 'reason'),
     [
         ({'away': 40.0, 'height': 15.0}, 'people are about'),
-        ({'pipeline': {'tracker': {'vehicles': True}}}, 'vehicles: false'),
         ({'pipeline': {'local_tracker': 'silhouettes'}}, 'local_tracker: groups'),
     ],
-    ids=['distant people', 'vehicles', 'silhouettes'],
+    ids=['distant people', 'silhouettes'],
 )
 def test_what_masks_do_not_suit_keeps_the_joint_tracker(site, settings, reason):
     given = site(**settings)
@@ -116,4 +124,4 @@ def test_homographies_keep_the_joint_tracker(site, tmp_path):
     given = load_site(tmp_path / 'site.yaml')
     chosen, why = with_tracker(given)
     assert chosen is given
-    assert "occupancy needs every camera's pose" in why
+    assert "masks serve with every camera's pose" in why

@@ -77,6 +77,10 @@ class JointTracker:
         """Id of the next track that begins."""
         return self._manager.next_id
 
+    @next_id.setter
+    def next_id(self, next_id: int) -> None:
+        self._manager.next_id = next_id
+
     def step(self, tick: Tick, recorder: DecisionRecorder | None = None) -> FusionOutput:
         """
         Process one tick.

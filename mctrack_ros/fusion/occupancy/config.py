@@ -35,3 +35,10 @@ class OccupancyConfig(JointConfig):
 
     tracker: str = tag('occupancy')
     people: PeopleConfig = PeopleConfig()
+
+
+@dataclass(frozen=True)
+class VehicleConfig(JointConfig):
+    """Parameters of `VehicleTracker`: those of the joint tracker."""
+
+    tracker: str = tag('vehicles')

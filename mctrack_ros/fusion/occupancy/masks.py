@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.fusion.occupancy.solver import Occupancy, solve
+from mctrack_ros.fusion.occupancy.vehicle_scene import VehicleScene
 from mctrack_ros.interfaces import RESTART_NS, CameraRows, Foreground
 
 Floats = NDArray[np.float64]
@@ -43,14 +44,14 @@ class Masks:
     ----------
     cameras : tuple of str
         Names in the site's order.
-    scene : Scene
-        What people cover in the masks.
+    scene : Scene or VehicleScene
+        What people, or vehicles, cover in the masks.
     cost : float
-        Share of the masks that a person must explain.
+        Share of the masks that each must explain.
 
     """
 
-    def __init__(self, cameras: tuple[str, ...], scene: Scene, cost: float) -> None:
+    def __init__(self, cameras: tuple[str, ...], scene: Scene | VehicleScene, cost: float) -> None:
         self._cameras, self._scene, self._cost = cameras, scene, cost
         self._last: dict[str, Foreground] = {}
         self._changed_ns: dict[str, int] = {}
@@ -91,8 +92,7 @@ class Masks:
         masks = tuple(self._last.get(camera, none).mask for camera in self._cameras)
         shapes = tuple((mask.shape[0], mask.shape[1]) for mask in masks)
         used = np.array([camera not in left_out for camera in self._cameras])
-        boxes = self._scene.boxes(shapes)
-        return solve(masks, boxes, self._scene.position, prior, used, self._cost)
+        return solve(masks, self._scene.places(shapes), prior, used, self._cost)
 
 
 def prior_of(places: Floats, position: Floats) -> Floats:

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
-from mctrack_ros.fusion.occupancy.config import OccupancyConfig
 from mctrack_ros.fusion.occupancy.masks import Masks, prior_of
 from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.fusion.occupancy.sighting import Sighting
 from mctrack_ros.fusion.occupancy.solver import Occupancy
-from mctrack_ros.fusion.views import OpenViews
+from mctrack_ros.fusion.occupancy.vehicle_scene import VehicleScene
 from mctrack_ros.interfaces import CameraRows, Detections, Feedback, RowsTick, Tracks
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ LEAST_SUPPORT = 0.5
 
 class OccupancyTracker:
     """
-    Finds people by the masks of all cameras together and tracks them.
+    Finds people, or vehicles, by the masks of all cameras together and tracks them.
 
     The likelihood-grid paper's last section asks for background subtraction as another layer of
     its grid. Here it is the only one: the set of people that explains all masks is one detection
@@ -41,19 +41,19 @@ class OccupancyTracker:
 
     Parameters
     ----------
-    config : OccupancyConfig
-        Parameters.
+    config : JointConfig
+        Parameters of tracking.
     cameras : tuple of str
         Names in the site's order, at most 32.
     first_id : int
         Id of the first track; those of later ones ascend from it.
-    views : callable
-        Reads how the cameras see the ground.
+    scene : Scene or VehicleScene
+        Where they can be.
+    cost : float
+        Share of the masks that each must explain, over all cameras.
 
     Raises
     ------
-    ConfigError, CalibrationError
-        If that is not known, or no camera sees anybody anywhere.
     ValueError
         If there are too many cameras or a name occurs twice.
 
@@ -62,17 +62,25 @@ class OccupancyTracker:
     bias = None
 
     def __init__(
-        self, config: OccupancyConfig, cameras: tuple[str, ...], first_id: int, views: OpenViews
+        self,
+        config: JointConfig,
+        cameras: tuple[str, ...],
+        first_id: int,
+        scene: Scene | VehicleScene,
+        cost: float,
     ) -> None:
-        self._cameras = cameras
-        self._scene = Scene(views(), cameras, config.people)
-        self._masks = Masks(cameras, self._scene, config.people.person_cost)
+        self._cameras, self._scene = cameras, scene
+        self._masks = Masks(cameras, scene, cost)
         self._joint = JointTracker(config, (ALL,), first_id)
 
     @property
     def next_id(self) -> int:
         """Id of the next track that begins."""
         return self._joint.next_id
+
+    @next_id.setter
+    def next_id(self, next_id: int) -> None:
+        self._joint.next_id = next_id
 
     def step(
         self, tick: RowsTick[Sighting], recorder: DecisionRecorder | None = None
@@ -90,7 +98,7 @@ class OccupancyTracker:
         if known.stamp_ns > tick.stamp_ns:  # time begins anew
             known = Feedback.build(tick.stamp_ns)
         prior = prior_of(known.places(tick.stamp_ns), self._scene.position)
-        people = self._masks.explained(left_out, prior, tick.stamp_ns)
+        people = self.found = self._masks.explained(left_out, prior, tick.stamp_ns)
         detections = self._detections(people, tick)
         joint = RowsTick(tick.stamp_ns, (CameraRows(ALL, detections),), tick.record)
         output = self._joint.step(joint, recorder)
@@ -106,6 +114,7 @@ class OccupancyTracker:
         place = np.column_stack([people.mean, np.zeros(count)])
         columns = Detections.build(tick.stamp_ns, position=place)
         template, extent = columns.template.copy(), columns.extent.copy()
+        extent[:] = self._scene.extent
         told = [message.rows.detections for message in tick.messages]
         seen = Detections.joined(tick.stamp_ns, told)
         seen = seen.select((seen.member_count == 1) & seen.template.any(axis=1))
@@ -123,6 +132,7 @@ class OccupancyTracker:
             local_id=np.arange(1, count + 1),
             template=template,
             extent=extent,
+            class_id=np.full(count, self._scene.class_id),
         )
 
     def _seen_by(self, tracks: Tracks, people: Occupancy) -> Tracks:

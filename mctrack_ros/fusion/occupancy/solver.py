@@ -5,6 +5,7 @@ The energy of a set of people is that of Fleuret et al. 2008, "Multicamera peopl
 probabilistic occupancy map", without its blur: where the union of the people's boxes and the mask
 of a camera differ, as a share of that union, and a cost for each person. A box that others cover
 already adds nothing, so whoever stands behind somebody is neither credited nor blamed there.
+Vehicles are found likewise, as the outlines of cuboids.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, compiled, inner
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, compiled, inner
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -28,11 +29,6 @@ SMALLEST_UNION = 200.0
 sign (stored four-camera terrace, frames to 1250: 100 to 400 give the same)."""
 ROUNDS = 3
 """How often each person is taken out and put back where he fits best."""
-REACH_M = 0.45
-"""How far a person moves in a round, m: three cells."""
-LEAST_DISTANCE_M = 0.4
-"""Two people are no nearer, m: else who is wider in a mask than a person has a second beside him.
-0.3 to 0.5 give the same on the four-camera terrace to frame 1250; without, 2 switches more."""
 MOST_PEOPLE = 500
 FREE = 1 << 32
 """What a pixel that no box covers adds to the sums down its column, beside 1 if foreground."""
@@ -41,14 +37,43 @@ SURE_GAIN = 0.02
 and a covariance (the same frames: squared errors are as large as these say)."""
 
 
+class Places(NamedTuple):
+    """
+    Where people, or vehicles, can be, and what they cover of the masks there.
+
+    Attributes
+    ----------
+    position : (n, 2) array
+        Of the places, m, y ascending.
+    boxes : (cameras, n, 4) int16 array
+        Left, top, right and bottom (exclusive), px of the mask; without area: not in the image.
+    first : (cameras, n) int32 array
+        Row of `outline` that is the leftmost column of the box; -1: the box is covered wholly.
+    outline : (m, 2) int16 array
+        Top and bottom (exclusive) of what is covered in a column, px of the mask.
+    reach : float
+        How far one moves in a round, m.
+    distance : float
+        Two are no nearer, m: else who is wider in a mask than usual has a second beside him.
+
+    """
+
+    position: Floats
+    boxes: Boxes
+    first: NDArray[np.int32]
+    outline: Boxes
+    reach: float
+    distance: float
+
+
 class Occupancy(NamedTuple):
     """
-    The people that explain the masks.
+    The people, or vehicles, that explain the masks.
 
     Attributes
     ----------
     cell : (n,) int64 array
-        Where each is, in order of being found.
+        Row of the place where each is, in order of being found.
     gain : (n,) array
         By how much the energy is less with him than without.
     mean, covariance : (n, 2), (n, 2, 2) arrays
@@ -66,31 +91,23 @@ class Occupancy(NamedTuple):
 
 
 def solve(
-    masks: tuple[Bytes, ...],
-    boxes: Boxes,
-    position: Floats,
-    prior: Floats,
-    used: NDArray[np.bool_],
-    cost: float,
+    masks: tuple[Bytes, ...], places: Places, prior: Floats, used: Mask, cost: float
 ) -> Occupancy:
     """
-    Return the people that explain masks.
+    Return the people, or vehicles, that explain masks.
 
     Parameters
     ----------
     masks : tuple of (h, w) uint8 arrays
         Of each camera; not 0: foreground.
-    boxes : (cameras, cells, 4) int16 array
-        Left, top, right and bottom (exclusive) of a person in each cell, px of the mask; without
-        area: he is not in the image.
-    position : (cells, 2) array
-        Of the cells, m, y ascending.
-    prior : (cells,) array
-        What is added to the gain of a person there.
+    places : Places
+        Where they can be.
+    prior : (n,) array
+        What is added to the gain of one there.
     used : (cameras,) bool array
         Which masks count.
     cost : float
-        What a person costs.
+        What one costs.
 
     """
     sizes = np.array([mask.shape for mask in masks], np.int64).reshape(-1, 2)
@@ -98,7 +115,7 @@ def solve(
     stacked = np.zeros((len(masks), height, width), np.uint8)
     for camera, mask in enumerate(masks):
         stacked[camera, : mask.shape[0], : mask.shape[1]] = mask > 0
-    return Occupancy(*_solve(stacked, boxes, position, prior, used, cost))
+    return Occupancy(*_solve(stacked, places, prior, used, cost))
 
 
 @inner
@@ -112,16 +129,6 @@ def _refresh(
             sums[y + 1, x] = sums[y, x] + is_free * (FREE + mask[y, x])
 
 
-@inner
-def _inside(sums: Indices, box: Boxes) -> tuple[int, int]:
-    """Return the pixels of a box that no box covers, and the foreground among them."""
-    total = 0
-    above, below = sums[box[1]], sums[box[3]]
-    for x in range(box[0], box[2]):
-        total += below[x] - above[x]
-    return total // FREE, total % FREE
-
-
 class _Search(NamedTuple):
     """
     What the search works on.
@@ -133,8 +140,12 @@ class _Search(NamedTuple):
     """
 
     masks: Bytes
-    boxes: Boxes
     position: Floats
+    boxes: Boxes
+    first: NDArray[np.int32]
+    outline: Boxes
+    reach: float
+    distance: float
     prior: Floats
     cost: float
     cover: NDArray[np.int16]
@@ -145,11 +156,10 @@ class _Search(NamedTuple):
 
 
 @inner
-def _begun(
-    masks: Bytes, boxes: Boxes, position: Floats, prior: Floats, used: Mask, cost: float
-) -> _Search:
+def _begun(masks: Bytes, places: Places, prior: Floats, used: Mask, cost: float) -> _Search:
     """Return a search that has found nobody."""
     cameras, height, width = masks.shape
+    position, boxes, first, outline, reach, distance = places
     boxes = boxes.copy()
     for camera in range(cameras):
         if not used[camera]:
@@ -161,7 +171,26 @@ def _begun(
         _refresh(masks[camera], cover[camera], sums[camera], 0, width, 0)
         wrong[camera] = masks[camera].sum()
     taken = np.zeros(len(prior), np.int64)
-    return _Search(masks, boxes, position, prior, cost, cover, sums, wrong, union, taken)
+    return _Search(
+        masks, position, boxes, first, outline, reach, distance, prior, cost, cover, sums, wrong,
+        union, taken,
+    )  # fmt: skip
+
+
+@inner
+def _own(search: _Search, camera: int, cell: int) -> tuple[int, int]:
+    """Return the pixels of one in a cell that nobody covers, and the foreground among them."""
+    sums, box, row = search.sums[camera], search.boxes[camera, cell], search.first[camera, cell]
+    total = 0
+    if row < 0:
+        above, below = sums[box[1]], sums[box[3]]
+        for x in range(box[0], box[2]):
+            total += below[x] - above[x]
+    else:
+        for x in range(box[0], box[2]):
+            top, bottom = search.outline[row + x - box[0]]
+            total += sums[bottom, x] - sums[top, x]
+    return total // FREE, total % FREE
 
 
 @inner
@@ -172,7 +201,7 @@ def _hopeful(search: _Search) -> Indices:
         for camera in range(len(search.boxes)):
             box = search.boxes[camera, cell]
             if box[2] > box[0]:
-                own, lit = _inside(search.sums[camera], box)
+                own, lit = _own(search, camera, cell)
                 if 2 * lit > own:
                     hopeful[count], count = cell, count + 1
                     break
@@ -196,7 +225,7 @@ def _gain(search: _Search, cell: int) -> float:
         box = boxes[camera, cell]
         if box[2] <= box[0]:
             continue
-        own, lit = _inside(search.sums[camera], box)
+        own, lit = _own(search, camera, cell)
         gain += wrong[camera] / (union[camera] + SMALLEST_UNION)
         gain -= (wrong[camera] + own - 2 * lit) / (union[camera] + own + SMALLEST_UNION)
     return float(gain + search.prior[cell])
@@ -211,18 +240,20 @@ def _put(search: _Search, by: int, cell: int) -> None:
             continue
         left, top, right, bottom = box[0], box[1], box[2], box[3]
         cover, sums = search.cover[camera], search.sums[camera]
-        before = _inside(sums, box)
-        for y in range(top, bottom):
-            for x in range(left, right):
+        before, row = _own(search, camera, cell), search.first[camera, cell]
+        for x in range(left, right):
+            if row >= 0:
+                top, bottom = search.outline[row + x - left]
+            for y in range(top, bottom):
                 cover[y, x] += by
-        _refresh(search.masks[camera], cover, sums, left, right, top)
-        own, lit = before if by > 0 else _inside(sums, box)
+        _refresh(search.masks[camera], cover, sums, left, right, box[1])
+        own, lit = before if by > 0 else _own(search, camera, cell)
         search.wrong[camera] += by * (own - 2 * lit)
         search.union[camera] += by * own
-    position = search.position
-    for other in range(*_rows(position, cell, LEAST_DISTANCE_M)):
+    position, least = search.position, search.distance
+    for other in range(*_rows(position, cell, least)):
         dx, dy = position[other, 0] - position[cell, 0], position[other, 1] - position[cell, 1]
-        if dx * dx + dy * dy < LEAST_DISTANCE_M * LEAST_DISTANCE_M:
+        if dx * dx + dy * dy < least * least:
             search.taken[other] += by
 
 
@@ -230,9 +261,9 @@ def _put(search: _Search, by: int, cell: int) -> None:
 def _best(search: _Search, cells: Indices, around: int) -> tuple[int, float]:
     """Return the cell where a person gains most, -1: none; within reach of one, -1: of any."""
     best, highest, position = -1, 0.0, search.position
-    first, end = 0, len(cells)
+    first, end, reach = 0, len(cells), search.reach
     if around >= 0:
-        lowest, beyond = _rows(position, around, REACH_M)
+        lowest, beyond = _rows(position, around, reach)
         first, end = int(np.searchsorted(cells, lowest)), int(np.searchsorted(cells, beyond))
     for place in cells[first:end]:
         if search.taken[place] > 0:
@@ -240,7 +271,7 @@ def _best(search: _Search, cells: Indices, around: int) -> tuple[int, float]:
         if around >= 0:
             dx = position[place, 0] - position[around, 0]
             dy = position[place, 1] - position[around, 1]
-            if dx * dx + dy * dy > REACH_M * REACH_M:
+            if dx * dx + dy * dy > reach * reach:
                 continue
         gain = _gain(search, place) - search.cost
         if gain > highest:
@@ -283,9 +314,10 @@ def _measure(search: _Search, cell: int, mean: Floats, covariance: Floats) -> No
     position, best = search.position, _gain(search, cell)
     x, y = position[cell, 0], position[cell, 1]
     total = mx = my = xx = xy = yy = 0.0
-    for other in range(*_rows(position, cell, 2 * REACH_M)):
+    reach = 2 * search.reach
+    for other in range(*_rows(position, cell, reach)):
         dx, dy = position[other, 0] - x, position[other, 1] - y
-        if dx * dx + dy * dy <= 4 * REACH_M * REACH_M:
+        if dx * dx + dy * dy <= reach * reach:
             weight = np.exp((_gain(search, other) - best) / SURE_GAIN)
             total += weight
             mx += weight * dx
@@ -305,23 +337,30 @@ def _support(search: _Search, cell: int, support: Floats) -> None:
     for camera in range(len(search.boxes)):
         box = search.boxes[camera, cell]
         if box[2] > box[0]:
-            own, lit = _inside(search.sums[camera], box)
+            own, lit = _own(search, camera, cell)
             if own > 0:
                 support[camera] = lit / own
+
+
+_PLACES = types.NamedTuple(
+    [
+        types.f8[:, ::1], types.i2[:, :, ::1], types.i4[:, ::1], types.i2[:, ::1], types.f8,
+        types.f8,
+    ],
+    Places,
+)  # fmt: skip
 
 
 @compiled(
     types.Tuple(
         [types.i8[::1], types.f8[::1], types.f8[:, ::1], types.f8[:, :, ::1], types.f8[:, ::1]]
-    )(
-        types.u1[:, :, ::1], types.i2[:, :, ::1], FLOATS_2D, FLOATS_1D, BOOLS_1D, types.f8
-    )
-)  # fmt: skip
+    )(types.u1[:, :, ::1], _PLACES, FLOATS_1D, BOOLS_1D, types.f8)
+)
 def _solve(
-    masks: Bytes, boxes: Boxes, position: Floats, prior: Floats, used: Mask, cost: float
+    masks: Bytes, places: Places, prior: Floats, used: Mask, cost: float
 ) -> tuple[Indices, Floats, Floats, Floats, Floats]:
     """Return the columns of `Occupancy`."""
-    search = _begun(masks, boxes, position, prior, used, cost)
+    search = _begun(masks, places, prior, used, cost)
     cells = _hopeful(search)
     people, gains, number = np.empty(MOST_PEOPLE, np.int64), np.zeros(MOST_PEOPLE), 0
     for _ in range(ROUNDS):

@@ -24,7 +24,7 @@ def scene(area=AREA, names=NAMES, **config):
 def test_a_box_spans_from_feet_to_head_and_is_as_wide_as_a_person(divisor):
     where = scene()
     shape = (SIZE[1] // divisor, SIZE[0] // divisor)
-    boxes = where.boxes(3 * (shape,))
+    boxes = where.places(3 * (shape,)).boxes
     scale = np.tile(np.array(shape[::-1]) / SIZE, 2)
     assert boxes.shape == (3, len(where.position), 4)
     for mapping, own in zip(MAPPINGS.values(), boxes):
@@ -42,7 +42,7 @@ def test_a_box_spans_from_feet_to_head_and_is_as_wide_as_a_person(divisor):
 
 def test_who_is_too_little_in_an_image_covers_nothing_there():
     where = scene(area='')
-    for mapping, own in zip(MAPPINGS.values(), where.boxes(3 * (SIZE[::-1],))):
+    for mapping, own in zip(MAPPINGS.values(), where.places(3 * (SIZE[::-1],)).boxes):
         left, top, right, bottom = own.T.astype(float)
         shown = right > left
         full = mapping.width_px(where.position, 0.5) * mapping.height_px(where.position, 1.8)
@@ -51,7 +51,7 @@ def test_who_is_too_little_in_an_image_covers_nothing_there():
         assert share[shown].min() > 0.8 * LEAST_SEEN
         height = mapping.height_px(where.position, 1.8)
         assert height[shown].min() >= LEAST_HEIGHT_PX
-    assert (where.boxes(3 * (SIZE[::-1],))[..., 2] > 0).any(axis=0).all()
+    assert (where.places(3 * (SIZE[::-1],)).boxes[..., 2] > 0).any(axis=0).all()
 
 
 def test_cells_lie_in_the_area_and_its_margin():
@@ -79,11 +79,11 @@ def test_a_large_scene_has_wider_cells(monkeypatch):
 
 def test_masks_may_change_their_size_or_be_unknown():
     where = scene()
-    full = where.boxes(3 * ((60, 80),)).copy()
-    one_unknown = where.boxes(((0, 0), (60, 80), (60, 80)))
+    full = where.places(3 * ((60, 80),)).boxes.copy()
+    one_unknown = where.places(((0, 0), (60, 80), (60, 80))).boxes
     assert not one_unknown[0].any()
     np.testing.assert_array_equal(one_unknown[1:], full[1:])
-    np.testing.assert_array_equal(where.boxes(3 * ((60, 80),)), full)
+    np.testing.assert_array_equal(where.places(3 * ((60, 80),)).boxes, full)
 
 
 def test_an_area_that_no_camera_sees_is_refused():

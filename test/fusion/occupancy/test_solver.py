@@ -8,8 +8,8 @@ import pytest
 
 from masks import AREA, MAPPINGS, SHAPE, mask_of
 from mctrack_ros.fusion.occupancy.config import PeopleConfig
-from mctrack_ros.fusion.occupancy.scene import Scene
-from mctrack_ros.fusion.occupancy.solver import LEAST_DISTANCE_M, REACH_M, SMALLEST_UNION, solve
+from mctrack_ros.fusion.occupancy.scene import LEAST_DISTANCE_M, REACH_M, Scene
+from mctrack_ros.fusion.occupancy.solver import SMALLEST_UNION, Places, solve
 from mctrack_ros.fusion.views import Views
 from mctrack_ros.ground.coverage.coverage import area_from
 
@@ -53,6 +53,13 @@ def changed(people, position):
     yield from ([*people, cell] for cell in cells)
 
 
+def boxed(boxes, position):
+    """Return the places of boxes that are covered wholly."""
+    whole = np.full(boxes.shape[:2], -1, np.int32)
+    none = np.empty((0, 2), np.int16)
+    return Places(position, boxes, whole, none, REACH_M, LEAST_DISTANCE_M)
+
+
 def scene(cell=0.4, names=NAMES):
     views = Views(MAPPINGS, area_from(AREA))
     return Scene(views, names, PeopleConfig(cell=cell))
@@ -66,16 +73,16 @@ def solved(people, cell=0.15, names=NAMES):
     """Return what is found of people at places, (n, 2) m, and the scene."""
     where = scene(cell, names)
     masks = tuple(mask_of(MAPPINGS[name], np.reshape(people, (-1, 2))) for name in names)
-    boxes = where.boxes(len(names) * (SHAPE,))
     prior = np.zeros(len(where.position))
-    return solve(masks, boxes, where.position, prior, everything(names), COST), where
+    return solve(masks, where.places(len(names) * (SHAPE,)), prior, everything(names), COST), where
 
 
 @pytest.mark.parametrize('seed', range(8))
 def test_no_single_change_of_the_people_explains_the_masks_better(seed):
     rng = np.random.default_rng(seed)
     where = scene()
-    boxes = where.boxes(len(NAMES) * (SHAPE,))
+    places = where.places(len(NAMES) * (SHAPE,))
+    boxes = places.boxes
     there = where.position[rng.choice(len(where.position), rng.integers(0, 5), replace=False)]
     masks = []
     for name in NAMES:
@@ -85,7 +92,7 @@ def test_no_single_change_of_the_people_explains_the_masks_better(seed):
     prior = np.where(rng.random(len(where.position)) < 0.1, 0.02, 0.0)
     used = everything()
     used[rng.integers(len(NAMES))] = seed % 2
-    found = solve(tuple(masks), boxes, where.position, prior, used, COST)
+    found = solve(tuple(masks), places, prior, used, COST)
     people = found.cell.tolist()
     lowest = energy(people, masks, boxes, prior, used)
     best = min(
@@ -108,7 +115,7 @@ def test_the_best_set_of_all_is_found_in_a_tiny_scene():
             mask[top + 2 : bottom, left:right] = 255
     position = np.column_stack([np.arange(6.0), np.zeros(6)])
     prior, used = np.zeros(6), np.ones(2, bool)
-    found = solve(masks, boxes, position, prior, used, COST)
+    found = solve(masks, boxed(boxes, position), prior, used, COST)
     every = [each for size in range(5) for each in itertools.combinations(range(6), size)]
     best = min(every, key=lambda people: energy(people, masks, boxes, prior, used))
     assert sorted(found.cell.tolist()) == list(best) == [1, 4]
@@ -138,7 +145,7 @@ def two_in_a_file():
 def test_who_stands_behind_somebody_is_neither_credited_nor_blamed():
     boxes, masks, position = two_in_a_file()
     prior, both = np.zeros(2), np.ones(2, bool)
-    found = solve(masks, boxes, position, prior, both, COST)
+    found = solve(masks, boxed(boxes, position), prior, both, COST)
     hidden = found.cell.tolist().index(1)
     assert sorted(found.cell.tolist()) == [0, 1]
     assert np.isnan(found.support[hidden, 0])
@@ -147,7 +154,7 @@ def test_who_stands_behind_somebody_is_neither_credited_nor_blamed():
     gain = energy([0], masks, boxes, prior, alone) - energy([0, 1], masks, boxes, prior, alone)
     assert found.gain[hidden] == pytest.approx(gain)
     masks[1][:, 35:] = 0  # where the other camera does not show him, nothing speaks for him
-    assert solve(masks, boxes, position, prior, both, COST).cell.tolist() == [0]
+    assert solve(masks, boxed(boxes, position), prior, both, COST).cell.tolist() == [0]
 
 
 def test_a_prior_tips_a_tie_and_makes_nobody():
@@ -155,10 +162,10 @@ def test_a_prior_tips_a_tie_and_makes_nobody():
     mask = np.zeros((50, 40), np.uint8)
     position, used = np.array([[0.0, 0.0], [5.0, 0.0]]), np.ones(1, bool)
     prior = np.array([0.0, 0.02])
-    assert len(solve((mask,), boxes, position, prior, used, COST).cell) == 0
+    assert len(solve((mask,), boxed(boxes, position), prior, used, COST).cell) == 0
     mask[5:45, 10:30] = 255
     for prior in (np.array([0.0, 0.02]), np.array([0.02, 0.0])):
-        found = solve((mask,), boxes, position, prior, used, COST)
+        found = solve((mask,), boxed(boxes, position), prior, used, COST)
         assert found.cell.tolist() == [prior.argmax()]
 
 
@@ -175,10 +182,10 @@ def test_nobody_is_found_without_foreground_cameras_or_cells():
     assert len(solved(np.zeros((0, 2)))[0].cell) == 0
     boxes, masks, position = two_in_a_file()
     prior = np.zeros(2)
-    assert len(solve(masks, boxes, position, prior, np.zeros(2, bool), COST).cell) == 0
+    assert len(solve(masks, boxed(boxes, position), prior, np.zeros(2, bool), COST).cell) == 0
     none = tuple(np.zeros((0, 0), np.uint8) for _ in range(2))
     nowhere = np.zeros_like(boxes)
-    assert len(solve(none, nowhere, position, prior, np.ones(2, bool), COST).cell) == 0
+    assert len(solve(none, boxed(nowhere, position), prior, np.ones(2, bool), COST).cell) == 0
 
 
 def test_masks_of_different_sizes_count_alike():
@@ -186,18 +193,17 @@ def test_masks_of_different_sizes_count_alike():
     prior, used = np.zeros(2), np.ones(2, bool)
     padded = (np.pad(masks[0], ((0, 30), (0, 9))), masks[1])
     for one, other in zip(
-        *(solve(m, boxes, position, prior, used, COST) for m in (masks, padded))
+        *(solve(m, boxed(boxes, position), prior, used, COST) for m in (masks, padded))
     ):
         np.testing.assert_array_equal(one, other)
 
 
 def test_who_is_wide_in_a_mask_has_nobody_beside_him():
     where = scene(0.15)
-    boxes = where.boxes(len(NAMES) * (SHAPE,))
     masks = []
     for name in NAMES:
         mask = mask_of(MAPPINGS[name], np.array([[0.0, 0.0]]))
         masks.append(cv2.dilate(mask, np.ones((1, 3), np.uint8)))
     prior = np.zeros(len(where.position))
-    found = solve(tuple(masks), boxes, where.position, prior, everything(), COST)
+    found = solve(tuple(masks), where.places(len(NAMES) * (SHAPE,)), prior, everything(), COST)
     assert len(found.cell) == 1
