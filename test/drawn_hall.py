@@ -40,26 +40,29 @@ def walkers(seconds):
     )
 
 
-def image(mapping, people, rng):
+def image(mapping, people, rng, colours=None, legs=None):
     """Draw people as upright boxes on a noisy floor, the far ones first."""
     image = np.full((SIZE[1], SIZE[0], 3), 110, np.uint8)
-    colours = np.array([(40, 40, 200), (200, 60, 40), (40, 190, 200)])
+    colours = np.array(colours or [(40, 40, 200), (200, 60, 40), (40, 190, 200)])
     feet, heads = mapping.image_from_ground(people), mapping.image_from_ground(people, 1.8)
     for index in np.argsort(feet[:, 1]):
         (x, bottom), top = feet[index], heads[index, 1]
         half = (bottom - top) / 6
         corner, opposite = (round(x - half), round(top)), (round(x + half), round(bottom))
         cv2.rectangle(image, corner, opposite, colours[index].tolist(), -1)
+        if legs is not None:
+            waist = (corner[0], round((top + bottom) / 2))
+            cv2.rectangle(image, waist, opposite, legs, -1)
     noise = rng.integers(-4, 5, image.shape)
     return np.clip(image + noise, 0, 255).astype(np.uint8)
 
 
-def write_hall(folder, seconds=7.5, offset_ns=0, positions=None):
+def write_hall(folder, seconds=7.5, offset_ns=0, positions=None, start=None):
     """
     Write the bag and its site below a folder.
 
     The floor is empty for the first moments; ``offset_ns`` delays the camera 'south';
-    other cameras are given by their positions.
+    other cameras are given by their positions, and by rows what starts tracks.
     """
     cameras = {}
     with BagWriter(folder / 'bag') as writer:
@@ -73,6 +76,8 @@ def write_hall(folder, seconds=7.5, offset_ns=0, positions=None):
                 'image_width': SIZE[0],
                 'image_height': SIZE[1],
             }
+        if start is not None:
+            writer.write_rows('/start', start, 'map', start.stamp_ns)
         rng = np.random.default_rng(5)
         for index in range(round(seconds * 25)):
             for name, mapping in views.items():

@@ -39,6 +39,7 @@ class FootPoints(Rows):
 class Headcount(Rows):
     """The places of all that are tracked."""
 
+    TOPIC: ClassVar[str] = 'headcount'
     COLUMNS: ClassVar[dict[str, Column]] = {'position': Column('f4', (3,), float('nan'))}
 
     position: NDArray[np.float32]
@@ -53,7 +54,7 @@ class FeetConfig(CameraConfig):
 class Feet:
     """What differs from the first image stands where it ends below."""
 
-    def __init__(self, config, mapping, mask=None, background=None):
+    def __init__(self, config, name, mapping, mask=None, background=None):
         self._config, self._mapping, self._first = config, mapping, background
         self._boxes = np.zeros((0, 4))
 
@@ -119,6 +120,7 @@ FUSION_METHOD = FusionMethod(
     (FootPoints,),
     lambda rows: rows,
     lambda rows: 0,
+    Headcount,
 )
 
 

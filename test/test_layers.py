@@ -72,6 +72,7 @@ STAGES = {
         ('background', 'events'),
         ('silhouettes', 'likelihood_grid'),
         ('event_tracker',),
+        ('belief',),
         ('trackers', 'boxes', 'overlay'),
     ),
     'fusion': (
@@ -86,7 +87,7 @@ STAGES = {
         ('management',),
         ('joint_tracker',),
         ('occupancy',),
-        ('likelihood_grid',),
+        ('likelihood_grid', 'belief'),
         ('explain',),
         ('trackers',),
     ),

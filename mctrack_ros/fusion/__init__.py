@@ -8,8 +8,10 @@ from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.fusion.trackers import (
     FUSION,
+    START_TOPIC,
     FusionTracker,
     Joining,
+    Startable,
     fusion_method,
     joined,
     open_batcher,
@@ -20,6 +22,7 @@ from mctrack_ros.fusion.views import OpenViews, Views
 
 __all__ = [
     'FUSION',
+    'START_TOPIC',
     'Batcher',
     'DecisionRecorder',
     'FusionConfig',
@@ -29,6 +32,7 @@ __all__ = [
     'JointConfig',
     'JointTracker',
     'OpenViews',
+    'Startable',
     'Views',
     'fusion_method',
     'joined',

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from mctrack_ros.config import ConfigError, OneOf
 from mctrack_ros.fusion.batcher import Batcher
+from mctrack_ros.fusion.belief.config import BeliefConfig
+from mctrack_ros.fusion.belief.pipeline import BeliefTracker
+from mctrack_ros.fusion.belief.sighting import BeliefSighting
 from mctrack_ros.fusion.config import FusionConfig
 from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
@@ -24,7 +27,9 @@ from mctrack_ros.fusion.occupancy.vehicles import VehicleTracker
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.fusion.views import OpenViews, Views
 from mctrack_ros.interfaces import (
+    Belief,
     Detections,
+    Feedback,
     Foreground,
     Likelihood,
     Message,
@@ -62,6 +67,22 @@ class FusionTracker(Protocol):
         ...
 
 
+@runtime_checkable
+class Startable(Protocol):
+    """A fusion tracker whose tracks can be started and ended from outside."""
+
+    def start(self, rows: Detections) -> None:
+        """
+        Start a track where a row is, and end the one whose id a row without position (NaN) has.
+
+        That is done at the first tick from the rows' stamp on.
+        """
+        ...
+
+
+START_TOPIC = 'start'
+"""Where such a tracker takes that."""
+
 Opener = Callable[[Any, tuple[str, ...], int, OpenViews], FusionTracker]
 
 
@@ -82,6 +103,8 @@ class FusionMethod(NamedTuple):
         Makes one of these messages of one image.
     unusable : callable
         Tells how many rows of that cannot be used.
+    feedback : type
+        Message type of its feedback, on the topic of that type.
     recorder : callable, optional
         Makes what takes down why a tick is decided as it is; None: this tracker does not say.
 
@@ -92,6 +115,7 @@ class FusionMethod(NamedTuple):
     messages: tuple[type[Message], ...]
     joined: Callable[..., Stamped]
     unusable: Callable[[Any], int]
+    feedback: type[Rows] = Feedback
     recorder: Callable[[], DecisionRecorder] | None = None
 
 
@@ -110,7 +134,7 @@ TRACKERS: dict[str, FusionMethod] = {
         (Detections,),
         lambda detections: detections,
         unusable_count,
-        DecisionRecorder,
+        recorder=DecisionRecorder,
     ),
     'occupancy': FusionMethod(
         OccupancyConfig,
@@ -118,7 +142,7 @@ TRACKERS: dict[str, FusionMethod] = {
         (Detections, Foreground),
         Sighting,
         lambda sighting: 0,
-        DecisionRecorder,
+        recorder=DecisionRecorder,
     ),
     'vehicles': FusionMethod(
         VehicleConfig,
@@ -126,7 +150,7 @@ TRACKERS: dict[str, FusionMethod] = {
         (Detections, Foreground),
         Sighting,
         lambda sighting: unusable_count(sighting.detections),
-        DecisionRecorder,
+        recorder=DecisionRecorder,
     ),
     'likelihood_grid': FusionMethod(
         LikelihoodGridConfig,
@@ -135,13 +159,21 @@ TRACKERS: dict[str, FusionMethod] = {
         GridSighting,
         lambda sighting: 0,
     ),
+    'belief': FusionMethod(
+        BeliefConfig,
+        lambda config, cameras, first_id, _: BeliefTracker(config, cameras, first_id),
+        (Detections, Belief),
+        BeliefSighting,
+        lambda sighting: 0,
+        Belief,
+    ),
 }
 FUSION: OneOf[FusionConfig] = OneOf(
     'tracker',
     'joint',
     'Fusion tracker: joint (from detections), occupancy (people from masks), vehicles (vehicles '
-    'from masks, people from detections) or likelihood_grid (from edges and masks); a site that '
-    'names none gets the one that suits its calibrations',
+    'from masks, people from detections), likelihood_grid (from edges and masks) or belief (from '
+    'particles in each view); a site that names none gets the one that suits its calibrations',
     TRACKERS,
 )
 """The choice of fusion's tracker, with its parameters."""
@@ -150,6 +182,7 @@ SELDOM = (
     'mctrack_ros.fusion.association.solvers.covering_graph',
     'mctrack_ros.fusion.association.solvers.jpda',
     'mctrack_ros.fusion.association.solvers.nearest',
+    'mctrack_ros.fusion.belief',
     'mctrack_ros.fusion.motion.imm',
     'mctrack_ros.fusion.occupancy',
 )

@@ -1,5 +1,6 @@
 """Frozen arrays for one instant, the words that all parts of the graph share."""
 
+from mctrack_ros.interfaces.belief import Belief
 from mctrack_ros.interfaces.codes import (
     MAX_CAMERAS,
     MEMBERS,
@@ -40,6 +41,7 @@ __all__ = [
     'REPORTED',
     'RESTART_NS',
     'TEMPLATE_SIZE',
+    'Belief',
     'CameraDetections',
     'CameraRows',
     'Candidates',

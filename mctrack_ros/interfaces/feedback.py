@@ -36,6 +36,7 @@ class Feedback(Rows):
 
     """
 
+    TOPIC: ClassVar[str] = 'feedback'
     COLUMNS: ClassVar[dict[str, Column]] = {
         'position': POSITION,
         'velocity': Column('f4', (2,)),

@@ -88,7 +88,7 @@ class Rows:
 
     A subclass names its columns in ``COLUMNS``, in the order of its fields, with the element
     types that travel, so encoding loses nothing. Arrays are checked and made read-only. ``TOPIC``
-    is where a camera tells them, below its own topic.
+    is where they are told: by a camera below its own topic, by fusion as it is.
 
     Raises
     ------

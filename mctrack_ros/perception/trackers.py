@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import OneOf
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.interfaces import Detections, Feedback, Message, Rows
+from mctrack_ros.interfaces import Belief, Detections, Feedback, Message, Rows
 from mctrack_ros.perception.config import CameraConfig
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.perception.event_tracker.pipeline import MESSAGES, EventTracker
@@ -42,7 +42,7 @@ class CameraTracker(Protocol):
         """Return the local ids of each group, for an overlay."""
 
 
-Opener = Callable[[Any, GroundMapping, Image | None, Image | None], CameraTracker]
+Opener = Callable[[Any, str, GroundMapping, Image | None, Image | None], CameraTracker]
 
 
 class CameraMethod(NamedTuple):
@@ -54,11 +54,12 @@ class CameraMethod(NamedTuple):
     config : type
         Its parameters.
     open : callable
-        Makes one of parameters, the camera's mapping, mask and background; see `open_camera`.
+        Makes one of parameters, the camera's name, mapping, mask and background; see
+        `open_camera`.
     messages : tuple of type
         Message types of every image, each on the topic of its type.
     feedback : type
-        Message type of its feedback.
+        Message type of its feedback, on the topic of that type.
 
     """
 
@@ -90,7 +91,7 @@ def _silhouettes() -> CameraMethod:
 
     return CameraMethod(
         SilhouetteCameraConfig,
-        lambda config, *given: SilhouettePipeline(config.silhouettes, *given),
+        lambda config, name, *given: SilhouettePipeline(config.silhouettes, *given),
     )
 
 
@@ -98,19 +99,33 @@ def _likelihood_grid() -> CameraMethod:
     from mctrack_ros.perception.likelihood_grid.config import LikelihoodCameraConfig
     from mctrack_ros.perception.likelihood_grid.pipeline import MESSAGES, LikelihoodCamera
 
-    return CameraMethod(LikelihoodCameraConfig, LikelihoodCamera, MESSAGES)
+    return CameraMethod(
+        LikelihoodCameraConfig,
+        lambda config, name, *given: LikelihoodCamera(config, *given),
+        MESSAGES,
+    )
+
+
+def _belief() -> CameraMethod:
+    from mctrack_ros.perception.belief.config import BeliefCameraConfig
+    from mctrack_ros.perception.belief.pipeline import MESSAGES, BeliefCamera
+
+    return CameraMethod(BeliefCameraConfig, BeliefCamera, MESSAGES, Belief)
 
 
 TRACKERS: dict[str, CameraMethod | Deferred] = {
-    'groups': CameraMethod(EventTrackerConfig, EventTracker, MESSAGES),
+    'groups': CameraMethod(
+        EventTrackerConfig, lambda config, name, *given: EventTracker(config, *given), MESSAGES
+    ),
     'silhouettes': Deferred(_silhouettes),
     'likelihood_grid': Deferred(_likelihood_grid),
+    'belief': Deferred(_belief),
 }
 CAMERA: OneOf[CameraConfig] = OneOf(
     'local_tracker',
     'groups',
-    "the camera's own tracker: filters on the ground with groups, the silhouettes paper's, or the "
-    "likelihood-grid paper's",
+    "the camera's own tracker: filters on the ground with groups, the silhouettes paper's, the "
+    "likelihood-grid paper's, or the view filters of belief propagation",
     TRACKERS,
 )
 """The choice of a camera's tracker, with its parameters."""
@@ -127,6 +142,7 @@ def open_camera(
     mapping: GroundMapping,
     mask: Image | None = None,
     background: Image | None = None,
+    name: str = '',
 ) -> CameraTracker:
     """
     Return the tracker that a camera's parameters are of.
@@ -141,9 +157,11 @@ def open_camera(
         0 where the image is to be ignored.
     background : (h, w, 3) uint8 array, optional
         Image without moving objects; unless given, the background is learned first.
+    name : str
+        Of the camera.
 
     """
-    return camera_method(config).open(config, mapping, mask, background)
+    return camera_method(config).open(config, name, mapping, mask, background)
 
 
 def open_buffer(config: CameraConfig, period_ns: int, delay_ns: int) -> RowsBuffer[Any]:

@@ -218,7 +218,7 @@ class CameraSource:
         if self._from_images:
             settings = task.settings
             spread = settings.pipeline.local_tracker == 'groups' and not settings.background
-            self._pipeline = settings.open(plate_of(task) if spread else None)
+            self._pipeline = settings.open(task.camera, plate_of(task) if spread else None)
         self._buffer = self._new_buffer()
         self._watch, self._overlay = ImageWatch(), Overlay()
         self._next_debug_ns = 0

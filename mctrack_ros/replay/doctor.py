@@ -68,7 +68,7 @@ def examine_site(site: SiteConfig) -> Iterator[Finding]:
 
 def _examine_camera(name: str, camera: CameraSettings) -> Iterator[Finding]:
     try:
-        camera.open()
+        camera.open(name)
         doubt = camera.doubt()
     except (ConfigError, CalibrationError) as error:
         yield Finding(

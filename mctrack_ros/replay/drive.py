@@ -10,12 +10,13 @@ from mctrack_ros.fusion import (
     FusionConfig,
     FusionOutput,
     OpenViews,
+    Startable,
     open_fusion,
     open_recorder,
 )
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.fusion.trackers import no_views
-from mctrack_ros.interfaces import Explanation, Rows, RowsTick
+from mctrack_ros.interfaces import Detections, Explanation, Rows, RowsTick
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,6 +53,7 @@ def drive(
     ticks: Iterable[RowsTick[Any]],
     is_asked_why: Callable[[RowsTick[Any]], bool] = lambda tick: False,
     views: OpenViews = no_views,
+    starts: Iterable[Detections] = (),
 ) -> Iterator[TickOutput]:
     """
     Step a new tracker over ticks.
@@ -69,6 +71,8 @@ def drive(
         Whether a tick is explained.
     views : callable
         Reads how the cameras see the ground, if the tracker has to know.
+    starts : iterable of Detections
+        Tracks that are started and ended from outside; see `Startable`. Others do without.
 
     Yields
     ------
@@ -82,6 +86,9 @@ def drive(
 
     """
     tracker = open_fusion(config, cameras, views=views)
+    if isinstance(tracker, Startable):
+        for rows in starts:
+            tracker.start(rows)
     for tick in ticks:
         recorder = open_recorder(config) if is_asked_why(tick) else None
         output = tracker.step(tick, recorder)

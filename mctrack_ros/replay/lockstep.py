@@ -9,13 +9,13 @@ processes share the work.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
 from mctrack_ros.fusion import FusionConfig, fusion_method, joined, open_batcher
-from mctrack_ros.interfaces import Rows, RowsTick
+from mctrack_ros.interfaces import Detections, Rows, RowsTick
 from mctrack_ros.replay.camera_source import CameraResult, CameraTask
 from mctrack_ros.replay.drive import TickOutput, drive
 from mctrack_ros.replay.workers import NEVER, CameraWorkers, Progress
@@ -60,7 +60,11 @@ def tick_ns(site: SiteConfig) -> tuple[int, int]:
 
 
 def run_lockstep(
-    workers: CameraWorkers, site: SiteConfig, *, explain: bool = False
+    workers: CameraWorkers,
+    site: SiteConfig,
+    *,
+    explain: bool = False,
+    starts: Iterable[Detections] = (),
 ) -> Iterator[tuple[Results, TickOutput]]:
     """
     Run the cameras and the fusion of a site over a bag; fusion runs in the caller's process.
@@ -73,6 +77,8 @@ def run_lockstep(
         Cameras and settings.
     explain : bool
         Whether it is taken down why fusion decides as it does.
+    starts : iterable of Detections
+        Tracks that are started and ended from outside; see `drive`.
 
     Yields
     ------
@@ -90,7 +96,8 @@ def run_lockstep(
     batches = Batches(site.fusion, site.camera_names)
     periods = _Periods(workers, round(site.fusion.batching.period * 1e9))
     ticks = (tick for results in periods.complete() for tick in batches.ticks(results))
-    for ticked in drive(site.fusion, site.camera_names, ticks, lambda tick: explain, site.views):
+    driven = drive(site.fusion, site.camera_names, ticks, lambda tick: explain, site.views, starts)
+    for ticked in driven:
         periods.feedback.append((batches.session, ticked.feedback))
         yield periods.results, ticked
 

@@ -91,7 +91,7 @@ def _topics(results: Results, ticked: TickOutput) -> Iterator[tuple[str, Message
     yield '/tracks', ticked.output.tracks
     if len(ticked.output.events):
         yield '/events', ticked.output.events
-    yield '/feedback', ticked.feedback
+    yield f'/{ticked.feedback.TOPIC}', ticked.feedback
     if ticked.explanation is not None:
         yield CANDIDATES_TOPIC, ticked.explanation.candidates
         yield DECISIONS_TOPIC, ticked.explanation.decisions

@@ -12,8 +12,8 @@ import numpy as np
 
 from mctrack_ros.fusion.camera_clocks import Jump
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
-from mctrack_ros.fusion.trackers import TRACKERS
-from mctrack_ros.interfaces import REPORTED, Tracks
+from mctrack_ros.fusion.trackers import START_TOPIC, TRACKERS
+from mctrack_ros.interfaces import REPORTED, Detections, Tracks
 from mctrack_ros.recording import BagReader, stated_origin
 from mctrack_ros.replay.camera_source import CameraTask, Debug, topic_of
 from mctrack_ros.replay.lockstep import ReplayError, Results, camera_tasks, run_lockstep
@@ -114,6 +114,8 @@ class _Input:
         Jumps of all cameras' clocks.
     intervals : dict of str to float
         Usual time between a camera's images, s.
+    starts : list of Detections
+        Tracks that somebody started and ended.
 
     """
 
@@ -122,6 +124,7 @@ class _Input:
     messages: int
     jumps: list[Jump]
     intervals: dict[str, float]
+    starts: list[Detections] = field(default_factory=list)
 
 
 def track_bag(
@@ -183,7 +186,7 @@ def track_bag(
         RunFiles(Path(out), site, overwrite=overwrite) as files,
         closing(CameraWorkers(tasks, processes or len(tasks))) as workers,
     ):
-        for results, ticked in run_lockstep(workers, site, explain=explain):
+        for results, ticked in run_lockstep(workers, site, explain=explain, starts=given.starts):
             files.write(results, ticked)
             summary.add(results, ticked.output.tracks)
             bias = ticked.bias
@@ -244,11 +247,14 @@ def _bag(source: Source, site: SiteConfig) -> _Input:
             _check_origin(reader, site)
         entries = read_entries(reader, topics, source.log_times)
         seconds = reader.duration_s
+        topic = f'/{START_TOPIC}'
+        asked = reader.rows(topic, Detections) if reader.count(topic) else ()
+        starts = [rows for rows, _ in asked]
     stamps, jumps = judge(entries, site.camera_names, site.fusion.batching)
     unused = sum(each.stamp_ns.count(LEFT_OUT) for each in stamps.values())
     tasks = [replace(task, stamps=stamps[task.camera]) for task in tasks]
     intervals = {name: each.interval_s() for name, each in stamps.items()}
-    return _Input(tasks, seconds, len(entries) - unused, jumps, intervals)
+    return _Input(tasks, seconds, len(entries) - unused, jumps, intervals, starts)
 
 
 def _videos(videos: Mapping[str, Video], site: SiteConfig) -> _Input:

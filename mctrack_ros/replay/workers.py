@@ -9,6 +9,8 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from queue import SimpleQueue
+from threading import Thread
 from typing import Any
 
 import cv2
@@ -96,15 +98,22 @@ class CameraWorkers:
             there.close()
             self.connections.append(here)
             self._processes.append(process)
+        self._outbox: SimpleQueue[bytes | None] = SimpleQueue()
+        self._sender = Thread(target=self._send, daemon=True)
+        self._sender.start()
 
     def announce(self, tick_index: int, feedback: Sequence[Any]) -> None:
         """Send all new feedback, by session, and the tick up to which it is complete."""
-        message = pickle.dumps((tick_index, list(feedback)))
-        for connection in self.connections:
-            try:
-                connection.send_bytes(message)
-            except (BrokenPipeError, ConnectionResetError):
-                continue
+        self._outbox.put(pickle.dumps((tick_index, list(feedback))))
+
+    def _send(self) -> None:
+        """Send what is announced, beside the caller: a process may be sending much itself."""
+        while (message := self._outbox.get()) is not None:
+            for connection in self.connections:
+                try:
+                    connection.send_bytes(message)
+                except (BrokenPipeError, ConnectionResetError):
+                    continue
 
     def ended(self, last: Progress) -> None:
         """Keep the last report of a process."""
@@ -115,11 +124,13 @@ class CameraWorkers:
 
     def close(self) -> None:
         """End the processes."""
-        for connection in self.connections:
-            connection.close()
         for process in self._processes:
             process.terminate()
             process.join()
+        self._outbox.put(None)
+        self._sender.join()
+        for connection in self.connections:
+            connection.close()
 
 
 def _work(connection: Connection, tasks: list[CameraTask]) -> None:

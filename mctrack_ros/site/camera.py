@@ -65,12 +65,14 @@ class CameraSettings:
     )
     pipeline: CameraConfig = CAMERA.field()
 
-    def open(self, background: NDArray[np.uint8] | None = None) -> CameraTracker:
+    def open(self, name: str, background: NDArray[np.uint8] | None = None) -> CameraTracker:
         """
         Read the camera's files and return its tracker.
 
         Parameters
         ----------
+        name : str
+            Of the camera.
         background : (h, w, 3) uint8 array, optional
             Image without moving objects, where the settings name none.
 
@@ -83,7 +85,7 @@ class CameraSettings:
         mask = self.ignore_mask()
         if self.background:
             background = self._image('background', cv2.IMREAD_COLOR)
-        return open_camera(self.pipeline, self.mapping(), mask, background)
+        return open_camera(self.pipeline, self.mapping(), mask, background, name)
 
     def mapping(self) -> GroundMapping:
         """

@@ -46,7 +46,7 @@ def test_it_tracks_a_bag_and_its_own_messages_and_feedback_are_recorded(hall, tm
     assert gaps.min(axis=1).max() < 1.0
     told = rows(tmp_path / 'out/bag', '/north/foot_points', foot_points.FootPoints)
     assert max(map(len, told)) == 3
-    fed_back = rows(tmp_path / 'out/bag', '/feedback', foot_points.Headcount)
+    fed_back = rows(tmp_path / 'out/bag', '/headcount', foot_points.Headcount)
     assert len(fed_back[-1]) == len(found)
 
 

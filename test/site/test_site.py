@@ -121,16 +121,16 @@ def test_a_background_must_have_the_images_size(site, tmp_path):
     cv2.imwrite(str(tmp_path / 'empty.png'), np.zeros((10, 12, 3), np.uint8))
     reason = 'background .*empty.png is 12 x 10, expected 768 x 576'
     with pytest.raises(ConfigError, match=reason):
-        site(cameras={'north': {'background': 'empty.png'}}).cameras['north'].open()
+        site(cameras={'north': {'background': 'empty.png'}}).cameras['north'].open('north')
 
 
 def test_a_background_that_is_missing_is_told_from_one_that_is_no_image(site, tmp_path):
     settings = site(cameras={'north': {'background': 'empty.png'}}).cameras['north']
     with pytest.raises(ConfigError, match=r'background .*empty.png does not exist'):
-        settings.open()
+        settings.open('cam1')
     (tmp_path / 'empty.png').write_text('no image')
     with pytest.raises(ConfigError, match=r'empty.png is no image that OpenCV reads'):
-        settings.open()
+        settings.open('cam1')
 
 
 def test_a_mask_must_have_the_images_size(site, tmp_path):

@@ -64,7 +64,7 @@ class PitchBench:
 
     def whole(self) -> dict[str, float]:
         """Return processor time of decoding and of all the rest, ms, and persons an image."""
-        camera, clock, persons = self._site.cameras[CAMERA].open(), Stopwatch(), 0
+        camera, clock, persons = self._site.cameras[CAMERA].open(CAMERA), Stopwatch(), 0
         buffer = FeedbackBuffer(*tick_ns(self._site))
 
         def ticks() -> Iterator[Tick]:

@@ -44,6 +44,14 @@ def camera(json_file: Path | None = _JSON) -> None:
 
 
 @app.command()
+def belief(json_file: Path | None = _JSON) -> None:
+    """Time belief propagation: images a second, without and with their likelihood."""
+    from mctrack_experiments.bench.belief import bench_belief
+
+    _tell(bench_belief(), json_file)
+
+
+@app.command()
 def occupancy(
     data: Path | None = typer.Option(
         None, help='Folder of the real data; unless given, MCTRACK_DATA or ../shared/data.'

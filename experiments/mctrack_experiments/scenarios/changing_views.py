@@ -303,7 +303,7 @@ def tracked(scene: ChangingView, seed: int = 0) -> Iterator[Tracks]:
     """Track a scene as live cameras do, with what everybody has to say of cameras, by default."""
     with TemporaryDirectory(prefix='mctrack_views_') as name:
         site, _ = with_tracker(_site(Path(name)))
-        cameras = {camera: settings.open() for camera, settings in site.cameras.items()}
+        cameras = {camera: settings.open(camera) for camera, settings in site.cameras.items()}
     renderers = {camera: Renderer(scene, camera, seed) for camera in VIEWS}
     period_ns, delay_ns = tick_ns(site)
     method = fusion_method(site.fusion)

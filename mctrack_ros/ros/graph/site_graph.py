@@ -65,7 +65,9 @@ def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
     """
     cameras, extra = site.cameras, int(recorded)
     awaited = [resolved(named_image_topic(name, one.image_topic)) for name, one in cameras.items()]
-    kinds = fusion_method(site.fusion).messages
-    awaited += [f'/{name}/{kind.TOPIC} {1 + extra}' for name in cameras for kind in kinds]
-    awaited.append(f'/feedback {len(cameras) + extra}')
+    method = fusion_method(site.fusion)
+    awaited += [
+        f'/{name}/{kind.TOPIC} {1 + extra}' for name in cameras for kind in method.messages
+    ]
+    awaited.append(f'/{method.feedback.TOPIC} {len(cameras) + extra}')
     return awaited + (['/tracks 1', '/events 1', '/ticks 1'] if recorded else [])

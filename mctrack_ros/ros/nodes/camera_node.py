@@ -78,7 +78,7 @@ class CameraNode(GraphNode):
         settings, camera = self.config.settings, self.config.camera
         check_camera_name(camera)
         compile_loops('mctrack_ros.perception')
-        self.tracker, self.overlay = settings.open(), Overlay()
+        self.tracker, self.overlay = settings.open(camera), Overlay()
         self.method = camera_method(settings.pipeline)
         self.note_calibration()
         self.forget_feedback()
@@ -129,7 +129,8 @@ class CameraNode(GraphNode):
         """Subscribe."""
         topic = named_image_topic(self.config.camera, self.config.settings.image_topic)
         kind = CompressedImage if topic.endswith('/compressed') else Image
-        self.subscribe(PointCloud2, 'feedback', self.on_feedback, quality.reliable(10))
+        feedback = self.method.feedback.TOPIC
+        self.subscribe(PointCloud2, feedback, self.on_feedback, quality.reliable(10))
         images = quality.images(self.config.reliable, self.config.depth)
         self.create_subscription(kind, topic, self.on_image, images)
         before_ns = self.health.last_stamp_ns

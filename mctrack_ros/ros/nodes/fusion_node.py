@@ -23,8 +23,10 @@ from mctrack_ros.codec import cloud_from_rows, message_from_ros, rows_from_cloud
 from mctrack_ros.config import ConfigError, parameter, values_of
 from mctrack_ros.fusion import (
     FUSION,
+    START_TOPIC,
     FusionConfig,
     Joining,
+    Startable,
     Views,
     fusion_method,
     joined,
@@ -37,6 +39,7 @@ from mctrack_ros.fusion.occupancy.masks import Unusable
 from mctrack_ros.fusion.trackers import SELDOM
 from mctrack_ros.interfaces import (
     MAX_CAMERAS,
+    Detections,
     EventCode,
     Events,
     Foreground,
@@ -140,7 +143,7 @@ class FusionNode(GraphNode):
         self.diagnostics = Diagnostics(self, parts, cameras)
         cloud, reliable = PointCloud2, quality.reliable
         self.tracks = self.publisher(cloud, 'tracks', reliable(10))
-        self.feedback = self.publisher(cloud, 'feedback', reliable(10))
+        self.feedback = self.publisher(cloud, self.method.feedback.TOPIC, reliable(10))
         self.events = self.publisher(cloud, 'events', reliable(100))
         self.ticks = self.publisher(cloud, 'ticks', reliable(100))
         self.candidates = self.publisher(cloud, 'explanation/candidates', reliable(100))
@@ -202,6 +205,8 @@ class FusionNode(GraphNode):
                     message_class(kind.ROS_TYPE),
                 )
                 self.subscribe(ros_type, f'{camera}/{kind.TOPIC}', received, quality.reliable(10))
+        if isinstance(self.tracker, Startable):
+            self.subscribe(PointCloud2, START_TOPIC, self.on_start, quality.reliable(10))
         # Waiting is measured on a clock that no time service moves, unless time is simulated.
         simulated = self.get_parameter('use_sim_time').value
         self.clock = self.get_clock() if simulated else Clock(clock_type=ClockType.STEADY_TIME)
@@ -218,6 +223,14 @@ class FusionNode(GraphNode):
         ids, self.ids = self.ids, None
         if ids is not None:
             ids.close(self.tracker.next_id)
+
+    def on_start(self, message: PointCloud2) -> None:
+        """Start and end tracks as somebody asks."""
+        assert isinstance(self.tracker, Startable)
+        try:
+            self.tracker.start(rows_from_cloud(message, Detections))
+        except ValueError as error:
+            self.get_logger().warning(f'{START_TOPIC} refused: {error}')
 
     def on_events(self, camera: str, message: PointCloud2) -> None:
         """Note for which images a camera had no feedback."""

@@ -36,7 +36,7 @@ def test_a_camera_node_publishes_what_it_tells_and_takes_its_feedback(bench, pro
         bench.rows(Events, '/cam1/events'),
     )
     images = bench.publisher(CompressedImage, '/cam1/image_raw/compressed')
-    feedback = bench.publisher(PointCloud2, '/feedback')
+    feedback = bench.publisher(PointCloud2, '/headcount')
     bench.heard('/cam1/foot_points')
     bench.heard('/cam1/events')
     for index in range(20):
@@ -61,9 +61,9 @@ def test_a_fusion_node_takes_its_messages_and_tells_its_feedback(bench):
     assert node.has_parameter('fusion.gate')
     assert not node.has_parameter('fusion.life.coast_time')
     tracks, ticks = bench.rows(Tracks, '/tracks'), bench.rows(Ticks, '/ticks')
-    feedback = bench.rows(foot_points.Headcount, '/feedback')
+    feedback = bench.rows(foot_points.Headcount, '/headcount')
     senders = [bench.publisher(PointCloud2, f'/cam{n}/foot_points') for n in (1, 2)]
-    for topic in ('tracks', 'ticks', 'feedback'):
+    for topic in ('tracks', 'ticks', 'headcount'):
         bench.heard(f'/{topic}')
     for index in range(100, 105):
         place = [[0.1 * index, 5.0, 0.0]]

@@ -10,6 +10,7 @@ from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.association.config import JointAssociationConfig
 from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA
 from mctrack_ros.tracking.kalman import inverse
+from mctrack_ros.tracking.particles import moved, systematic_rows
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -63,12 +64,14 @@ class JointParticleTracker:
         return ids, places
 
     def _move(self, seconds: float) -> None:
-        shape = self._state[..., :2].shape
-        root = np.sqrt(self._config.motion.acceleration_density * seconds)
-        first, second = self._rng.normal(0.0, root, (2, *shape))
-        drift = seconds * (first / 2 + second / np.sqrt(12))
-        self._state[..., :2] += seconds * self._state[..., 2:] + drift
-        self._state[..., 2:] += first
+        noise = self._rng.normal(size=(2, *self._state[..., :2].shape))
+        self._state[..., :2], self._state[..., 2:] = moved(
+            self._state[..., :2],
+            self._state[..., 2:],
+            seconds,
+            self._config.motion.acceleration_density,
+            noise,
+        )
 
     def _weigh(self, sight: Sight, seconds: float) -> Floats:
         """Draw every target's states anew; return the (n, 2) mean places before that."""
@@ -89,10 +92,9 @@ class JointParticleTracker:
     def _drawn(self, weight: Floats) -> Floats:
         """Return the states, each target's drawn systematically by its (particles, n) weights."""
         state = np.empty_like(self._state)
-        points = (np.arange(PARTICLES) + self._rng.random()) / PARTICLES
+        offset = self._rng.random()
         for target in range(state.shape[1]):
-            rows = np.searchsorted(np.cumsum(weight[:, target]), points)
-            rows = self._rng.permutation(np.minimum(rows, PARTICLES - 1))
+            rows = self._rng.permutation(systematic_rows(weight[:, target], offset))
             state[:, target] = self._state[rows, target]
         return state
 

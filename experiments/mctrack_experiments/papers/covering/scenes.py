@@ -95,7 +95,7 @@ def pitch(seed: int, cameras: tuple[str, ...], seconds: float = PITCH_S) -> Cove
     world = PITCH5.world(Scenario(seed=seed, duration_s=seconds))
     with tempfile.TemporaryDirectory() as folder:
         site = with_backgrounds(load_site(config_file('pitch5.yaml')), world, Path(folder))
-        trackers = {name: site.cameras[name].open() for name in cameras}
+        trackers = {name: site.cameras[name].open(name) for name in cameras}
     return _simulated(world, site, trackers, PITCH_GATE_M)
 
 
@@ -103,7 +103,7 @@ def carpark(seed: int, seconds: float = CARPARK_S) -> CoveringScene:
     """Play a recording of the car park; its camera tracks by silhouettes."""
     world = CARPARK.world(CarParkScenario(seed=seed, duration_s=seconds))
     site = load_site(config_file('carpark.yaml'))
-    return _simulated(world, site, {'cam1': site.cameras['cam1'].open()}, CARPARK_GATE_M)
+    return _simulated(world, site, {'cam1': site.cameras['cam1'].open('cam1')}, CARPARK_GATE_M)
 
 
 def pets(data: Path) -> CoveringScene:
@@ -132,7 +132,7 @@ def terrace_clips(data: Path) -> CoveringScene:
     """Return the beginning of EPFL's terrace, two cameras; there is no truth."""
     with tempfile.TemporaryDirectory() as folder:
         site = terrace.write_site(data, Path(folder))
-        trackers = {name: site.cameras[name].open() for name in terrace.CAMERAS}
+        trackers = {name: site.cameras[name].open(name) for name in terrace.CAMERAS}
     count, spent_ms, detections = round(TERRACE_S * TERRACE_HZ), 0.0, {}
     for name, tracker in trackers.items():
         images = islice(open_video(terrace.video(data, name)).images(), count)

@@ -1,0 +1,1 @@
+"""Sequential belief propagation of Du et al.: the ground node and the messages."""

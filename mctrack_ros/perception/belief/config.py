@@ -1,0 +1,34 @@
+"""Parameters of a view in belief propagation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mctrack_ros.config import parameter, tag
+from mctrack_ros.perception.background.model import BackgroundConfig
+from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
+from mctrack_ros.perception.config import CameraConfig
+
+
+@dataclass(frozen=True)
+class BeliefCameraConfig(CameraConfig):
+    """Parameters of `BeliefCamera`."""
+
+    local_tracker: str = tag('belief')
+    colour_weight: float = parameter(
+        20.0,
+        'lambda of the colour likelihood exp(-lambda D^2), D the Bhattacharyya distance; 0: '
+        'images are not looked at',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    detect: bool = parameter(
+        True,
+        'also detect people by the background, which starts targets; false: a camera that moves',
+    )
+    prior_density: bool = parameter(
+        False, "send the density of predictions, which fusion's printed weights need"
+    )
+    seed: int = parameter(1, 'seed of the random numbers', minimum=0)
+    background: BackgroundConfig = BackgroundConfig()
+    watchdog: CameraShiftConfig = CameraShiftConfig()
