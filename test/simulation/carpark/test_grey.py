@@ -55,9 +55,9 @@ def test_shipped_files_are_what_the_code_gives(tmp_path):
         assert (shipped / name).read_text() == (tmp_path / name).read_text(), name
 
 
-def test_its_site_keeps_the_joint_tracker_and_says_why():
+def test_its_site_gets_the_tracker_of_vehicles_and_says_why():
     site, why = with_tracker(load_site(config_file('grey_carpark.yaml')))
-    assert site.fusion.tracker == 'joint'
+    assert site.fusion.tracker == 'vehicles'
     assert 'vehicles' in why
 
 
