@@ -6,6 +6,7 @@ from mctrack_ros.simulation.difficulty import Difficulty, DifficultyMeter
 from mctrack_ros.simulation.happenings import EventWatcher
 from mctrack_ros.simulation.indoor import IndoorScenario
 from mctrack_ros.simulation.pitch.field import LENGTH_M, WIDTH_M, landmarks
+from mctrack_ros.simulation.pitch.ptz import PtzCamera, PtzScenario, ptz_cameras
 from mctrack_ros.simulation.pitch.staging import Walk, staged
 from mctrack_ros.simulation.rendering.render import CameraRenderer
 from mctrack_ros.simulation.rendering.sight import Sight, View
@@ -15,6 +16,7 @@ from mctrack_ros.simulation.scenes import (
     GREY_CARPARK,
     INDOOR,
     PITCH5,
+    PTZ,
     SCENES,
     Figured,
     Renderer,
@@ -35,6 +37,7 @@ __all__ = [
     'INDOOR',
     'LENGTH_M',
     'PITCH5',
+    'PTZ',
     'SCENES',
     'WIDTH_M',
     'Camera',
@@ -47,6 +50,8 @@ __all__ = [
     'Figured',
     'GreyCarParkScenario',
     'IndoorScenario',
+    'PtzCamera',
+    'PtzScenario',
     'Renderer',
     'Scenario',
     'Scene',
@@ -58,6 +63,7 @@ __all__ = [
     'parked_detections',
     'parked_tracks',
     'pitch5_cameras',
+    'ptz_cameras',
     'scene_of',
     'staged',
     'true_detections',

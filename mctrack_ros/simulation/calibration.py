@@ -18,6 +18,7 @@ def write_calibration(scenario: Scenario, folder: str | Path) -> None:
     """
     Write ``scene.xml`` and one ``<camera>.xml`` a camera (event-tracking, Algorithms 1 and 2).
 
+    A camera that moves is calibrated in its first image.
     Each point is clicked once, with `CLICK_NOISE_PX` of noise, the same whenever it is written.
 
     Parameters
@@ -34,7 +35,7 @@ def write_calibration(scenario: Scenario, folder: str | Path) -> None:
     write_scene(dict(scene.landmarks()), folder / 'scene.xml')
     for index, camera in enumerate(scene.cameras(scenario)):
         clicks = np.random.default_rng([index, 6])
-        write_grid(camera_grid(camera, scene, clicks), folder / f'{camera.name}.xml')
+        write_grid(camera_grid(camera.at(0), scene, clicks), folder / f'{camera.name}.xml')
 
 
 def camera_grid(

@@ -43,9 +43,26 @@ class Camera:
     distortion: float = 0.0
 
     @property
+    def mosaic(self) -> Camera:
+        """Return the camera of an image of all that is ever seen: itself."""
+        return self
+
+    def at(self, step: int) -> Camera:
+        """Return the camera at a step: itself."""
+        return self
+
+    @property
     def principal_point(self) -> Floats:
         """Return the image's centre, (2,) px."""
         return np.array(self.size) / 2
+
+    @property
+    def matrix(self) -> Floats:
+        """Return the (3, 4) projection of homogeneous world coordinates, m, without distortion."""
+        lens = np.diag([self.focal_px, self.focal_px, 1.0])
+        lens[:2, 2] = self.principal_point
+        moved = np.column_stack([np.eye(3), -self.position])
+        return np.asarray(lens @ self.rotation @ moved)
 
     def depth(self, world: ArrayLike) -> Floats:
         """Return how far in front of the camera (..., 3) points are, (...) m."""
@@ -68,6 +85,18 @@ class Camera:
         falling = ray[..., 2:] < -1e-9
         scale = self.position[2] / np.where(falling, -ray[..., 2:], 1)
         return np.where(falling, self.position[:2] + scale * ray[..., :2], np.nan)
+
+    def warp_from(self, other: Camera) -> Floats:
+        """
+        Return the (3, 3) homography from another camera's image at the same place.
+
+        Pixel centres lie at whole numbers in it, as OpenCV has them.
+        """
+        before, after = np.eye(3), np.eye(3)
+        before[:2, 2], after[:2, 2] = 0.5 - other.principal_point, self.principal_point - 0.5
+        scales = (1 / other.focal_px, 1 / other.focal_px, 1), (self.focal_px, self.focal_px, 1)
+        turned = self.rotation @ other.rotation.T
+        return np.asarray(after @ np.diag(scales[1]) @ turned @ np.diag(scales[0]) @ before)
 
     def sees(self, world: ArrayLike) -> NDArray[np.bool_]:
         """Return which of (..., 3) world points fall into the image."""

@@ -23,8 +23,10 @@ from mctrack_ros.codec import compressed_message, jpeg_from_image
 from mctrack_ros.interfaces import code_tables
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagError, BagWriter, check_place
 from mctrack_ros.simulation import (
+    Camera,
     EventWatcher,
     Figured,
+    PtzCamera,
     Renderer,
     Scenario,
     View,
@@ -114,6 +116,9 @@ def _write(world: World, path: Path, processes: int, progress: Progress) -> Figu
                 meter.add(view, events)
                 _write_image(bag, camera.name, jpeg, scenario.stamp_ns(step))
                 truth = f'/truth/{camera.name}'
+                if isinstance(camera, PtzCamera):
+                    text = _calibration(camera.at(step), scenario.stamp_ns(step))
+                    bag.write_text(f'{truth}/calibration', text, scenario.stamp_ns(step))
                 rows = true_detections(world, step, view)
                 bag.write_rows(f'{truth}/detections', rows, GROUND_FRAME)
                 if len(events):
@@ -128,6 +133,12 @@ def _write(world: World, path: Path, processes: int, progress: Progress) -> Figu
 def _write_image(bag: BagWriter, camera: str, jpeg: NDArray[np.uint8], stamp_ns: int) -> None:
     message = compressed_message(jpeg, ROSBAGS_CLASSES, stamp_ns, f'{camera}_optical_frame')
     bag.write(f'/{camera}/image_raw/compressed', message, stamp_ns)
+
+
+def _calibration(camera: Camera, stamp_ns: int) -> str:
+    """Return the truth about one image of a camera that moves."""
+    values = {'stamp': stamp_ns, 'image_from_world': camera.matrix.tolist(), 'size': camera.size}
+    return json.dumps(values)
 
 
 def _site(world: World) -> str:

@@ -30,6 +30,7 @@ from mctrack_ros.simulation.indoor import (
 )
 from mctrack_ros.simulation.indoor import layout as room
 from mctrack_ros.simulation.pitch import field as pitch
+from mctrack_ros.simulation.pitch.ptz import PtzCamera, PtzScenario, ptz_cameras
 from mctrack_ros.simulation.rendering.render import CameraRenderer
 from mctrack_ros.simulation.rendering.sight import View
 from mctrack_ros.simulation.scenario import Scenario
@@ -95,7 +96,7 @@ class Scene:
     world: Callable[[Any], World]
     renderer: Callable[[Any, int], Renderer]
     meter: Callable[[Any], Meter]
-    cameras: Callable[[Scenario], tuple[Camera, ...]]
+    cameras: Callable[[Any], tuple[Camera | PtzCamera, ...]]
     landmarks: Callable[[], Mapping[str, tuple[float, float]]]
     extent_m: tuple[float, float]
     cell_m: float
@@ -108,6 +109,18 @@ PITCH5 = Scene(
     renderer=CameraRenderer,
     meter=DifficultyMeter,
     cameras=pitch5_cameras,
+    landmarks=pitch.landmarks,
+    extent_m=(pitch.LENGTH_M, pitch.WIDTH_M),
+    cell_m=8.0,
+)
+
+PTZ = Scene(
+    name='ptz',
+    scenario=PtzScenario,
+    world=World.simulated,
+    renderer=CameraRenderer,
+    meter=DifficultyMeter,
+    cameras=ptz_cameras,
     landmarks=pitch.landmarks,
     extent_m=(pitch.LENGTH_M, pitch.WIDTH_M),
     cell_m=8.0,
@@ -149,7 +162,7 @@ GREY_CARPARK = Scene(
     cell_m=5.0,
 )
 
-SCENES = {scene.name: scene for scene in (PITCH5, CARPARK, INDOOR, GREY_CARPARK)}
+SCENES = {scene.name: scene for scene in (PITCH5, PTZ, CARPARK, INDOOR, GREY_CARPARK)}
 
 
 def scene_of(scenario: Scenario) -> Scene:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.simulation.cameras import Camera, pitch5_cameras
 from mctrack_ros.simulation.pitch.intent import PLAYERS
 from mctrack_ros.simulation.pitch.players import Motion, simulate_motion
+from mctrack_ros.simulation.pitch.ptz import PtzCamera, PtzScenario, ptz_cameras
 from mctrack_ros.simulation.rendering.appearance import Appearance, dressed
 from mctrack_ros.simulation.scenario import Scenario
 
@@ -28,7 +30,7 @@ class World:
         Positions and poses at every step.
     appearance : Appearance
         Looks.
-    cameras : tuple of Camera
+    cameras : tuple of Camera or PtzCamera
         In the site's order.
     feet_in_view : (steps, cameras, n) bool array
         Whether an active one's place on the ground is in a camera's image.
@@ -44,7 +46,7 @@ class World:
     scenario: Scenario
     motion: Motion
     appearance: Appearance
-    cameras: tuple[Camera, ...]
+    cameras: tuple[Camera | PtzCamera, ...]
     feet_in_view: NDArray[np.bool_]
     active: NDArray[np.bool_]
     parked: NDArray[np.bool_]
@@ -58,11 +60,15 @@ class World:
     @classmethod
     def of(cls, scenario: Scenario, motion: Motion) -> World:
         """Return the world in which people move as given."""
-        cameras = pitch5_cameras(scenario)
+        cameras = pitch_cameras(scenario)
         active = np.ones(motion.heading.shape, np.bool_)
         people = np.full(PLAYERS, ClassCode.PERSON, np.uint8)
         in_view = feet_in_view(motion.position, cameras)
         return cls(scenario, motion, dressed(scenario), cameras, in_view, active, ~active, people)
+
+    def views(self, step: int) -> tuple[Camera, ...]:
+        """Return the cameras as they are at a step."""
+        return tuple(camera.at(step) for camera in self.cameras)
 
     @property
     def ids(self) -> NDArray[np.uint32]:
@@ -75,7 +81,16 @@ class World:
         return np.column_stack([0.3 * self.appearance.height, self.appearance.height])
 
 
-def feet_in_view(position: NDArray[np.float64], cameras: tuple[Camera, ...]) -> NDArray[np.bool_]:
+def pitch_cameras(scenario: Scenario) -> tuple[Camera | PtzCamera, ...]:
+    """Return the cameras of a pitch: static ones, or those that pan, tilt and zoom."""
+    if isinstance(scenario, PtzScenario):
+        return ptz_cameras(scenario)
+    return pitch5_cameras(scenario)
+
+
+def feet_in_view(
+    position: NDArray[np.float64], cameras: Sequence[Camera | PtzCamera]
+) -> NDArray[np.bool_]:
     """Return the (steps, cameras, n) that say which camera sees which of (steps, n, 2) places."""
     feet = np.concatenate([position, np.zeros((*position.shape[:2], 1))], axis=2)
     return np.stack([camera.sees(feet) for camera in cameras], axis=1)

@@ -94,7 +94,7 @@ def _square(seconds: float, seed: int) -> dict[str, float]:
     names, ticks = tuple(camera.name for camera in world.cameras), ticks_of(world)
 
     def views() -> Views:
-        return views_of(world.cameras)
+        return views_of(world.views(0))
 
     outputs, figures = _driven(config, names, ticks, views)
     period_ns = round(1e9 / RATE_HZ)

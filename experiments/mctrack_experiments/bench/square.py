@@ -86,8 +86,8 @@ def views_of(cameras: tuple[Camera, ...]) -> Views:
 
 def ticks_of(world: World) -> list[RowsTick[Sighting]]:
     """Return the masks of all cameras, reduced as camera nodes do it, and no detections."""
-    views, columns = views_of(world.cameras), []
-    for index, camera in enumerate(world.cameras):
+    views, columns = views_of(world.views(0)), []
+    for index, camera in enumerate(world.views(0)):
         sight, reduction = Sight(world, index), Reduction(views.mappings[camera.name], 1.0)
         rng = np.random.default_rng([world.scenario.seed, 32, index])
         told = []

@@ -35,6 +35,7 @@ class SceneName(StrEnum):
     """What can be simulated."""
 
     PITCH5 = 'pitch5'
+    PTZ = 'ptz'
     CARPARK = 'carpark'
     INDOOR = 'indoor'
     GREY_CARPARK = 'grey_carpark'
@@ -44,8 +45,8 @@ def simulate(
     out: Path = typer.Argument(..., help='The bag to write.'),
     scene: SceneName = typer.Option(
         SceneName.PITCH5,
-        help='Five cameras around a football pitch, one over a car park, four in a room, or four '
-        'around a grey car park.',
+        help='Five cameras around a football pitch, two beside it that pan, tilt and zoom, '
+        'one over a car park, four in a room, or four around a grey car park.',
     ),
     seconds: float | None = typer.Option(
         None,
@@ -82,6 +83,11 @@ def simulate(
     bicycles: bool = typer.Option(
         False, '--bicycles', help='Also let bicycles ride through the car park.'
     ),
+    follow_play: bool = typer.Option(
+        False,
+        '--follow-play',
+        help='ptz: let the cameras follow the ball, not paths of their own.',
+    ),
     processes: int = _PROCESSES,
     overwrite: bool = _OVERWRITE,
     calibration: Path | None = typer.Option(
@@ -107,10 +113,13 @@ def simulate(
         'gain_step': gain_step,
         'step_s': step_at,
         'bicycles': bicycles or None,
+        'follows_play': follow_play or None,
         'people': people,
     }
     if bicycles and scene is not SceneName.CARPARK:
         raise typer.BadParameter('bicycles come with --scene carpark only')
+    if follow_play and scene is not SceneName.PTZ:
+        raise typer.BadParameter('cameras follow the play with --scene ptz only')
     if people is not None and scene is not SceneName.INDOOR:
         raise typer.BadParameter('people are counted with --scene indoor only')
     options = {name: value for name, value in given.items() if value is not None}
@@ -123,6 +132,7 @@ def simulate(
         )
     choice = '' if scene is SceneName.PITCH5 else f' --scene {scene}'
     choice += ' --bicycles' if bicycles else ''
+    choice += ' --follow-play' if follow_play else ''
     length = f'--seconds {scenario.duration_s:g} --seed {seed}'
     figures = Figures(
         name='simulate' if scene is SceneName.PITCH5 else f'simulate_{scene}',

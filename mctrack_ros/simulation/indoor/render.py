@@ -42,7 +42,7 @@ class IndoorRenderer:
     def __init__(self, world: World, camera_index: int) -> None:
         self._world = world
         self._sight = Sight(world, camera_index)
-        self._empty = empty_room(world.cameras[camera_index], world.scenario.seed)
+        self._empty = empty_room(world.cameras[camera_index].at(0), world.scenario.seed)
         rng = np.random.default_rng([world.scenario.seed, 25, camera_index])
         self._noise = SensorNoise(world.scenario, self._empty.shape, camera_index, rng)
 

@@ -16,6 +16,7 @@ _LIGHT, _DARK, _VERGE = (62.0, 146.0, 92.0), (52.0, 126.0, 78.0), (46.0, 104.0, 
 _PAINT, _TRACK, _STAND = (222.0, 230.0, 226.0), (72.0, 84.0, 148.0), (104.0, 104.0, 108.0)
 _VERGE_M, _TRACK_M = 5.0, 12.0
 _GRAIN, _PATCHES = 2.5, 5.0
+_CROWD, _SEAT_PX = 45.0, 6
 
 
 def empty_image(camera: Camera, rng: np.random.Generator) -> NDArray[np.uint8]:
@@ -32,6 +33,18 @@ def empty_image(camera: Camera, rng: np.random.Generator) -> NDArray[np.uint8]:
     image[mixed] = _surface(camera.ground(pixel)).mean(axis=1)
     image += _texture(height, width, rng)[..., None]
     return np.clip(np.round(image), 0, 255).astype(np.uint8)
+
+
+def seat_crowd(image: NDArray[np.uint8], camera: Camera, rng: np.random.Generator) -> None:
+    """Fill the stands of an empty image with a crowd, in place: texture that stays where it is."""
+    width, height = camera.size
+    middles = np.stack(np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5), axis=-1)
+    ground = camera.ground(middles)
+    stands = ~(pitch.beyond_edge(ground[..., 0], ground[..., 1]) <= _TRACK_M)
+    seats = rng.uniform(-_CROWD, _CROWD, (height // _SEAT_PX + 1, width // _SEAT_PX + 1, 3))
+    crowd = cv2.resize(seats, None, fx=_SEAT_PX, fy=_SEAT_PX, interpolation=cv2.INTER_NEAREST)
+    crowd = cv2.GaussianBlur(crowd[:height, :width], (0, 0), _SEAT_PX / 4)
+    image[stands] = np.clip(np.round(image[stands] + crowd[stands]), 0, 255).astype(np.uint8)
 
 
 def _mixed(corners: Floats, colour: Floats) -> NDArray[np.bool_]:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.simulation.pitch.stadium import empty_image
+from mctrack_ros.simulation.pitch.stadium import empty_image, seat_crowd
 from mctrack_ros.simulation.rendering.light import brightness, gain
 from mctrack_ros.simulation.rendering.noise import SensorNoise
 from mctrack_ros.simulation.rendering.sight import Sight, View
@@ -35,13 +35,17 @@ class CameraRenderer:
         self._world = world
         self._sight = Sight(world, camera_index)
         rng = np.random.default_rng([world.scenario.seed, 4, camera_index])
-        self._empty = empty_image(world.cameras[camera_index], rng)
-        self._noise = SensorNoise(world.scenario, self._empty.shape, camera_index, rng)
+        self._camera = world.cameras[camera_index]
+        self._empty = empty_image(self._camera.mosaic, rng)
+        if self._is_moving:
+            seat_crowd(self._empty, self._camera.mosaic, rng)
+        width, height = self._camera.at(0).size
+        self._noise = SensorNoise(world.scenario, (height, width, 3), camera_index, rng)
 
     def frame(self, step: int) -> tuple[Image, View]:
         """Return the (height, width, 3) image of a step, blue, green, red, and its truth."""
         scenario = self._world.scenario
-        image = self._empty.copy()
+        image = self._empty_at(step)
         if scenario.shadows:
             self._darken(image, step)
         layers = self._sight.layers(step)
@@ -55,9 +59,21 @@ class CameraRenderer:
 
     def empty(self) -> Image:
         """Return the (height, width, 3) image without people that is taken after the match."""
-        image = self._empty.copy()
+        image = self._empty_at(self._world.scenario.steps)
         self._noise.add(image, self._world.scenario.steps)
         return image
+
+    @property
+    def _is_moving(self) -> bool:
+        return self._camera.mosaic is not self._camera
+
+    def _empty_at(self, step: int) -> Image:
+        """Return what is seen of the empty pitch: one that turns cuts it out of a mosaic."""
+        if not self._is_moving:
+            return self._empty.copy()
+        camera = self._camera.at(step)
+        turned = camera.warp_from(self._camera.mosaic)
+        return np.asarray(cv2.warpPerspective(self._empty, turned, camera.size), np.uint8)
 
     def _darken(self, image: Image, step: int) -> None:
         """Darken the ground where bodies keep the sun off."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.simulation.cameras import Camera
 from mctrack_ros.simulation.rendering.bodies import CLOTH, Pose, outlines, posed
 from mctrack_ros.simulation.rendering.silhouettes import Silhouette, drawn_alone, touching_pairs
 from mctrack_ros.simulation.world import World
@@ -87,7 +88,7 @@ class Sight:
 
     def layers(self, step: int) -> Layers:
         """Return everybody in the image, index and silhouette drawn alone, far ones first."""
-        return self._drawn(self._pose(step))
+        return self._drawn(self._pose(step), self._camera.at(step))
 
     def shadows(self, step: int) -> Layers:
         """Return the silhouettes of everybody's shadow on the ground."""
@@ -95,7 +96,7 @@ class Sight:
         ends = pose.ends.copy()
         ends[..., :2] += ends[..., 2:] * _SUN
         ends[..., 2] = 0
-        return self._drawn(replace(pose, ends=ends))
+        return self._drawn(replace(pose, ends=ends), self._camera.at(step))
 
     def view(self, step: int) -> View:
         """Return what is truly seen at a step."""
@@ -103,7 +104,7 @@ class Sight:
 
     def view_of(self, layers: Layers) -> View:
         """Return what is truly seen of people laid over one another."""
-        return View.of(layers, owners(layers, self._camera.size))
+        return View.of(layers, owners(layers, self._camera.at(0).size))
 
     def _pose(self, step: int) -> Pose:
         motion = self._world.motion
@@ -114,14 +115,15 @@ class Sight:
             speed,
             motion.stride[step],
             self._world.appearance.height,
-            self._camera.position,
+            self._camera.at(step).position,
         )
 
-    def _drawn(self, pose: Pose) -> Layers:
-        corners, order = outlines(pose, self._camera)
-        depth = self._camera.depth(pose.ends).mean(axis=(1, 2))
+    @staticmethod
+    def _drawn(pose: Pose, camera: Camera) -> Layers:
+        corners, order = outlines(pose, camera)
+        depth = camera.depth(pose.ends).mean(axis=(1, 2))
         low, high = corners.min(axis=(1, 2)), corners.max(axis=(1, 2))
-        size = self._camera.size
+        size = camera.size
         inside = (depth > 1) & (high > -1).all(axis=1) & (low < np.array(size) + 1).all(axis=1)
         layers = []
         for person in np.argsort(-depth, kind='stable').tolist():

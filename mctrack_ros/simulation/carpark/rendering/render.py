@@ -65,7 +65,7 @@ class CarParkRenderer:
         self._sight = CarParkSight(world, camera_index)
         scenario = world.scenario
         rng = np.random.default_rng([scenario.seed, 4, camera_index])
-        self._empty = empty_ground(world.cameras[camera_index], rng)
+        self._empty = empty_ground(world.cameras[camera_index].at(0), rng)
         self._noise = SensorNoise(scenario, self._empty.shape, camera_index, rng)
         self._reflects = rng.random(len(world.ids)) < _REFLECTIVE
 

@@ -36,7 +36,7 @@ class CarParkSight:
     """
 
     def __init__(self, world: CarParkWorld, camera_index: int) -> None:
-        self._world, self._camera = world, world.cameras[camera_index]
+        self._world, self._camera = world, world.cameras[camera_index].at(0)
         self._still: dict[tuple[int, bytes], tuple[Silhouette | None, Silhouette | None]] = {}
 
     def layers(self, step: int) -> tuple[Layers, Layers]:
