@@ -70,7 +70,7 @@ STAGES = {
         ('blob_split', 'feedback', 'front_end'),
         ('local_tracks',),
         ('background', 'events'),
-        ('silhouettes', 'likelihood_grid'),
+        ('silhouettes', 'likelihood_grid', 'moving_camera'),
         ('event_tracker',),
         ('belief',),
         ('trackers', 'boxes', 'overlay'),

@@ -5,7 +5,7 @@ from mctrack_ros.simulation.carpark import CarParkScenario, CarParkWorld, GreyCa
 from mctrack_ros.simulation.difficulty import Difficulty, DifficultyMeter
 from mctrack_ros.simulation.happenings import EventWatcher
 from mctrack_ros.simulation.indoor import IndoorScenario
-from mctrack_ros.simulation.pitch.field import LENGTH_M, WIDTH_M, landmarks
+from mctrack_ros.simulation.pitch.field import LENGTH_M, WIDTH_M, landmarks, painted_lines
 from mctrack_ros.simulation.pitch.ptz import PtzCamera, PtzScenario, ptz_cameras
 from mctrack_ros.simulation.pitch.staging import Walk, staged
 from mctrack_ros.simulation.rendering.render import CameraRenderer
@@ -60,6 +60,7 @@ __all__ = [
     'Walk',
     'World',
     'landmarks',
+    'painted_lines',
     'parked_detections',
     'parked_tracks',
     'pitch5_cameras',

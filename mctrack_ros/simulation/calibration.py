@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import yaml
 
 from mctrack_ros.ground import TransformationGrid, write_grid, write_scene
 from mctrack_ros.simulation import PITCH5, Camera, Scenario, Scene, scene_of
@@ -16,7 +17,7 @@ CLICK_NOISE_PX = 0.5
 
 def write_calibration(scenario: Scenario, folder: str | Path) -> None:
     """
-    Write ``scene.xml`` and one ``<camera>.xml`` a camera (event-tracking, Algorithms 1 and 2).
+    Write ``scene.xml``, ``lines.yaml`` and ``<camera>.xml`` (event-tracking, Algorithms 1, 2).
 
     A camera that moves is calibrated in its first image.
     Each point is clicked once, with `CLICK_NOISE_PX` of noise, the same whenever it is written.
@@ -33,6 +34,9 @@ def write_calibration(scenario: Scenario, folder: str | Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     scene = scene_of(scenario)
     write_scene(dict(scene.landmarks()), folder / 'scene.xml')
+    if lines := scene.lines():
+        rounded = [line.round(3).tolist() for line in lines]
+        (folder / 'lines.yaml').write_text(yaml.safe_dump(rounded, default_flow_style=None))
     for index, camera in enumerate(scene.cameras(scenario)):
         clicks = np.random.default_rng([index, 6])
         write_grid(camera_grid(camera.at(0), scene, clicks), folder / f'{camera.name}.xml')

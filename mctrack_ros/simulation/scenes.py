@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -88,6 +88,8 @@ class Scene:
         Length and width of what is surveyed, m.
     cell_m : float
         Side of the cells of its transformation grids, m.
+    lines : callable
+        Lines painted on the ground, (n, 2) polylines, m.
 
     """
 
@@ -100,6 +102,7 @@ class Scene:
     landmarks: Callable[[], Mapping[str, tuple[float, float]]]
     extent_m: tuple[float, float]
     cell_m: float
+    lines: Callable[[], Sequence[NDArray[np.float64]]] = tuple
 
 
 PITCH5 = Scene(
@@ -112,6 +115,7 @@ PITCH5 = Scene(
     landmarks=pitch.landmarks,
     extent_m=(pitch.LENGTH_M, pitch.WIDTH_M),
     cell_m=8.0,
+    lines=pitch.painted_lines,
 )
 
 PTZ = Scene(
@@ -124,6 +128,7 @@ PTZ = Scene(
     landmarks=pitch.landmarks,
     extent_m=(pitch.LENGTH_M, pitch.WIDTH_M),
     cell_m=8.0,
+    lines=pitch.painted_lines,
 )
 
 CARPARK = Scene(

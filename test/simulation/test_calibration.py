@@ -1,12 +1,15 @@
+import dataclasses
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import ProjectiveMapping, read_grid
 from mctrack_ros.simulation import CarParkScenario, Scenario, pitch5_cameras
 from mctrack_ros.simulation.calibration import camera_grid, write_calibration
 from mctrack_ros.simulation.carpark import carpark_cameras
+from mctrack_ros.simulation.pitch.field import line_distance
 from mctrack_ros.site.site import load_site
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
@@ -15,7 +18,7 @@ SHIPPED = CONFIG / 'pitch5'
 
 def test_shipped_files_are_what_the_code_gives(tmp_path):
     write_calibration(Scenario(), tmp_path)
-    names = ['cam1.xml', 'cam2.xml', 'cam3.xml', 'cam4.xml', 'cam5.xml', 'scene.xml']
+    names = ['cam1.xml', 'cam2.xml', 'cam3.xml', 'cam4.xml', 'cam5.xml', 'lines.yaml', 'scene.xml']
     assert sorted(file.name for file in tmp_path.iterdir()) == names
     for name in names:
         assert (SHIPPED / name).read_text() == (tmp_path / name).read_text(), name
@@ -51,3 +54,19 @@ def test_ground_mapping_of_an_exact_grid_agrees_with_the_simulated_camera():
         head = np.column_stack([ground, np.full(len(ground), 1.8)])
         expected = camera.project(head)
         np.testing.assert_allclose(mapping.image_from_ground(ground, 1.8), expected, atol=0.05)
+
+
+def test_a_site_names_the_lines_of_its_ground():
+    lines = load_site(CONFIG / 'pitch5.yaml').painted_lines()
+    place = np.concatenate(lines)
+    assert line_distance(place[:, 0], place[:, 1]).max() < 1e-3
+    assert load_site(CONFIG / 'carpark.yaml').painted_lines() == []
+
+
+@pytest.mark.parametrize('text', ['5', '[[1, 2]]', '[[[1, 2], [3]]]', '[[[.nan, 2]]]'])
+def test_a_file_of_something_else_is_refused(tmp_path, text):
+    file = tmp_path / 'lines.yaml'
+    file.write_text(text)
+    site = dataclasses.replace(load_site(CONFIG / 'pitch5.yaml'), lines=str(file))
+    with pytest.raises(ConfigError, match='lines'):
+        site.painted_lines()

@@ -54,6 +54,7 @@ class Experiment(StrEnum):
     BIASED = 'biased'
     DEMO = 'demo'
     GRID = 'grid'
+    MOVING_CAMERA = 'moving_camera'
 
 
 _SIMULATED = {
@@ -71,6 +72,7 @@ _SIMULATED = {
     Experiment.FEEDBACK: 'scenarios.feedback',
     Experiment.BIASED: 'scenarios.biased',
     Experiment.DEMO: 'live_demo',
+    Experiment.MOVING_CAMERA: 'papers.belief.moving_camera',
 }
 """Modules of the experiments whose scenes come from seeds."""
 _COUNTED = (
@@ -78,7 +80,7 @@ _COUNTED = (
     *(Experiment.SILHOUETTES, Experiment.CLASSES, Experiment.GREY_CARPARK),
 )
 """Those that tell how many scenes of how many are done; the others tell lines."""
-DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20)
+DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20, Experiment.MOVING_CAMERA)
 
 
 def reproduce(
@@ -96,7 +98,8 @@ def reproduce(
     image: Path | None = typer.Option(
         None,
         callback=image_file,
-        help='table3, fig18, fig20: also draw them, as .png, .svg or .pdf.',
+        help='table3, fig18, fig20, moving_camera: also draw them, as .png, .svg or .pdf; the '
+        'last as .png.',
     ),
     repeat: int = typer.Option(
         1, min=1, help='terrace4: so many runs that differ as in the field; figures are medians.'
@@ -121,7 +124,7 @@ def reproduce(
     if repeat > 1 and experiment is not Experiment.TERRACE4:
         raise ValueError(f'{experiment} has one run: leave --repeat away')
     if experiment in _SIMULATED:
-        figures = _simulated(experiment, data, seeds, runs)
+        figures = _simulated(experiment, data, seeds, runs, image)
     elif seeds is not None:
         raise ValueError(f'{experiment} has no seeds to choose: leave --seeds away')
     else:
@@ -132,12 +135,18 @@ def reproduce(
 
 
 def _simulated(
-    experiment: Experiment, data: Path | None, given: str | None, kept: Path
+    experiment: Experiment,
+    data: Path | None,
+    given: str | None,
+    kept: Path,
+    image: Path | None,
 ) -> Figures:
     """Run on the seeds given, or on fresh ones; tell what came of it."""
     from mctrack_experiments.runs import measured
 
-    figures, spread = measured(experiment, given, kept, partial(_on_seeds, experiment, data))
+    figures, spread = measured(
+        experiment, given, kept, partial(_on_seeds, experiment, data, image)
+    )
     typer.echo(figures.table())
     if spread:
         typer.echo(f'\n{spread}')
@@ -207,7 +216,9 @@ def _experiment(
     return _real_experiment(experiment)(data_folder(data))
 
 
-def _on_seeds(experiment: Experiment, data: Path | None, seeds: Sequence[int]) -> Figures:
+def _on_seeds(
+    experiment: Experiment, data: Path | None, image: Path | None, seeds: Sequence[int]
+) -> Figures:
     """Run an experiment on scenes of some seeds."""
     from mctrack_ros.cli.progress import progress_bar
 
@@ -220,6 +231,8 @@ def _on_seeds(experiment: Experiment, data: Path | None, seeds: Sequence[int]) -
         from mctrack_experiments.bench.fusion import toolkit_folder
 
         places = [toolkit_folder()]
+    if image is not None:
+        run = partial(run, image=image)
     if experiment in _COUNTED:
         with progress_bar('scenes') as progress:
             return cast('Figures', run(*places, seeds, progress))

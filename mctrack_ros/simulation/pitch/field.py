@@ -62,6 +62,25 @@ def line_distance(x: Floats, y: Floats) -> Floats:
     return np.minimum(distance, np.maximum(dots, 0.0))
 
 
+def painted_lines() -> list[Floats]:
+    """Return the middles of the painted lines, (n, 2) polylines in m."""
+    half = [
+        _before_goal(*_PENALTY_AREA),
+        _before_goal(*_GOAL_AREA),
+        _arc((_SPOT_M, WIDTH_M / 2), float(np.arccos((_PENALTY_AREA[0] - _SPOT_M) / _CIRCLE_M))),
+    ]
+    corners = np.array(
+        [(0, 0), (LENGTH_M, 0), (LENGTH_M, WIDTH_M), (0, WIDTH_M), (0, 0)], np.float64
+    )
+    return [
+        corners,
+        np.array([(LENGTH_M / 2, 0), (LENGTH_M / 2, WIDTH_M)]),
+        _arc((LENGTH_M / 2, WIDTH_M / 2), np.pi),
+        *half,
+        *(np.array([LENGTH_M, 0]) + line * np.array([-1, 1]) for line in half),
+    ]
+
+
 def is_light_stripe(x: Floats) -> NDArray[np.bool_]:
     """Return where the mown stripe is one of the lighter ones."""
     return np.asarray(np.floor(x / STRIPE_M) % 2 == 0)
@@ -76,6 +95,18 @@ def beyond_edge(x: Floats, y: Floats) -> Floats:
 
 def _from_goal(depth: float, side: str) -> float:
     return depth if side == 'west' else LENGTH_M - depth
+
+
+def _before_goal(depth: float, breadth: float) -> Floats:
+    """Return three sides of a box before the western goal, (4, 2) m."""
+    low, high = (WIDTH_M - breadth) / 2, (WIDTH_M + breadth) / 2
+    return np.array([(0, low), (depth, low), (depth, high), (0, high)])
+
+
+def _arc(middle: tuple[float, float], reach: float) -> Floats:
+    """Return a part of a circle of the pitch about the x axis, (49, 2) m."""
+    angle = np.linspace(-reach, reach, 49)
+    return np.asarray(middle + _CIRCLE_M * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
 
 def _box(x: Floats, y: Floats, half_x: float, half_y: float) -> Floats:

@@ -1,0 +1,1 @@
+"""The belief-propagation paper: moving cameras, scripted occlusions and their protocol."""

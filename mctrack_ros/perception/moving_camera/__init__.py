@@ -1,0 +1,1 @@
+"""The calibration of a camera that pans, tilts and zooms, from image to image."""
