@@ -34,11 +34,14 @@ class PtzScenario(Scenario):
     ----------
     follows_play : bool
         Whether the cameras follow the ball; unless so, they sweep on smooth paths of the seed.
+    sweep : float
+        How far, as a share of the usual.
 
     """
 
     cameras: int = 2
     follows_play: bool = False
+    sweep: float = 1.0
 
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated."""
@@ -105,7 +108,7 @@ def ptz_cameras(scenario: PtzScenario) -> tuple[PtzCamera, ...]:
 def _views(scenario: PtzScenario, name: str, index: int) -> Iterator[Camera]:
     rng = np.random.default_rng([scenario.seed, 7, index])
     low, high = np.array(_AIMED_AT[name])
-    aims = (low + high) / 2 + _sweep(scenario, rng, 2) * (high - low) / 2
+    aims = (low + high) / 2 + scenario.sweep * _sweep(scenario, rng, 2) * (high - low) / 2
     zoom = _sweep(scenario, rng, 1)[:, 0]
     if scenario.follows_play:
         ball = course_of_play(scenario, np.random.default_rng([scenario.seed, 1])).ball
