@@ -7,7 +7,7 @@ from mctrack_ros.simulation.happenings import EventWatcher
 from mctrack_ros.simulation.indoor import IndoorScenario
 from mctrack_ros.simulation.pitch.field import LENGTH_M, WIDTH_M, landmarks, painted_lines
 from mctrack_ros.simulation.pitch.ptz import PtzCamera, PtzScenario, ptz_cameras
-from mctrack_ros.simulation.pitch.staging import Walk, staged
+from mctrack_ros.simulation.pitch.staging import Walk, placed, staged
 from mctrack_ros.simulation.rendering.render import CameraRenderer
 from mctrack_ros.simulation.rendering.sight import Sight, View
 from mctrack_ros.simulation.scenario import Scenario
@@ -64,6 +64,7 @@ __all__ = [
     'parked_detections',
     'parked_tracks',
     'pitch5_cameras',
+    'placed',
     'ptz_cameras',
     'scene_of',
     'staged',

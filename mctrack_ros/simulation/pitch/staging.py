@@ -50,13 +50,31 @@ def staged(scenario: Scenario, walks: Sequence[Walk]) -> World:
     for walk in walks:
         position[:, walk.person] = _course(scenario, walk)
         active[:, walk.person] = True
+    return placed(scenario, position, active)
+
+
+def placed(scenario: Scenario, position: Floats, active: NDArray[np.bool_]) -> World:
+    """
+    Return the world in which people are at given places.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its steps and cameras.
+    position : (steps, n, 2) array
+        Everybody's places, m, continuous also while absent.
+    active : (steps, n) bool array
+        Who is on the pitch.
+
+    """
     velocity = (
         np.gradient(position, scenario.period_s, axis=0) if len(position) > 1 else 0 * position
     )
     speed = np.linalg.norm(velocity, axis=2)
     strides_hz = np.where(speed > _STANDS_BELOW, 0.7 + 0.12 * speed, 0)
     stride = np.arange(PLAYERS) + 2 * np.pi * np.cumsum(strides_hz, axis=0) * scenario.period_s
-    motion = Motion(position, velocity, _headings(velocity, speed), stride)
+    there = np.where(active[..., None], position, NOWHERE_M)
+    motion = Motion(there, velocity, _headings(velocity, speed), stride)
     return replace(World.of(scenario, motion), active=active)
 
 
