@@ -65,7 +65,8 @@ def real_world(scenario: Scenario, sample: Sample, start_s: float = 0.0) -> Worl
     if not times or max(times) < end_s - LONGEST_GAP_S:
         last = max(times, default=0.0)
         raise ValueError(f'{sample} ends after {last:.1f} s, expected {end_s:.1f} s')
-    clock = start_s + (np.arange(scenario.steps) + 0.5) * scenario.period_s
+    steps = np.arange(scenario.steps, dtype=np.float64)
+    clock = np.asarray(start_s + (steps + 0.5) * scenario.period_s, np.float64)
     position = np.zeros((scenario.steps, PLAYERS, 2))
     active = np.zeros((scenario.steps, PLAYERS), np.bool_)
     for team, paths in enumerate(teams.values()):
