@@ -113,7 +113,9 @@ class Nearest:
         return Headcount.build(self._stamp_ns, position=list(self._places.values()))
 
 
-CAMERA_METHOD = CameraMethod(FeetConfig, Feet, (FootPoints,), Headcount)
+CAMERA_METHOD = CameraMethod(
+    FeetConfig, lambda config, given: Feet(config, *given[:4]), (FootPoints,), Headcount
+)
 FUSION_METHOD = FusionMethod(
     NearestConfig,
     lambda config, cameras, first_id, _: Nearest(config, cameras, first_id),

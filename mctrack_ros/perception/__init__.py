@@ -13,6 +13,7 @@ from mctrack_ros.perception.output import CameraOutput, check_image
 from mctrack_ros.perception.trackers import (
     CAMERA,
     CameraTracker,
+    Given,
     camera_method,
     open_buffer,
     open_camera,
@@ -28,6 +29,7 @@ __all__ = [
     'EventTracker',
     'EventTrackerConfig',
     'FeedbackBuffer',
+    'Given',
     'ImageState',
     'ImageWatch',
     'RowsBuffer',

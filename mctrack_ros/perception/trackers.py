@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple, Protocol
 
@@ -42,7 +42,33 @@ class CameraTracker(Protocol):
         """Return the local ids of each group, for an overlay."""
 
 
-Opener = Callable[[Any, str, GroundMapping, Image | None, Image | None], CameraTracker]
+class Given(NamedTuple):
+    """
+    What a camera's tracker is given beside its parameters.
+
+    Attributes
+    ----------
+    name : str
+        Of the camera.
+    mapping : GroundMapping
+        Of the camera.
+    mask : (h, w) uint8 array, optional
+        0 where the image is to be ignored.
+    background : (h, w, 3) uint8 array, optional
+        Image without moving objects; unless given, the background is learned first.
+    lines : sequence of (n, 2) arrays
+        Painted on the ground, m.
+
+    """
+
+    name: str
+    mapping: GroundMapping
+    mask: Image | None = None
+    background: Image | None = None
+    lines: Sequence[NDArray[np.float64]] = ()
+
+
+Opener = Callable[[Any, Given], CameraTracker]
 
 
 class CameraMethod(NamedTuple):
@@ -54,8 +80,7 @@ class CameraMethod(NamedTuple):
     config : type
         Its parameters.
     open : callable
-        Makes one of parameters, the camera's name, mapping, mask and background; see
-        `open_camera`.
+        Makes one of its parameters and what is given.
     messages : tuple of type
         Message types of every image, each on the topic of its type.
     feedback : type
@@ -91,7 +116,7 @@ def _silhouettes() -> CameraMethod:
 
     return CameraMethod(
         SilhouetteCameraConfig,
-        lambda config, name, *given: SilhouettePipeline(config.silhouettes, *given),
+        lambda config, given: SilhouettePipeline(config.silhouettes, *given[1:4]),
     )
 
 
@@ -101,7 +126,7 @@ def _likelihood_grid() -> CameraMethod:
 
     return CameraMethod(
         LikelihoodCameraConfig,
-        lambda config, name, *given: LikelihoodCamera(config, *given),
+        lambda config, given: LikelihoodCamera(config, *given[1:4]),
         MESSAGES,
     )
 
@@ -110,12 +135,14 @@ def _belief() -> CameraMethod:
     from mctrack_ros.perception.belief.config import BeliefCameraConfig
     from mctrack_ros.perception.belief.pipeline import MESSAGES, BeliefCamera
 
-    return CameraMethod(BeliefCameraConfig, BeliefCamera, MESSAGES, Belief)
+    return CameraMethod(
+        BeliefCameraConfig, lambda config, given: BeliefCamera(config, *given), MESSAGES, Belief
+    )
 
 
 TRACKERS: dict[str, CameraMethod | Deferred] = {
     'groups': CameraMethod(
-        EventTrackerConfig, lambda config, name, *given: EventTracker(config, *given), MESSAGES
+        EventTrackerConfig, lambda config, given: EventTracker(config, *given[1:4]), MESSAGES
     ),
     'silhouettes': Deferred(_silhouettes),
     'likelihood_grid': Deferred(_likelihood_grid),
@@ -137,31 +164,17 @@ def camera_method(config: CameraConfig) -> CameraMethod:
     return method.chosen if isinstance(method, Deferred) else method
 
 
-def open_camera(
-    config: CameraConfig,
-    mapping: GroundMapping,
-    mask: Image | None = None,
-    background: Image | None = None,
-    name: str = '',
-) -> CameraTracker:
+def open_camera(config: CameraConfig, given: Given) -> CameraTracker:
     """
     Return the tracker that a camera's parameters are of.
 
-    Parameters
-    ----------
-    config : CameraConfig
-        The parameters.
-    mapping : GroundMapping
-        Of the camera.
-    mask : (h, w) uint8 array, optional
-        0 where the image is to be ignored.
-    background : (h, w, 3) uint8 array, optional
-        Image without moving objects; unless given, the background is learned first.
-    name : str
-        Of the camera.
+    Raises
+    ------
+    ConfigError
+        If that cannot do with what is given.
 
     """
-    return camera_method(config).open(config, name, mapping, mask, background)
+    return camera_method(config).open(config, given)
 
 
 def open_buffer(config: CameraConfig, period_ns: int, delay_ns: int) -> RowsBuffer[Any]:

@@ -117,7 +117,7 @@ def _write(world: World, path: Path, processes: int, progress: Progress) -> Figu
                 _write_image(bag, camera.name, jpeg, scenario.stamp_ns(step))
                 truth = f'/truth/{camera.name}'
                 if isinstance(camera, PtzCamera):
-                    text = _calibration(camera.at(step), scenario.stamp_ns(step))
+                    text = true_calibration(camera.at(step), scenario.stamp_ns(step))
                     bag.write_text(f'{truth}/calibration', text, scenario.stamp_ns(step))
                 rows = true_detections(world, step, view)
                 bag.write_rows(f'{truth}/detections', rows, GROUND_FRAME)
@@ -135,7 +135,7 @@ def _write_image(bag: BagWriter, camera: str, jpeg: NDArray[np.uint8], stamp_ns:
     bag.write(f'/{camera}/image_raw/compressed', message, stamp_ns)
 
 
-def _calibration(camera: Camera, stamp_ns: int) -> str:
+def true_calibration(camera: Camera, stamp_ns: int) -> str:
     """Return the truth about one image of a camera that moves."""
     values = {'stamp': stamp_ns, 'image_from_world': camera.matrix.tolist(), 'size': camera.size}
     return json.dumps(values)

@@ -23,7 +23,8 @@ from mctrack_ros.ground import (
     read_camera,
     read_grid,
 )
-from mctrack_ros.perception import CAMERA, CameraConfig, CameraTracker, open_camera
+from mctrack_ros.ground.yaml_files import read_yaml_file
+from mctrack_ros.perception import CAMERA, CameraConfig, CameraTracker, Given, open_camera
 from mctrack_ros.site.origin import check_near
 from mctrack_ros.site.stated_origin import origin_from
 
@@ -63,6 +64,11 @@ class CameraSettings:
     background: str = parameter(
         '', 'image without moving objects; empty: the background is learned first'
     )
+    lines: str = parameter(
+        '',
+        'YAML file with the lines painted on the ground, each a list of x,y in m: a camera that '
+        'pans, tilts and zooms is pulled back to them; empty: none',
+    )
     pipeline: CameraConfig = CAMERA.field()
 
     def open(self, name: str, background: NDArray[np.uint8] | None = None) -> CameraTracker:
@@ -85,7 +91,34 @@ class CameraSettings:
         mask = self.ignore_mask()
         if self.background:
             background = self._image('background', cv2.IMREAD_COLOR)
-        return open_camera(self.pipeline, self.mapping(), mask, background, name)
+        given = Given(name, self.mapping(), mask, background, self.painted_lines())
+        return open_camera(self.pipeline, given)
+
+    def painted_lines(self) -> list[NDArray[np.float64]]:
+        """
+        Read the lines painted on the ground, (n, 2) polylines, m, relative to the site's origin.
+
+        Raises
+        ------
+        ConfigError
+            If the file cannot be read or holds something else.
+
+        """
+        if not self.lines:
+            return []
+        content = read_yaml_file(self.lines, ConfigError)
+        try:
+            lines = [np.asarray(line, np.float64) for line in content]
+            wrong = [
+                line for line in lines if line.shape[1:] != (2,) or not np.isfinite(line).all()
+            ]
+        except (TypeError, ValueError) as error:
+            raise ConfigError(f'{self.lines}: expected lists of points x, y: {error}') from error
+        if wrong:
+            raise ConfigError(
+                f'{self.lines}: expected lists of points x, y, got {wrong[0].tolist()}'
+            )
+        return [line - origin_from(self.origin) for line in lines]
 
     def mapping(self) -> GroundMapping:
         """

@@ -27,7 +27,7 @@ from mctrack_ros.site.names import check_camera_name
 from mctrack_ros.site.origin import chosen_origin
 from mctrack_ros.site.stated_origin import Origin, origin_from, origin_text
 
-_FILES = ('grid', 'calibration', 'extrinsics', 'mask', 'background')
+_FILES = ('grid', 'calibration', 'extrinsics', 'mask', 'background', 'lines')
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +57,6 @@ class SiteConfig:
         Of the file that it was read from; may be empty.
     names_tracker : bool
         Whether it says by what it is tracked; see `mctrack_ros.site.choice`.
-    lines : str
-        File of the lines painted on the ground; may be empty.
 
     """
 
@@ -71,7 +69,6 @@ class SiteConfig:
     origin: Origin = (0.0, 0.0)
     path: str = ''
     names_tracker: bool = True
-    lines: str = ''
 
     @property
     def camera_names(self) -> tuple[str, ...]:
@@ -99,32 +96,6 @@ class SiteConfig:
             else None
         )
         return Views({name: camera.mapping() for name, camera in self.cameras.items()}, area)
-
-    def painted_lines(self) -> list[NDArray[np.float64]]:
-        """
-        Read the lines painted on the ground, (n, 2) polylines, m, relative to the site's origin.
-
-        Raises
-        ------
-        ConfigError
-            If the file cannot be read or holds something else.
-
-        """
-        if not self.lines:
-            return []
-        content = read_yaml_file(self.lines, ConfigError)
-        try:
-            lines = [np.asarray(line, np.float64) for line in content]
-            wrong = [
-                line for line in lines if line.shape[1:] != (2,) or not np.isfinite(line).all()
-            ]
-        except (TypeError, ValueError) as error:
-            raise ConfigError(f'{self.lines}: expected lists of points x, y: {error}') from error
-        if wrong:
-            raise ConfigError(
-                f'{self.lines}: expected lists of points x, y, got {wrong[0].tolist()}'
-            )
-        return [line - self.origin for line in lines]
 
     def description(self, began_ns: int) -> str:
         """Return what `/site` says of a run over a recording, by the stamp of its first tick."""
@@ -161,11 +132,6 @@ class SiteScalars:
         '',
         'x,y of the origin of positions inside and on topics, in the coordinates of the '
         "site's files; empty: 0,0, or whole kilometres near cameras that are far from it [m]",
-    )
-    lines: str = parameter(
-        '',
-        'YAML file with the lines painted on the ground, each a list of x,y in m: cameras that '
-        'pan, tilt and zoom are pulled back to them; empty: none',
     )
     fusion: FusionConfig = FUSION.field()
 
@@ -249,7 +215,6 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         fusion=scalars.fusion,
         origin=origin,
         names_tracker=names_tracker,
-        lines=str((directory / scalars.lines).resolve()) if scalars.lines else '',
     )
 
 

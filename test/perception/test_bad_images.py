@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.perception import CAMERA, open_camera
+from mctrack_ros.perception import CAMERA, Given, open_camera
 
 RED, BLUE, WHITE = (30, 30, 220), (220, 60, 30), (240, 240, 240)
 SHAPE = (240, 320, 3)
@@ -104,7 +104,7 @@ def test_a_clock_that_jumps_begins_anew(walked, jump_s):
 @pytest.mark.parametrize('level', [0, 255])
 def test_the_silhouettes_tracker_takes_black_and_white_for_none_too(mapping, new_stage, level):
     stage = new_stage()
-    stage.pipeline = open_camera(CAMERA.made('silhouettes'), mapping)
+    stage.pipeline = open_camera(CAMERA.made('silhouettes'), Given('cam1', mapping))
     stage.empty()
     for step in range(30):
         stage.show([((0.05 * step, 0.0), WHITE)])
@@ -121,7 +121,7 @@ def test_a_clip_that_begins_again_with_black_images_is_tracked_again(
     mapping, new_stage, tracker, black, after
 ):
     stage = new_stage()
-    stage.pipeline = open_camera(CAMERA.made(tracker), mapping)
+    stage.pipeline = open_camera(CAMERA.made(tracker), Given('cam1', mapping))
     for _ in range(60):
         walking(stage)
     for index in black:

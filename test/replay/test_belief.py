@@ -85,7 +85,7 @@ def test_targets_start_where_the_bag_says_and_may_be_many(tmp_path):
     bag, _ = write_hall(tmp_path, seconds=0.4, positions=CLOSE, start=asked)
     path = tmp_path / 'site.yaml'
     content = yaml.safe_load(path.read_text())
-    content['pipeline'] = {'local_tracker': 'belief', 'detect': False}
+    content['pipeline'] = {'local_tracker': 'belief', 'moving': True}
     content['fusion'] = {'tracker': 'belief'}
     path.write_text(yaml.safe_dump(content))
     track_bag(bag, tmp_path / 'out', load_site(path))

@@ -56,17 +56,24 @@ def test_ground_mapping_of_an_exact_grid_agrees_with_the_simulated_camera():
         np.testing.assert_allclose(mapping.image_from_ground(ground, 1.8), expected, atol=0.05)
 
 
-def test_a_site_names_the_lines_of_its_ground():
-    lines = load_site(CONFIG / 'pitch5.yaml').painted_lines()
+def lined(file, origin='0,0'):
+    """Return a camera's settings with a file of lines."""
+    settings = load_site(CONFIG / 'pitch5.yaml').cameras['cam1']
+    return dataclasses.replace(settings, lines=str(file), origin=origin)
+
+
+def test_a_camera_names_the_lines_of_its_ground():
+    lines = lined(SHIPPED / 'lines.yaml').painted_lines()
     place = np.concatenate(lines)
     assert line_distance(place[:, 0], place[:, 1]).max() < 1e-3
-    assert load_site(CONFIG / 'carpark.yaml').painted_lines() == []
+    moved = lined(SHIPPED / 'lines.yaml', '10,20').painted_lines()
+    np.testing.assert_allclose(np.concatenate(moved), place - (10, 20))
+    assert lined('').painted_lines() == []
 
 
 @pytest.mark.parametrize('text', ['5', '[[1, 2]]', '[[[1, 2], [3]]]', '[[[.nan, 2]]]'])
 def test_a_file_of_something_else_is_refused(tmp_path, text):
     file = tmp_path / 'lines.yaml'
     file.write_text(text)
-    site = dataclasses.replace(load_site(CONFIG / 'pitch5.yaml'), lines=str(file))
     with pytest.raises(ConfigError, match='lines'):
-        site.painted_lines()
+        lined(file).painted_lines()

@@ -22,9 +22,11 @@ class BeliefCameraConfig(CameraConfig):
         minimum=0.0,
         maximum=1000.0,
     )
-    detect: bool = parameter(
-        True,
-        'also detect people by the background, which starts targets; false: a camera that moves',
+    moving: bool = parameter(
+        False,
+        'the camera pans, tilts and zooms: its calibration is that of the first image and is '
+        'followed by features and painted lines; it detects nobody, so targets are started by '
+        'others',
     )
     prior_density: bool = parameter(
         False, "send the density of predictions, which fusion's printed weights need"

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.ground import GroundMapping
+from mctrack_ros.config import ConfigError
+from mctrack_ros.ground import GroundMapping, ProjectiveMapping
 from mctrack_ros.interfaces import Belief, Detections, Events
 from mctrack_ros.perception.belief.config import BeliefCameraConfig
 from mctrack_ros.perception.belief.view import ViewFilters, boxes_of
-from mctrack_ros.perception.camera_shift.monitor import ShiftState
+from mctrack_ros.perception.camera_shift.monitor import CameraShift, ShiftState
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.perception.event_tracker.pipeline import EventTracker
 from mctrack_ros.perception.front_end import FrontEnd
+from mctrack_ros.perception.moving_camera.moving_camera import CameraMotion, MovingCamera
 from mctrack_ros.perception.output import CameraOutput
 
 Image = NDArray[np.uint8]
@@ -20,6 +24,8 @@ Floats = NDArray[np.float64]
 
 MESSAGES = (Detections, Belief)
 """Message types published for each image."""
+KEPT_NS = 2_000_000_000
+"""For how long it is kept how a moving camera looked, ns: feedback is newer."""
 
 
 class BeliefCamera:
@@ -38,6 +44,13 @@ class BeliefCamera:
         0 where the image is to be ignored, by the detector.
     background : (h, w, 3) uint8 array, optional
         Image without moving objects; unless given, the background is learned first.
+    lines : sequence of (n, 2) arrays
+        Painted on the ground, m: a camera that moves is pulled back to them.
+
+    Raises
+    ------
+    ConfigError
+        If the camera moves and its calibration is no pinhole of known pose.
 
     """
 
@@ -48,20 +61,31 @@ class BeliefCamera:
         mapping: GroundMapping,
         mask: Image | None = None,
         background: Image | None = None,
+        lines: Sequence[Floats] = (),
     ) -> None:
         self._detector: EventTracker | None = None
-        if config.detect:
+        self._moving: MovingCamera | None = None
+        if config.moving:
+            if not isinstance(mapping, ProjectiveMapping):
+                raise ConfigError(
+                    'pipeline.moving: the calibration has a lens or no pose, expected a pinhole '
+                    'camera of the first image'
+                )
+            self._moving = MovingCamera(mapping, lines)
+        else:
             detector = EventTrackerConfig(background=config.background, watchdog=config.watchdog)
             self._detector = EventTracker(detector, mapping, mask, background)
         self._front = FrontEnd(mapping, config.watchdog, mask)
         self._filters = ViewFilters(mapping, name, config)
         self._box: Floats = np.zeros((0, 4))
+        self._looked: dict[int, Floats] = {}
 
     def step(self, image: Image, stamp_ns: int, feedback: Belief | None) -> CameraOutput:
         """
         Process one image.
 
-        A camera that is dark, has moved or is not settled says nothing of targets.
+        A camera that is dark, has been moved, is lost while it moves or is not settled says
+        nothing of targets.
 
         Parameters
         ----------
@@ -86,16 +110,47 @@ class BeliefCamera:
         else:
             sees = self._front.take(image, stamp_ns) is not None
             detections = {Detections.TOPIC: Detections.build(stamp_ns)}
-            found = CameraOutput(detections, Events.build(stamp_ns), self._front.shift, sees)
+            found = CameraOutput(detections, Events.build(stamp_ns), CameraShift(), sees)
         belief = Belief.build(stamp_ns)
+        motion = None
+        if sees and self._moving is not None:
+            sees, motion = self._follow(self._moving, image, stamp_ns, feedback)
         if sees:
-            belief = self._filters.step(image, stamp_ns, feedback)
+            belief = self._filters.step(image, stamp_ns, feedback, motion)
         self._box = _mean_boxes(belief)
         messages = {
             Detections.TOPIC: found.messages[Detections.TOPIC],
             Belief.TOPIC: belief,
         }
         return CameraOutput(messages, found.events, found.shift, found.is_settled)
+
+    def _follow(
+        self, moving: MovingCamera, image: Image, stamp_ns: int, feedback: Belief | None
+    ) -> tuple[bool, Floats | None]:
+        """
+        Follow the camera, where nobody is expected.
+
+        Returns
+        -------
+        is_known : bool
+            Whether it is known how it looks.
+        motion : (3, 3) array or None
+            Homography from its image at the feedback to this one.
+
+        """
+        view = moving.step(image, self._box)
+        if view.state is CameraMotion.LOST:
+            return False, None
+        now = view.mapping.image_from_ground_homography
+        self._filters.mapping = view.mapping
+        self._looked = {
+            stamp: each for stamp, each in self._looked.items() if stamp > stamp_ns - KEPT_NS
+        }
+        self._looked[stamp_ns] = now
+        if feedback is None:
+            return True, None
+        nearest = min(self._looked, key=lambda stamp: abs(stamp - feedback.stamp_ns))
+        return True, now @ np.linalg.inv(self._looked[nearest])
 
     def predicted_boxes(self) -> Floats:
         """Return the (n, 4) boxes, px, where targets are predicted, for an overlay."""

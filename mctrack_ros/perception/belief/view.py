@@ -137,8 +137,8 @@ class ViewFilters:
             if len(state):
                 sources[key] = np.resize(state, (count, 6))
         state = np.array(list(sources.values()), np.float64).reshape(-1, count, 6)
-        if motion is not None:
-            followed = [key in own for key in sources]
+        followed = [key in own for key in sources]
+        if motion is not None and any(followed):
             state[followed] = _carried(state[followed], np.asarray(motion))
         return list(sources), state
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from rclpy.lifecycle import LifecyclePublisher
 from sensor_msgs.msg import CompressedImage, PointCloud2
+from std_msgs.msg import String
 
 from mctrack_ros.codec import cloud_from_rows, compressed_message, jpeg_from_image
 from mctrack_ros.config import ConfigError, parameter
@@ -17,6 +18,8 @@ from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.simulation import CARPARK, SCENES, EventWatcher, true_detections, true_tracks
+from mctrack_ros.simulation.pitch.ptz import PtzCamera
+from mctrack_ros.simulation.recording import true_calibration
 
 _REPORT_S = 10.0
 
@@ -31,8 +34,8 @@ class SimulatorNodeConfig:
         'scene; for carpark set cameras [cam1], rate 4, shadows true, noise 2.6 and '
         'lighting_drift 0.06, as the silhouettes paper has it; for indoor cameras [cam1, cam2, '
         'cam3, cam4], duration 23.6 and distortion -0.05; for grey_carpark these cameras, rate '
-        '12.5 and the rest as for carpark',
-        choices=('pitch5', 'carpark', 'indoor', 'grey_carpark'),
+        '12.5 and the rest as for carpark; for ptz cameras [cam1, cam2]',
+        choices=('pitch5', 'ptz', 'carpark', 'indoor', 'grey_carpark'),
     )
     cameras: tuple[str, ...] = parameter(
         ('cam1', 'cam2', 'cam3', 'cam4', 'cam5'), 'cameras that this node renders'
@@ -114,6 +117,13 @@ class SimulatorNode(GraphNode):
                 name: self.publisher(PointCloud2, f'truth/{name}/events', quality.reliable(10))
                 for name in config.cameras
             }
+            self.true_calibrations = {
+                camera.name: self.publisher(
+                    String, f'truth/{camera.name}/calibration', quality.reliable(10)
+                )
+                for camera in self.world.cameras
+                if isinstance(camera, PtzCamera) and camera.name in config.cameras
+            }
         self.watch_anew()
         self.ending = threading.Event()
         self.shown = self.skipped = self.step = 0
@@ -169,6 +179,10 @@ class SimulatorNode(GraphNode):
         self.shown += 1
         if self.config.truth:
             self.send(self.true_tracks, true_tracks(self.world, step), stamp_ns)
+            views_of = {camera.name: camera for camera in self.world.views(step)}
+            for name, publisher in self.true_calibrations.items():
+                text = true_calibration(views_of[name], stamp_ns)
+                publisher.publish(String(data=text))
             for name, view in views.items():
                 rows = true_detections(self.world, step, view)
                 self.send(self.true_detections[name], rows, stamp_ns)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import ClassCode, EventCode
-from mctrack_ros.perception import CAMERA, BackwardStampError, open_camera
+from mctrack_ros.perception import CAMERA, BackwardStampError, Given, open_camera
 from mctrack_ros.perception.silhouettes import SilhouetteConfig, SilhouettePipeline, as_printed
 
 SIZE = (640, 480)
@@ -218,4 +218,4 @@ def test_tracking_works_at_25_images_a_second(mapping, new_park):
 
 def test_the_site_chooses_the_tracker(mapping):
     config = CAMERA.made('silhouettes')
-    assert isinstance(open_camera(config, mapping), SilhouettePipeline)
+    assert isinstance(open_camera(config, Given('cam1', mapping)), SilhouettePipeline)
