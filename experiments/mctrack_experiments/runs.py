@@ -30,6 +30,8 @@ SEEDS: Mapping[str, int] = {
     'consistency': 50,
     'biased': 8,
     'demo': 5,
+    'moving_camera': 5,
+    'belief': 20,
     'bench_fusion': 24,
 }
 """How many seeds a run of each experiment has."""

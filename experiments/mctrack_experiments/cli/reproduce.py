@@ -55,6 +55,7 @@ class Experiment(StrEnum):
     DEMO = 'demo'
     GRID = 'grid'
     MOVING_CAMERA = 'moving_camera'
+    BELIEF = 'belief'
 
 
 _SIMULATED = {
@@ -73,11 +74,12 @@ _SIMULATED = {
     Experiment.BIASED: 'scenarios.biased',
     Experiment.DEMO: 'live_demo',
     Experiment.MOVING_CAMERA: 'papers.belief.moving_camera',
+    Experiment.BELIEF: 'papers.belief.comparison',
 }
 """Modules of the experiments whose scenes come from seeds."""
 _COUNTED = (
     *(Experiment.SCENARIOS, Experiment.CONSISTENCY, Experiment.BIASED),
-    *(Experiment.SILHOUETTES, Experiment.CLASSES, Experiment.GREY_CARPARK),
+    *(Experiment.SILHOUETTES, Experiment.CLASSES, Experiment.GREY_CARPARK, Experiment.BELIEF),
 )
 """Those that tell how many scenes of how many are done; the others tell lines."""
 DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20, Experiment.MOVING_CAMERA)
