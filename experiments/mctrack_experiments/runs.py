@@ -30,6 +30,7 @@ SEEDS: Mapping[str, int] = {
     'consistency': 50,
     'biased': 8,
     'demo': 5,
+    'moving_camera': 4,
     'bench_fusion': 24,
 }
 """How many seeds a run of each experiment has."""
