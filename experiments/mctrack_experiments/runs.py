@@ -30,7 +30,7 @@ SEEDS: Mapping[str, int] = {
     'consistency': 50,
     'biased': 8,
     'demo': 5,
-    'moving_camera': 5,
+    'moving_camera': 4,
     'belief': 20,
     'bench_fusion': 24,
 }

@@ -12,13 +12,13 @@ needs_kloppy = pytest.mark.skipif(not has_kloppy(), reason=MISSING)
 @pytest.mark.filterwarnings('ignore')
 @pytest.mark.parametrize('sample', Sample)
 def test_real_players_drive_the_simulator(sample):
-    world = real_world(PtzScenario(duration_s=4, follows_play=True), sample)
+    world = real_world(PtzScenario(duration_s=20, follows_play=True), sample)
     active, velocity = world.active, world.motion.velocity
     assert active[:, :22].sum(axis=1).max() >= 7
     assert not active[:, 22:].any()
     speed = np.linalg.norm(velocity, axis=2)[active]
-    assert np.percentile(speed, 95) < 11
-    assert speed.mean() > 0.3
+    assert speed.max() <= kloppy_motion.FASTEST_MPS
+    assert 1 < speed.mean() < 5
     image, _ = PTZ.renderer(world, 0).frame(50)
     assert image.shape == (576, 768, 3)
 

@@ -63,6 +63,11 @@ class CameraConfig:
         """How far the tracker sees people, and how precisely."""
         return Sight()
 
+    @property
+    def moves(self) -> bool:
+        """Whether the camera pans, tilts and zooms: its calibration is that of one image."""
+        return False
+
     def within(self, area: str) -> Self:
         """Return the parameters for a site whose area has the corners ``x0,y0,x1,y1``, m."""
         return self

@@ -20,6 +20,8 @@ MISSING = "kloppy is not installed: pip install 'mctrack_experiments[motion]'"
 TEAM_SIZE = 11
 LONGEST_GAP_S = 0.5
 """A player without samples for longer is not on the pitch."""
+FASTEST_MPS = 12.0
+"""Nor is one whom the samples move faster: television's jump to another place."""
 
 
 class Sample(StrEnum):
@@ -46,7 +48,8 @@ def real_world(scenario: Scenario, sample: Sample, start_s: float = 0.0) -> Worl
     scenario : Scenario
         Of static or PTZ cameras; its length and rate.
     sample : Sample
-        Hawk-Eye: 60 s at 50 Hz; SkillCorner: 10 Hz from television, with gaps.
+        Hawk-Eye: 60 s at 50 Hz; SkillCorner: a half at 10 Hz from television, and nobody
+        while it shows something else.
     start_s : float
         Where in the sample to begin, s after its first players.
 
@@ -74,6 +77,9 @@ def real_world(scenario: Scenario, sample: Sample, start_s: float = 0.0) -> Worl
         for player, path in enumerate(longest[:TEAM_SIZE]):
             person = TEAM_SIZE * team + player
             position[:, person], active[:, person] = _read_off(np.array(path, np.float64), clock)
+    if scenario.steps > 1:
+        velocity = np.gradient(position, scenario.period_s, axis=0)
+        active &= np.linalg.norm(velocity, axis=2) <= FASTEST_MPS
     return placed(scenario, position, active)
 
 
@@ -95,9 +101,11 @@ def _paths(dataset: Any, end_s: float) -> tuple[list[float], dict[str, dict[str,
             continue
         first = record.timestamp if first is None else first
         time = (record.timestamp - first).total_seconds()
-        if time > end_s + LONGEST_GAP_S or time < 0:
+        if time < 0:
             break
         times.append(time)
+        if time > end_s + LONGEST_GAP_S:
+            break
         for player, data in record.players_data.items():
             team = teams.get(str(player.team.ground)) if player.team else None
             if team is not None and data.coordinates is not None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from mctrack_ros.interfaces import ClassCode
     from mctrack_ros.recording.tables.box_files import TextClock
     from mctrack_ros.recording.tables.sightings import Sightings
-    from mctrack_ros.replay.import_detections import Imported
+    from mctrack_ros.replay.detections.import_detections import Imported
 
 _BAGS = ('.mcap', '.db3')
 _LARGEST_SCORE = 1e9
@@ -47,6 +47,11 @@ def import_detections(
     least_score: float = typer.Option(
         0.0, min=0.0, max=1.0, help='Leave out lower scores, after --score-range.'
     ),
+    images: Path | None = typer.Option(
+        None,
+        help='Bag with the images of cameras that move (pipeline.moving): their calibration is '
+        'followed in them.',
+    ),
     classes: list[str] = typer.Option(
         [],
         '--class',
@@ -61,7 +66,7 @@ def import_detections(
     from mctrack_ros.recording.tables.box_files import TextClock
     from mctrack_ros.recording.tables.class_names import CLASS_NAMES
     from mctrack_ros.recording.tables.sightings import with_all_images
-    from mctrack_ros.replay import import_detections as importing
+    from mctrack_ros.replay.detections import import_detections as importing
 
     config = named_site(site)
     files = by_camera(sources, 'north=north.txt')
@@ -82,6 +87,7 @@ def import_detections(
             with_all_images(sightings),
             config,
             out,
+            images=images,
             classes=known,
             least_score=least_score,
             overwrite=overwrite,
@@ -190,5 +196,7 @@ def _report(name: str, imported: Imported, site_size: tuple[int, int]) -> Iterat
     ):
         if count:
             yield f'{name}: {count} {what}'
+    if imported.lost:
+        yield f'{name}: {imported.lost} images left out: it is not known how the camera looked'
     for label, count in sorted(imported.classes.items()):
         yield f'{name}: {count} of class {label} left out (--class {label}=person?)'

@@ -34,3 +34,8 @@ class BeliefCameraConfig(CameraConfig):
     seed: int = parameter(1, 'seed of the random numbers', minimum=0)
     background: BackgroundConfig = BackgroundConfig()
     watchdog: CameraShiftConfig = CameraShiftConfig()
+
+    @property
+    def moves(self) -> bool:
+        """Whether the camera pans, tilts and zooms."""
+        return self.moving

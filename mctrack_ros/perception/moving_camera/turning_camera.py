@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.ground.homography.projective import ProjectiveMapping
 
@@ -55,11 +55,15 @@ class TurningCamera:
         return cls(mapping.camera_position, left @ right, focal, mapping.image_size, spread)
 
     def mapping(self) -> ProjectiveMapping:
-        """Return image <-> ground as all of the tracker takes it."""
+        """Return image <-> ground as all of the tracker takes it, with its uncertainty."""
+        return _TurnedMapping(self)
+
+    def projection(self) -> Floats:
+        """Return the (3, 4) projection of homogeneous world coordinates, m, to pixels."""
         lens = np.diag([self.focal_px, self.focal_px, 1.0])
         lens[:2, 2] = np.array(self.size) / 2
         moved = np.column_stack([np.eye(3), -self.position])
-        return ProjectiveMapping(lens @ self.rotation @ moved, self.size)
+        return np.asarray(lens @ self.rotation @ moved)
 
     def rays(self, pixel: Floats) -> Floats:
         """Return the (n, 3) directions in the world of (n, 2) pixels."""
@@ -141,3 +145,17 @@ class TurningCamera:
             offset = offset + np.linalg.solve(information, pull)
             camera = self.moved(offset)
         return replace(camera, covariance=np.linalg.inv(information))
+
+
+class _TurnedMapping(ProjectiveMapping):
+    """Image <-> ground of a turning camera; its state's covariance is carried along."""
+
+    def __init__(self, camera: TurningCamera) -> None:
+        super().__init__(camera.projection(), camera.size)
+        self._camera = camera
+
+    def calibration_covariance(self, position: ArrayLike) -> Floats:
+        """Return the (n, 2, 2) covariances, m², that turns and focal length add at positions."""
+        slopes = self._camera.slopes(self.image_from_ground(position))
+        image = np.einsum('nik,kl,njl->nij', slopes, self._camera.covariance, slopes)
+        return self.propagated(position, image)

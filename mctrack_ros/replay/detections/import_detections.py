@@ -18,9 +18,13 @@ from mctrack_ros.recording import BagWriter
 from mctrack_ros.recording.tables.class_names import CLASS_NAMES
 from mctrack_ros.recording.tables.columns import TableError
 from mctrack_ros.recording.tables.sightings import Sightings
+from mctrack_ros.replay.detections.follow import followed
 from mctrack_ros.site.site import SiteConfig
 
 _LEFT_OUT = -1
+
+MappingAt = Callable[[int], GroundMapping | None]
+"""Gives a camera's calibration at a stamp, ns; None: nobody knows how it looked."""
 
 
 @dataclass(slots=True)
@@ -38,6 +42,8 @@ class Imported:
         Left out: their score is too low.
     no_ground : int
         Left out: their feet are not on the ground that the camera sees.
+    lost : int
+        Messages not written: nobody knows how the moving camera looked.
     outside : int
         Left out: boxes wholly outside the image.
     extrapolated : int
@@ -53,6 +59,7 @@ class Imported:
     written: int = 0
     doubtful: int = 0
     no_ground: int = 0
+    lost: int = 0
     outside: int = 0
     extrapolated: int = 0
     classes: Counter[str] = field(default_factory=Counter)
@@ -63,6 +70,7 @@ def import_detections(
     site: SiteConfig,
     out: str | Path,
     *,
+    images: str | Path | None = None,
     classes: Mapping[str, ClassCode] = CLASS_NAMES,
     least_score: float = 0.0,
     overwrite: bool = False,
@@ -79,6 +87,8 @@ def import_detections(
         Whose calibrations put them on the ground.
     out : str or Path
         The bag.
+    images : str or Path, optional
+        Bag with the images of cameras that move, which are followed in them.
     classes : mapping of str to ClassCode
         Class of each of the detectors' names, in lower case; without names all are people.
     least_score : float
@@ -104,10 +114,17 @@ def import_detections(
         name: replace(each, position=each.position - np.array(site.origin))
         for name, each in sightings.items()
     }
-    mappings = {name: _mapping_of(site, name) for name in sightings}
+    mappings = {name: _mappings_of(site, name, each, images) for name, each in local.items()}
     done = {name: Imported() for name in sightings}
+    sizes = {name: (each.image_width, each.image_height) for name, each in site.cameras.items()}
     streams = [
-        _messages(name, each, _codes(name, each, classes), mappings[name], done[name], least_score)
+        _messages(
+            (name, sizes[name], mappings[name]),
+            each,
+            _codes(name, each, classes),
+            done[name],
+            least_score,
+        )
         for name, each in local.items()
     ]
     total = sum(len(each.stamp_ns) for each in sightings.values())
@@ -119,14 +136,22 @@ def import_detections(
     return done
 
 
-def _mapping_of(site: SiteConfig, camera: str) -> GroundMapping:
-    """Return the calibration of a site's camera; raise `TableError` for an unknown one."""
+def _mappings_of(
+    site: SiteConfig, camera: str, sightings: Sightings, images: str | Path | None
+) -> MappingAt:
+    """Return what gives a camera's calibration at a stamp; raise `TableError` for an unknown."""
     if camera not in site.cameras:
         raise TableError(
             f'{camera} is no camera of the site {site.name}: they are '
             f'{", ".join(site.camera_names)}'
         )
-    return site.cameras[camera].mapping()
+    settings = site.cameras[camera]
+    if not settings.pipeline.moves:
+        mapping = settings.mapping()
+        return lambda stamp_ns: mapping
+    if images is None:
+        raise TableError(f'{camera} moves: name the bag with its images, --images')
+    return followed(camera, settings, images, sightings).get
 
 
 def _codes(
@@ -145,25 +170,29 @@ def _codes(
 
 
 def _messages(
-    name: str,
+    camera: tuple[str, tuple[int, int], MappingAt],
     sightings: Sightings,
     code: NDArray[np.int64],
-    mapping: GroundMapping,
     done: Imported,
     least_score: float,
 ) -> Iterator[tuple[str, Detections]]:
     """Yield the detections of each image; count used and refused rows."""
     stranger = code == _LEFT_OUT
     done.classes.update(sightings.label[stranger].tolist())
-    box, size = sightings.box, np.array(mapping.image_size)
-    outside = ((box[:, :2] > size) | (box[:, :2] + box[:, 2:] < 0)).any(axis=1) & ~stranger
+    (name, size, mapping_at), box = camera, sightings.box
+    outside = ((box[:, :2] > np.array(size)) | (box[:, :2] + box[:, 2:] < 0)).any(
+        axis=1
+    ) & ~stranger
     doubtful = (sightings.score < least_score) & ~stranger & ~outside
     done.outside, done.doubtful = int(outside.sum()), int(doubtful.sum())
     done.rows = len(sightings)
     usable = ~(stranger | outside | doubtful)
     bounds = np.searchsorted(sightings.image, np.arange(len(sightings.stamp_ns) + 1))
     for stamp_ns, start, stop in zip(sightings.stamp_ns.tolist(), bounds, bounds[1:]):
-        row = np.arange(start, stop)[usable[start:stop]]
+        row, mapping = np.arange(start, stop)[usable[start:stop]], mapping_at(stamp_ns)
+        if mapping is None:
+            done.lost += 1
+            continue
         detections = _located(sightings, row, code[row], mapping, stamp_ns)
         feet = detections.box[:, :2] + detections.box[:, 2:] * np.array([0.5, 1.0])
         boxed = detections.box[:, 2] > 0

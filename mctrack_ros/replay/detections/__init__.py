@@ -1,0 +1,1 @@
+"""What somebody's own detectors saw, put on the ground."""
