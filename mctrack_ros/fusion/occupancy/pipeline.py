@@ -52,6 +52,11 @@ class OccupancyTracker:
     cost : float
         Share of the masks that each must explain, over all cameras.
 
+    Attributes
+    ----------
+    found : Occupancy
+        Who explains the masks of the last tick.
+
     Raises
     ------
     ValueError

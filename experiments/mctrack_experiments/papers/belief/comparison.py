@@ -65,7 +65,7 @@ class Outcome(NamedTuple):
 
 def reproduce_belief(seeds: Sequence[int], progress: Progress = silent) -> Figures:
     """
-    Compare the trackers on scripted matches before static cameras.
+    Compare the trackers on scripted matches before static cameras, and before PTZ cameras.
 
     Parameters
     ----------
