@@ -28,7 +28,9 @@ def test_the_same_rows_are_the_same(tmp_path):
 
 def test_the_first_row_and_value_that_differ_are_named(tmp_path):
     one = recorded(tmp_path / 'one')['/tracks']
-    other = recorded(tmp_path / 'other', last_score=np.nextafter(np.float32(1), 0))['/tracks']
+    other = recorded(tmp_path / 'other', last_score=np.nextafter(np.float32(1), np.float32(0)))[
+        '/tracks'
+    ]
     assert digest(one) != digest(other)
     found = first_difference(one, other)
     assert found.startswith('message 2 at 1700000000.120 s: row 1, score [1.0], now [0.99999')

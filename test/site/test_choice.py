@@ -124,4 +124,4 @@ def test_homographies_keep_the_joint_tracker(site, tmp_path):
     given = load_site(tmp_path / 'site.yaml')
     chosen, why = with_tracker(given)
     assert chosen is given
-    assert "masks serve with every camera's pose" in why
+    assert "occupancy needs every camera's pose" in why

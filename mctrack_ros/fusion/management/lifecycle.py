@@ -1,4 +1,4 @@
-"""When tracks are confirmed, hidden and deleted; all in seconds."""
+"""When tracks are hidden and deleted, in seconds; `existence/evidence.py` confirms them."""
 
 from __future__ import annotations
 
@@ -30,6 +30,9 @@ def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
 def is_over(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:
     """
     Return the mask of the tracks that end now.
+
+    A confirmed track ends when nothing has supported it for `coast_time`, or when its log-odds
+    fall below 0; a tentative one after `tentative_time`.
 
     One whom a slow camera saw last waits for its next images: a confirmed one for two, a
     tentative one while the latest shows it.
