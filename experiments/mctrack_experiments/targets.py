@@ -33,6 +33,9 @@ TARGETS = (
             ('idf1', 'IDF1 at 1 m', 0.93),
         )
     ),
+    Target('terrace4', 'terrace4.foreground.left',
+           'terrace, foreground at places left 20 s ago or earlier, share', None, None,
+           'where nobody has been: `terrace4.foreground.never`'),
     Target('terrace4', 'terrace4.joint.mota', 'terrace, four cameras, joint tracker, MOTA', 0.767),
     Target('terrace4', 'terrace4.joint.idf1', 'the same, IDF1', 0.722),
     Target('moving_camera', 'lines.end_worst_m',

@@ -25,6 +25,7 @@ from mctrack_experiments.datasets.epfl_terrace import (
 )
 from mctrack_experiments.datasets.stored import inside
 from mctrack_experiments.real import terrace_videos as terrace
+from mctrack_experiments.real.places_left import places_left
 from mctrack_experiments.runs import medians
 from mctrack_experiments.targets import TARGETS
 from mctrack_ros.codec import compressed_message
@@ -97,6 +98,9 @@ def _terrace4_run(data: Path, run: int) -> Figures:
             out = folder / f'out{tracker}'
             track_bag(folder / 'bag', out, site)
             tracks[f'terrace4.{prefix}'] = read_tracks(out, 0)
+        shares = places_left(
+            folder / 'out' / 'bag', site.views().mappings, read_identities(data), START_NS
+        )
     frames = [frame for frame in image_files(data, CAMERAS[0]) if frame >= FIRST_IMAGE]
     protocol = {
         'data': '300 images of each of four cameras, 360 x 288 px, 0.2 to 0.4 s apart',
@@ -106,8 +110,13 @@ def _terrace4_run(data: Path, run: int) -> Figures:
         'joint': 'the same with fusion.tracker joint; the default here is occupancy, whose '
         f'parameters and constants were chosen on frames up to {TUNED_TO}; of the bins and the '
         'weight of colours, those after were seen, too',
+        'foreground': "share of foreground in people's boxes at places where nobody has been "
+        '(never), or whom the last person left 0.5 to 5 s ago (just_left), 20 to 60 s ago (left); '
+        "boxes that a person's overlaps do not count",
     }
-    return _figures('terrace4', protocol, data, tracks, CAMERAS, frames)
+    figures = _figures('terrace4', protocol, data, tracks, CAMERAS, frames)
+    named = {f'terrace4.foreground.{name}': share for name, share in shares.items()}
+    return replace(figures, figures=dict(figures.figures) | named)
 
 
 def reproduce_terrace(data: Path) -> Figures:
