@@ -23,7 +23,7 @@ from mctrack_ros.simulation import (
     staged,
 )
 from mctrack_ros.simulation.pitch import field
-from mctrack_ros.simulation.world import feet_in_view, pitch_cameras
+from mctrack_ros.simulation.world import pitch_cameras
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -193,8 +193,10 @@ def _stations(scenario: Scenario, rng: np.random.Generator) -> tuple[Floats, Flo
     x, y = np.arange(2, field.LENGTH_M, 1.0), np.arange(2, field.WIDTH_M, 1.0)
     grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     around = grid[None] + _MARGIN_M * np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)])[:, None]
-    places = np.repeat(around.reshape(1, -1, 2), scenario.steps, axis=0)
-    seen = feet_in_view(places, cameras).all(axis=(0, 1)).reshape(4, -1).all(axis=0)
+    corners = np.concatenate([around, np.zeros((*around.shape[:2], 1))], axis=2)
+    steps = range(0, scenario.steps, round(scenario.rate_hz))
+    views = {id(view): view for camera in cameras for view in map(camera.at, steps)}
+    seen = np.all([view.sees(corners).all(axis=0) for view in views.values()], axis=0)
     free = rng.permutation(grid[seen])
     chosen: list[Floats] = []
     for place in free:
