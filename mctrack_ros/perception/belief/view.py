@@ -12,7 +12,8 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Belief
 from mctrack_ros.interfaces.belief import HIDDEN
 from mctrack_ros.perception.belief.config import BeliefCameraConfig
-from mctrack_ros.perception.belief.observation import root_templates
+from mctrack_ros.perception.belief.observation import log_odds
+from mctrack_ros.tracking.appearance import colour_templates
 from mctrack_ros.tracking.particles import log_mixture, moved, stream, whitened
 
 Image = NDArray[np.uint8]
@@ -63,7 +64,8 @@ class ViewFilters:
 
     def learn(self, image: Image, track_id: list[int], box: Floats) -> None:
         """Take the colours of targets from (n, 4) boxes, px, of a (h, w, 3) image."""
-        found = root_templates(image, np.asarray(box, np.float64).reshape(-1, 1, 4))[:, 0]
+        whole = np.full(image.shape[:2], 255, np.uint8)
+        found = colour_templates(image, whole, np.round(box).astype(np.int64).reshape(-1, 4))
         for target, reference in zip(track_id, found):
             if reference.any():
                 self._reference[int(target)] = reference
@@ -177,9 +179,8 @@ class ViewFilters:
         found = np.full(state.shape[:2], HIDDEN)
         if any(known):
             reference = np.stack([self._reference[key] for key in ids if key in self._reference])
-            roots = root_templates(image, boxes_of(state[known]))
-            distance = 1 - np.einsum('kni,ki->kn', roots, reference)
-            found[known] = np.logaddexp(-weight * distance, HIDDEN)
+            share = log_odds(image, boxes_of(state[known]), reference)
+            found[known] = np.logaddexp(weight * (share - 1.0), HIDDEN)
         return found
 
     def _rows(self, ids: list[int], state: Floats, place: Floats) -> dict[str, ArrayLike]:

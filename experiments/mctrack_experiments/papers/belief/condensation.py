@@ -110,6 +110,16 @@ class Condensation:
         self._keep(rows, kept)
         return Estimate(mean, covariance, log_likelihood)
 
+    def learn(self, image: Image, track_id: list[int], box: Floats) -> None:
+        """Take the colours of targets from (n, 4) boxes, px, of a (h, w, 3) image."""
+        self._filters.learn(image, track_id, box)
+
+    def give(self, start: Belief) -> None:
+        """Start targets anew by particles on the ground."""
+        stamp_ns = self._belief.stamp_ns
+        others = self._belief.select(~np.isin(self._belief.track_id, start.track_id))
+        self._belief = Belief.joined(stamp_ns, [others, start.at(stamp_ns)])
+
     def _keep(self, rows: Belief, kept: list[NDArray[np.int64]]) -> None:
         """Go on from some rows; a target that the view does not show stays where it was."""
         if not kept:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -15,6 +15,7 @@ from mctrack_ros.simulation import (
     PTZ,
     Camera,
     PtzScenario,
+    Renderer,
     Scenario,
     Sight,
     View,
@@ -81,7 +82,7 @@ class Occlusion:
 @dataclass(frozen=True, eq=False)
 class OcclusionScene:
     """
-    A scripted match.
+    A match with occlusions.
 
     Attributes
     ----------
@@ -106,15 +107,13 @@ class OcclusionScene:
     @cached_property
     def visible(self) -> Floats:
         """Return the share of each target that is visible, (steps, cameras, targets)."""
-        cameras, steps = len(self.world.cameras), self.world.scenario.steps
-        shares = np.zeros((steps, cameras, len(self.persons)))
-        for camera in range(cameras):
-            sight = Sight(self.world, camera)
-            for step in range(steps):
-                view = sight.view(step)
-                rows, targets = np.nonzero(view.person[:, None] == np.array(self.persons))
-                shares[step, camera, targets] = view.visible[rows]
-        return shares
+        return visible_shares(self.world, self.persons)
+
+    @cached_property
+    def renderers(self) -> list[Renderer]:
+        """What draws the images of each camera."""
+        scene = PTZ if isinstance(self.world.scenario, PtzScenario) else PITCH5
+        return [scene.renderer(self.world, index) for index in range(len(self.world.cameras))]
 
     def hidden(self, occlusion: Occlusion) -> tuple[int, int]:
         """Return the first step that an occlusion hides its target, and that after the last."""
@@ -133,13 +132,23 @@ class OcclusionScene:
         self,
     ) -> Iterator[tuple[Mapping[str, Camera], Mapping[str, Image], dict[str, View]]]:
         """Yield true cameras, images and true views by camera, step by step."""
-        scene = PTZ if isinstance(self.world.scenario, PtzScenario) else PITCH5
-        renderers = [scene.renderer(self.world, index) for index in range(len(self.world.cameras))]
         for step in range(self.world.scenario.steps):
             cameras = {camera.name: camera for camera in self.world.views(step)}
-            shown = [renderer.frame(step) for renderer in renderers]
+            shown = [renderer.frame(step) for renderer in self.renderers]
             images = {name: image for name, (image, _) in zip(cameras, shown)}
             yield cameras, images, {name: view for name, (_, view) in zip(cameras, shown)}
+
+
+def visible_shares(world: World, persons: Sequence[int] | NDArray[np.int64]) -> Floats:
+    """Return the share of each of some persons that is visible, (steps, cameras, persons)."""
+    shares = np.zeros((world.scenario.steps, len(world.cameras), len(persons)))
+    for camera in range(len(world.cameras)):
+        sight = Sight(world, camera)
+        for step in range(len(shares)):
+            view = sight.view(step)
+            rows, columns = np.nonzero(view.person[:, None] == np.asarray(persons))
+            shares[step, camera, columns] = view.visible[rows]
+    return shares
 
 
 def scripted(seed: int, moving: bool = False, rate_hz: float = 25.0) -> OcclusionScene:
