@@ -211,9 +211,7 @@ class GroundBelief:
             state = _predicted(before, seconds, rng)
             prior = _log_prior(state, before, seconds) if is_printed else None
             rounds.append(
-                propagate(
-                    state[..., :4], samples, config.outlier_share, config.weights, prior
-                )
+                propagate(state[..., :4], samples, config.outlier_share, config.weights, prior)
             )
         self.last = rounds[-1]
         weights = [sum(each) / len(rounds) for each in zip(*[one.views for one in rounds])]

@@ -18,7 +18,9 @@ Singles = NDArray[np.float32]
 OUTLIER_VARIANCE = (4.0, 4.0, 0.09, 0.04)
 """Of the outlier term about the mean of the ground particles: x, y, height, width, m²."""
 LIKELIEST = 2.0
-"""Log-likelihoods above count as this: where two alike overlap looks more like him than he does."""
+"""Larger log-likelihoods count as this: two alike who overlap look more like him than he does."""
+LEAST_DETERMINANT = 1e-6
+"""Of the correlation of a place's axes: rounding leaves less, at grazing lines of sight."""
 LEAST_LOG = -30.0
 """A log-weight below the largest by more than this is taken for this."""
 LEAST = float(np.exp(LEAST_LOG))
@@ -71,7 +73,7 @@ class ViewSamples(NamedTuple):
         ``log`` are the likelihoods and the densities of the prediction.
         """
         xx, xy, yy = place[..., 0, 0], place[..., 0, 1], place[..., 1, 1]
-        scale = xx * yy - xy**2
+        scale = np.maximum(xx * yy - xy**2, LEAST_DETERMINANT * xx * yy)
         information = np.empty((*scale.shape, 5))
         information[..., 0], information[..., 2] = yy / scale, xx / scale
         information[..., 1] = -xy / scale

@@ -187,8 +187,7 @@ class ViewFilters:
         """Return columns of the rows of (k, n, 6) particles at (k, n, 2) places, m."""
         track_id = np.repeat(ids, state.shape[1])
         state, place = state.reshape(-1, 6), place.reshape(-1, 2)
-        foot = (FOOT_PX + FOOT_SHARE * state[:, 2]) ** 2
-        covariance = self.mapping.ground_covariance(place, foot[:, None, None] * np.eye(2))
+        covariance = self.mapping.ground_covariance(place, foot_covariance(state[:, 2]))
         height = state[:, 2] * PERSON_M / self.mapping.height_px(place, PERSON_M)
         return {
             'position': np.column_stack([place, np.zeros(len(place))]),
@@ -219,6 +218,11 @@ def _log_prior(state: Floats, source: Floats, seconds: float) -> Floats:
         np.concatenate([density, rate], axis=-1),
     )
     return np.asarray(log - size.sum(axis=-1))
+
+
+def foot_covariance(height: Floats) -> Floats:
+    """Return the (n, 2, 2) covariances, px², of feet of people of (n,) heights, px."""
+    return np.asarray((FOOT_PX + FOOT_SHARE * height[:, None, None]) ** 2 * np.eye(2))
 
 
 def boxes_of(state: Floats) -> Floats:

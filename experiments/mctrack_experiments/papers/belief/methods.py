@@ -94,23 +94,6 @@ class Alone:
         return found | {'central': central(estimates), 'best_view': best_view(estimates)}
 
 
-class Played(NamedTuple):
-    """
-    What all methods said of a scene.
-
-    Attributes
-    ----------
-    tracks : dict of str to (steps, t, 2) array
-        Places by method, m; NaN: none. The views' names: Condensation there.
-    entropy : (steps, cameras, t) array
-        Of the messages to the ground; NaN: of a silent view.
-
-    """
-
-    tracks: dict[str, Floats]
-    entropy: Floats
-
-
 class Methods:
     """
     All methods on one scene, step by step.
@@ -126,8 +109,10 @@ class Methods:
         Belief propagation.
     alone : Alone
         The baselines.
-    played : Played
-        What they said up to now.
+    tracks : dict of str to (steps, t, 2) array
+        Places by method, m, up to now; NaN: none. The views' names: Condensation there.
+    entropy : (steps, cameras, t) array
+        Of the messages to the ground; NaN: of a silent view.
 
     """
 
@@ -141,14 +126,13 @@ class Methods:
         self.alone = Alone(first, self.belief.ground.belief())
         self._learn()
         names = ('belief', *first, 'central', 'best_view')
-        self.played = Played(
-            {name: np.full(scene.truth.shape, np.nan) for name in names},
-            np.full((steps, len(first), count), np.nan),
-        )
+        names = ('belief', *first, 'central', 'best_view')
+        self.tracks = {name: np.full(scene.truth.shape, np.nan) for name in names}
+        self.entropy = np.full((steps, len(first), count), np.nan)
 
     def _learn(self) -> None:
         """Show all methods the targets' colours in the first images that show them whole."""
-        scene, wanted = self._scene, {}
+        scene, wanted = self._scene, dict[tuple[int, int], list[int]]()
         for camera, target in np.ndindex(scene.visible.shape[1:]):
             step = int(np.argmax(scene.visible[:, camera, target] >= WHOLE))
             wanted.setdefault((camera, step), []).append(target)
@@ -162,20 +146,22 @@ class Methods:
 
     def steps(self) -> Iterator[tuple[int, Instant]]:
         """Yield each step and its images after all methods have processed them."""
-        scenario, before = self._scene.world.scenario, None
-        for step, (cameras, images, _) in enumerate(self._scene.frames()):
+        scenario = self._scene.world.scenario
+        before: Mapping[str, ProjectiveMapping] = {}
+        for step, (cameras, images) in enumerate(self._scene.frames()):
             mappings = {name: mapping_of(camera) for name, camera in cameras.items()}
             motions = {
-                name: _motion((before or mappings)[name], mappings[name]) for name in mappings
+                name: _motion(before.get(name, mapping), mapping)
+                for name, mapping in mappings.items()
             }
             now = Instant(scenario.stamp_ns(step), images, mappings, motions)
             self._give_lost(step)
             for target, place in self.belief.step(now).items():
-                self.played.tracks['belief'][step, target - 1] = place
+                self.tracks['belief'][step, target - 1] = place
             for target, entropy in self.belief.entropy.items():
-                self.played.entropy[step, :, target - 1] = entropy
+                self.entropy[step, :, target - 1] = entropy
             for name, places in self.alone.step(now).items():
-                self.played.tracks[name][step] = places
+                self.tracks[name][step] = places
             before = mappings
             yield step, now
 
@@ -188,7 +174,7 @@ class Methods:
                 continue
             target, place = occlusion.target, self._truth[step - 1, occlusion.target]
             for name in ('belief', *self.alone.filters):
-                gap = np.linalg.norm(self.played.tracks[name][step - 1, target] - place)
+                gap = np.linalg.norm(self.tracks[name][step - 1, target] - place)
                 if gap <= LOST_M:
                     continue
                 if name == 'belief':

@@ -77,7 +77,9 @@ def _occlusions(
     seen = in_view.all(axis=1) & world.active[:, players]
     hidden = (visible < HIDDEN_BELOW) & in_view
     for player in range(len(players)):
-        edges = np.flatnonzero(np.diff(hidden[:, :, player].any(axis=1), prepend=False, append=False))
+        edges = np.flatnonzero(
+            np.diff(hidden[:, :, player].any(axis=1), prepend=False, append=False)
+        )
         for first, last in edges.reshape(-1, 2).tolist():
             begin, end = first - around, last + around
             if begin < 0 or end > len(seen) or not seen[begin:end, player].all():

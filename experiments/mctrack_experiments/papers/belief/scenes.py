@@ -18,7 +18,6 @@ from mctrack_ros.simulation import (
     Renderer,
     Scenario,
     Sight,
-    View,
     Walk,
     World,
     staged,
@@ -128,15 +127,12 @@ class OcclusionScene:
         run = min(runs, key=lambda each: np.abs(each - middle).min())
         return int(run[0]), int(run[-1]) + 1
 
-    def frames(
-        self,
-    ) -> Iterator[tuple[Mapping[str, Camera], Mapping[str, Image], dict[str, View]]]:
-        """Yield true cameras, images and true views by camera, step by step."""
+    def frames(self) -> Iterator[tuple[Mapping[str, Camera], Mapping[str, Image]]]:
+        """Yield true cameras and images by name, step by step."""
         for step in range(self.world.scenario.steps):
             cameras = {camera.name: camera for camera in self.world.views(step)}
-            shown = [renderer.frame(step) for renderer in self.renderers]
-            images = {name: image for name, (image, _) in zip(cameras, shown)}
-            yield cameras, images, {name: view for name, (_, view) in zip(cameras, shown)}
+            shown = [renderer.frame(step)[0] for renderer in self.renderers]
+            yield cameras, dict(zip(cameras, shown))
 
 
 def visible_shares(world: World, persons: Sequence[int] | NDArray[np.int64]) -> Floats:
