@@ -18,11 +18,15 @@ from mctrack_ros.compiled import (
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 Floats = NDArray[np.float64]
+Bytes = NDArray[np.uint8]
 
 HUES, GREYS = 12, 12
 """Bins of hue and of brightness."""
 HALF = TEMPLATE_SIZE // 2
-"""Bins of the upper half of a body, which come first, and of the lower."""
+"""Bins of the upper half of a body, which come first, and of the lower. Where they meet a pixel
+counts in both."""
+WAIST = 0.3
+"""Share of the height over which the upper half fades into the lower one, linearly."""
 NO_BALANCE = np.ones(3)
 """Colours are counted as they are."""
 MEAN_LEVEL = 128.0
@@ -134,9 +138,9 @@ def _distances(
 
 
 @inner
-def colour_bins(balance: Floats, blue: float, green: float, red: float) -> tuple[int, int, float]:
+def colour_place(balance: Floats, blue: float, green: float, red: float) -> tuple[float, ...]:
     """
-    Return a colour's bins of hue and of brightness, and the weight of the former.
+    Return a colour's hue and brightness, in bins, and how far it is a colour.
 
     Parameters
     ----------
@@ -149,18 +153,59 @@ def colour_bins(balance: Floats, blue: float, green: float, red: float) -> tuple
     blue, green, red = balance[0] * blue, balance[1] * green, balance[2] * red
     value = max(blue, green, red)
     spread = value - min(blue, green, red)
-    luma = 0.114 * blue + 0.587 * green + 0.299 * red
-    grey = HUES + min(int(luma * GREYS / 256.0), GREYS - 1)
+    level = (0.114 * blue + 0.587 * green + 0.299 * red) * GREYS / 256.0
     if spread == 0.0:
-        return 0, grey, 0.0
+        return 0.0, level, 0.0
     if value == red:
         sixth = (green - blue) / spread
     elif value == green:
         sixth = 2.0 + (blue - red) / spread
     else:
         sixth = 4.0 + (red - green) / spread
-    hue = int(np.floor(sixth * (HUES / 6.0))) % HUES
-    return hue, grey, spread / value
+    return sixth * (HUES / 6.0), level, spread / value
+
+
+@inner
+def colour_bins(balance: Floats, blue: float, green: float, red: float) -> tuple[int, int, float]:
+    """Return the bins of hue and brightness that a colour is in, and the weight of the former."""
+    hue, level, weight = colour_place(balance, blue, green, red)
+    return int(np.floor(hue)) % HUES, HUES + min(int(level), GREYS - 1), weight
+
+
+@inner
+def colour_shares(
+    balance: Floats, blue: float, green: float, red: float
+) -> tuple[tuple[int, int, int, int], tuple[float, float, float, float]]:
+    """
+    Return the bins that a colour lies between, two of hue and two of brightness, and their shares.
+
+    Between the middles of two bins it counts in both, by linear interpolation (Dalal and Triggs
+    2005): a small change of colour is a small change of the template.
+    """
+    hue, level, weight = colour_place(balance, blue, green, red)
+    first, level = int(np.floor(hue)), min(max(level - 0.5, 0.0), GREYS - 1.0)
+    darker = min(int(level), GREYS - 2)
+    later, lighter, rest = hue - first, level - darker, 1.0 - weight
+    bins = first % HUES, (first + 1) % HUES, HUES + darker, HUES + darker + 1
+    shares = (
+        (1.0 - later) * weight, later * weight, (1.0 - lighter) * rest, lighter * rest
+    )  # fmt: skip
+    return bins, shares
+
+
+@inner
+def upper_share(place: float) -> float:
+    """Return the share of the upper half at a place from the head, 0, to the foot, 1."""
+    return min(max(0.5 + (0.5 - place) / WAIST, 0.0), 1.0)
+
+
+@inner
+def add_colour(template: Floats, upper: float, balance: Floats, pixel: Bytes) -> None:
+    """Count a pixel (3,) in a template (48,): by the share `upper` in its first half."""
+    bins, shares = colour_shares(balance, float(pixel[0]), float(pixel[1]), float(pixel[2]))
+    for bin, share in zip(bins, shares):
+        template[bin] += upper * share
+        template[HALF + bin] += (1.0 - upper) * share
 
 
 @compiled(types.f8[:, ::1](BYTES_3D, BYTES_2D, INTS_2D, FLOATS_1D))
@@ -173,16 +218,11 @@ def _count(
         left, top, width, height = box[index]
         template, count = templates[index], 0
         for row in range(max(top, 0), min(top + height, mask.shape[0])):
-            half = 0 if 2 * (row - top) < height else HALF
+            upper = upper_share((row - top + 0.5) / height)
             for column in range(max(left, 0), min(left + width, mask.shape[1])):
                 if not mask[row, column]:
                     continue
                 count += 1
-                pixel = image[row, column]
-                hue, grey, weight = colour_bins(
-                    balance, float(pixel[0]), float(pixel[1]), float(pixel[2])
-                )
-                template[half + hue] += weight
-                template[half + grey] += 1.0 - weight
+                add_colour(template, upper, balance, image[row, column])
         template /= max(count, 1)
     return templates

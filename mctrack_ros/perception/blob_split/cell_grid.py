@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import inner
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.perception.geometry.person_size import TALLEST, metre_at
-from mctrack_ros.tracking.appearance import HALF, colour_bins, is_empty
+from mctrack_ros.tracking.appearance import HALF, add_colour, colour_shares, is_empty, upper_share
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -143,13 +143,14 @@ def values_of(
         for column in range(columns):
             y, x = canvas.above + row, side + column
             colour = canvas.colour[row, column]
-            hue, grey, weight = colour_bins(balance, colour[0], colour[1], colour[2])
+            bins, shares = colour_shares(balance, colour[0], colour[1], colour[2])
             total = 0.0
             for index in range(count):
                 member = known[index]
                 own = template[member]  # of either half: it is not known yet where he stands
-                likelihood[index] = RARE + weight * (own[hue] + own[HALF + hue])
-                likelihood[index] += (1.0 - weight) * (own[grey] + own[HALF + grey])
+                likelihood[index] = RARE
+                for bin, share in zip(bins, shares):
+                    likelihood[index] += share * (own[bin] + own[HALF + bin])
                 total += likelihood[index]
             usual = total / count
             for index in range(count):
@@ -299,14 +300,9 @@ def templates_of(
         for x in range(left, right, COUNTED_PX):
             index = owner[line, canvas.width // 2 + (x - left) * columns // (right - left)]
             if index >= 0 and mask[y, x]:
-                pixel = image[y, x]
-                hue, grey, weight = colour_bins(
-                    balance, float(pixel[0]), float(pixel[1]), float(pixel[2])
-                )
                 head, foot = tops[index, row[index]], canvas.above + row[index] + 1
-                half = 0 if 2 * line < head + foot else HALF
-                templates[index, half + hue] += weight
-                templates[index, half + grey] += 1.0 - weight
+                upper = upper_share((line + 0.5 - head) / (foot - head))
+                add_colour(templates[index], upper, balance, image[y, x])
                 count[index] += 1.0
     for index in order:
         for bin in range(TEMPLATE_SIZE):
