@@ -144,7 +144,7 @@ def propagate(
         if weights == 'evidence':
             sent = _evidence(kernel, outlier * flat, log, view.hidden)
         else:
-            sent = (kernel @ normalised(log).astype(np.float32)[..., None])[..., 0]
+            sent = np.asarray(kernel @ normalised(log).astype(np.float32)[..., None])[..., 0]
         message[view.target] = _log(sent) - own[view.target]
     total = inward.sum(axis=0) + own
     outward, beliefs = [], []

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mctrack_experiments.papers.belief.methods import Methods, mapping_of
 from mctrack_experiments.papers.belief.protocol import AFTER_S, GATE_M
 from mctrack_experiments.papers.belief.scenes import Kind, Occlusion, OcclusionScene
+from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import Belief
 from mctrack_ros.perception.belief.view import boxes_of, foot_covariance
 from mctrack_ros.simulation.pitch import field
@@ -24,7 +25,9 @@ ZOOM, HALF_PX = 6, 32
 SHOWN = 40
 """Particles drawn in a cut."""
 SIGMAS = 2.0
-TOP_PX_PER_M = 8
+TOP_PX_PER_M = 12
+MARGIN_PX, JOINED_PX = 45, 900
+"""Figures 4 and 7 show so much about the targets; views are so wide."""
 YELLOW, WHITE, RED = (0, 230, 255), (255, 255, 255), (40, 40, 230)
 COLOURS: tuple[Colour, ...] = (
     (0, 230, 255), (255, 255, 0), (255, 0, 255), (255, 255, 255), (0, 140, 255)
@@ -104,7 +107,7 @@ def _spreads(scene: OcclusionScene) -> Image:
             _ellipse(shown[other], feet[other][row], carried[row], WHITE)
             scaled = spread[row] * TOP_PX_PER_M**2
             _ellipse(top, _on_top(places[row]), scaled, (YELLOW, COLOURS[4])[index])
-    return _beside([*shown, top])
+    return _beside([*shown, top], mappings, places)
 
 
 def _cuts(
@@ -154,7 +157,7 @@ def _trajectories(scene: OcclusionScene, methods: Methods) -> Image:
         for image, mapping in zip(shown, mappings):
             _line(image, mapping.image_from_ground(path), colour)
         _line(top, _on_top(path), colour)
-    return _beside([*shown, top])
+    return _beside([*shown, top], mappings, scene.truth.reshape(-1, 2))
 
 
 def _pitch() -> Image:
@@ -171,14 +174,21 @@ def _on_top(place: Floats) -> Floats:
     )
 
 
-def _beside(images: list[Image]) -> Image:
-    """Join images of the first one's height."""
-    height = images[0].shape[0]
-    scaled = [
-        cv2.resize(each, (round(each.shape[1] * height / each.shape[0]), height))
-        for each in images
-    ]
-    return np.asarray(np.hstack(scaled), np.uint8)
+def _beside(images: list[Image], mappings: list[ProjectiveMapping], places: Floats) -> Image:
+    """Join what views and the ground, the last image, show about some places, (n, 2) m."""
+    pixels = [*(mapping.image_from_ground(places) for mapping in mappings), _on_top(places)]
+    cuts = []
+    for image, pixel in zip(images, pixels):
+        low = np.maximum(pixel.min(axis=0) - MARGIN_PX, 0).astype(int)
+        high = (pixel.max(axis=0) + MARGIN_PX).astype(int)
+        cuts.append(image[low[1] : high[1], low[0] : high[0]])
+    views = np.vstack([_scaled(cut, JOINED_PX / cut.shape[1]) for cut in cuts[:-1]])
+    return np.asarray(np.hstack([views, _scaled(cuts[-1], len(views) / len(cuts[-1]))]), np.uint8)
+
+
+def _scaled(image: Image, scale: float) -> Image:
+    size = (round(image.shape[1] * scale), round(image.shape[0] * scale))
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_CUBIC), np.uint8)
 
 
 def _ellipse(image: Image, centre: Floats, covariance: Floats, colour: Colour) -> None:

@@ -35,7 +35,7 @@ HIDDEN_BELOW = 0.5
 SWEEP = 0.25
 """Of PTZ cameras, so that all targets stay in both views."""
 _JITTER_S = 0.6
-_MARGIN_M, _APART_M = 5.0, 5.5
+_MARGIN_M, _APART_M, _TRIES = 5.0, 5.5, 50
 _STROLL_M, _STROLL_S = 1.6, 9.0
 _FRONT_M, _BESIDE_M = 0.6, 0.15
 _AWAY_M = 4.0
@@ -202,15 +202,17 @@ def _stations(scenario: Scenario, rng: np.random.Generator) -> tuple[Floats, Flo
     steps = range(0, scenario.steps, round(scenario.rate_hz))
     views = {id(view): view for camera in cameras for view in map(camera.at, steps)}
     seen = np.all([view.sees(corners).all(axis=0) for view in views.values()], axis=0)
-    free = rng.permutation(grid[seen])
     chosen: list[Floats] = []
-    for place in free:
-        if all(np.linalg.norm(place - other) > 2 * _APART_M for other in chosen):
-            chosen.append(place)
-        if len(chosen) == TARGETS:
+    for _ in range(_TRIES):
+        chosen = []
+        for place in rng.permutation(grid[seen]):
+            if all(np.linalg.norm(place - other) > 2 * _APART_M for other in chosen):
+                chosen.append(place)
+        if len(chosen) >= TARGETS:
             break
     if len(chosen) < TARGETS:
         raise ValueError(f'{len(chosen)} places are in all views, expected {TARGETS}')
+    chosen = chosen[:TARGETS]
     return np.array(chosen), np.array([camera.at(0).position[:2] for camera in cameras])
 
 
