@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BYTES_3D, FLOATS_1D, FLOATS_2D, FLOATS_3D, compiled
+from mctrack_ros.compiled import BYTES_3D, FLOATS_1D, FLOATS_2D, FLOATS_3D, INTS_2D, compiled
 from mctrack_ros.tracking.appearance import HALF, NO_BALANCE, colour_bins
 
 Image = NDArray[np.uint8]
@@ -16,8 +16,41 @@ PERSON_ROWS = 32
 """Of an image every so many pixels count that a person has about so many rows."""
 AROUND = 1.0
 """Surroundings reach so many heights of the mean box to either side; above and below, half."""
+LEAST_ODDS = 0.05
+"""Of a pixel of the reference: one whose colours are all around is not found anywhere."""
 RARE, RARE_AROUND = 0.002, 0.01
 """Shares that any colour has at least: of a target, and around, where others may come in."""
+
+
+def box_templates(image: Image, box: Floats) -> Floats:
+    """
+    Return the histograms, (n, 48), of both halves of (n, 4) boxes, px; each sums to 1, or is 0.
+
+    A colour counts in the bin it is in, and a row in its half: as `log_odds` looks them up.
+    """
+    rounded = np.round(np.asarray(box, np.float64)).astype(np.int64).reshape(-1, 4)
+    found: Floats = _box_templates(np.ascontiguousarray(image), rounded, NO_BALANCE)
+    return found
+
+
+@compiled(types.f8[:, ::1](BYTES_3D, INTS_2D, FLOATS_1D))
+def _box_templates(image: Image, box: NDArray[np.int64], balance: Floats) -> Floats:
+    templates = np.zeros((len(box), 2 * HALF))
+    for index in range(len(box)):
+        left, top, width, height = box[index]
+        template, count = templates[index], 0
+        for row in range(max(top, 0), min(top + height, image.shape[0])):
+            half = 0 if 2 * (row - top) < height else HALF
+            for column in range(max(left, 0), min(left + width, image.shape[1])):
+                pixel = image[row, column]
+                hue, grey, weight = colour_bins(
+                    balance, float(pixel[0]), float(pixel[1]), float(pixel[2])
+                )
+                template[half + hue] += weight
+                template[half + grey] += 1.0 - weight
+                count += 1
+        template /= max(count, 1)
+    return templates
 
 
 def log_odds(image: Image, box: Floats, reference: Floats) -> Floats:
@@ -35,7 +68,7 @@ def log_odds(image: Image, box: Floats, reference: Floats) -> Floats:
     box : (k, n, 4) array
         Left, top, width, height, px, of n boxes that lie about together, k times.
     reference : (k, 48) array
-        Appearance templates.
+        Histograms by `box_templates`.
 
     Returns
     -------
@@ -95,7 +128,7 @@ def _log_odds(image: Image, box: Floats, reference: Floats, balance: Floats) -> 
                 rival = around[bin] / (tall * wide)
                 odds[part, bin] = np.log((share + RARE) / (rival + RARE_AROUND))
                 whole += share * odds[part, bin] / 2
-        whole = max(whole * mean[2] * mean[3] / step**2, 1e-9)
+        whole = max(whole, LEAST_ODDS) * mean[2] * mean[3] / step**2
         sums = np.zeros((2, tall + 1, wide + 1))
         for part in range(2):
             for row in range(tall):

@@ -12,8 +12,7 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Belief
 from mctrack_ros.interfaces.belief import HIDDEN
 from mctrack_ros.perception.belief.config import BeliefCameraConfig
-from mctrack_ros.perception.belief.observation import log_odds
-from mctrack_ros.tracking.appearance import colour_templates
+from mctrack_ros.perception.belief.observation import box_templates, log_odds
 from mctrack_ros.tracking.particles import log_mixture, moved, stream, whitened
 
 Image = NDArray[np.uint8]
@@ -64,8 +63,7 @@ class ViewFilters:
 
     def learn(self, image: Image, track_id: list[int], box: Floats) -> None:
         """Take the colours of targets from (n, 4) boxes, px, of a (h, w, 3) image."""
-        whole = np.full(image.shape[:2], 255, np.uint8)
-        found = colour_templates(image, whole, np.round(box).astype(np.int64).reshape(-1, 4))
+        found = box_templates(image, box)
         for target, reference in zip(track_id, found):
             if reference.any():
                 self._reference[int(target)] = reference
