@@ -58,7 +58,8 @@ TARGETS = (
                    None, f'of best view: `{prefix}lead.best_view.low`'),
         )
     ),
-    Target('belief', 'default.kept', 'the joint tracker on the same images, static cameras'),
+    Target('belief', 'default.kept', 'the joint tracker on the same images, static cameras',
+           None, None, 'belief propagation ahead of it by `lead.default`'),
     Target('belief', 'entropy.lead.low',
            'entropy of messages from the occluded view over that from the clear one, lower end',
            0.0, None, '`entropy.occluded` and `entropy.clear`; at most log 200 = 5.298'),
