@@ -44,6 +44,31 @@ TARGETS = (
     Target('moving_camera', 'lines.p95_m', 'the same, 95 % of all places in all images, m', None,
            0.5, 'features alone: `features.p95_m`'),
     Target('moving_camera', 'lines.lost_images', 'the same, images in which it was lost', None, 0),
+    *(
+        target
+        for prefix, words in (
+            ('', 'static cameras'),
+            ('ptz.', 'cameras that pan, tilt and zoom'),
+            ('real.', 'real motion'),
+        )
+        for target in (
+            Target('belief', f'{prefix}belief.kept',
+                   f'belief propagation, occlusions in one view kept, {words}', 0.95, None,
+                   f'centralised fusion `{prefix}central.kept`, best view '
+                   f'`{prefix}best_view.kept`, Condensation `{prefix}condensation.kept`'),
+            Target('belief', f'{prefix}lead.central.low',
+                   'the same, ahead of centralised fusion, lower end of the 95 % interval', 0.0,
+                   None, f'of best view: `{prefix}lead.best_view.low`'),
+        )
+    ),
+    Target('belief', 'default.kept', 'the joint tracker on the same images, static cameras',
+           None, None, 'belief propagation ahead of it by `lead.default`'),
+    Target('belief', 'entropy.lead.low',
+           'entropy of messages from the occluded view over that from the clear one, lower end',
+           0.0, None, '`entropy.occluded` and `entropy.clear`; at most log 200 = 5.298'),
+    Target('belief', 'belief.crossings.kept',
+           "terrace, two videos, first half, crossings that belief propagation keeps", None, None,
+           'default tracker `default.crossings.kept`, of `crossings`'),
     Target('grid', 'indoor.both.median_m', 'indoor scene, masks and edges, median error, m', None,
            0.10, 'the paper: mostly below 0.10 to 0.15; edges alone: `indoor.edges.median_m`'),
     Target('grid', 'indoor.both.lost_identities', 'the same, lost identities a target', None, 1,
@@ -274,6 +299,9 @@ TARGETS = (
            least=150),
     Target('bench_camera', 'silhouettes.fps', 'silhouettes tracker, images a second', 400,
            None, 'OpenCV MOG2 and components in the same run: `peer.mog2_components.fps`'),
+    Target('bench_belief', 'no_images.frames_per_second',
+           'belief propagation, 10 targets, 2 views, 200 particles, no images, a second', 100),
+    Target('bench_belief', 'images.frames_per_second', 'the same with images', 60),
     Target('bench_occupancy', 'square.p99_ms', 'occupancy, 40 x 40 m, 8 cameras, 20 people, '
            '99 of 100 ticks, ms', most=100, anchor='mean: `square.mean_ms`'),
     Target('bench_occupancy', 'square.gate_half_metre.mota', 'the same, MOTA at 0.5 m', None, None,

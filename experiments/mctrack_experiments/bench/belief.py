@@ -37,7 +37,10 @@ def bench_belief(frames: int = 200, seed: int = 1) -> Figures:
 
     """
     values: dict[str, float] = {}
-    for name, colour_weight in {'no_images': 0.0, 'images': 20.0}.items():
+    for name, colour_weight in {
+        'no_images': 0.0,
+        'images': BeliefCameraConfig().colour_weight,
+    }.items():
         rate, error = _run(frames, seed, colour_weight)
         values[f'{name}.frames_per_second'] = rate
     values['images.error_m'] = error

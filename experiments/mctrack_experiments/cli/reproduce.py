@@ -82,7 +82,10 @@ _COUNTED = (
     *(Experiment.SILHOUETTES, Experiment.CLASSES, Experiment.GREY_CARPARK, Experiment.BELIEF),
 )
 """Those that tell how many scenes of how many are done; the others tell lines."""
-DRAWN = (Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20, Experiment.MOVING_CAMERA)
+DRAWN = (
+    *(Experiment.TABLE3, Experiment.FIG18, Experiment.FIG20),
+    *(Experiment.MOVING_CAMERA, Experiment.BELIEF),
+)
 
 
 def reproduce(
@@ -100,8 +103,8 @@ def reproduce(
     image: Path | None = typer.Option(
         None,
         callback=image_file,
-        help='table3, fig18, fig20, moving_camera: also draw them, as .png, .svg or .pdf; the '
-        'last as .png.',
+        help='table3, fig18, fig20, moving_camera, belief: also draw them, as .png, .svg or .pdf; '
+        'the last two as .png.',
     ),
     repeat: int = typer.Option(
         1, min=1, help='terrace4: so many runs that differ as in the field; figures are medians.'
@@ -114,8 +117,8 @@ def reproduce(
     Measure on real data, matches, car parks, staged scenarios, mappings or the watchdog.
 
     Real data is needed by pets, terrace, terrace4, street, foreground, lab6p, cmc, wildtrack,
-    defaults, cameras, intel, watchdog, covering and grid, the fusion benchmark by biased; others
-    are simulated. docs/results.md has what each one gave. The k-th run of an experiment on
+    defaults, cameras, intel, watchdog, covering, grid and belief, the fusion benchmark by biased;
+    others are simulated. docs/results.md has what each one gave. The k-th run of an experiment on
     simulated scenes has the seeds 1000 k + 1, 1000 k + 2 ...; mean and spread of all its runs
     are printed.
     """
@@ -227,7 +230,7 @@ def _on_seeds(
     module = import_module(f'mctrack_experiments.{_SIMULATED[experiment]}')
     run = getattr(module, f'reproduce_{experiment}')
     places = []
-    if experiment is Experiment.COVERING:
+    if experiment in (Experiment.COVERING, Experiment.BELIEF):
         places = [data_folder(data)]
     if experiment is Experiment.BIASED:
         from mctrack_experiments.bench.fusion import toolkit_folder

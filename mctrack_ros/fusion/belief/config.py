@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from mctrack_ros.config import parameter, tag
 from mctrack_ros.fusion.config import FusionConfig
 
-WEIGHTS = ('corrected', 'printed')
+WEIGHTS = ('evidence', 'corrected', 'printed')
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,9 @@ class BeliefConfig(FusionConfig):
         maximum=20,
     )
     weights: str = parameter(
-        'corrected',
-        'Weights of Algorithm 1: corrected, or as printed, which count the prior twice',
+        'evidence',
+        "Weights of Algorithm 1: messages of a view's image alone; corrected, which hold its "
+        'prediction, too; or as printed, which count the prior twice',
         choices=WEIGHTS,
     )
     outlier_share: float = parameter(

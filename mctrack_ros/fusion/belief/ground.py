@@ -210,7 +210,9 @@ class GroundBelief:
         while not rounds or (len(rounds) < config.iterations and _are_few(rounds[-1])):
             state = _predicted(before, seconds, rng)
             prior = _log_prior(state, before, seconds) if is_printed else None
-            rounds.append(propagate(state[..., :4], samples, config.outlier_share, prior))
+            rounds.append(
+                propagate(state[..., :4], samples, config.outlier_share, config.weights, prior)
+            )
         self.last = rounds[-1]
         weights = [sum(each) / len(rounds) for each in zip(*[one.views for one in rounds])]
         drawn = systematic_rows(self.last.ground, rng.random(len(ids)))

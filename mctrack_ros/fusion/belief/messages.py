@@ -17,6 +17,10 @@ Singles = NDArray[np.float32]
 
 OUTLIER_VARIANCE = (4.0, 4.0, 0.09, 0.04)
 """Of the outlier term about the mean of the ground particles: x, y, height, width, m²."""
+LIKELIEST = 2.0
+"""Larger log-likelihoods count as this: two alike who overlap look more like him than he does."""
+LEAST_DETERMINANT = 1e-6
+"""Of the correlation of a place's axes: rounding leaves less, at grazing lines of sight."""
 LEAST_LOG = -30.0
 """A log-weight below the largest by more than this is taken for this."""
 LEAST = float(np.exp(LEAST_LOG))
@@ -41,7 +45,7 @@ class ViewSamples(NamedTuple):
     log_prior : (k, m) array
         Log-density of the prediction.
     hidden : float
-        Log-likelihood of any image in which the target is hidden: part of each likelihood.
+        Log-likelihood of an image in which the target is hidden.
 
     """
 
@@ -69,19 +73,13 @@ class ViewSamples(NamedTuple):
         ``log`` are the likelihoods and the densities of the prediction.
         """
         xx, xy, yy = place[..., 0, 0], place[..., 0, 1], place[..., 1, 1]
-        scale = xx * yy - xy**2
+        scale = np.maximum(xx * yy - xy**2, LEAST_DETERMINANT * xx * yy)
         information = np.empty((*scale.shape, 5))
         information[..., 0], information[..., 2] = yy / scale, xx / scale
         information[..., 1] = -xy / scale
         information[..., 3:] = 1 / np.asarray(size)
         log_scale = -np.log(scale * size[0] * size[1]) / 2
         return cls(target, state, information, log_scale, *log, hidden)
-
-    def visible(self) -> tuple[Floats, Floats]:
-        """Return the shares of the particles, (k, m), that show the target; (k, 1): hidden."""
-        whole = normalised(self.log_likelihood)
-        visible = whole * -np.expm1(np.minimum(self.hidden - self.log_likelihood, 0.0))
-        return visible, 1 - visible.sum(axis=1, keepdims=True)
 
 
 class Round(NamedTuple):
@@ -111,14 +109,14 @@ def propagate(
     ground: Floats,
     views: list[ViewSamples],
     outlier: float,
-    printed_prior: Floats | None = None,
+    weights: str = 'evidence',
+    prior: Floats | None = None,
 ) -> Round:
     """
     Run one round of Algorithm 1 on samples of the motion model.
 
     The graph is a tree, and samples of a view are fixed within a tick: with them and these ground
-    samples, one round is exact. As far as the target is hidden in a view, its message is the
-    outlier term: what the view expected is no news to the ground, which expects the same.
+    samples, one round is exact.
 
     Parameters
     ----------
@@ -128,32 +126,49 @@ def propagate(
         Of the cameras.
     outlier : float
         Share of the outlier term, lambda.
-    printed_prior : (t, n) array, optional
-        Log-density of the prediction of the ground particles. If given, weights are the printed
-        ones, which count the prior twice: they multiply by the density that particles are drawn
-        from, and divide the messages by it.
+    weights : str
+        `WEIGHTS` of fusion. Corrected: a view's message holds its prediction, as its samples are
+        drawn from it. Evidence: it is divided by their density, and so holds its image alone; by
+        the outlier term it is that of a hidden target. Printed: weights multiply by the density
+        that particles are drawn from, and divide the messages by it.
+    prior : (t, n) array, optional
+        Log-density of the prediction of the ground particles, for the printed weights.
 
     """
-    as_printed = printed_prior is not None
-    prior = np.zeros(ground.shape[:2]) if printed_prior is None else printed_prior
-    inward, kernels = np.zeros((len(views), *prior.shape)), []
+    own = np.zeros(ground.shape[:2]) if prior is None else prior
+    inward, kernels = np.zeros((len(views), *own.shape)), []
     for message, view in zip(inward, views):
         kernel, flat = potential(ground[view.target], view, outlier)
         kernels.append(kernel)
-        if as_printed:
-            shown, hidden = normalised(view.log_likelihood + view.log_prior), np.zeros((1, 1))
+        log = view.log_likelihood + (view.log_prior if weights == 'printed' else 0.0)
+        if weights == 'evidence':
+            sent = _evidence(kernel, outlier * flat, log, view.hidden)
         else:
-            shown, hidden = view.visible()
-        sent = (kernel @ shown.astype(np.float32)[..., None])[..., 0]
-        message[view.target] = _log(sent + hidden * flat) - prior[view.target]
-    total = inward.sum(axis=0) + prior
+            sent = np.asarray(kernel @ normalised(log).astype(np.float32)[..., None])[..., 0]
+        message[view.target] = _log(sent) - own[view.target]
+    total = inward.sum(axis=0) + own
     outward, beliefs = [], []
     for message, view, kernel in zip(inward, views, kernels):
-        own_prior = view.log_prior if as_printed else np.zeros(view.log_prior.shape)
+        view_prior = view.log_prior if weights == 'printed' else np.zeros(view.log_prior.shape)
         others = normalised((total - message)[view.target]).astype(np.float32)
-        outward.append(_log((others[:, None] @ kernel)[:, 0]) - own_prior)
-        beliefs.append(normalised(view.log_likelihood + outward[-1] + own_prior))
+        outward.append(_log((others[:, None] @ kernel)[:, 0]) - view_prior)
+        beliefs.append(normalised(view.log_likelihood + outward[-1] + view_prior))
     return Round(normalised(total), beliefs, inward, outward)
+
+
+def _evidence(kernel: Singles, added: Floats, log: Floats, hidden: float) -> Floats:
+    """
+    Return the mean likelihoods, (k, n), about ground particles, by kernels (k, n, m).
+
+    The part (k, n) that was added to each kernel, the outlier term, counts as hidden.
+    """
+    log = np.minimum(log, LIKELIEST)
+    largest = np.maximum(log.max(axis=1, keepdims=True), hidden)
+    likelihood = np.exp(log - largest)
+    columns = np.stack([likelihood, np.ones(log.shape)], axis=-1).astype(np.float32)
+    seen, density = np.moveaxis(kernel @ columns, -1, 0)
+    hidden_share = log.shape[1] * np.exp(hidden - largest) - likelihood.sum(axis=1, keepdims=True)
+    return np.asarray((seen + added * hidden_share) / density)
 
 
 def potential(ground: Floats, view: ViewSamples, outlier: float) -> tuple[Singles, Floats]:

@@ -16,8 +16,8 @@ class BeliefCameraConfig(CameraConfig):
 
     local_tracker: str = tag('belief')
     colour_weight: float = parameter(
-        20.0,
-        'lambda of the colour likelihood exp(-lambda D^2), D the Bhattacharyya distance; 0: '
+        12.0,
+        'log-likelihood of a box that looks like the target, over that of the background; 0: '
         'images are not looked at',
         minimum=0.0,
         maximum=1000.0,

@@ -12,7 +12,7 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Belief
 from mctrack_ros.interfaces.belief import HIDDEN
 from mctrack_ros.perception.belief.config import BeliefCameraConfig
-from mctrack_ros.perception.belief.observation import root_templates
+from mctrack_ros.perception.belief.observation import box_templates, log_odds
 from mctrack_ros.tracking.particles import log_mixture, moved, stream, whitened
 
 Image = NDArray[np.uint8]
@@ -63,7 +63,7 @@ class ViewFilters:
 
     def learn(self, image: Image, track_id: list[int], box: Floats) -> None:
         """Take the colours of targets from (n, 4) boxes, px, of a (h, w, 3) image."""
-        found = root_templates(image, np.asarray(box, np.float64).reshape(-1, 1, 4))[:, 0]
+        found = box_templates(image, box)
         for target, reference in zip(track_id, found):
             if reference.any():
                 self._reference[int(target)] = reference
@@ -177,17 +177,15 @@ class ViewFilters:
         found = np.full(state.shape[:2], HIDDEN)
         if any(known):
             reference = np.stack([self._reference[key] for key in ids if key in self._reference])
-            roots = root_templates(image, boxes_of(state[known]))
-            distance = 1 - np.einsum('kni,ki->kn', roots, reference)
-            found[known] = np.logaddexp(-weight * distance, HIDDEN)
+            share = log_odds(image, boxes_of(state[known]), reference)
+            found[known] = np.logaddexp(weight * (share - 1.0), HIDDEN)
         return found
 
     def _rows(self, ids: list[int], state: Floats, place: Floats) -> dict[str, ArrayLike]:
         """Return columns of the rows of (k, n, 6) particles at (k, n, 2) places, m."""
         track_id = np.repeat(ids, state.shape[1])
         state, place = state.reshape(-1, 6), place.reshape(-1, 2)
-        foot = (FOOT_PX + FOOT_SHARE * state[:, 2]) ** 2
-        covariance = self.mapping.ground_covariance(place, foot[:, None, None] * np.eye(2))
+        covariance = self.mapping.ground_covariance(place, foot_covariance(state[:, 2]))
         height = state[:, 2] * PERSON_M / self.mapping.height_px(place, PERSON_M)
         return {
             'position': np.column_stack([place, np.zeros(len(place))]),
@@ -218,6 +216,11 @@ def _log_prior(state: Floats, source: Floats, seconds: float) -> Floats:
         np.concatenate([density, rate], axis=-1),
     )
     return np.asarray(log - size.sum(axis=-1))
+
+
+def foot_covariance(height: Floats) -> Floats:
+    """Return the (n, 2, 2) covariances, px², of feet of people of (n,) heights, px."""
+    return np.asarray((FOOT_PX + FOOT_SHARE * height[:, None, None]) ** 2 * np.eye(2))
 
 
 def boxes_of(state: Floats) -> Floats:

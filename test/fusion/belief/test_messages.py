@@ -34,24 +34,26 @@ def moments(state, weight):
 
 
 @pytest.mark.parametrize(
-    ('as_printed', 'mean', 'variance'),
+    ('weights', 'mean', 'variance'),
     [
         # All standard normal: messages of mean z / (1 + r), variance s + 1 / (1 + 1 / r).
-        (False, 0.658, 0.2105),
+        ('corrected', 0.658, 0.2105),
         # The view's prior counts twice, z / (1 + 2 r) and s + 1 / (2 + 1 / r); with two views the
         # ground's not at all.
-        (True, 0.625, 0.225),
+        ('printed', 0.625, 0.225),
+        # The view's samples about x weigh alike: likelihood of x / (1 + s), r + s / (1 + s).
+        ('evidence', 1.0135, 0.3243),
     ],
 )
 def test_two_gaussian_views_are_exact_and_as_printed_too_near_to_the_prior(
-    as_printed, mean, variance
+    weights, mean, variance
 ):
     """Variances r = .5 of measurements 1 and 1.5, s = .2 of the potential."""
     rng = np.random.default_rng(1)
     ground = on_ground(rng, 40)
     views = [view(rng, 1.0, 0.5, 40), view(rng, 1.5, 0.5, 40)]
-    prior = PRIOR * ground[..., 0] ** 2 if as_printed else None
-    found = moments(ground, propagate(ground, views, 1e-9, prior).ground)
+    prior = PRIOR * ground[..., 0] ** 2 if weights == 'printed' else None
+    found = moments(ground, propagate(ground, views, 1e-9, weights, prior).ground)
     assert found[0].mean() == pytest.approx(mean, abs=0.008)
     assert found[1].mean() == pytest.approx(variance, abs=0.004)
 
@@ -64,7 +66,7 @@ def test_printed_weights_are_the_printed_formula():
         for one in (view(rng, 1.0, 0.5), view(rng, 0.5, 0.3))
     ]
     prior = rng.normal(size=(1, 30))
-    found = propagate(ground, views, 0.05, prior)
+    found = propagate(ground, views, 0.05, 'printed', prior)
     kernels = [potential(ground, each, 0.05)[0][0].astype(float) for each in views]
     likelihood, own = (
         [np.exp(getattr(each, name)[0]) for each in views]

@@ -1,6 +1,7 @@
 """The camera of belief propagation: what it says, and when nothing."""
 
 import numpy as np
+import pytest
 
 from drawn_hall import SIZE, image, projection
 from mctrack_ros.fusion.belief.config import BeliefConfig
@@ -9,10 +10,10 @@ from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import Belief, Detections
 from mctrack_ros.perception.background.model import BackgroundConfig
 from mctrack_ros.perception.belief.config import BeliefCameraConfig
-from mctrack_ros.perception.belief.observation import root_templates
+from mctrack_ros.perception.belief.observation import log_odds
 from mctrack_ros.perception.belief.pipeline import BeliefCamera
 from mctrack_ros.perception.belief.view import ViewFilters
-from mctrack_ros.tracking.appearance import bhattacharyya_distance, colour_templates
+from mctrack_ros.tracking.appearance import colour_templates
 
 PERIOD_NS = 40_000_000
 MAPPING = ProjectiveMapping(projection((13.0, 1.0, 7.0)), SIZE)
@@ -59,20 +60,46 @@ def test_a_target_out_of_view_is_not_told_of():
     assert not len(ViewFilters(MAPPING, 'east').step(DARK, PERIOD_NS, ground.belief()))
 
 
-def test_templates_of_whole_boxes_are_those_of_the_detections():
-    picture = np.random.default_rng(2).integers(0, 256, (60, 80, 3), np.uint8)
-    box = np.array([[10, 8, 12, 30], [40, 20, 9, 28], [12, 6, 12, 30]])
-    expected = colour_templates(picture, np.full((60, 80), 255, np.uint8), box)
-    found = root_templates(picture, box[None].astype(float))[0] ** 2
-    assert np.diag(bhattacharyya_distance(found, expected)).max() < 0.2
+def on_grass(left=40, colour=(200, 40, 40)):
+    """Return a person of one colour on noisy grass, 10 x 30 px, foot at row 50."""
+    picture = np.random.default_rng(2).integers(60, 80, (70, 120, 3)).astype(np.uint8)
+    picture[..., 1] += 60
+    picture[20:50, left : left + 10] = colour
+    return picture
 
 
-def test_what_lies_outside_the_image_has_nothing_in_common():
-    picture = np.random.default_rng(2).integers(0, 256, (60, 80, 3), np.uint8)
-    box = np.array([[[-10, 8, 20, 30], [100, 8, 20, 30], [10, 50, 10, 20]]], float)
-    np.testing.assert_allclose(
-        (root_templates(picture, box)[0] ** 2).sum(axis=1), [0.5, 0, 0.5], atol=1e-5
+def learned(picture, left=40):
+    box = np.array([[left - 1, 19, 12, 32]])
+    return colour_templates(picture, np.full(picture.shape[:2], 255, np.uint8), box)
+
+
+def odds(picture, *boxes):
+    """Return the odds of boxes that are drawn with as many about the person, whose mean is his."""
+    return log_odds(picture, np.array([boxes], float), learned(on_grass()))[0]
+
+
+def test_odds_are_one_where_a_target_is_and_about_none_where_a_stranger_is():
+    own = (39.0, 19.0, 12.0, 32.0)
+    there, beside, grass = odds(
+        on_grass(), own, (44.0, 19.0, 12.0, 32.0), (60.0, 19.0, 12.0, 32.0)
     )
+    assert there == pytest.approx(1.0, abs=0.25)
+    assert beside < 0.7 * there
+    assert grass < 0.0
+    (stranger,) = odds(on_grass(colour=(40, 40, 200)), own)
+    assert stranger < 0.2
+
+
+def test_a_box_that_is_too_large_or_too_small_has_worse_odds():
+    boxes = [(45 - w / 2, 51 - h, w, h) for w, h in ((12, 32), (7, 20), (22, 32), (12, 50))]
+    found = odds(on_grass(), *boxes)
+    assert found.argmax() == 0
+
+
+def test_what_lies_outside_the_image_counts_nothing():
+    whole, half = odds(on_grass(0), (0.0, 20.0, 10.0, 30.0), (-5.0, 20.0, 10.0, 30.0))
+    assert half == pytest.approx(whole / 2, rel=0.1)
+    assert not odds(on_grass(), (300.0, 20.0, 10.0, 30.0)).any()
 
 
 def test_a_target_s_own_image_is_the_likeliest():

@@ -1,18 +1,23 @@
-"""Belief propagation beside the paper's baselines and the default tracker, on scripted matches."""
+"""Belief propagation beside the paper's baselines and the default tracker."""
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_experiments.bench.workers import Progress, run_spread, silent
-from mctrack_experiments.papers.belief.condensation import Condensation, best_view, central
+from mctrack_experiments.datasets.kloppy_motion import has_kloppy
+from mctrack_experiments.papers.belief.crossings import crossing_figures
+from mctrack_experiments.papers.belief.drawing import draw_figures
+from mctrack_experiments.papers.belief.methods import GIVEN_S, LOST_M, Methods
+from mctrack_experiments.papers.belief.natural import AROUND_S, SECONDS, TURNS, natural
 from mctrack_experiments.papers.belief.protocol import (
     AFTER_S,
     GATE_M,
@@ -21,29 +26,22 @@ from mctrack_experiments.papers.belief.protocol import (
     compared,
     interval,
     kept,
+    with_interval,
 )
 from mctrack_experiments.papers.belief.scenes import Kind, OcclusionScene, scripted
 from mctrack_ros.evaluation.figures import Figures
-from mctrack_ros.fusion.belief.config import BeliefConfig
-from mctrack_ros.fusion.belief.ground import GroundBelief
-from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import Tracks
-from mctrack_ros.perception.belief.config import BeliefCameraConfig
-from mctrack_ros.perception.belief.view import ViewFilters
 from mctrack_ros.recording import BagReader
 from mctrack_ros.replay.track import track_bag
 from mctrack_ros.resources import config_file
-from mctrack_ros.simulation import Camera
 from mctrack_ros.simulation.recording import simulate
 from mctrack_ros.site.site import load_site
-from mctrack_ros.tracking.particles import normalised
 
 Floats = NDArray[np.float64]
 
-START_M = 0.1
-"""Standard deviation of where targets are started by hand, m."""
 BEFORE_S = 0.4
 """So long before an occlusion it is asked which track of the default tracker is the target's."""
+DEFAULT_LEAD_S = 2.0
 
 
 class Outcome(NamedTuple):
@@ -63,94 +61,70 @@ class Outcome(NamedTuple):
     entropy: Floats
 
 
-def reproduce_belief(seeds: Sequence[int], progress: Progress = silent) -> Figures:
+Job = tuple[str, int]
+"""Static, ptz or real, and the seed; of real motion the turn."""
+
+
+def reproduce_belief(
+    data: Path, seeds: Sequence[int], progress: Progress = silent, image: Path | None = None
+) -> Figures:
     """
-    Compare the trackers on scripted matches before static cameras, and before PTZ cameras.
+    Compare the trackers on scripted matches, with real motion and on the terrace.
 
     Parameters
     ----------
+    data : Path
+        Folder of the real data, with the terrace.
     seeds : sequence of int
-        One match each.
+        One match each, before static cameras and before PTZ cameras.
     progress : callable
         Told how many are done, of how many.
+    image : Path, optional
+        Where to draw the paper's Figures 4 to 7 of the first seed: the stem gets their numbers.
 
     """
-    static = run_spread(_static, list(seeds), progress)
-    panned = run_spread(_panned, list(seeds), progress)
-    figures = _figures(static) | {f'ptz.{key}': each for key, each in _figures(panned).items()}
-    protocol = {
-        'scene': 'scripted match of 30 s at 25 Hz: five targets, each hidden four times, before '
-        'two cameras; static, and turning and zooming with true calibrations (ptz)',
-        'seeds': ', '.join(map(str, seeds)),
-        'kept': f'within {GATE_M:g} m of the target {AFTER_S:g} s after the occlusion; means over '
-        'occlusions in one view, 95 % intervals by bootstrap over seeds',
-        'started': 'by the true places at the first image, as the paper does by hand',
-        'condensation': 'each view alone, mean of both; central: their estimates weighed by '
-        'covariance; best_view: of the view whose image is likelier. Particles, motion and '
-        'likelihood are those of belief propagation',
-        'default': 'joint tracker by background subtraction on the same images, started by '
-        f'itself; kept: the track that is at the target {BEFORE_S:g} s before the occlusion is so '
-        'after it',
+    jobs = [(kind, seed) for kind in ('static', 'ptz') for seed in seeds]
+    if has_kloppy():
+        jobs += [('real', turn) for turn in range(len(TURNS))]
+    outcomes = run_spread(outcome_of, jobs, progress)
+    by_kind = {
+        kind: [each for job, each in zip(jobs, outcomes) if job[0] == kind]
+        for kind in ('static', 'ptz', 'real')
     }
-    return Figures('belief', 'mctrack reproduce belief', protocol, figures)
+    figures = _figures(by_kind['static'])
+    figures |= {f'ptz.{key}': each for key, each in _figures(by_kind['ptz']).items()}
+    if by_kind['real']:
+        figures |= {f'real.{key}': each for key, each in _pooled(by_kind['real']).items()}
+    figures |= crossing_figures(data)
+    if image is not None:
+        for number, drawn in draw_figures(scripted(seeds[0])).items():
+            cv2.imwrite(str(image.with_stem(f'{image.stem}_{number}')), drawn)
+    return Figures('belief', 'mctrack reproduce belief', _protocol(seeds), figures)
 
 
-def _static(seed: int) -> Outcome:
-    scene = scripted(seed)
-    outcome = outcome_of(scene)
-    outcome.survived['default'] = kept_by_default(scene)
+def outcome_of(job: Job) -> Outcome:
+    """Run all methods over one match."""
+    kind, seed = job
+    if kind == 'real':
+        return played(natural(TURNS[seed]))
+    scene = scripted(seed, moving=kind == 'ptz')
+    outcome = played(scene)
+    if kind == 'static':
+        outcome.survived['default'] = kept_by_default(scene)
     return outcome
 
 
-def _panned(seed: int) -> Outcome:
-    return outcome_of(scripted(seed, moving=True))
-
-
-def outcome_of(scene: OcclusionScene) -> Outcome:
+def played(scene: OcclusionScene) -> Outcome:
     """Run belief propagation and the baselines over a match, on the same images."""
-    config, view = BeliefConfig(), BeliefCameraConfig()
-    scenario, truth = scene.world.scenario, scene.truth
-    ground = GroundBelief(config)
-    ground.stamp_ns = scenario.stamp_ns(0) - round(scenario.period_s * 1e9)
-    targets = truth.shape[1]
-    for target in range(targets):
-        ground.start(target + 1, truth[0, target], START_M**2 * np.eye(2))
-    first = {camera.name: mapping_of(camera) for camera in scene.world.views(0)}
-    views = {name: ViewFilters(mapping, name, view) for name, mapping in first.items()}
-    alone = {
-        name: Condensation(mapping, name, view, ground.belief()) for name, mapping in first.items()
-    }
-    names = ['belief', 'central', 'best_view', *alone]
-    tracks = {name: np.full(truth.shape, np.nan) for name in names}
-    entropy = np.full((len(truth), len(first), targets), np.nan)
-    before = first
-    for step, (cameras, images, _) in enumerate(scene.frames()):
-        stamp_ns = scenario.stamp_ns(step)
-        now = {name: mapping_of(camera) for name, camera in cameras.items()}
-        feedback, said, estimates = ground.belief(), {}, []
-        for name, filters in views.items():
-            motion = _motion(before[name], now[name])
-            filters.mapping = now[name]
-            said[name] = filters.step(images[name], stamp_ns, feedback, motion)
-            estimates.append(alone[name].step(images[name], stamp_ns, now[name], motion))
-            tracks[name][step] = estimates[-1].mean
-        ground.step(said, stamp_ns)
-        for track_id, found in ground.targets.items():
-            tracks['belief'][step, track_id - 1] = found.state[:, :2].mean(axis=0)
-        tracks['central'][step], tracks['best_view'][step] = (
-            central(estimates),
-            best_view(estimates),
-        )
-        if ground.last is not None and ground.last.to_ground.shape[:2] == entropy.shape[1:]:
-            weight = normalised(ground.last.to_ground)
-            entropy[step] = -(weight * np.log(np.maximum(weight, 1e-300))).sum(axis=2)
-        before = now
-    survived = {name: kept(scene, each) for name, each in tracks.items()}
-    both = [survived.pop(name) for name in alone]
+    methods = Methods(scene)
+    for _ in methods.steps():
+        pass
+    survived = {name: kept(scene, each) for name, each in methods.tracks.items()}
+    both = [survived.pop(name) for name in methods.alone.filters]
     survived['condensation'] = {
         kind: np.concatenate([each[kind] for each in both]) for kind in Kind
     }
-    return Outcome(survived, _entropies(scene, entropy))
+    return Outcome(survived, _entropies(scene, methods.entropy))
 
 
 def kept_by_default(scene: OcclusionScene) -> Kept:
@@ -181,11 +155,6 @@ def kept_by_default(scene: OcclusionScene) -> Kept:
     return {kind: np.array(values) for kind, values in found.items()}
 
 
-def mapping_of(camera: Camera) -> ProjectiveMapping:
-    """Return the true calibration of a camera."""
-    return ProjectiveMapping(camera.matrix, camera.size)
-
-
 def _ids_near(tracks: Tracks | None, place: Floats) -> list[int]:
     """Return the ids within the gate of a place, nearest first."""
     if tracks is None:
@@ -193,12 +162,6 @@ def _ids_near(tracks: Tracks | None, place: Floats) -> list[int]:
     gap = np.linalg.norm(tracks.position[:, :2] - place, axis=1)
     order = np.argsort(gap)
     return list(tracks.track_id[order[gap[order] <= GATE_M]].tolist())
-
-
-def _motion(before: ProjectiveMapping, now: ProjectiveMapping) -> Floats | None:
-    """Return the homography between two images of a camera; None: it stood still."""
-    old, new = (each.image_from_ground_homography for each in (before, now))
-    return None if np.array_equal(old, new) else np.asarray(new @ np.linalg.inv(old))
 
 
 def _entropies(scene: OcclusionScene, entropy: Floats) -> Floats:
@@ -222,3 +185,44 @@ def _figures(outcomes: Sequence[Outcome]) -> dict[str, float]:
     figures['entropy.occluded'], figures['entropy.clear'] = hidden.mean(), clear.mean()
     figures['entropy.lead'], figures['entropy.lead.low'], _ = interval(hidden - clear)
     return figures
+
+
+def _pooled(outcomes: Sequence[Outcome]) -> dict[str, float]:
+    """Return the figures of occlusions that happened by themselves, all together."""
+    figures: dict[str, float] = {}
+    one = {
+        name: np.concatenate([each.survived[name][Kind.ONE_VIEW] for each in outcomes])
+        for name in outcomes[0].survived
+    }
+    figures['occlusions'] = float(len(one['belief']))
+    for name, values in one.items():
+        figures |= with_interval(f'{name}.kept', values.astype(np.float64))
+        if name in ('central', 'best_view'):
+            lead = one['belief'].astype(np.float64) - values
+            figures |= with_interval(f'lead.{name}', lead)
+    hidden, clear = np.concatenate([each.entropy for each in outcomes]).mean(axis=0)
+    return figures | {'entropy.occluded': float(hidden), 'entropy.clear': float(clear)}
+
+
+def _protocol(seeds: Sequence[int]) -> Mapping[str, object]:
+    return {
+        'scene': 'scripted match of 30 s at 25 Hz: five targets, each hidden four times, before '
+        'two cameras; static, and turning and zooming with true calibrations (ptz)',
+        'seeds': ', '.join(map(str, seeds)),
+        'kept': f'within {GATE_M:g} m of the target {AFTER_S:g} s after the occlusion; means over '
+        'occlusions in one view, 95 % intervals by bootstrap over seeds (real: over occlusions)',
+        'started': 'by the true places at the first image, as the paper does by hand; whom a '
+        f'filter has lost by more than {LOST_M:g} m is given it anew {GIVEN_S:g} s before each of '
+        'his occlusions; colours are learned from the first image that shows a target whole',
+        'condensation': 'each view alone, mean of both; central: their estimates weighed by '
+        'covariance; best_view: of the view whose image is likelier. Particles, motion and '
+        'likelihood are those of belief propagation',
+        'default': 'joint tracker by background subtraction on the same images, started by '
+        f'itself; kept: the track that is at the target {BEFORE_S:g} s before the occlusion is so '
+        'after it',
+        'real': f"{SECONDS:g} s of Hawk-Eye's sample in kloppy, as it is and mirrored, drive the "
+        'players before the two static cameras; all occlusions in one view of at least 3 images '
+        f'of players whom both see {AROUND_S:g} s before and after',
+        'crossings': 'terrace, two videos, first half: two annotated people pass within 1 m of '
+        'each other on the ground; kept: both have the same track before, and 1 s after',
+    }

@@ -54,18 +54,20 @@ class Condensation:
     start : Belief
         Particles of the targets on the ground.
 
+    Attributes
+    ----------
+    belief : Belief
+        The particles after the last image, as fusion would send them.
+
     """
 
     def __init__(
         self, mapping: GroundMapping, name: str, config: BeliefCameraConfig, start: Belief
     ) -> None:
-        self._filters, self._name, self._seed = (
-            ViewFilters(mapping, name, config),
-            name,
-            config.seed,
-        )
+        self._filters = ViewFilters(mapping, name, config)
+        self._name, self._seed = name, config.seed
         self._ids = list(start.by_target(0))
-        self._belief = start
+        self.belief = start
 
     def step(
         self, image: Image, stamp_ns: int, mapping: GroundMapping, motion: Floats | None = None
@@ -86,7 +88,7 @@ class Condensation:
 
         """
         self._filters.mapping = mapping
-        rows = self._filters.step(image, stamp_ns, self._belief, motion)
+        rows = self._filters.step(image, stamp_ns, self.belief, motion)
         own = rows.by_target(self._filters.view)
         rng = stream(self._seed, f'condensation {self._name}', stamp_ns)
         count = len(self._ids)
@@ -110,17 +112,27 @@ class Condensation:
         self._keep(rows, kept)
         return Estimate(mean, covariance, log_likelihood)
 
+    def learn(self, image: Image, track_id: list[int], box: Floats) -> None:
+        """Take the colours of targets from (n, 4) boxes, px, of a (h, w, 3) image."""
+        self._filters.learn(image, track_id, box)
+
+    def give(self, start: Belief) -> None:
+        """Start targets anew by particles on the ground."""
+        stamp_ns = self.belief.stamp_ns
+        others = self.belief.select(~np.isin(self.belief.track_id, start.track_id))
+        self.belief = Belief.joined(stamp_ns, [others, start.at(stamp_ns)])
+
     def _keep(self, rows: Belief, kept: list[NDArray[np.int64]]) -> None:
         """Go on from some rows; a target that the view does not show stays where it was."""
         if not kept:
-            self._belief = self._belief.at(rows.stamp_ns)
+            self.belief = self.belief.at(rows.stamp_ns)
             return
         own = rows.select(np.concatenate(kept))
-        old = self._belief.select(
-            (self._belief.view == 0) & ~np.isin(self._belief.track_id, own.track_id)
+        old = self.belief.select(
+            (self.belief.view == 0) & ~np.isin(self.belief.track_id, own.track_id)
         )
         ground = own.replace(view=np.zeros(len(own), np.uint32))
-        self._belief = Belief.joined(rows.stamp_ns, [old.at(rows.stamp_ns), ground, own])
+        self.belief = Belief.joined(rows.stamp_ns, [old.at(rows.stamp_ns), ground, own])
 
 
 def central(estimates: list[Estimate]) -> Floats:

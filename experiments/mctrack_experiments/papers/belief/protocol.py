@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 from mctrack_experiments.papers.belief.scenes import Kind, OcclusionScene
 
 Floats = NDArray[np.float64]
-
-Tracker = Callable[[OcclusionScene], Floats]
-"""Given a scene, the position of each target at each step, (steps, targets, 2) m; NaN: none."""
 
 Kept = Mapping[Kind, NDArray[np.bool_]]
 """By kind of occlusion, which were survived."""
@@ -82,15 +79,16 @@ def compared(runs: Mapping[str, Sequence[Kept]], proposed: str) -> dict[str, flo
     figures: dict[str, float] = {}
     for name, each in runs.items():
         values = share(each, ONE_VIEW)
-        figures |= _with_interval(f'{name}.kept', values)
+        figures |= with_interval(f'{name}.kept', values)
         for kind in Kind:
             figures[f'{name}.{kind}.kept'] = float(share(each, [kind]).mean())
         if name != proposed:
             lead = share(runs[proposed], ONE_VIEW) - values
-            figures |= _with_interval(f'lead.{name}', lead)
+            figures |= with_interval(f'lead.{name}', lead)
     return figures
 
 
-def _with_interval(name: str, values: Floats) -> dict[str, float]:
+def with_interval(name: str, values: Floats) -> dict[str, float]:
+    """Return the mean of values and its interval, by name."""
     mean, low, high = interval(values)
     return {name: mean, f'{name}.low': low, f'{name}.high': high}

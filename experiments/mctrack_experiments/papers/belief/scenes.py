@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -15,15 +15,15 @@ from mctrack_ros.simulation import (
     PTZ,
     Camera,
     PtzScenario,
+    Renderer,
     Scenario,
     Sight,
-    View,
     Walk,
     World,
     staged,
 )
 from mctrack_ros.simulation.pitch import field
-from mctrack_ros.simulation.world import feet_in_view, pitch_cameras
+from mctrack_ros.simulation.world import pitch_cameras
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -35,7 +35,7 @@ HIDDEN_BELOW = 0.5
 SWEEP = 0.25
 """Of PTZ cameras, so that all targets stay in both views."""
 _JITTER_S = 0.6
-_MARGIN_M, _APART_M = 5.0, 5.5
+_MARGIN_M, _APART_M, _TRIES = 5.0, 5.5, 50
 _STROLL_M, _STROLL_S = 1.6, 9.0
 _FRONT_M, _BESIDE_M = 0.6, 0.15
 _AWAY_M = 4.0
@@ -81,7 +81,7 @@ class Occlusion:
 @dataclass(frozen=True, eq=False)
 class OcclusionScene:
     """
-    A scripted match.
+    A match with occlusions.
 
     Attributes
     ----------
@@ -106,15 +106,13 @@ class OcclusionScene:
     @cached_property
     def visible(self) -> Floats:
         """Return the share of each target that is visible, (steps, cameras, targets)."""
-        cameras, steps = len(self.world.cameras), self.world.scenario.steps
-        shares = np.zeros((steps, cameras, len(self.persons)))
-        for camera in range(cameras):
-            sight = Sight(self.world, camera)
-            for step in range(steps):
-                view = sight.view(step)
-                rows, targets = np.nonzero(view.person[:, None] == np.array(self.persons))
-                shares[step, camera, targets] = view.visible[rows]
-        return shares
+        return visible_shares(self.world, self.persons)
+
+    @cached_property
+    def renderers(self) -> list[Renderer]:
+        """What draws the images of each camera."""
+        scene = PTZ if isinstance(self.world.scenario, PtzScenario) else PITCH5
+        return [scene.renderer(self.world, index) for index in range(len(self.world.cameras))]
 
     def hidden(self, occlusion: Occlusion) -> tuple[int, int]:
         """Return the first step that an occlusion hides its target, and that after the last."""
@@ -129,17 +127,24 @@ class OcclusionScene:
         run = min(runs, key=lambda each: np.abs(each - middle).min())
         return int(run[0]), int(run[-1]) + 1
 
-    def frames(
-        self,
-    ) -> Iterator[tuple[Mapping[str, Camera], Mapping[str, Image], dict[str, View]]]:
-        """Yield true cameras, images and true views by camera, step by step."""
-        scene = PTZ if isinstance(self.world.scenario, PtzScenario) else PITCH5
-        renderers = [scene.renderer(self.world, index) for index in range(len(self.world.cameras))]
+    def frames(self) -> Iterator[tuple[Mapping[str, Camera], Mapping[str, Image]]]:
+        """Yield true cameras and images by name, step by step."""
         for step in range(self.world.scenario.steps):
             cameras = {camera.name: camera for camera in self.world.views(step)}
-            shown = [renderer.frame(step) for renderer in renderers]
-            images = {name: image for name, (image, _) in zip(cameras, shown)}
-            yield cameras, images, {name: view for name, (_, view) in zip(cameras, shown)}
+            shown = [renderer.frame(step)[0] for renderer in self.renderers]
+            yield cameras, dict(zip(cameras, shown))
+
+
+def visible_shares(world: World, persons: Sequence[int] | NDArray[np.int64]) -> Floats:
+    """Return the share of each of some persons that is visible, (steps, cameras, persons)."""
+    shares = np.zeros((world.scenario.steps, len(world.cameras), len(persons)))
+    for camera in range(len(world.cameras)):
+        sight = Sight(world, camera)
+        for step in range(len(shares)):
+            view = sight.view(step)
+            rows, columns = np.nonzero(view.person[:, None] == np.asarray(persons))
+            shares[step, camera, columns] = view.visible[rows]
+    return shares
 
 
 def scripted(seed: int, moving: bool = False, rate_hz: float = 25.0) -> OcclusionScene:
@@ -193,17 +198,21 @@ def _stations(scenario: Scenario, rng: np.random.Generator) -> tuple[Floats, Flo
     x, y = np.arange(2, field.LENGTH_M, 1.0), np.arange(2, field.WIDTH_M, 1.0)
     grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     around = grid[None] + _MARGIN_M * np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)])[:, None]
-    places = np.repeat(around.reshape(1, -1, 2), scenario.steps, axis=0)
-    seen = feet_in_view(places, cameras).all(axis=(0, 1)).reshape(4, -1).all(axis=0)
-    free = rng.permutation(grid[seen])
+    corners = np.concatenate([around, np.zeros((*around.shape[:2], 1))], axis=2)
+    steps = range(0, scenario.steps, round(scenario.rate_hz))
+    views = {id(view): view for camera in cameras for view in map(camera.at, steps)}
+    seen = np.all([view.sees(corners).all(axis=0) for view in views.values()], axis=0)
     chosen: list[Floats] = []
-    for place in free:
-        if all(np.linalg.norm(place - other) > 2 * _APART_M for other in chosen):
-            chosen.append(place)
-        if len(chosen) == TARGETS:
+    for _ in range(_TRIES):
+        chosen = []
+        for place in rng.permutation(grid[seen]):
+            if all(np.linalg.norm(place - other) > 2 * _APART_M for other in chosen):
+                chosen.append(place)
+        if len(chosen) >= TARGETS:
             break
     if len(chosen) < TARGETS:
         raise ValueError(f'{len(chosen)} places are in all views, expected {TARGETS}')
+    chosen = chosen[:TARGETS]
     return np.array(chosen), np.array([camera.at(0).position[:2] for camera in cameras])
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mctrack_experiments.papers.belief.comparison import outcome_of
+from mctrack_experiments.papers.belief.comparison import played
 from mctrack_experiments.papers.belief.condensation import Estimate, best_view, central
 from mctrack_experiments.papers.belief.scenes import Kind, scripted
 
@@ -33,7 +33,7 @@ def test_the_best_view_is_that_of_the_likelier_image():
 
 @pytest.mark.parametrize('moving', [False, True], ids=['static', 'ptz'])
 def test_every_occlusion_is_judged_for_every_method(moving):
-    outcome = outcome_of(scripted(3, moving, rate_hz=5.0))
+    outcome = played(scripted(3, moving, rate_hz=5.0))
     assert set(outcome.survived) == {'belief', 'central', 'best_view', 'condensation'}
     for name, each in outcome.survived.items():
         assert {kind: len(values) for kind, values in each.items()} == {
