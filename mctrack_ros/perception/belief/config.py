@@ -9,16 +9,24 @@ from mctrack_ros.perception.background.model import BackgroundConfig
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
 from mctrack_ros.perception.config import CameraConfig
 
+LIKELIHOODS = ('odds', 'histograms')
+
 
 @dataclass(frozen=True)
 class BeliefCameraConfig(CameraConfig):
     """Parameters of `BeliefCamera`."""
 
     local_tracker: str = tag('belief')
+    likelihood: str = parameter(
+        'odds',
+        "how boxes are compared with targets: odds, their pixels' against the surroundings; "
+        "histograms, by the Bhattacharyya distance, the paper's",
+        choices=LIKELIHOODS,
+    )
     colour_weight: float = parameter(
         12.0,
-        'log-likelihood of a box that looks like the target, over that of the background; 0: '
-        'images are not looked at',
+        'log-likelihood of a box that looks like the target, over that of the background; of '
+        'histograms lambda of exp(-lambda D^2), where 20 is better; 0: images are not looked at',
         minimum=0.0,
         maximum=1000.0,
     )

@@ -12,6 +12,7 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Belief
 from mctrack_ros.interfaces.belief import HIDDEN
 from mctrack_ros.perception.belief.config import BeliefCameraConfig
+from mctrack_ros.perception.belief.histograms import squared_distances
 from mctrack_ros.perception.belief.observation import box_templates, log_odds
 from mctrack_ros.tracking.particles import log_mixture, moved, stream, whitened
 
@@ -177,8 +178,11 @@ class ViewFilters:
         found = np.full(state.shape[:2], HIDDEN)
         if any(known):
             reference = np.stack([self._reference[key] for key in ids if key in self._reference])
-            share = log_odds(image, boxes_of(state[known]), reference)
-            found[known] = np.logaddexp(weight * (share - 1.0), HIDDEN)
+            if self._config.likelihood == 'histograms':
+                less = squared_distances(image, boxes_of(state[known]), reference)
+            else:
+                less = 1.0 - log_odds(image, boxes_of(state[known]), reference)
+            found[known] = np.logaddexp(-weight * less, HIDDEN)
         return found
 
     def _rows(self, ids: list[int], state: Floats, place: Floats) -> dict[str, ArrayLike]:

@@ -9,11 +9,12 @@ from mctrack_ros.fusion.belief.ground import GroundBelief
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import Belief, Detections
 from mctrack_ros.perception.background.model import BackgroundConfig
-from mctrack_ros.perception.belief.config import BeliefCameraConfig
-from mctrack_ros.perception.belief.observation import log_odds
+from mctrack_ros.perception.belief.config import LIKELIHOODS, BeliefCameraConfig
+from mctrack_ros.perception.belief.histograms import root_templates, squared_distances
+from mctrack_ros.perception.belief.observation import box_templates, log_odds
 from mctrack_ros.perception.belief.pipeline import BeliefCamera
 from mctrack_ros.perception.belief.view import ViewFilters
-from mctrack_ros.tracking.appearance import colour_templates
+from mctrack_ros.tracking.appearance import squared_hellinger
 
 PERIOD_NS = 40_000_000
 MAPPING = ProjectiveMapping(projection((13.0, 1.0, 7.0)), SIZE)
@@ -70,7 +71,7 @@ def on_grass(left=40, colour=(200, 40, 40)):
 
 def learned(picture, left=40):
     box = np.array([[left - 1, 19, 12, 32]])
-    return colour_templates(picture, np.full(picture.shape[:2], 255, np.uint8), box)
+    return box_templates(picture, box)
 
 
 def odds(picture, *boxes):
@@ -90,6 +91,23 @@ def test_odds_are_one_where_a_target_is_and_about_none_where_a_stranger_is():
     assert stranger < 0.2
 
 
+def test_integral_histograms_are_those_of_the_boxes():
+    picture = np.random.default_rng(2).integers(0, 256, (60, 80, 3), np.uint8)
+    box = np.array([[10, 8, 12, 30], [40, 20, 9, 28], [12, 6, 12, 30]], float)
+    expected = box_templates(picture, box)
+    np.testing.assert_allclose(root_templates(picture, box[None])[0] ** 2, expected, atol=1e-4)
+    found = squared_distances(picture, box[None], expected[:1])[0]
+    np.testing.assert_allclose(found, squared_hellinger(expected, expected[:1])[:, 0], atol=1e-4)
+
+
+def test_what_lies_outside_the_image_has_nothing_in_common():
+    picture = np.random.default_rng(2).integers(0, 256, (60, 80, 3), np.uint8)
+    box = np.array([[[-10, 8, 20, 30], [100, 8, 20, 30], [10, 50, 10, 20]]], float)
+    np.testing.assert_allclose(
+        (root_templates(picture, box)[0] ** 2).sum(axis=1), [0.5, 0, 0.5], atol=1e-5
+    )
+
+
 def test_a_box_that_is_too_large_or_too_small_has_worse_odds():
     boxes = [(45 - w / 2, 51 - h, w, h) for w, h in ((12, 32), (7, 20), (22, 32), (12, 50))]
     found = odds(on_grass(), *boxes)
@@ -102,9 +120,10 @@ def test_what_lies_outside_the_image_counts_nothing():
     assert not odds(on_grass(), (300.0, 20.0, 10.0, 30.0)).any()
 
 
-def test_a_target_s_own_image_is_the_likeliest():
+@pytest.mark.parametrize('likelihood', LIKELIHOODS)
+def test_a_target_s_own_image_is_the_likeliest(likelihood):
     picture, sent = image(MAPPING, np.zeros((1, 2)), np.random.default_rng(1)), asked(10**9)
-    view = ViewFilters(MAPPING, 'east')
+    view = ViewFilters(MAPPING, 'east', BeliefCameraConfig(likelihood=likelihood))
     view.step(picture, 10**9 + PERIOD_NS, sent)
     told = view.step(picture, 10**9 + 5 * PERIOD_NS, sent)
     foot = MAPPING.image_from_ground(np.zeros((1, 2)))[0]
