@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from mctrack_ros.fusion.belief.config import BeliefConfig
 from mctrack_ros.fusion.belief.ground import GroundBelief, Target
@@ -14,6 +15,7 @@ from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.interfaces import (
+    REPORTED,
     RESTART_NS,
     Belief,
     CameraRows,
@@ -42,7 +44,8 @@ class BeliefTracker:
     Tracks targets by sequential belief propagation between the cameras' particle filters.
 
     The joint tracker runs beside it on the detections. Whom it confirms away from all targets
-    becomes a target; from then on his detections do not count.
+    becomes a target, and ends when it has had no track for him for `keep_time`: particles that
+    slid off a person look at something for ever.
 
     Parameters
     ----------
@@ -111,7 +114,12 @@ class BeliefTracker:
         before |= self.ground.targets
         over += self.ground.end(asked_to_end)
         ended |= {track_id: before[track_id] for track_id in over}
-        started += self._start_confirmed(tick) if self._config.start else []
+        if self._config.start:
+            confirmed, unsupported = self._by_detections(tick)
+            started += confirmed
+            before |= self.ground.targets
+            over += self.ground.end(unsupported)
+            ended |= {track_id: before[track_id] for track_id in unsupported}
         return FusionOutput(
             self._tracks(ended, tick.stamp_ns), self._events(started, ended, tick.stamp_ns)
         )
@@ -122,6 +130,7 @@ class BeliefTracker:
 
     def _begin_anew(self) -> None:
         self.ground = GroundBelief(self._config)
+        self._supported_ns: dict[int, int] = {}
         self._joint = JointTracker(JointConfig(batching=self._config.batching), self._cameras)
 
     def _started(self, place: Floats, covariance: Floats, velocity: Floats | None = None) -> int:
@@ -146,18 +155,40 @@ class BeliefTracker:
                 started.append(self._started(place[row], covariance))
         return started, over
 
-    def _start_confirmed(self, tick: RowsTick[BeliefSighting]) -> list[int]:
-        """Start those whom the joint tracker sees, confirmed, where no target is."""
+    def _by_detections(self, tick: RowsTick[BeliefSighting]) -> tuple[list[int], list[int]]:
+        """
+        Start those whom the joint tracker sees, confirmed, where no target is.
+
+        Return these, and whom of those that were started so it has not had for `keep_time`. Each
+        of its tracks is one target's.
+        """
         messages = [CameraRows(each.camera, each.rows.detections) for each in tick.messages]
         tracks = self._joint.step(RowsTick(tick.stamp_ns, tuple(messages), tick.record)).tracks
+        tracks = tracks.select(np.isin(tracks.status, REPORTED))
+        place, means = tracks.position[:, :2].astype(np.float64), self._means()
+        gap = np.linalg.norm(means[:, None] - place, axis=2)
+        pairs = zip(*linear_sum_assignment(np.minimum(gap, APART_M)))
+        ids = list(self.ground.targets)
+        supported = {ids[row] for row, column in pairs if gap[row, column] < APART_M}
+        self._supported_ns = {
+            key: tick.stamp_ns if key in supported else stamp_ns
+            for key, stamp_ns in self._supported_ns.items()
+            if key in self.ground.targets
+        }
+        patience_ns = round(self._config.keep_time * 1e9)
+        over = [
+            key
+            for key, stamp_ns in self._supported_ns.items()
+            if tick.stamp_ns - stamp_ns > patience_ns
+        ]
         started = []
         for row in np.flatnonzero(tracks.status == TrackStatus.CONFIRMED):
-            place = tracks.position[row, :2].astype(np.float64)
-            if np.hypot(*(self._means() - place).T).min(initial=np.inf) >= APART_M:
+            if np.hypot(*(self._means() - place[row]).T).min(initial=np.inf) >= APART_M:
                 covariance = tracks.covariance[row, :2, :2] + BOX_NOISE_M**2 * np.eye(2)
                 velocity = tracks.velocity[row].astype(np.float64)
-                started.append(self._started(place, covariance.astype(np.float64), velocity))
-        return started
+                started.append(self._started(place[row], covariance.astype(np.float64), velocity))
+        self._supported_ns |= dict.fromkeys(started, tick.stamp_ns)
+        return started, over
 
     def _means(self) -> Floats:
         """Return where the targets are, (t, 2) m."""

@@ -61,16 +61,53 @@ def test_who_is_near_a_target_is_taken_for_that_one_but_two_of_one_message_may_b
     assert found == [[1, 2], [1, 2, 3]]
 
 
-def test_who_is_confirmed_by_detections_away_from_all_targets_starts_one():
-    tracker = BeliefTracker(BeliefConfig(), CAMERAS)
-    seen = rows(
+def somebody_at(x):
+    """Return the detection of a person 2 m up the y axis."""
+    return rows(
         0,
-        position=[[1.0, 2.0, 0.0]],
+        position=[[x, 2.0, 0.0]],
         covariance=0.01 * np.eye(2)[None],
         box=[[10, 10, 20, 60]],
         score=[1.0],
         member_count=[1],
     )
+
+
+def all_seen(tracker, stamp_ns):
+    """Return the particles of all targets as a view that sees them, wherever they are."""
+    sent = tracker.feedback().at(stamp_ns)
+    ground = sent.select(sent.view == 0)
+    count = len(ground)
+    return ground.replace(
+        view=np.full(count, 9, np.uint32),
+        covariance=np.tile(np.float32(0.01) * np.eye(2, dtype=np.float32), (count, 1, 1)),
+        image_state=np.ones((count, 6), np.float32),
+        log_likelihood=np.zeros(count, np.float32),
+    )
+
+
+@pytest.mark.parametrize('is_by_hand', [False, True])
+def test_who_was_started_by_detections_ends_without_them_though_a_view_sees_him(is_by_hand):
+    tracker, last = BeliefTracker(BeliefConfig(keep_time=1.0), CAMERAS), []
+    if is_by_hand:
+        tracker.start(rows(0, position=[[1.0, 2.0, 0.0]]))
+    for index in range(100):
+        detections = somebody_at(1.0) if index < 25 else None
+        whole = tick(index, detections)
+        sighting = BeliefSighting(
+            (detections or rows(index)).at(whole.stamp_ns), all_seen(tracker, whole.stamp_ns)
+        )
+        messages = tuple(CameraRows(camera, sighting) for camera in CAMERAS)
+        output = tracker.step(RowsTick(whole.stamp_ns, messages, whole.record))
+        last.append(output.tracks.status.tolist())
+    assert last[40] == [TrackStatus.CONFIRMED]
+    assert ([TrackStatus.DELETED] in last) != is_by_hand
+    assert bool(last[-1]) == is_by_hand
+
+
+def test_who_is_confirmed_by_detections_away_from_all_targets_starts_one():
+    tracker = BeliefTracker(BeliefConfig(), CAMERAS)
+    seen = somebody_at(1.0)
     tracks = [tracker.step(tick(index, seen)).tracks for index in range(25)]
     assert tracks[-1].track_id.tolist() == [1]
     np.testing.assert_allclose(tracks[-1].position[0, :2], [1, 2], atol=0.3)
