@@ -1,0 +1,226 @@
+"""Rows of tracks read from a database."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import ColumnElement, Connection, Row, Select, select
+
+from mctrack_ros.interfaces import REPORTED
+from mctrack_ros.store import blocks
+from mctrack_ros.store.blocks import Block, Words
+from mctrack_ros.store.schema import CHUNKS, JOURNAL, RESTS, TICKS
+
+SPAN_NS = 2_000_000_000
+"""Of a chunk: longer ones are smaller, and more of each is read in vain."""
+_LAST_SPAN = 2**31 - 1
+_AT_ONCE = 500
+"""Numbers named in one statement; databases have a limit."""
+_PLACES = slice(1, 1 + blocks.PLACES_WIDTH)
+_REST = slice(1 + blocks.PLACES_WIDTH, blocks.WIDTH)
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """
+    What is known of a run.
+
+    Attributes
+    ----------
+    run : int
+        Its number.
+    began_ns : int
+        Stamp of its first tick, ns.
+
+    """
+
+    run: int
+    began_ns: int
+
+    def span(self, stamp_ns: int) -> int:
+        """Return the span of a stamp, ns; one before the first tick is in the first."""
+        return min(max(0, (stamp_ns - self.began_ns) // SPAN_NS), _LAST_SPAN)
+
+    def span_ns(self, span: int) -> int:
+        """Return where a span begins, ns."""
+        return self.began_ns + span * SPAN_NS
+
+
+@dataclass(frozen=True, slots=True)
+class TrackRows:
+    """
+    Rows of tracks.
+
+    Attributes
+    ----------
+    stamp_ns : (n,) int64 array
+        Ascending.
+    track_id : (n,) int64 array
+        As they were called at that time.
+    life : (n,) int64 array
+        Whom they are taken for.
+    words : (n, WIDTH) uint32 array
+        Their columns; zero but for places, unless all were asked for.
+
+    """
+
+    stamp_ns: NDArray[np.int64]
+    track_id: NDArray[np.int64]
+    life: NDArray[np.int64]
+    words: Words
+
+    def __len__(self) -> int:
+        """Return how many they are."""
+        return len(self.stamp_ns)
+
+    def column(self, name: str) -> NDArray[Any]:
+        """Return a column of `Tracks`."""
+        return blocks.column(self.words, name)
+
+    def position(self) -> NDArray[np.float64]:
+        """Return where they are, (n, 2), m."""
+        return self.column('position')[:, :2].astype(np.float64)
+
+    def select(self, index: NDArray[Any]) -> Self:
+        """Return some of them."""
+        return replace(
+            self,
+            stamp_ns=self.stamp_ns[index],
+            track_id=self.track_id[index],
+            life=self.life[index],
+            words=self.words[index],
+        )
+
+    def reported(self) -> Self:
+        """Return those that the tracker stands for and that have a place."""
+        placed = np.isfinite(self.column('position')[:, :2]).all(axis=1)
+        return self.select(placed & np.isin(self.column('status'), REPORTED))
+
+
+def load_rows(
+    connection: Connection,
+    stored: Stored,
+    between_ns: tuple[int, int],
+    *,
+    tracks: Collection[int] | None = None,
+    chunks: Sequence[int] | None = None,
+    whole: bool = False,
+) -> TrackRows:
+    """
+    Return rows of a run, from a stamp until before another, ns.
+
+    Parameters
+    ----------
+    connection : Connection
+        To the database.
+    stored : Stored
+        The run.
+    between_ns : (int, int)
+        From when until before when, ns.
+    tracks : collection of int, optional
+        Only rows of these ids, as they were called at the time.
+    chunks : sequence of int, optional
+        Only rows of these chunks, and those of the journal.
+    whole : bool
+        Whether all columns are read, or places alone.
+
+    """
+    parts = list(_of_chunks(connection, stored, between_ns, tracks, chunks, whole))
+    parts += _of_journal(connection, stored, tracks)
+    stamps = np.concatenate([np.zeros(0, np.int64), *(part[0] for part in parts)])
+    words = np.concatenate([np.zeros((0, blocks.WIDTH), np.uint32), *(part[1] for part in parts)])
+    kept = np.flatnonzero((stamps >= between_ns[0]) & (stamps < between_ns[1]))
+    kept = kept[np.argsort(stamps[kept], kind='stable')]
+    ids = words[kept, blocks.ID].astype(np.int64)
+    return TrackRows(stamps[kept], ids, ids, words[kept])
+
+
+def load_blocks(connection: Connection, stored: Stored) -> Iterator[Block]:
+    """Yield all messages of a run, span by span."""
+    asked = select(TICKS.c.span, TICKS.c.ticks).where(TICKS.c.run_id == stored.run)
+    for span, ticks in connection.execute(asked.order_by(TICKS.c.span)).all():
+        began_ns = stored.span_ns(span)
+        rows = _chunks(connection, stored, CHUNKS.c.span == span, whole=True)
+        words = [_words(row, whole=True) for row in rows]
+        yield Block(began_ns, unpack_ticks(ticks), _joined(words))
+    yield from load_journal(connection, stored)
+
+
+def load_journal(connection: Connection, stored: Stored) -> Iterator[Block]:
+    """Yield what is journaled of the span that is not complete."""
+    asked = select(JOURNAL).where(JOURNAL.c.run_id == stored.run).order_by(JOURNAL.c.number)
+    for row in connection.execute(asked).all():
+        words = blocks.unpack(row.words, blocks.WIDTH)
+        yield Block(stored.span_ns(row.span), unpack_ticks(row.ticks), words)
+
+
+def unpack_ticks(blob: bytes) -> NDArray[np.uint64]:
+    """Return stamps, log times and row counts of messages, (m, 3)."""
+    ticks: NDArray[np.uint64] = blocks.unpack(blob, 3, np.uint64)
+    return ticks
+
+
+def _of_chunks(
+    connection: Connection,
+    stored: Stored,
+    between_ns: tuple[int, int],
+    tracks: Collection[int] | None,
+    chunks: Sequence[int] | None,
+    whole: bool,
+) -> Iterator[tuple[NDArray[np.int64], Words]]:
+    first, last = (stored.span(stamp_ns) for stamp_ns in between_ns)
+    condition = (CHUNKS.c.span >= first) & (CHUNKS.c.span <= last)
+    conditions: list[ColumnElement[bool]] = [condition]
+    if chunks is not None:
+        conditions = [CHUNKS.c.chunk_id.in_(part) for part in _parts(chunks)]
+    elif tracks is not None:
+        conditions = [condition & CHUNKS.c.track_id.in_(part) for part in _parts(tracks)]
+    for each in conditions:
+        for row in _chunks(connection, stored, each, whole):
+            words = _words(row, whole)
+            offset = words[:, blocks.WHERE['offset'].start].astype(np.int64)
+            yield stored.span_ns(row.span) + offset, words
+
+
+def _of_journal(
+    connection: Connection, stored: Stored, tracks: Collection[int] | None
+) -> Iterator[tuple[NDArray[np.int64], Words]]:
+    for block in load_journal(connection, stored):
+        words = block.words
+        if tracks is not None:
+            words = words[np.isin(words[:, blocks.ID], list(tracks))]
+        offset = words[:, blocks.WHERE['offset'].start].astype(np.int64)
+        yield block.began_ns + offset, words
+
+
+def _chunks(
+    connection: Connection, stored: Stored, condition: Any, whole: bool
+) -> Sequence[Row[Any]]:
+    asked: Select[Any] = select(CHUNKS.c.span, CHUNKS.c.track_id, CHUNKS.c.places)
+    if whole:
+        asked = asked.add_columns(RESTS.c.rest).join(RESTS, RESTS.c.chunk_id == CHUNKS.c.chunk_id)
+    return connection.execute(asked.where(CHUNKS.c.run_id == stored.run, condition)).all()
+
+
+def _words(row: Row[Any], whole: bool) -> Words:
+    places = blocks.unpack(row.places, blocks.PLACES_WIDTH)
+    words = np.zeros((len(places), blocks.WIDTH), np.uint32)
+    words[:, blocks.ID] = row.track_id
+    words[:, _PLACES] = places
+    if whole:
+        words[:, _REST] = blocks.unpack(row.rest, blocks.REST_WIDTH)
+    return words
+
+
+def _joined(parts: Sequence[Words]) -> Words:
+    return np.concatenate([np.zeros((0, blocks.WIDTH), np.uint32), *parts])
+
+
+def _parts(numbers: Collection[int]) -> Iterator[list[int]]:
+    listed = list(numbers)
+    for start in range(0, len(listed), _AT_ONCE):
+        yield listed[start : start + _AT_ONCE]
