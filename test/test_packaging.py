@@ -53,7 +53,10 @@ REQUIREMENT_OF_IMPORT = {
 }
 OF_THE_GRAPH = {'ros-jazzy-rclpy', 'ros-jazzy-common-interfaces'}
 BY_NAME = {'tf2_msgs'}
-WITHOUT_KEY = {'av', 'motmetrics', 'nicegui', 'simplejpeg', 'starlette'}
+WITHOUT_KEY = {
+    *('alembic', 'av', 'motmetrics', 'nicegui', 'psycopg', 'pyarrow', 'simplejpeg'),
+    *('sqlalchemy', 'starlette'),
+}
 
 
 @pytest.fixture(scope='module')

@@ -76,10 +76,23 @@ def pack(words: NDArray[Any]) -> bytes:
 
 def unpack(blob: bytes, width: int, kind: type[np.unsignedinteger[Any]] = np.uint32) -> Any:
     """Return the matrix, (n, width), of such numbers, that was packed."""
+    return unpack_all([blob], width, kind)[0]
+
+
+def unpack_all(
+    blobs: Sequence[bytes], width: int, kind: type[np.unsignedinteger[Any]] = np.uint32
+) -> tuple[Any, NDArray[np.intp]]:
+    """Return several matrices as one, (n, width), and how many rows are of each."""
     size = np.dtype(kind).itemsize
-    octets = np.frombuffer(zstd.decompress(blob), np.uint8).reshape(width, size, -1)
-    differences = np.ascontiguousarray(octets.transpose(2, 0, 1)).view(kind)[..., 0]
-    return np.cumsum(differences, axis=0, dtype=kind)
+    parts = [np.frombuffer(zstd.decompress(blob), np.uint8) for blob in blobs]
+    counts = np.array([len(part) for part in parts], np.intp) // (width * size)
+    shaped = [part.reshape(width * size, -1) for part in parts]
+    octets = np.concatenate([np.zeros((width * size, 0), np.uint8), *shaped], axis=1)
+    by_row = np.ascontiguousarray(octets.reshape(width, size, -1).transpose(2, 0, 1))
+    sums = np.zeros((len(by_row) + 1, width), kind)
+    np.cumsum(by_row.view(kind)[..., 0], axis=0, dtype=kind, out=sums[1:])
+    before = sums[np.cumsum(counts) - counts]
+    return sums[1:] - np.repeat(before, counts, axis=0), counts
 
 
 def words_of(rows: Tracks, began_ns: int) -> Words:
@@ -99,22 +112,10 @@ def words_of(rows: Tracks, began_ns: int) -> Words:
     return words
 
 
-def column(words: Words, name: str, start: int = 0) -> NDArray[Any]:
-    """
-    Return a column of the interface from numbers.
-
-    Parameters
-    ----------
-    words : (n, k) uint32 array
-        Rows, or a part of their columns.
-    name : str
-        A column of `Tracks`.
-    start : int
-        Which column of whole rows is the first of the part.
-
-    """
+def column(words: Words, name: str) -> NDArray[Any]:
+    """Return a column of `Tracks` from rows, (n, k), that have it."""
     where, declared = WHERE[name], Tracks.COLUMNS[name]
-    part = np.ascontiguousarray(words[:, where.start - start : where.stop - start])
+    part = np.ascontiguousarray(words[:, where])
     values = part.view(np.float32) if declared.dtype == 'f4' else part.astype(declared.dtype)
     if name != 'covariance':
         return values.reshape(len(words), *declared.shape)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import asdict, dataclass
 
-from sqlalchemy import Connection, TextClause, text
+from sqlalchemy import Connection, text
 
 FAR = 1e12
 """Beyond every place and time, m and s."""
@@ -21,42 +21,39 @@ class Box:
     ----------
     run : int
         The run's number.
-    began, ended : float
-        Since the run's first tick, s.
-    left, right, low, high : float
+    t0, t1 : float
+        From when to when, since the run's first tick, s.
+    x0, x1, y0, y1 : float
         Smallest and largest x and y, m.
 
     """
 
     run: int
-    began: float = -FAR
-    ended: float = FAR
-    left: float = -FAR
-    right: float = FAR
-    low: float = -FAR
-    high: float = FAR
-
-    def values(self) -> dict[str, Any]:
-        """Return the bounds by name."""
-        return {name: getattr(self, name) for name in self.__slots__}
+    t0: float = -FAR
+    t1: float = FAR
+    x0: float = -FAR
+    x1: float = FAR
+    y0: float = -FAR
+    y1: float = FAR
 
 
 class RTree:
     """SQLite's R*Tree, of 32-bit numbers that are rounded outwards."""
 
     CREATE = (
-        'CREATE VIRTUAL TABLE boxes USING rtree(chunk_id, run0, run1, began, ended, '
-        'left0, right0, low0, high0)',
+        'CREATE VIRTUAL TABLE boxes USING rtree(chunk_id, run0, run1, t0, t1, x0, x1, y0, y1)',
     )
     DROP = ('DROP TABLE boxes',)
-    INSERT = text(
-        'INSERT INTO boxes VALUES (:chunk_id, :run, :run, :began, :ended, '
-        ':left, :right, :low, :high)'
-    )
+    INSERT = text('INSERT INTO boxes VALUES (:chunk_id, :run, :run, :t0, :t1, :x0, :x1, :y0, :y1)')
     FIND = text(
-        'SELECT chunk_id FROM boxes WHERE run0 <= :run AND run1 >= :run AND began <= :ended AND '
-        'ended >= :began AND left0 <= :right AND right0 >= :left AND low0 <= :high '
-        'AND high0 >= :low'
+        """
+        SELECT DISTINCT chunk_id FROM json_each(:boxes) AS asked CROSS JOIN boxes
+        WHERE run0 <= json_extract(asked.value, '$.run')
+          AND run1 >= json_extract(asked.value, '$.run')
+          AND t0 <= json_extract(asked.value, '$.t1') AND t1 >= json_extract(asked.value, '$.t0')
+          AND x0 <= json_extract(asked.value, '$.x1') AND x1 >= json_extract(asked.value, '$.x0')
+          AND y0 <= json_extract(asked.value, '$.y1') AND y1 >= json_extract(asked.value, '$.y0')
+        """
     )
 
 
@@ -71,12 +68,22 @@ class GiST:
         'ALTER TABLE rests ALTER COLUMN rest SET STORAGE EXTERNAL',
     )
     DROP = ('DROP TABLE boxes',)
-    _LINE = (
-        'ST_MakeLine(ST_MakePoint(:left, :low, :began, :run), '
-        'ST_MakePoint(:right, :high, :ended, :run))'
+    INSERT = text(
+        'INSERT INTO boxes VALUES (:chunk_id, ST_MakeLine(ST_MakePoint(:x0, :y0, :t0, :run), '
+        'ST_MakePoint(:x1, :y1, :t1, :run)))'
     )
-    INSERT = text(f'INSERT INTO boxes VALUES (:chunk_id, {_LINE})')
-    FIND = text(f'SELECT chunk_id FROM boxes WHERE box &&& {_LINE}')
+    FIND = text(
+        """
+        SELECT DISTINCT chunk_id
+        FROM json_to_recordset(CAST(:boxes AS json)) AS asked (
+            run float8, t0 float8, t1 float8, x0 float8, x1 float8, y0 float8, y1 float8
+        )
+        JOIN boxes ON box &&& ST_MakeLine(
+            ST_MakePoint(asked.x0, asked.y0, asked.t0, asked.run),
+            ST_MakePoint(asked.x1, asked.y1, asked.t1, asked.run)
+        )
+        """
+    )
 
 
 INDICES: dict[str, type[RTree | GiST]] = {'sqlite': RTree, 'postgresql': GiST}
@@ -86,15 +93,12 @@ INDICES: dict[str, type[RTree | GiST]] = {'sqlite': RTree, 'postgresql': GiST}
 def insert_boxes(connection: Connection, boxes: Sequence[tuple[int, Box]]) -> None:
     """Add the boxes of chunks."""
     if boxes:
-        values = [{'chunk_id': chunk, **box.values()} for chunk, box in boxes]
-        connection.execute(_statement(connection, 'INSERT'), values)
+        values = [{'chunk_id': chunk, **asdict(box)} for chunk, box in boxes]
+        connection.execute(INDICES[connection.dialect.name].INSERT, values)
 
 
-def find_chunks(connection: Connection, box: Box) -> list[int]:
-    """Return which chunks may reach into a box."""
-    return list(connection.execute(_statement(connection, 'FIND'), box.values()).scalars())
-
-
-def _statement(connection: Connection, name: str) -> TextClause:
-    statement: TextClause = getattr(INDICES[connection.dialect.name], name)
-    return statement
+def find_chunks(connection: Connection, boxes: Sequence[Box]) -> list[int]:
+    """Return which chunks may reach into one of some boxes."""
+    values = [{name: getattr(box, name) for name in Box.__slots__} for box in boxes]
+    asked = {'boxes': json.dumps(values)}
+    return list(connection.execute(INDICES[connection.dialect.name].FIND, asked).scalars())

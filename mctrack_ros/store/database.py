@@ -18,6 +18,8 @@ from mctrack_ros.recording.closing import Closing
 from mctrack_ros.store.errors import StoreError
 
 _MIGRATIONS = str(Path(__file__).parent / 'migrations')
+_MAPPED = 1 << 30
+"""Bytes of SQLite's file that are read without a call each."""
 _BUSY_S = 30
 """How long SQLite waits for another who writes."""
 
@@ -120,6 +122,7 @@ def _set_up_sqlite(connection: Any, _: object) -> None:
     cursor.execute('PRAGMA journal_mode=WAL')
     cursor.execute('PRAGMA synchronous=NORMAL')
     cursor.execute('PRAGMA foreign_keys=ON')
+    cursor.execute(f'PRAGMA mmap_size={_MAPPED}')
     cursor.close()
 
 

@@ -20,8 +20,6 @@ SPAN_NS = 2_000_000_000
 _LAST_SPAN = 2**31 - 1
 _AT_ONCE = 500
 """Numbers named in one statement; databases have a limit."""
-_PLACES = slice(1, 1 + blocks.PLACES_WIDTH)
-_REST = slice(1 + blocks.PLACES_WIDTH, blocks.WIDTH)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +61,8 @@ class TrackRows:
         As they were called at that time.
     life : (n,) int64 array
         Whom they are taken for.
-    words : (n, WIDTH) uint32 array
-        Their columns; zero but for places, unless all were asked for.
+    words : (n, k) uint32 array
+        Their ids and places, and the other columns if they were asked for.
 
     """
 
@@ -129,10 +127,14 @@ def load_rows(
         Whether all columns are read, or places alone.
 
     """
-    parts = list(_of_chunks(connection, stored, between_ns, tracks, chunks, whole))
-    parts += _of_journal(connection, stored, tracks)
-    stamps = np.concatenate([np.zeros(0, np.int64), *(part[0] for part in parts)])
-    words = np.concatenate([np.zeros((0, blocks.WIDTH), np.uint32), *(part[1] for part in parts)])
+    stamps, words = _of_chunks(connection, stored, between_ns, tracks, chunks, whole)
+    for block in load_journal(connection, stored):
+        added = block.words[:, : words.shape[1]]
+        if tracks is not None:
+            added = added[np.isin(added[:, blocks.ID], list(tracks))]
+        offset = added[:, blocks.WHERE['offset'].start].astype(np.int64)
+        stamps = np.concatenate([stamps, block.began_ns + offset])
+        words = np.concatenate([words, added])
     kept = np.flatnonzero((stamps >= between_ns[0]) & (stamps < between_ns[1]))
     kept = kept[np.argsort(stamps[kept], kind='stable')]
     ids = words[kept, blocks.ID].astype(np.int64)
@@ -145,8 +147,7 @@ def load_blocks(connection: Connection, stored: Stored) -> Iterator[Block]:
     for span, ticks in connection.execute(asked.order_by(TICKS.c.span)).all():
         began_ns = stored.span_ns(span)
         rows = _chunks(connection, stored, CHUNKS.c.span == span, whole=True)
-        words = [_words(row, whole=True) for row in rows]
-        yield Block(began_ns, unpack_ticks(ticks), _joined(words))
+        yield Block(began_ns, unpack_ticks(ticks), _words(rows, whole=True)[0])
     yield from load_journal(connection, stored)
 
 
@@ -171,7 +172,8 @@ def _of_chunks(
     tracks: Collection[int] | None,
     chunks: Sequence[int] | None,
     whole: bool,
-) -> Iterator[tuple[NDArray[np.int64], Words]]:
+) -> tuple[NDArray[np.int64], Words]:
+    """Return stamps, ns, and columns of the rows of chunks."""
     first, last = (stored.span(stamp_ns) for stamp_ns in between_ns)
     condition = (CHUNKS.c.span >= first) & (CHUNKS.c.span <= last)
     conditions: list[ColumnElement[bool]] = [condition]
@@ -179,22 +181,11 @@ def _of_chunks(
         conditions = [CHUNKS.c.chunk_id.in_(part) for part in _parts(chunks)]
     elif tracks is not None:
         conditions = [condition & CHUNKS.c.track_id.in_(part) for part in _parts(tracks)]
-    for each in conditions:
-        for row in _chunks(connection, stored, each, whole):
-            words = _words(row, whole)
-            offset = words[:, blocks.WHERE['offset'].start].astype(np.int64)
-            yield stored.span_ns(row.span) + offset, words
-
-
-def _of_journal(
-    connection: Connection, stored: Stored, tracks: Collection[int] | None
-) -> Iterator[tuple[NDArray[np.int64], Words]]:
-    for block in load_journal(connection, stored):
-        words = block.words
-        if tracks is not None:
-            words = words[np.isin(words[:, blocks.ID], list(tracks))]
-        offset = words[:, blocks.WHERE['offset'].start].astype(np.int64)
-        yield block.began_ns + offset, words
+    found = [row for each in conditions for row in _chunks(connection, stored, each, whole)]
+    words, counts = _words(found, whole)
+    began_ns = np.array([stored.span_ns(row.span) for row in found], np.int64)
+    offset = words[:, blocks.WHERE['offset'].start].astype(np.int64)
+    return np.repeat(began_ns, counts) + offset, words
 
 
 def _chunks(
@@ -206,18 +197,14 @@ def _chunks(
     return connection.execute(asked.where(CHUNKS.c.run_id == stored.run, condition)).all()
 
 
-def _words(row: Row[Any], whole: bool) -> Words:
-    places = blocks.unpack(row.places, blocks.PLACES_WIDTH)
-    words = np.zeros((len(places), blocks.WIDTH), np.uint32)
-    words[:, blocks.ID] = row.track_id
-    words[:, _PLACES] = places
+def _words(rows: Sequence[Row[Any]], whole: bool) -> tuple[Words, NDArray[np.intp]]:
+    """Return the columns of chunks, one after the other, and how many rows each has."""
+    places, counts = blocks.unpack_all([row.places for row in rows], blocks.PLACES_WIDTH)
+    ids = np.array([row.track_id for row in rows], np.uint32)
+    parts = [np.repeat(ids, counts)[:, None], places]
     if whole:
-        words[:, _REST] = blocks.unpack(row.rest, blocks.REST_WIDTH)
-    return words
-
-
-def _joined(parts: Sequence[Words]) -> Words:
-    return np.concatenate([np.zeros((0, blocks.WIDTH), np.uint32), *parts])
+        parts.append(blocks.unpack_all([row.rest for row in rows], blocks.REST_WIDTH)[0])
+    return np.concatenate(parts, axis=1), counts
 
 
 def _parts(numbers: Collection[int]) -> Iterator[list[int]]:

@@ -2,10 +2,10 @@ from pathlib import Path
 
 import pytest
 
+from mctrack_experiments.postgres_server import missing, postgres_server
 from mctrack_ros.replay.track import track_bag
 from mctrack_ros.site.site import load_site
 from mctrack_ros.store import Database
-from postgres_server import missing, postgres_server
 
 BAGS = Path(__file__).resolve().parents[2] / 'bags'
 
@@ -14,7 +14,7 @@ BAGS = Path(__file__).resolve().parents[2] / 'bags'
 def server():
     if lacking := missing():
         pytest.skip(f'no PostgreSQL with PostGIS: {lacking}')
-    with postgres_server() as running:
+    with postgres_server('fsync=off') as running:
         yield running
 
 

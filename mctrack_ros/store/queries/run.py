@@ -167,8 +167,7 @@ class Run(Closing):
             if tracks is not None:
                 names = set().union(*(identities.names(track) for track in tracks))
             if boxes is not None:
-                found = (find_chunks(connection, box) for box in boxes)
-                chunks = sorted(set().union(*found))
+                chunks = find_chunks(connection, boxes)
             rows = load_rows(
                 connection,
                 self.stored,

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from mctrack_ros.interfaces import ClassCode, TrackStatus
 from mctrack_ros.store.queries.results import Meeting, Place, TrackSummary, Visit
 from mctrack_ros.store.queries.run import ALWAYS, Between, Run
-from mctrack_ros.store.rows import TrackRows
+from mctrack_ros.store.rows import SPAN_NS, TrackRows
 
 Floats = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ def near(
     path = run.rows(between, tracks=[whom])
     if not len(path):
         return []
-    span = (path.stamp_ns - run.began_ns) // 1_000_000_000
+    span = (path.stamp_ns - run.began_ns) // SPAN_NS
     boxes = []
     for part in np.split(np.arange(len(path)), np.flatnonzero(np.diff(span)) + 1):
         place = path.select(part).position()
