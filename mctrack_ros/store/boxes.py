@@ -10,6 +10,7 @@ from sqlalchemy import Connection, text
 
 FAR = 1e12
 """Beyond every place and time, m and s."""
+# A box reaches half a run far: volumes of nothing would tell the index nothing.
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +45,9 @@ class RTree:
         'CREATE VIRTUAL TABLE boxes USING rtree(chunk_id, run0, run1, t0, t1, x0, x1, y0, y1)',
     )
     DROP = ('DROP TABLE boxes',)
-    INSERT = text('INSERT INTO boxes VALUES (:chunk_id, :run, :run, :t0, :t1, :x0, :x1, :y0, :y1)')
+    INSERT = text(
+        'INSERT INTO boxes VALUES (:chunk_id, :run, :run + 0.5, :t0, :t1, :x0, :x1, :y0, :y1)'
+    )
     FIND = text(
         """
         SELECT DISTINCT chunk_id FROM json_each(:boxes) AS asked CROSS JOIN boxes
@@ -70,7 +73,7 @@ class GiST:
     DROP = ('DROP TABLE boxes',)
     INSERT = text(
         'INSERT INTO boxes VALUES (:chunk_id, ST_MakeLine(ST_MakePoint(:x0, :y0, :t0, :run), '
-        'ST_MakePoint(:x1, :y1, :t1, :run)))'
+        'ST_MakePoint(:x1, :y1, :t1, :run + 0.5)))'
     )
     FIND = text(
         """

@@ -122,6 +122,7 @@ def _set_up_sqlite(connection: Any, _: object) -> None:
     cursor.execute('PRAGMA journal_mode=WAL')
     cursor.execute('PRAGMA synchronous=NORMAL')
     cursor.execute('PRAGMA foreign_keys=ON')
+    cursor.execute('PRAGMA cache_size=-65536')
     cursor.execute(f'PRAGMA mmap_size={_MAPPED}')
     cursor.close()
 

@@ -144,9 +144,10 @@ def load_rows(
 def load_blocks(connection: Connection, stored: Stored) -> Iterator[Block]:
     """Yield all messages of a run, span by span."""
     asked = select(TICKS.c.span, TICKS.c.ticks).where(TICKS.c.run_id == stored.run)
+    in_run = CHUNKS.c.run_id == stored.run
     for span, ticks in connection.execute(asked.order_by(TICKS.c.span)).all():
         began_ns = stored.span_ns(span)
-        rows = _chunks(connection, stored, CHUNKS.c.span == span, whole=True)
+        rows = _chunks(connection, in_run & (CHUNKS.c.span == span), whole=True)
         yield Block(began_ns, unpack_ticks(ticks), _words(rows, whole=True)[0])
     yield from load_journal(connection, stored)
 
@@ -175,13 +176,13 @@ def _of_chunks(
 ) -> tuple[NDArray[np.int64], Words]:
     """Return stamps, ns, and columns of the rows of chunks."""
     first, last = (stored.span(stamp_ns) for stamp_ns in between_ns)
-    condition = (CHUNKS.c.span >= first) & (CHUNKS.c.span <= last)
+    condition = (CHUNKS.c.run_id == stored.run) & CHUNKS.c.span.between(first, last)
     conditions: list[ColumnElement[bool]] = [condition]
     if chunks is not None:
         conditions = [CHUNKS.c.chunk_id.in_(part) for part in _parts(chunks)]
     elif tracks is not None:
         conditions = [condition & CHUNKS.c.track_id.in_(part) for part in _parts(tracks)]
-    found = [row for each in conditions for row in _chunks(connection, stored, each, whole)]
+    found = [row for each in conditions for row in _chunks(connection, each, whole)]
     words, counts = _words(found, whole)
     began_ns = np.array([stored.span_ns(row.span) for row in found], np.int64)
     offset = words[:, blocks.WHERE['offset'].start].astype(np.int64)
@@ -189,12 +190,12 @@ def _of_chunks(
 
 
 def _chunks(
-    connection: Connection, stored: Stored, condition: Any, whole: bool
+    connection: Connection, condition: ColumnElement[bool], whole: bool
 ) -> Sequence[Row[Any]]:
     asked: Select[Any] = select(CHUNKS.c.span, CHUNKS.c.track_id, CHUNKS.c.places)
     if whole:
         asked = asked.add_columns(RESTS.c.rest).join(RESTS, RESTS.c.chunk_id == CHUNKS.c.chunk_id)
-    return connection.execute(asked.where(CHUNKS.c.run_id == stored.run, condition)).all()
+    return connection.execute(asked.where(condition)).all()
 
 
 def _words(rows: Sequence[Row[Any]], whole: bool) -> tuple[Words, NDArray[np.intp]]:

@@ -18,6 +18,8 @@ from sqlalchemy import (
 )
 
 METADATA = MetaData()
+_KEY = BigInteger().with_variant(Integer, 'sqlite')
+"""SQLite finds rows by whole numbers called INTEGER without an index; they have 64 bits."""
 
 
 def _run() -> Column[int]:
@@ -80,7 +82,7 @@ TRACKS = Table(
 CHUNKS = Table(
     'chunks',
     METADATA,
-    Column('chunk_id', BigInteger, primary_key=True, autoincrement=False),
+    Column('chunk_id', _KEY, primary_key=True, autoincrement=False),
     Column('run_id', Integer, ForeignKey('runs.run_id'), nullable=False),
     Column('span', Integer, nullable=False),
     Column('track_id', BigInteger, nullable=False),
@@ -92,7 +94,7 @@ CHUNKS = Table(
 RESTS = Table(
     'rests',
     METADATA,
-    Column('chunk_id', BigInteger, primary_key=True, autoincrement=False),
+    Column('chunk_id', _KEY, primary_key=True, autoincrement=False),
     Column('rest', LargeBinary, nullable=False),
 )
 """The other columns of a chunk, apart: what asks for places does not read them."""

@@ -9,10 +9,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, fields
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
+from typing import Any
 
 
 class Format(StrEnum):
@@ -25,12 +22,12 @@ class Format(StrEnum):
     PARQUET = 'parquet'
 
 
-def as_json(rows: Sequence[DataclassInstance]) -> str:
+def as_json(rows: Sequence[Any]) -> str:
     """Return rows as a list of objects."""
     return json.dumps([asdict(row) for row in rows], indent=1)
 
 
-def as_geojson(rows: Sequence[DataclassInstance]) -> str:
+def as_geojson(rows: Sequence[Any]) -> str:
     """
     Return rows as a collection of features, in metres of the site's frame.
 
@@ -45,7 +42,7 @@ def as_geojson(rows: Sequence[DataclassInstance]) -> str:
     return json.dumps({'type': 'FeatureCollection', 'features': features}, indent=1)
 
 
-def as_csv(rows: Sequence[DataclassInstance], kind: type[DataclassInstance]) -> str:
+def as_csv(rows: Sequence[Any], kind: type[Any]) -> str:
     """Return rows as text with a header; several ids in one field are parted by blanks."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
@@ -54,9 +51,7 @@ def as_csv(rows: Sequence[DataclassInstance], kind: type[DataclassInstance]) -> 
     return text.getvalue()
 
 
-def write_parquet(
-    rows: Sequence[DataclassInstance], kind: type[DataclassInstance], path: Path
-) -> None:
+def write_parquet(rows: Sequence[Any], kind: type[Any], path: Path) -> None:
     """Write rows as a Parquet file."""
     from pyarrow import Table, parquet
 
@@ -65,7 +60,7 @@ def write_parquet(
     parquet.write_table(Table.from_pydict(columns), path)
 
 
-def cells(row: DataclassInstance) -> list[str]:
+def cells(row: Any) -> list[str]:
     """Return a row for a table that people read."""
     return [_short(value) for value in asdict(row).values()]
 

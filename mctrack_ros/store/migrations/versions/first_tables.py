@@ -20,6 +20,8 @@ from mctrack_ros.store.boxes import INDICES
 revision = '0001'
 down_revision = None
 
+_KEY = BigInteger().with_variant(Integer, 'sqlite')
+
 
 def _run() -> Column[int]:
     return Column('run_id', Integer, ForeignKey('runs.run_id'), primary_key=True)
@@ -79,7 +81,7 @@ def _create_tracks() -> None:
     )
     op.create_table(
         'chunks',
-        Column('chunk_id', BigInteger, primary_key=True, autoincrement=False),
+        Column('chunk_id', _KEY, primary_key=True, autoincrement=False),
         Column('run_id', Integer, ForeignKey('runs.run_id'), nullable=False),
         Column('span', Integer, nullable=False),
         Column('track_id', BigInteger, nullable=False),
@@ -89,7 +91,7 @@ def _create_tracks() -> None:
     op.create_index('chunks_of_span', 'chunks', ['run_id', 'span'])
     op.create_table(
         'rests',
-        Column('chunk_id', BigInteger, primary_key=True, autoincrement=False),
+        Column('chunk_id', _KEY, primary_key=True, autoincrement=False),
         Column('rest', LargeBinary, nullable=False),
     )
     op.create_table(
