@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
+import lz4.block
 import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import Tracks
 
-if sys.version_info >= (3, 14):
-    from compression import zstd
-else:
-    from backports import zstd
-
 Words = NDArray[np.uint32]
 
 _UPPER, _RIGHT = np.triu_indices(4)
-_LEVEL = 3
-"""Of zstd; level 9 saves 1 % and takes five times as long."""
-
 PLACES = (
     ('offset', 1),
     ('position', 3),
@@ -65,13 +57,17 @@ def pack(words: NDArray[Any]) -> bytes:
     """
     Return a matrix of unsigned numbers, (n, k), compressed: what comes next is close.
 
-    Differences of the rows, byte by byte of equal weight, by zstd.
+    Differences of the rows, byte by byte of equal weight, by LZ4: zstd saves 1 % and takes 14
+    times as long to read.
     """
     differences = words.copy()
     differences[1:] -= words[:-1]
     size = words.dtype.itemsize
     octets = differences.view(np.uint8).reshape(*words.shape, size)
-    return zstd.compress(octets.transpose(1, 2, 0).tobytes(), _LEVEL)
+    packed: bytes = lz4.block.compress(
+        octets.transpose(1, 2, 0).tobytes(), mode='high_compression'
+    )
+    return packed
 
 
 def unpack(blob: bytes, width: int, kind: type[np.unsignedinteger[Any]] = np.uint32) -> Any:
@@ -84,7 +80,7 @@ def unpack_all(
 ) -> tuple[Any, NDArray[np.intp]]:
     """Return several matrices as one, (n, width), and how many rows are of each."""
     size = np.dtype(kind).itemsize
-    parts = [np.frombuffer(zstd.decompress(blob), np.uint8) for blob in blobs]
+    parts = [np.frombuffer(lz4.block.decompress(blob), np.uint8) for blob in blobs]
     counts = np.array([len(part) for part in parts], np.intp) // (width * size)
     shaped = [part.reshape(width * size, -1) for part in parts]
     octets = np.concatenate([np.zeros((width * size, 0), np.uint8), *shaped], axis=1)

@@ -70,7 +70,7 @@ def near(
     path = run.rows(between, tracks=[whom])
     if not len(path):
         return []
-    span = (path.stamp_ns - run.began_ns) // SPAN_NS
+    span = (path.stamp_ns - run.began_ns) // (2 * SPAN_NS)
     boxes = []
     for part in np.split(np.arange(len(path)), np.flatnonzero(np.diff(span)) + 1):
         place = path.select(part).position()
