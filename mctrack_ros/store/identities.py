@@ -8,7 +8,7 @@ from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection, bindparam, select
 
 from mctrack_ros.store.rows import Stored, load_rows
 from mctrack_ros.store.schema import CORRECTIONS
@@ -17,6 +17,13 @@ NEAR_M = 1.5
 """From here on fusion takes two people for exchangeable, and tracks for those of one person."""
 _LOOK_BACK_NS = 120_000_000_000
 """How long before a correction the encounter is looked for."""
+_LATEST_NS = 2**63 - 1
+_KNOWN = (
+    select(CORRECTIONS)
+    .where(CORRECTIONS.c.run_id == bindparam('run'))
+    .where(CORRECTIONS.c.stamp_ns <= bindparam('known_ns'))
+    .order_by(CORRECTIONS.c.stamp_ns, CORRECTIONS.c.number, CORRECTIONS.c.line)
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,14 +89,11 @@ def load_identities(
     connection: Connection, stored: Stored, as_of_ns: int | None = None
 ) -> Identities:
     """Return the identities of a run, as known now, or at a time, ns."""
-    asked = select(CORRECTIONS).where(CORRECTIONS.c.run_id == stored.run)
-    if as_of_ns is not None:
-        asked = asked.where(CORRECTIONS.c.stamp_ns <= as_of_ns)
-    ordered = asked.order_by(CORRECTIONS.c.stamp_ns, CORRECTIONS.c.number, CORRECTIONS.c.line)
+    known_ns = _LATEST_NS if as_of_ns is None else as_of_ns
     return Identities(
         [
             Correction(row.stamp_ns, row.since_ns, row.old_id, row.new_id)
-            for row in connection.execute(ordered)
+            for row in connection.execute(_KNOWN, {'run': stored.run, 'known_ns': known_ns})
         ]
     )
 

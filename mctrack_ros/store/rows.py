@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import ColumnElement, Connection, Row, Select, select
+from sqlalchemy import ColumnElement, Connection, Row, Select, bindparam, select
 
 from mctrack_ros.interfaces import REPORTED
 from mctrack_ros.store import blocks
@@ -18,6 +18,7 @@ from mctrack_ros.store.schema import CHUNKS, JOURNAL, RESTS, TICKS
 SPAN_NS = 2_000_000_000
 """Of a chunk: longer ones are smaller, and more of each is read in vain."""
 _LAST_SPAN = 2**31 - 1
+_JOURNALED = select(JOURNAL).where(JOURNAL.c.run_id == bindparam('run')).order_by(JOURNAL.c.number)
 _AT_ONCE = 500
 """Numbers named in one statement; databases have a limit."""
 
@@ -154,8 +155,7 @@ def load_blocks(connection: Connection, stored: Stored) -> Iterator[Block]:
 
 def load_journal(connection: Connection, stored: Stored) -> Iterator[Block]:
     """Yield what is journaled of the span that is not complete."""
-    asked = select(JOURNAL).where(JOURNAL.c.run_id == stored.run).order_by(JOURNAL.c.number)
-    for row in connection.execute(asked).all():
+    for row in connection.execute(_JOURNALED, {'run': stored.run}).all():
         words = blocks.unpack(row.words, blocks.WIDTH)
         yield Block(stored.span_ns(row.span), unpack_ticks(row.ticks), words)
 
