@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 import time
 from collections.abc import Sequence
@@ -75,6 +76,7 @@ def bench_store(bag: Path, minutes: int = 60, seed: int = 1) -> Figures:
             'minutes': minutes,
             'positions': TRACKS * RATE_HZ * 60 * minutes,
             'questions': f'{QUESTIONS} random tracks and minutes, the median counts',
+            'load': f'{os.getloadavg()[0]:.1f} processes wanted the CPUs in the last minute',
             'postgres': missing() or 'on a local socket, its settings as shipped',
         },
         figures,
