@@ -39,6 +39,7 @@ ALLOWED['site.site'] = ALLOWED['site.camera'] | {
 ALLOWED['site.choice'] = ALLOWED['site.site'] | {'site.site'}
 ALLOWED['site.coverage'] = ALLOWED['site.site'] | {'site.site'}
 ALLOWED['recording'] = {'interfaces', 'config', 'codec'}
+ALLOWED['store'] = {'interfaces', 'codec', 'recording'}
 ALLOWED['replay'] = ALLOWED['site.choice'] | {'site.choice', 'codec', 'recording', 'processes'}
 ALLOWED['evaluation'] = {
     'interfaces',
@@ -53,7 +54,7 @@ ALLOWED['explain'] = ALLOWED['replay'] | {'replay'}
 ALLOWED['report'] = ALLOWED['explain'] | {'simulation', 'evaluation', 'site.coverage'}
 ALLOWED['ros'] = ALLOWED['report'] | {'resources'}
 ALLOWED['web'] = ALLOWED['ros'] | {'ros'}
-ALLOWED['cli'] = ALLOWED['web'] | {'web', 'report', 'explain'}
+ALLOWED['cli'] = ALLOWED['web'] | {'web', 'report', 'explain', 'store'}
 
 STAGES = {
     'ground': (

@@ -53,7 +53,10 @@ REQUIREMENT_OF_IMPORT = {
 }
 OF_THE_GRAPH = {'ros-jazzy-rclpy', 'ros-jazzy-common-interfaces'}
 BY_NAME = {'tf2_msgs'}
-WITHOUT_KEY = {'av', 'motmetrics', 'nicegui', 'simplejpeg', 'starlette'}
+WITHOUT_KEY = {
+    *('alembic', 'av', 'motmetrics', 'nicegui', 'psycopg', 'pyarrow', 'simplejpeg'),
+    *('sqlalchemy', 'starlette'),
+}
 
 
 @pytest.fixture(scope='module')
@@ -137,6 +140,27 @@ def test_installed_wrappers_lead_to_the_executables(prefix):
         wrapper = prefix / 'lib' / 'mctrack_ros' / name
         assert os.access(wrapper, os.X_OK)
         assert os.access(prefix / 'bin' / name, os.X_OK)
+
+
+def test_an_installed_package_makes_a_trajectory_database(prefix):
+    library = next(prefix.rglob('site-packages'))
+    code = (
+        'import mctrack_ros; print(mctrack_ros.__file__);'
+        'from mctrack_ros.store import Database; Database("tracks.db", create=True)'
+    )
+    made = subprocess.run(
+        [sys.executable, '-c', code],
+        env={
+            **os.environ,
+            'PYTHONPATH': f'{library}{os.pathsep}{os.environ.get("PYTHONPATH", "")}',
+        },
+        cwd=prefix,
+        capture_output=True,
+        text=True,
+    )
+    assert made.stderr == ''
+    assert str(prefix) in made.stdout
+    assert (prefix / 'tracks.db').is_file()
 
 
 def test_share_directory_is_found_in_a_checkout_and_in_a_prefix(prefix):

@@ -302,6 +302,21 @@ TARGETS = (
     Target('bench_belief', 'no_images.frames_per_second',
            'belief propagation, 10 targets, 2 views, 200 particles, no images, a second', 100),
     Target('bench_belief', 'images.frames_per_second', 'the same with images', 60),
+    *(
+        target
+        for name, label in (('sqlite', 'SQLite'), ('postgres', 'PostgreSQL'))
+        for target in (
+            Target('bench_store', f'{name}.positions_per_s',
+                   f'{label}, an hour of 25 tracks at 25 Hz, positions stored a second',
+                   100_000 if name == 'sqlite' else None),
+            Target('bench_store', f'{name}.bytes_per_position', 'the same, bytes a position: '
+                   'place, covariance, ids and index', None, 60 if name == 'sqlite' else None,
+                   f'the other columns: `{name}.rest_bytes_per_position`'),
+            Target('bench_store', f'{name}.query_ms', 'the same, within 3 m of a track in a '
+                   'minute, ms', None, 5 if name == 'sqlite' else None,
+                   f'of a point: `{name}.point_query_ms`'),
+        )
+    ),
     Target('bench_occupancy', 'square.p99_ms', 'occupancy, 40 x 40 m, 8 cameras, 20 people, '
            '99 of 100 ticks, ms', most=100, anchor='mean: `square.mean_ms`'),
     Target('bench_occupancy', 'square.gate_half_metre.mota', 'the same, MOTA at 0.5 m', None, None,

@@ -8,6 +8,7 @@ def expected_errors() -> tuple[type[BaseException], ...]:
     from mctrack_ros.ground import CalibrationError
     from mctrack_ros.recording import BagError, MotTextError
     from mctrack_ros.replay.lockstep import ReplayError
+    from mctrack_ros.store.errors import StoreError
 
     return (
         BagError,
@@ -16,6 +17,7 @@ def expected_errors() -> tuple[type[BaseException], ...]:
         ConfigError,
         MotTextError,
         ReplayError,
+        StoreError,
         OSError,
         ValueError,
     )

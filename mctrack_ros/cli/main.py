@@ -29,6 +29,7 @@ from mctrack_ros.cli.commands import (
     videos,
 )
 from mctrack_ros.cli.commands import evaluate as compare
+from mctrack_ros.cli.commands.database import query, store
 
 app = typer.Typer(
     name='mctrack',
@@ -72,6 +73,9 @@ app.command('coverage')(coverage.coverage)
 app.command('doctor')(doctor.doctor)
 app.command('check-calibration')(calibration.check_calibration)
 app.command('convert-calibration')(calibration.convert_calibration)
+app.command('store')(store.store)
+app.command('export-bag')(store.export_bag)
+app.add_typer(query.app, name='query', help='Ask a trajectory database.')
 app.add_typer(bag.app, name='bag', help='Repair recordings.')
 for plugin in entry_points(group='mctrack_ros.commands'):
     try:

@@ -66,6 +66,20 @@ def occupancy(
 
 
 @app.command()
+def store(
+    bag: Path = typer.Option(
+        Path('bags/pitch5_detections'), help='Bag of the detections whose tracks are stored.'
+    ),
+    minutes: int = typer.Option(60, min=2, help='How long a run of 25 tracks is stored.'),
+    json_file: Path | None = _JSON,
+) -> None:
+    """Time the trajectory database: positions a second, bytes a position, queries."""
+    from mctrack_experiments.bench.store import bench_store
+
+    _tell(bench_store(bag, minutes), json_file)
+
+
+@app.command()
 def fusion(
     part: list[Part] = typer.Option([], help='Measure this alone; may be repeated.'),
     seeds: str | None = typer.Option(

@@ -1,0 +1,155 @@
+"""How fast the trajectory database is, and how large."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Sequence
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+from sqlalchemy import text
+
+from mctrack_experiments.postgres_server import missing, postgres_server
+from mctrack_ros.cli.sites import named_site
+from mctrack_ros.evaluation.figures import Figures
+from mctrack_ros.interfaces import REPORTED, Tracks
+from mctrack_ros.recording import BagReader
+from mctrack_ros.replay.track import track_bag
+from mctrack_ros.store import Database, NewRun, Run, TrajectoryWriter, near
+
+TRACKS, RATE_HZ = 25, 25
+RADIUS_M = 3.0
+QUESTIONS = 100
+BEGAN_NS = 1_700_000_000_000_000_000
+_SHIFT_M = 30.0
+"""Tracks are used again that far away where the bag has fewer than are stored."""
+_SIZES = {
+    'sqlite': (
+        'SELECT sum(pgsize) FROM dbstat',
+        "SELECT sum(pgsize) FROM dbstat WHERE name = 'rests'",
+    ),
+    'postgresql': (
+        'SELECT sum(pg_total_relation_size(c.oid)) FROM pg_class c JOIN pg_namespace n '
+        "ON n.oid = c.relnamespace WHERE c.relkind = 'r' AND n.nspname = 'public' "
+        "AND c.relname <> 'spatial_ref_sys'",
+        "SELECT pg_total_relation_size('rests')",
+    ),
+}
+"""Bytes of all tables with their indices, and of the second blobs."""
+
+
+def bench_store(bag: Path, minutes: int = 60, seed: int = 1) -> Figures:
+    """
+    Store a run of 25 tracks at 25 Hz and ask who was near whom.
+
+    The tracks are those of the joint tracker over a bag of detections, played forwards and
+    backwards until the time is full: positions and covariances are a tracker's.
+
+    Parameters
+    ----------
+    bag : Path
+        With detections of five cameras on a pitch.
+    minutes : int
+        How long the run is.
+    seed : int
+        Of the questions.
+
+    """
+    tape = _tape(bag)
+    figures: dict[str, float] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, value in _measured(str(Path(folder) / 'tracks.db'), tape, minutes, seed).items():
+            figures[f'sqlite.{name}'] = value
+    if not missing():
+        with postgres_server() as server:
+            for name, value in _measured(server.new_database(), tape, minutes, seed).items():
+                figures[f'postgres.{name}'] = value
+    return Figures(
+        'bench_store',
+        'mctrack bench store',
+        {
+            'tracks': TRACKS,
+            'rate_hz': RATE_HZ,
+            'minutes': minutes,
+            'positions': TRACKS * RATE_HZ * 60 * minutes,
+            'questions': f'{QUESTIONS} random tracks and minutes, the median counts',
+            'load': f'{os.getloadavg()[0]:.1f} processes wanted the CPUs in the last minute',
+            'postgres': missing() or 'on a local socket, its settings as shipped',
+        },
+        figures,
+    )
+
+
+def _tape(bag: Path) -> list[Tracks]:
+    """Return messages of tracks that all live from the first to the last, forwards and back."""
+    with tempfile.TemporaryDirectory() as folder:
+        track_bag(bag, folder, named_site('pitch5'), processes=1)
+        with BagReader(Path(folder) / 'bag') as reader:
+            messages = [rows for rows, _ in reader.rows('/tracks', Tracks)]
+    messages = messages[len(messages) // 2 :]
+    reported = [rows.select(np.isin(rows.status, REPORTED)) for rows in messages]
+    alive = set(reported[0].track_id.tolist())
+    for rows in reported:
+        alive &= set(rows.track_id.tolist())
+    forwards = [_filled(rows.select(np.isin(rows.track_id, list(alive)))) for rows in reported]
+    return forwards + forwards[::-1]
+
+
+def _filled(rows: Tracks) -> Tracks:
+    """Return as many tracks as are stored; those that lack are others, moved."""
+    parts = []
+    for again in count():
+        position = rows.position + np.array([again * _SHIFT_M, 0, 0], np.float32)
+        parts.append(rows.replace(position=position, track_id=rows.track_id + 1000 * again))
+        if (again + 1) * len(rows) >= TRACKS:
+            break
+    return Tracks.joined(rows.stamp_ns, parts).select(np.arange(TRACKS))
+
+
+def _measured(place: str, tape: Sequence[Tracks], minutes: int, seed: int) -> dict[str, float]:
+    """Return the figures of a database."""
+    ticks = minutes * 60 * RATE_HZ
+    with Database(place, create=True) as database:
+        began = time.perf_counter()
+        with TrajectoryWriter(database, NewRun('bench')) as writer:
+            for k in range(ticks):
+                stamp_ns = BEGAN_NS + k * 1_000_000_000 // RATE_HZ
+                writer.write_tracks(tape[k % len(tape)].at(stamp_ns))
+        seconds = time.perf_counter() - began
+        whole, rest = _SIZES[database.engine.dialect.name]
+        with database.connected() as connection:
+            sizes = [int(connection.execute(text(each)).scalar_one()) for each in (whole, rest)]
+        positions = ticks * TRACKS
+        with Run(database) as run:
+            waits = _waits(run, tape[0].track_id.tolist(), minutes, seed)
+    return {
+        'positions_per_s': positions / seconds,
+        'bytes_per_position': (sizes[0] - sizes[1]) / positions,
+        'rest_bytes_per_position': sizes[1] / positions,
+        **waits,
+    }
+
+
+def _waits(run: Run, tracks: Sequence[int], minutes: int, seed: int) -> dict[str, float]:
+    """Return how long questions about tracks and points take, ms."""
+    random = np.random.default_rng(seed)
+    of_tracks, of_points = [], []
+    for _ in range(QUESTIONS):
+        track, minute = int(random.choice(tracks)), int(random.integers(minutes))
+        between = (minute * 60.0, minute * 60.0 + 60.0)
+        began = time.perf_counter()
+        visits = near(run, track, RADIUS_M, between)
+        of_tracks.append(time.perf_counter() - began)
+        x, y = (visits[0].x, visits[0].y) if visits else (0.0, 0.0)
+        began = time.perf_counter()
+        near(run, (x, y), RADIUS_M, between)
+        of_points.append(time.perf_counter() - began)
+    return {
+        'query_ms': float(np.median(of_tracks)) * 1e3,
+        'query_p99_ms': float(np.quantile(of_tracks, 0.99)) * 1e3,
+        'point_query_ms': float(np.median(of_points)) * 1e3,
+        'point_query_p99_ms': float(np.quantile(of_points, 0.99)) * 1e3,
+    }

@@ -1,0 +1,285 @@
+"""`mctrack query`: ask a trajectory database."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from functools import wraps
+from inspect import Parameter, Signature, signature
+from pathlib import Path
+from typing import Any, get_type_hints
+
+import typer
+
+from mctrack_ros.cli.options import finite
+
+app = typer.Typer(no_args_is_help=True)
+_ENDINGS = {'.json': 'json', '.geojson': 'geojson', '.csv': 'csv', '.parquet': 'parquet'}
+_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
+_POINTS = 'Points as x,y in m, parted by blanks: "0,0 4,0 4,3".'
+
+
+@app.callback()
+def _root(
+    context: typer.Context,
+    database: str = typer.Argument(
+        ..., help='Database: a file, or a URL such as postgresql://user@host/name.'
+    ),
+) -> None:
+    """Ask a trajectory database."""
+    context.obj = database
+
+
+def _common(
+    run: str = typer.Option('', help='Name of the run, if there are several.'),
+    began: float = typer.Option(
+        0.0, '--from', callback=finite, help="From when, since the run's first tick, s."
+    ),
+    ended: float | None = typer.Option(None, '--to', help='Until before when, s.'),
+    as_of: float | None = typer.Option(
+        None, '--as-of', help='As it was known at that time, s; by default, as it is known now.'
+    ),
+    as_reported: bool = typer.Option(
+        False, '--as-reported', help='With the ids of the time; no correction applies backwards.'
+    ),
+    form: str = typer.Option(
+        '',
+        '--format',
+        help='table, json, geojson, csv or parquet; by default as --out ends, or a table.',
+    ),
+    out: Path | None = typer.Option(None, help='File to write; unless given, it is printed.'),
+) -> None:
+    """Name the options of every question."""
+
+
+def _question(ask: Callable[..., Any]) -> Callable[..., Any]:
+    """Make a command of a question, which returns rows and their type, with the options of all."""
+    hints = get_type_hints(ask) | get_type_hints(_common) | {'context': typer.Context}
+    own = list(signature(ask).parameters.values())[2:]
+    common = list(signature(_common).parameters.values())
+    listed = [Parameter('context', Parameter.POSITIONAL_OR_KEYWORD), *own, *common]
+
+    @wraps(ask)
+    def command(**given: Any) -> None:
+        from mctrack_ros.store import Run, View
+        from mctrack_ros.store.queries.run import ALWAYS
+
+        database = given.pop('context').obj
+        said = {each.name: given.pop(each.name) for each in common}
+        form = _format(said['form'], said['out'])
+        between = (said['began'], ALWAYS[1] if said['ended'] is None else said['ended'])
+        view = View(said['as_of'], not said['as_reported'])
+        with Run(database, said['run'], view) as run:
+            rows, kind = ask(run, between, **given)
+        _answer(rows, kind, form, said['out'])
+
+    shown = [each.replace(annotation=hints[each.name]) for each in listed]
+    command.__signature__ = Signature(shown)  # type: ignore[attr-defined]
+    command.__annotations__ = {each.name: hints[each.name] for each in listed}
+    return command
+
+
+@app.command('tracks')
+@_question
+def _tracks(
+    run: Any, between: Any, track: int | None = typer.Option(None, help='Only this one.')
+) -> tuple[Sequence[Any], Any]:
+    """Show all tracks: when they were there, how far they went and how fast."""
+    from mctrack_ros.store import summaries
+    from mctrack_ros.store.queries.results import TrackSummary
+
+    return summaries(run, between, track), TrackSummary
+
+
+@app.command('trajectory')
+@_question
+def _trajectory(
+    run: Any, between: Any, track: int = typer.Argument(..., help='Its id.')
+) -> tuple[Sequence[Any], Any]:
+    """Show where a track was."""
+    from mctrack_ros.store import trajectory
+    from mctrack_ros.store.queries.results import Place
+
+    return trajectory(run, track, between), Place
+
+
+@app.command('near')
+@_question
+def _near(
+    run: Any,
+    between: Any,
+    whom: str = typer.Argument(..., help='Id of a track, or a point as x,y in m.'),
+    within: float = typer.Option(3.0, min=0.0, help='How near, m.'),
+) -> tuple[Sequence[Any], Any]:
+    """Show who was near a track or a point."""
+    from mctrack_ros.store import near
+    from mctrack_ros.store.queries.results import Visit
+
+    place = _points(whom)[0] if ',' in whom else _id(whom)
+    return near(run, place, within, between), Visit
+
+
+@app.command('meetings')
+@_question
+def _meetings(
+    run: Any,
+    between: Any,
+    within: float = typer.Option(1.5, min=0.0, help='Who is nearer meets, m.'),
+    least: float = typer.Option(0.0, min=0.0, help='Shorter meetings are left out, s.'),
+    track: int | None = typer.Option(None, help='Only meetings of this one.'),
+) -> tuple[Sequence[Any], Any]:
+    """Show who met whom."""
+    from mctrack_ros.store import meetings
+    from mctrack_ros.store.queries.results import Meeting
+
+    return meetings(run, within, least, between, track), Meeting
+
+
+@app.command('events')
+@_question
+def _events(
+    run: Any,
+    between: Any,
+    kind: list[str] = typer.Option([], help='Only these: new, exit, merge, split, ...'),
+    area: str = typer.Option('', help=f'Only in this polygon. {_POINTS}'),
+    track: int | None = typer.Option(None, help='Only those that concern this one.'),
+) -> tuple[Sequence[Any], Any]:
+    """Show events."""
+    from mctrack_ros.interfaces import EventCode
+    from mctrack_ros.store import events
+    from mctrack_ros.store.queries.results import Event
+
+    names = EventCode.__members__
+    for each in kind:
+        if each.upper() not in names:
+            raise typer.BadParameter(f'{each!r} is no event: {", ".join(names).lower()}')
+    kinds = [names[each.upper()] for each in kind]
+    return events(run, kinds, _points(area), between, track), Event
+
+
+@app.command('crossings')
+@_question
+def _crossings(
+    run: Any,
+    between: Any,
+    line: str = typer.Argument(..., help=_POINTS),
+    per: float = typer.Option(60.0, min=0.001, help='Length of a period, s.'),
+) -> tuple[Sequence[Any], Any]:
+    """Count who crosses a line, to its left and to its right."""
+    from mctrack_ros.store import crossings
+    from mctrack_ros.store.queries.results import Crossings
+
+    return crossings(run, _points(line), between, per), Crossings
+
+
+@app.command('occupancy')
+@_question
+def _occupancy(
+    run: Any,
+    between: Any,
+    area: str = typer.Argument(..., help=_POINTS),
+    per: float = typer.Option(60.0, min=0.001, help='Length of a period, s.'),
+) -> tuple[Sequence[Any], Any]:
+    """Count who is in an area."""
+    from mctrack_ros.store import occupancy
+    from mctrack_ros.store.queries.results import Occupancy
+
+    return occupancy(run, _points(area), between, per), Occupancy
+
+
+@app.command('heat-map')
+@_question
+def _heat_map(
+    run: Any,
+    between: Any,
+    cell: float = typer.Option(1.0, min=0.01, help='Side of a square, m.'),
+    area: str = typer.Option('', help=f'Only in this polygon. {_POINTS}'),
+    track: int | None = typer.Option(None, help='Only this one.'),
+) -> tuple[Sequence[Any], Any]:
+    """Show how long somebody was where."""
+    from mctrack_ros.store import heat_map
+    from mctrack_ros.store.queries.results import Cell
+
+    return heat_map(run, cell, between, _points(area), track), Cell
+
+
+@app.command('videos')
+@_question
+def _videos(
+    run: Any, between: Any, track: int = typer.Argument(..., help='Its id.')
+) -> tuple[Sequence[Any], Any]:
+    """Show which videos show a track, and where in them."""
+    from mctrack_ros.store import showings
+    from mctrack_ros.store.queries.results import Showing
+
+    return showings(run, track, between), Showing
+
+
+def _format(form: str, out: Path | None) -> str:
+    """Return the format of an answer."""
+    from mctrack_ros.store.queries.output import Format
+
+    form = form or _ENDINGS.get(out.suffix.lower() if out else '', 'table')
+    if form not in list(Format):
+        raise typer.BadParameter(f'--format is {form!r}, expected {", ".join(Format)}')
+    if form == Format.PARQUET and out is None:
+        raise typer.BadParameter('a Parquet file needs a name: --out FILE')
+    return form
+
+
+def _answer(rows: Sequence[Any], kind: Any, form: str, out: Path | None) -> None:
+    """Print an answer, or write it."""
+    from mctrack_ros.store.queries import output
+
+    if form == 'parquet' and out is not None:
+        output.write_parquet(rows, kind, out)
+    elif form == 'table':
+        _show_table(rows, kind, out)
+    else:
+        made = {'json': output.as_json, 'geojson': output.as_geojson}.get(form)
+        text = made(rows) if made else output.as_csv(rows, kind)
+        if out is None:
+            typer.echo(text.rstrip('\n'))
+        else:
+            out.write_text(text)
+    if out is not None:
+        typer.echo(f'wrote {out}: {len(rows)} rows')
+
+
+def _show_table(rows: Sequence[Any], kind: Any, out: Path | None) -> None:
+    """Print a table, or write it."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    from mctrack_ros.store.queries.output import cells
+
+    table = Table(box=box.SIMPLE_HEAD)
+    for field in fields(kind):
+        table.add_column(field.name, justify='right', no_wrap=True)
+    for row in rows:
+        table.add_row(*cells(row))
+    if out is None:
+        Console(width=_WIDTH).print(table)
+        return
+    with out.open('w') as file:
+        Console(file=file, width=_WIDTH).print(table)
+
+
+def _points(text: str) -> list[tuple[float, float]]:
+    """Read points, m."""
+    found = []
+    for each in text.split():
+        try:
+            x, y = map(float, each.split(','))
+            found.append((finite(x), finite(y)))
+        except ValueError as error:
+            raise typer.BadParameter(f'{each!r} is no point, expected x,y') from error
+    return found
+
+
+def _id(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError as error:
+        raise typer.BadParameter(f'{text!r} is neither an id nor a point x,y') from error

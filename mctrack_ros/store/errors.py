@@ -1,0 +1,5 @@
+"""What goes wrong with trajectory databases."""
+
+
+class StoreError(RuntimeError):
+    """A database that cannot be opened, written or asked; names it and the reason."""

@@ -1,0 +1,70 @@
+"""Who is in which group, from when to when."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+_PAUSE_NS = 1_000_000_000
+"""A longer absence from a group ends the membership."""
+
+
+@dataclass(slots=True)
+class _Member:
+    """A membership as far as it is known."""
+
+    group: int
+    began_ns: int
+    ended_ns: int
+    is_new: bool = True
+
+
+@dataclass(slots=True)
+class Memberships:
+    """The memberships of a run, put together from chunks in the order of time."""
+
+    _open: dict[int, _Member] = field(default_factory=dict)
+    _over: list[tuple[int, _Member]] = field(default_factory=list)
+
+    def copy(self) -> Self:
+        """Return a copy that changes alone."""
+        return deepcopy(self)
+
+    def add(self, track: int, stamp_ns: NDArray[np.int64], group: NDArray[np.uint32]) -> None:
+        """Append the groups of a track, 0: none, at ascending stamps, ns."""
+        if not group.any():
+            return
+        edges = np.flatnonzero(np.diff(group)) + 1
+        for part in np.split(np.arange(len(group)), edges):
+            number = int(group[part[0]])
+            began_ns, ended_ns = int(stamp_ns[part[0]]), int(stamp_ns[part[-1]])
+            member = self._open.get(track)
+            if number == 0:
+                continue
+            if member and member.group == number and began_ns - member.ended_ns <= _PAUSE_NS:
+                member.ended_ns, member.is_new = ended_ns, True
+                continue
+            if member and member.is_new:
+                self._over.append((track, member))
+            self._open[track] = _Member(number, began_ns, ended_ns)
+
+    def changed(self, run: int) -> list[dict[str, Any]]:
+        """Return the memberships that changed since the last time, as rows of the table."""
+        new = self._over + [(track, each) for track, each in self._open.items() if each.is_new]
+        for _, member in new:
+            member.is_new = False
+        self._over = []
+        return [
+            {
+                'run_id': run,
+                'group_id': member.group,
+                'track_id': track,
+                'began_ns': member.began_ns,
+                'ended_ns': member.ended_ns,
+            }
+            for track, member in new
+        ]

@@ -1,0 +1,1 @@
+"""Versions of the trajectory database's tables, by Alembic."""

@@ -1,0 +1,1 @@
+"""Questions to the trajectory database, and answers as text and files."""

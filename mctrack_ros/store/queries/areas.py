@@ -1,0 +1,251 @@
+"""Questions about places: events in an area, counts through a line or in an area, heat maps."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Sequence
+from itertools import pairwise
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from sqlalchemy import select
+
+from mctrack_ros.interfaces import EventCode
+from mctrack_ros.store.queries.results import Cell, Crossings, Event, Occupancy
+from mctrack_ros.store.queries.run import ALWAYS, Between, Run
+from mctrack_ros.store.queries.tracks import PAUSE_NS
+from mctrack_ros.store.rows import TrackRows
+from mctrack_ros.store.schema import EVENTS
+from mctrack_ros.store.writer import EVENTS_TOPIC, events_of
+
+Points = Sequence[tuple[float, float]]
+Ints = NDArray[np.int64]
+
+_STRIDE_M = 2.0
+"""Nobody goes farther from one tick to the next."""
+
+
+def events(
+    run: Run,
+    kinds: Collection[EventCode] = (),
+    area: Points = (),
+    between: Between = ALWAYS,
+    track: int | None = None,
+) -> list[Event]:
+    """
+    Return fusion's events.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    kinds : collection of EventCode
+        Only of these kinds; none: of all.
+    area : sequence of (float, float)
+        Only in this polygon, its corners in m; none: everywhere, also where the place is unknown.
+    between : (float, float)
+        From when until before when, s.
+    track : int, optional
+        Only those that concern this one.
+
+    """
+    first_ns, last_ns = run.between_ns(between)
+    asked = select(EVENTS.c.stamp_ns, EVENTS.c.row).where(
+        EVENTS.c.run_id == run.stored.run,
+        EVENTS.c.topic == EVENTS_TOPIC,
+        EVENTS.c.stamp_ns >= first_ns,
+        EVENTS.c.stamp_ns < last_ns,
+    )
+    if kinds:
+        asked = asked.where(EVENTS.c.event.in_(sorted(map(int, kinds))))
+    if area:
+        left, low, right, high = _polygon(area).bounds
+        asked = asked.where(EVENTS.c.x.between(left, right), EVENTS.c.y.between(low, high))
+    ordered = asked.order_by(EVENTS.c.stamp_ns, EVENTS.c.number, EVENTS.c.line)
+    found = []
+    with run.database.connected() as connection:
+        identities = run.identities(connection)
+        for stamp_ns, row in connection.execute(ordered).all():
+            rows = events_of(stamp_ns, [row])
+            reported = np.concatenate([rows.track_id, *rows.others, *rows.other_tracks])
+            reported = reported.astype(np.int64)
+            lives = identities.lives(reported, np.full(len(reported), stamp_ns)).tolist()
+            x, y, _ = rows.position[0].tolist()
+            if area and not shapely.covers(_polygon(area), shapely.Point(x, y)):
+                continue
+            ids = int(rows.old_id[0]), int(rows.new_id[0])
+            if track is not None and track not in {*lives, *ids}:
+                continue
+            is_placed = bool(np.isfinite([x, y]).all())
+            found.append(
+                Event(
+                    EventCode(rows.event[0]).name.lower(),
+                    run.seconds(stamp_ns),
+                    stamp_ns,
+                    lives[0],
+                    int(reported[0]),
+                    *ids,
+                    tuple(dict.fromkeys(each for each in lives[1:] if each)),
+                    float(rows.probability[0]),
+                    x if is_placed else None,
+                    y if is_placed else None,
+                )
+            )
+    return found
+
+
+def crossings(
+    run: Run, line: Points, between: Between = ALWAYS, per_s: float = 60.0
+) -> list[Crossings]:
+    """
+    Count who crosses a line, per period.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    line : sequence of (float, float)
+        Its points, m; left and right are those of somebody who walks along it.
+    between : (float, float)
+        From when until before when, s.
+    per_s : float
+        Length of a period, s.
+
+    """
+    if len(line) < 2:
+        raise ValueError('a line needs two points')
+    points = np.array(line, np.float64)
+    low, high = points.min(axis=0) - _STRIDE_M, points.max(axis=0) + _STRIDE_M
+    rows = run.rows(between, boxes=[run.box(between, (*low.tolist(), *high.tolist()))])
+    start, end = _steps(rows)
+    place = rows.position()
+    counts: dict[int, list[int]] = defaultdict(lambda: [0, 0])
+    for begin, finish in pairwise(points):
+        side_from, side_to = (_side(begin, finish, place[each]) for each in (start, end))
+        crossed = (side_from > 0) != (side_to > 0)
+        crossed &= (_between(place[start], place[end], begin) > 0) != (
+            _between(place[start], place[end], finish) > 0
+        )
+        for row, to_left in zip(end[crossed].tolist(), (side_to[crossed] > 0).tolist()):
+            counts[_period(run, int(rows.stamp_ns[row]), per_s)][0 if to_left else 1] += 1
+    return [
+        Crossings(period * per_s, *counts.get(period, (0, 0)))
+        for period in _periods(run, between, per_s)
+    ]
+
+
+def occupancy(
+    run: Run, area: Points, between: Between = ALWAYS, per_s: float = 60.0
+) -> list[Occupancy]:
+    """
+    Count who is in an area, per period.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    area : sequence of (float, float)
+        Corners of the polygon, m.
+    between : (float, float)
+        From when until before when, s.
+    per_s : float
+        Length of a period, s.
+
+    """
+    polygon = _polygon(area)
+    rows = run.rows(between, boxes=[run.box(between, polygon.bounds)])
+    rows = rows.select(_inside(polygon, rows))
+    seconds = _seconds(rows)
+    found = []
+    period = np.array([_period(run, stamp, per_s) for stamp in rows.stamp_ns.tolist()], np.int64)
+    for each in _periods(run, between, per_s):
+        inside = period == each
+        _, most = np.unique(rows.stamp_ns[inside], return_counts=True)
+        visitors = len(np.unique(rows.life[inside]))
+        mean = float(seconds[inside].sum()) / per_s
+        found.append(Occupancy(each * per_s, visitors, mean, int(most.max(initial=0))))
+    return found
+
+
+def heat_map(
+    run: Run,
+    cell_m: float = 1.0,
+    between: Between = ALWAYS,
+    area: Points = (),
+    track: int | None = None,
+) -> list[Cell]:
+    """Return how long somebody was in each square of the ground, where anybody was."""
+    boxes = [run.box(between, _polygon(area).bounds)] if area else None
+    if track is not None:
+        rows = run.rows(between, tracks=[track])
+    else:
+        rows = run.rows(between, boxes=boxes)
+    if area:
+        rows = rows.select(_inside(_polygon(area), rows))
+    cells, which = np.unique(
+        np.floor(rows.position() / cell_m).astype(np.int64), axis=0, return_inverse=True
+    )
+    seconds = np.bincount(which.ravel(), _seconds(rows), len(cells))
+    middles = (cells + 0.5) * cell_m
+    return [Cell(x, y, time) for (x, y), time in zip(middles.tolist(), seconds.tolist())]
+
+
+def _polygon(area: Points) -> shapely.Polygon:
+    if len(area) < 3:
+        raise ValueError('an area needs three corners')
+    polygon = shapely.Polygon(area)
+    if not polygon.is_valid:
+        raise ValueError('the sides of the area cross one another')
+    shapely.prepare(polygon)
+    return polygon
+
+
+def _inside(polygon: shapely.Polygon, rows: TrackRows) -> NDArray[np.bool_]:
+    return np.asarray(shapely.intersects_xy(polygon, *rows.position().T), np.bool_)
+
+
+def _steps(rows: TrackRows) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return first and second row of each step that a life takes."""
+    order = np.argsort(rows.life, kind='stable')
+    start, end = order[:-1], order[1:]
+    is_step = (rows.life[start] == rows.life[end]) & (
+        rows.stamp_ns[end] - rows.stamp_ns[start] <= PAUSE_NS
+    )
+    return start[is_step], end[is_step]
+
+
+def _seconds(rows: TrackRows) -> NDArray[np.float64]:
+    """Return how long each row stands for: until the next one of the same life, s."""
+    start, end = _steps(rows)
+    seconds = np.zeros(len(rows))
+    seconds[start] = (rows.stamp_ns[end] - rows.stamp_ns[start]) * 1e-9
+    return seconds
+
+
+def _side(
+    begin: NDArray[np.float64], end: NDArray[np.float64], place: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return on which side of a line places lie: above 0 is left."""
+    (dx, dy), (x, y) = end - begin, (place - begin).T
+    return np.asarray(dx * y - dy * x)
+
+
+def _between(
+    begin: NDArray[np.float64], end: NDArray[np.float64], place: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return on which side of each of several lines a place lies."""
+    (dx, dy), (x, y) = (end - begin).T, (place - begin).T
+    return np.asarray(dx * y - dy * x)
+
+
+def _period(run: Run, stamp_ns: int, per_s: float) -> int:
+    return int(run.seconds(stamp_ns) // per_s)
+
+
+def _periods(run: Run, between: Between, per_s: float) -> range:
+    """Return the periods of a time that the run knows."""
+    if per_s <= 0:
+        raise ValueError(f'a period of {per_s} s is none')
+    first, last = max(between[0], 0.0), min(between[1], run.length_s())
+    return range(int(first // per_s), int(-(-last // per_s)))

@@ -1,0 +1,121 @@
+"""What queries answer: one object a row; times in seconds since the run's first tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class TrackSummary:
+    """A track: when it was there, how far it went and how fast, m and m/s."""
+
+    track_id: int
+    class_name: str
+    began_s: float
+    ended_s: float
+    distance_m: float
+    mean_speed: float
+    top_speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a track was; ``reported_id`` is what it was called at the time."""
+
+    track_id: int
+    reported_id: int
+    time_s: float
+    stamp_ns: int
+    x: float
+    y: float
+    vx: float
+    vy: float
+    variance_xx: float
+    variance_xy: float
+    variance_yy: float
+    status: str
+
+
+@dataclass(frozen=True, slots=True)
+class Visit:
+    """Somebody was near, from when to when; the rest is of the closest instant."""
+
+    track_id: int
+    began_s: float
+    ended_s: float
+    closest_m: float
+    closest_s: float
+    x: float
+    y: float
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """Two were near each other, from when to when; the rest is of the closest instant."""
+
+    track_id: int
+    other_id: int
+    began_s: float
+    ended_s: float
+    closest_m: float
+    closest_s: float
+    x: float
+    y: float
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """An event; ids are those that are known now, ``reported_id`` is that of the message."""
+
+    event: str
+    time_s: float
+    stamp_ns: int
+    track_id: int
+    reported_id: int
+    old_id: int
+    new_id: int
+    others: tuple[int, ...]
+    probability: float
+    x: float | None
+    y: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Crossings:
+    """How many crossed a line in a period, to its left and to its right."""
+
+    began_s: float
+    to_left: int
+    to_right: int
+
+
+@dataclass(frozen=True, slots=True)
+class Occupancy:
+    """How many were in an area in a period: different ones, on average, and most at once."""
+
+    began_s: float
+    visitors: int
+    mean: float
+    most: int
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A square of the ground, its middle, and how long somebody was in it, s."""
+
+    x: float
+    y: float
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Showing:
+    """A video that shows a track: from when to when, and where in the video, s."""
+
+    camera: str
+    path: str
+    track_id: int
+    began_s: float
+    ended_s: float
+    video_from_s: float
+    video_to_s: float

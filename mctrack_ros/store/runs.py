@@ -1,0 +1,101 @@
+"""Runs, sites, cameras and their videos."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import Connection, Row, Table, insert, select
+
+from mctrack_ros.store.errors import StoreError
+from mctrack_ros.store.schema import CAMERAS, RUN_CAMERAS, RUNS, SITES
+
+
+@dataclass(frozen=True, slots=True)
+class NewRun:
+    """
+    A run that is written.
+
+    Attributes
+    ----------
+    name : str
+        Unique in the database.
+    site : str
+        Name of the site.
+    cameras : tuple of str
+        In the order of the bits of ``cameras``.
+    frame_id : str
+        Frame of the positions.
+
+    """
+
+    name: str
+    site: str = 'site'
+    cameras: tuple[str, ...] = ()
+    frame_id: str = 'map'
+
+
+def begin_run(connection: Connection, run: NewRun, *, resume: bool) -> tuple[int, int | None]:
+    """
+    Return the number of a run, and the stamp of its first tick if it has one, ns.
+
+    Raises
+    ------
+    StoreError
+        If it is there already and not to be continued, or finished.
+
+    """
+    asked = select(RUNS.c.run_id, RUNS.c.began_ns, RUNS.c.ended_ns)
+    found = connection.execute(asked.where(RUNS.c.name == run.name)).one_or_none()
+    if found is not None:
+        if not resume:
+            raise StoreError(f'run {run.name} is in the database already')
+        if found.ended_ns is not None:
+            raise StoreError(f'run {run.name} is finished: write what follows as another run')
+        return found.run_id, found.began_ns
+    site = number_of(connection, SITES, {'name': run.site})
+    values = {'site_id': site, 'name': run.name, 'frame_id': run.frame_id}
+    number = number_of(connection, RUNS, values)
+    cameras = [
+        {
+            'run_id': number,
+            'bit': bit,
+            'camera_id': number_of(connection, CAMERAS, {'site_id': site, 'name': name}),
+        }
+        for bit, name in enumerate(run.cameras)
+    ]
+    if cameras:
+        connection.execute(insert(RUN_CAMERAS), cameras)
+    return number, None
+
+
+def find_run(connection: Connection, name: str) -> Row[Any]:
+    """
+    Return a run by its name, or the only one.
+
+    Raises
+    ------
+    StoreError
+        If there is none, or several and none is named.
+
+    """
+    asked = select(RUNS, SITES.c.name.label('site')).join(SITES, SITES.c.site_id == RUNS.c.site_id)
+    found = connection.execute(asked.where(RUNS.c.name == name) if name else asked.limit(21)).all()
+    if len(found) == 1:
+        return found[0]
+    if name or not found:
+        raise StoreError(f'the database has no run {name}'.rstrip())
+    listed = ', '.join(row.name for row in found[:20])
+    raise StoreError(f'the database has several runs, name one: {listed}')
+
+
+def number_of(connection: Connection, table: Table, values: dict[str, Any]) -> int:
+    """Return the number of a row, which is made unless it is there."""
+    key = next(iter(table.primary_key))
+    asked = select(key).where(*(table.c[name] == value for name, value in values.items()))
+    found = connection.execute(asked).scalar()
+    if found is None:
+        made = connection.execute(insert(table), values).inserted_primary_key
+        assert made is not None
+        found = made[0]
+    return int(found)
