@@ -44,7 +44,11 @@ def scaled_of_3(tmp_path):
         done = subprocess.run(
             [sys.executable, '-c', code],
             env=os.environ
-            | {'PYTHONPATH': str(package.parent), 'XDG_CACHE_HOME': str(tmp_path / 'cache')},
+            | {
+                'PYTHONPATH': str(package.parent),
+                'XDG_CACHE_HOME': str(tmp_path / 'cache'),
+                'PYTHONDONTWRITEBYTECODE': '1',  # a change within a second would not be seen
+            },
             cwd=package.parent,
             capture_output=True,
             text=True,

@@ -1,5 +1,7 @@
 """Videos tracked by `mctrack track`, directly and by way of a bag."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 import yaml
@@ -64,7 +66,9 @@ def test_videos_give_the_tracks_of_the_bag_that_is_made_of_them(hall, tmp_path):
         for folder in (tmp_path / 'a', tmp_path / 'b')
     )
     assert first == second
-    assert len({line.split(',')[1] for line in (tmp_path / 'b' / 'tracks.txt').open()}) == 3
+    lines = (tmp_path / 'b' / 'tracks.txt').read_text().splitlines()
+    lived = Counter(line.split(',')[1] for line in lines).most_common(3)
+    assert [images > 75 for _, images in lived] == [True] * 3  # of the 81 that show people
 
 
 @pytest.mark.parametrize('options', [[], ['--site', 'site.yaml', '--out', 'out']])
