@@ -11,6 +11,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from mctrack_ros.store.errors import StoreError
+
 
 class Format(StrEnum):
     """How answers are written."""
@@ -52,8 +54,11 @@ def as_csv(rows: Sequence[Any], kind: type[Any]) -> str:
 
 
 def write_parquet(rows: Sequence[Any], kind: type[Any], path: Path) -> None:
-    """Write rows as a Parquet file."""
-    from pyarrow import Table, parquet
+    """Write rows as a Parquet file; StoreError: pyarrow is not there, or not for this numpy."""
+    try:
+        from pyarrow import Table, parquet
+    except ImportError as error:
+        raise StoreError(f'{path} needs pyarrow (17 for numpy 1): {error}') from error
 
     names = [field.name for field in fields(kind)]
     columns = {name: [getattr(row, name) for row in rows] for name in names}
