@@ -37,20 +37,9 @@ def squared_distances(image: Image, box: Floats, reference: Floats) -> Floats:
 
 def root_templates(image: Image, box: Floats) -> Floats:
     """
-    Return the roots of appearance templates: products of two are Bhattacharyya coefficients.
+    Return the roots of the boxes' histograms, (k, n, 48); products of two are Bhattacharyya's.
 
-    Parameters
-    ----------
-    image : (h, w, 3) uint8 array
-        BGR image.
-    box : (k, n, 4) array
-        Left, top, width, height, px, of n boxes that lie about together, k times.
-
-    Returns
-    -------
-    (k, n, 48) array
-        The squares of each sum to the share of the box that is in the image.
-
+    The squares of each sum to the share of the box that is in the image.
     """
     roots: Floats = _root_templates(
         np.ascontiguousarray(image), np.ascontiguousarray(box), NO_BALANCE

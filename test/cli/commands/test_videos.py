@@ -67,8 +67,9 @@ def test_videos_give_the_tracks_of_the_bag_that_is_made_of_them(hall, tmp_path):
     )
     assert first == second
     lines = (tmp_path / 'b' / 'tracks.txt').read_text().splitlines()
-    lived = Counter(line.split(',')[1] for line in lines).most_common(3)
-    assert [images > 75 for _, images in lived] == [True] * 3  # of the 81 that show people
+    lived = Counter(line.split(',')[1] for line in lines)
+    assert sorted(lived.values())[-3] > 75  # of the 81 images that show people
+    assert len(lived) <= 4  # two films of sixteen have a ghost, by their noise
 
 
 @pytest.mark.parametrize('options', [[], ['--site', 'site.yaml', '--out', 'out']])

@@ -1,5 +1,7 @@
 """Views and ground together, on drawn images."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -33,10 +35,11 @@ def followed(
     cameras=tuple(PLACES),
     after=lambda index, ground: None,
     colours=None,
+    camera=PRINTED,
 ):
     """Track people from where they begin; return the ground node and errors, (ticks, k) m."""
     real = {name: ProjectiveMapping(projection(PLACES[name]), SIZE) for name in cameras}
-    views = {name: ViewFilters((mappings or real)[name], name, PRINTED) for name in cameras}
+    views = {name: ViewFilters((mappings or real)[name], name, camera) for name in cameras}
     ground, rng, errors = GroundBelief(config or BeliefConfig()), np.random.default_rng(3), []
     for index in range(round(seconds * 25)):
         t, stamp_ns = index / 25, 10**12 + index * PERIOD_NS
@@ -111,15 +114,30 @@ def test_a_view_that_sees_rescues_one_that_does_not_and_alone_it_is_worse():
     assert alone[-1, 0] > 3 * errors[-1, 0]
 
 
-def test_a_view_tells_along_its_line_of_sight_less_and_is_told_the_rest_by_the_other():
+@pytest.mark.parametrize(
+    ('weights', 'likelihood', 'longer'),
+    [
+        ('evidence', 'odds', 1.25),
+        pytest.param(
+            'evidence', 'odds', 1.5,
+            marks=pytest.mark.xfail(strict=True, reason='1.34 of the northern view'),
+        ),
+    ],
+)  # fmt: skip
+def test_a_view_tells_along_its_line_of_sight_less_and_is_told_the_rest_by_the_other(
+    weights, likelihood, longer
+):
     """Figure 4: covariances are carried both ways through the calibration."""
-    spread = {}
+    spread, config = {}, BeliefConfig(weights=weights)
+    camera = replace(PRINTED, likelihood=likelihood)
     for cameras in (('east',), ('north',), ('east', 'north')):
-        ground, _ = followed(1.2, people=lambda t: np.zeros((1, 2)), cameras=cameras)
+        ground, _ = followed(
+            1.2, config, people=lambda t: np.zeros((1, 2)), cameras=cameras, camera=camera
+        )
         spread[cameras] = ground.targets[1].state[:, :2].std(axis=0)
     east, north, both = spread.values()
-    assert east[0] > 1.25 * east[1]  # the camera looks along x
-    assert north[1] > 1.25 * north[0]
+    assert east[0] > longer * east[1]  # the camera looks along x
+    assert north[1] > longer * north[0]
     assert both.max() < 0.8 * min(east.max(), north.max())
     view = ViewFilters(ProjectiveMapping(projection(PLACES['east']), SIZE), 'east')
     place = np.random.default_rng(1).multivariate_normal([0, 0], np.diag([0.09, 0.01]), 4000)
@@ -147,16 +165,28 @@ def test_a_short_occlusion_in_both_views_keeps_the_target():
     assert errors[-1].max() < 0.2
 
 
+RED, BLUE = (40, 40, 200), (200, 60, 40)
+
+
 @pytest.mark.parametrize(
-    ('apart', 'colours'),
-    [(0.8, [(40, 40, 200)] * 2), (0.2, [(40, 40, 200), (200, 60, 40)])],
-    ids=['alike', 'near'],
-)
-def test_two_cross_who_look_alike_or_are_near(apart, colours):
+    ('apart', 'colours', 'weights', 'likelihood'),
+    [
+        (0.8, (RED, RED), 'evidence', 'odds'),
+        (0.2, (RED, BLUE), 'evidence', 'odds'),
+        (0.2, (RED, RED), 'corrected', 'histograms'),
+        pytest.param(
+            0.2, (RED, RED), 'evidence', 'odds',
+            marks=pytest.mark.xfail(strict=True, reason='both follow whoever is in front'),
+        ),
+    ],
+)  # fmt: skip
+def test_two_cross_who_look_alike_or_are_near(apart, colours, weights, likelihood):
     def crossing(t):
         return np.array([[0.0, -1.5 + t], [apart, 1.5 - t]])
 
-    _, errors = followed(3.0, people=crossing, colours=colours)
+    camera = replace(PRINTED, likelihood=likelihood)
+    config = BeliefConfig(weights=weights)
+    _, errors = followed(3.0, config, people=crossing, colours=list(colours), camera=camera)
     assert errors[-1].max() < 0.3
 
 
