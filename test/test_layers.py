@@ -19,7 +19,8 @@ ALLOWED = {
     'site.description': {'interfaces'},
     'site.stated_origin': {'config'},
     'ground': {'interfaces', 'config', 'compiled'},
-    'site.origin': {'config', 'ground', 'site.stated_origin'},
+    'zones': {'interfaces', 'config', 'ground'},
+    'site.origin': {'config', 'ground', 'site.stated_origin', 'zones'},
     'tracking': {'interfaces', 'config', 'compiled', 'ground'},
     'perception': {'interfaces', 'config', 'compiled', 'ground', 'tracking'},
     'fusion': {'interfaces', 'config', 'compiled', 'ground', 'tracking'},
@@ -29,6 +30,7 @@ ALLOWED['site.camera'] = ALLOWED['perception'] | {
     'perception',
     'site.origin',
     'site.stated_origin',
+    'zones',
 }
 ALLOWED['site.site'] = ALLOWED['site.camera'] | {
     'site.names',
@@ -39,7 +41,7 @@ ALLOWED['site.site'] = ALLOWED['site.camera'] | {
 ALLOWED['site.choice'] = ALLOWED['site.site'] | {'site.site'}
 ALLOWED['site.coverage'] = ALLOWED['site.site'] | {'site.site'}
 ALLOWED['recording'] = {'interfaces', 'config', 'codec'}
-ALLOWED['store'] = {'interfaces', 'codec', 'recording'}
+ALLOWED['store'] = {'interfaces', 'codec', 'recording', 'zones'}
 ALLOWED['replay'] = ALLOWED['site.choice'] | {'site.choice', 'codec', 'recording', 'processes'}
 ALLOWED['evaluation'] = {
     'interfaces',

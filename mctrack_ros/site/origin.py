@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from mctrack_ros.config import ConfigError
 from mctrack_ros.ground.origin import local_origin
 from mctrack_ros.site.stated_origin import Origin, origin_text
+from mctrack_ros.zones.shapes import Zones
 
 FARTHEST_M = 10_000.0
 """How far from the origin a camera may be: up to there float32 keeps millimetres."""
@@ -58,3 +59,32 @@ def check_near(place: NDArray[np.float64], origin: Origin, what: str) -> None:
             f'set origin: {wanted[0]:.0f},{wanted[1]:.0f} for all of the site, or mend the '
             'calibration'
         )
+
+
+def check_zones_near(zones: Zones, origin: Origin) -> None:
+    """
+    Refuse zones and lines that lie where no camera may be.
+
+    Parameters
+    ----------
+    zones : Zones
+        In the coordinates of the site's files.
+    origin : (float, float)
+        Of the site, m.
+
+    Raises
+    ------
+    ConfigError
+        Names the zone or line.
+
+    """
+    keys = [(f'zones.{each.name}.corners', each.corners) for each in zones.zones]
+    keys += [(f'lines.{each.name}.points', each.points) for each in zones.lines]
+    for key, points in keys:
+        away = float(np.hypot(*(np.array(points) - origin).T).max())
+        if away > FARTHEST_M:
+            raise ConfigError(
+                f"{key} lies {away / 1000:.0f} km from the site's origin {origin_text(origin)}, "
+                f'expected at most {FARTHEST_M / 1000:.0f} km, in the coordinates of the '
+                'calibrations'
+            )

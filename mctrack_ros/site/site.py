@@ -24,8 +24,10 @@ from mctrack_ros.perception import CAMERA, camera_method
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.description import offline_run, site_description
 from mctrack_ros.site.names import check_camera_name
-from mctrack_ros.site.origin import chosen_origin
+from mctrack_ros.site.origin import check_zones_near, chosen_origin
 from mctrack_ros.site.stated_origin import Origin, origin_from, origin_text
+from mctrack_ros.zones.files import BLOCKS, zones_from
+from mctrack_ros.zones.shapes import Zones
 
 _FILES = ('grid', 'calibration', 'extrinsics', 'mask', 'background', 'lines')
 
@@ -57,6 +59,8 @@ class SiteConfig:
         Of the file that it was read from; may be empty.
     names_tracker : bool
         Whether it says by what it is tracked; see `mctrack_ros.site.choice`.
+    zones : Zones
+        Its zones and lines, in the coordinates of the site's files.
 
     """
 
@@ -69,11 +73,18 @@ class SiteConfig:
     origin: Origin = (0.0, 0.0)
     path: str = ''
     names_tracker: bool = True
+    zones: Zones = Zones()
 
     @property
     def camera_names(self) -> tuple[str, ...]:
         """Names in the order of the camera bits."""
         return tuple(self.cameras)
+
+    @property
+    def own_zones(self) -> Zones:
+        """Zones and lines relative to the origin, as positions on topics are."""
+        x, y = self.origin
+        return self.zones.moved((-x, -y))
 
     @property
     def image_sizes(self) -> dict[str, tuple[int, int]]:
@@ -162,7 +173,8 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     ----------
     content : object
         A mapping with ``name``, ``ground_frame``, ``feedback_delay``, ``area``, ``origin``,
-        ``fusion``, ``cameras`` and ``pipeline``, the settings that all cameras share.
+        ``fusion``, ``zones``, ``lines``, ``cameras`` and ``pipeline``, the settings that all
+        cameras share.
     directory : Path
         What paths are relative to.
 
@@ -182,6 +194,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         raise ConfigError(f'pipeline is {shared!r}, expected a mapping')
     if len(cameras) > MAX_CAMERAS:
         raise ConfigError(f'{len(cameras)} cameras, expected at most {MAX_CAMERAS}')
+    zones = zones_from({block: values.pop(block, None) for block in BLOCKS})
     names_tracker = FUSION.tag in _mapping(values.get('fusion'))
     scalars = config_from(SiteScalars, values)
     if scalars.area:
@@ -200,6 +213,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     _check_messages(settings, scalars.fusion)
     stated = scalars.origin
     origin = origin_from(stated) if stated else chosen_origin(_places(settings.values()))
+    check_zones_near(zones, origin)
     area = _corners(scalars.area, origin)
     return SiteConfig(
         name=scalars.name,
@@ -215,6 +229,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         fusion=scalars.fusion,
         origin=origin,
         names_tracker=names_tracker,
+        zones=zones,
     )
 
 
