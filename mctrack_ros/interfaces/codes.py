@@ -27,7 +27,7 @@ REPORTED = (TrackStatus.CONFIRMED, TrackStatus.COASTING, TrackStatus.GROUPED)
 
 
 class EventCode(IntEnum):
-    """Tracking events of the event-tracking paper, Table 1, and what the graph adds."""
+    """Tracking events of the event-tracking paper, Table 1, and what the graph and zones add."""
 
     NEW = 1
     ENTER = 2
@@ -37,6 +37,25 @@ class EventCode(IntEnum):
     STABLE = 6
     CORRECTION = 7
     FEEDBACK_MISSED = 8
+    ENTER_ZONE = 9
+    LEAVE_ZONE = 10
+    CROSS_LEFT = 11
+    CROSS_RIGHT = 12
+    DWELL = 13
+    OCCUPANCY = 14
+    CROWDED = 15
+
+
+ZONE_EVENTS = (
+    EventCode.ENTER_ZONE,
+    EventCode.LEAVE_ZONE,
+    EventCode.CROSS_LEFT,
+    EventCode.CROSS_RIGHT,
+    EventCode.DWELL,
+    EventCode.OCCUPANCY,
+    EventCode.CROWDED,
+)
+"""Those of the zones and lines of a site."""
 
 
 class ClassCode(IntEnum):

@@ -27,12 +27,14 @@ class Events(Rows):
     probability : (n,) float32 array
         Of the event, 0 to 1. Of a camera's: that all whom it names are the right ones. On
         `/events`: the track's score, of an exit the last one; of a correction that the new id is
-        the right one, against the next best.
+        the right one, against the next best; of a zone event that the track is on that side of
+        the boundary, and 0 where it left as it ended inside.
     track_id : (n,) uint32 array
         The global track it is about; 0: not known.
     old_id, new_id : (n,) uint32 array
         Of a correction: what the track was called, and is called now. Of a split on `/events`:
-        whose past the track shares, and itself.
+        whose past the track shares, and itself. Of an occupancy or a crowd: how many were in the
+        zone before the tick, and are now.
     local_id : (n,) uint32 array
         The camera's own track; 0: none.
     others : (n, 16) uint32 array
@@ -41,7 +43,7 @@ class Events(Rows):
         On a camera's topic, the global ids of the other members in the order of ``others``, 0
         where not known; then those of members without a local track.
     zone : (n,) uint32 array
-        Zone of a zone event.
+        Of a zone event, the index of the zone or line, from 1, as `/site` lists them; else 0.
     event : (n,) uint16 array
         An `EventCode`.
     camera : (n,) uint16 array

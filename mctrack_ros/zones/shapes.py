@@ -85,6 +85,12 @@ class Zones:
         """Return how many zones and lines there are."""
         return len(self.zones) + len(self.lines)
 
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """Probability from which a side is decided, of each."""
+        zones = tuple(each.probability for each in self.zones)
+        return zones + tuple(each.probability for each in self.lines)
+
     def moved(self, by: Point) -> Self:
         """Return the same elsewhere, moved by x, y in m."""
         return replace(
