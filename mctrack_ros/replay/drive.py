@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from mctrack_ros.fusion import (
@@ -17,6 +17,8 @@ from mctrack_ros.fusion import (
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.fusion.trackers import no_views
 from mctrack_ros.interfaces import Detections, Explanation, Rows, RowsTick
+from mctrack_ros.zones.engine import ZoneEngine
+from mctrack_ros.zones.shapes import Zones
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -54,6 +56,7 @@ def drive(
     is_asked_why: Callable[[RowsTick[Any]], bool] = lambda tick: False,
     views: OpenViews = no_views,
     starts: Iterable[Detections] = (),
+    zones: Zones | None = None,
 ) -> Iterator[TickOutput]:
     """
     Step a new tracker over ticks.
@@ -73,6 +76,8 @@ def drive(
         Reads how the cameras see the ground, if the tracker has to know.
     starts : iterable of Detections
         Tracks that are started and ended from outside; see `Startable`. Others do without.
+    zones : Zones, optional
+        Whose events are added to those of fusion, in the coordinates of the tracks.
 
     Yields
     ------
@@ -89,8 +94,10 @@ def drive(
     if isinstance(tracker, Startable):
         for rows in starts:
             tracker.start(rows)
+    engine = ZoneEngine(zones or Zones())
     for tick in ticks:
         recorder = open_recorder(config) if is_asked_why(tick) else None
         output = tracker.step(tick, recorder)
+        output = replace(output, events=engine.added(output.tracks, output.events))
         explanation = recorder.explanation if recorder else None
         yield TickOutput(tick, output, tracker.feedback(), explanation, tracker.bias)

@@ -96,7 +96,8 @@ def run_lockstep(
     batches = Batches(site.fusion, site.camera_names)
     periods = _Periods(workers, round(site.fusion.batching.period * 1e9))
     ticks = (tick for results in periods.complete() for tick in batches.ticks(results))
-    driven = drive(site.fusion, site.camera_names, ticks, lambda tick: explain, site.views, starts)
+    asked, zones = (lambda tick: explain), site.own_zones
+    driven = drive(site.fusion, site.camera_names, ticks, asked, site.views, starts, zones)
     for ticked in driven:
         periods.feedback.append((batches.session, ticked.feedback))
         yield periods.results, ticked

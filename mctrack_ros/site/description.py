@@ -20,10 +20,11 @@ def site_description(
     image_sizes: Mapping[str, tuple[int, int]],
 ) -> str:
     """
-    Return the JSON of `/site`: layout version, run, camera order, origin, codes, settings.
+    Return the JSON of `/site`: layout version, run, camera order, origin, codes, zones, settings.
 
     With the width and height of cameras' images, px, as far as known: over the size of a
-    foreground mask they give its scale.
+    foreground mask they give its scale. Zones and lines are relative to the origin, as positions
+    on topics are; rows of events name them by index.
     """
     return json.dumps(
         {
@@ -33,6 +34,7 @@ def site_description(
             'image_sizes': image_sizes,
             'origin': configuration['origin'],
             'codes': code_tables(),
+            'zones': configuration.get('zones', []),
             'configuration_hash': _digest(configuration),
             'fusion': configuration['fusion'],
         },

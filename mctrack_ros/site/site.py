@@ -117,7 +117,7 @@ class SiteConfig:
             'feedback_delay': self.feedback_delay,
             'origin': list(self.origin),
             'fusion': values_of(self.fusion),
-        }
+        } | self.own_zones.configured()
         run = offline_run(values, began_ns)
         return site_description(values, list(self.cameras), run, self.image_sizes)
 

@@ -59,6 +59,11 @@ class ZoneEngine:
         self._counts = np.zeros(self._zones, np.int64)
         self._stamp_ns = 0
 
+    def added(self, tracks: Tracks, events: Events) -> Events:
+        """Return fusion's events of a tick, and behind them its zone events; see `step`."""
+        own = self.step(tracks, events)
+        return Events.joined(events.stamp_ns, [events, own]) if len(own) else events
+
     def step(self, tracks: Tracks, events: Events) -> Events:
         """
         Return the zone events of a tick, by code, track and zone.
@@ -112,9 +117,8 @@ class ZoneEngine:
     def _join(self, row: int, other: int, found: list[_Found]) -> None:
         """Join what is known of another track to that of a track which it turned out to be."""
         lives = self._lives
-        known = np.isfinite(lives['last'][row, :, 0]) & np.isfinite(lives['first'][other, :, 0])
-        before = known & (lives['last_ns'][row] < lives['first_ns'][other])
-        (lines,) = np.nonzero(before)
+        last_ns = lives['last_ns'][row]
+        (lines,) = np.nonzero((last_ns >= 0) & (last_ns < lives['first_ns'][other]))
         if len(lines):
             begin, end = lives['last'][row, lines], lives['first'][other, lines]
             ways = self._sides.crossed(begin, end, lines)
@@ -279,6 +283,8 @@ def _extended(lives: Lives, track_id: NDArray[np.uint32]) -> Lives:
     fresh['track_id'] = track_id
     for name in ('inside', 'decided_ns', 'first_ns', 'last_ns'):
         fresh[name] = -1
+    for name in ('first', 'last'):
+        fresh[name] = np.nan
     return np.concatenate([lives, fresh])
 
 

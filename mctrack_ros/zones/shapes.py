@@ -123,6 +123,10 @@ class Zones:
         ]
         return [{'index': index, **each} for index, each in enumerate([*zones, *lines], start=1)]
 
+    def configured(self) -> dict[str, Any]:
+        """Return that as a part of a site's configuration, which sites without zones lack."""
+        return {'zones': self.described()} if len(self) else {}
+
     @classmethod
     def from_description(cls, described: list[Mapping[str, Any]]) -> Self:
         """Return the zones and lines of what `/site` says of them."""

@@ -64,6 +64,8 @@ from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class
 from mctrack_ros.site.description import site_description
 from mctrack_ros.site.names import check_camera_name
 from mctrack_ros.site.stated_origin import origin_from, origin_text
+from mctrack_ros.zones.engine import ZoneEngine
+from mctrack_ros.zones.shapes import Zones
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +88,8 @@ class FusionNodeConfig:
     )
     site: str = parameter(
         '',
-        'site YAML with the calibrations of the cameras, for a tracker that has to know them: '
-        'occupancy, likelihood_grid',
+        'site YAML with the zones and lines whose events are published, and the calibrations of '
+        'the cameras, for a tracker that has to know them: occupancy, likelihood_grid',
     )
     fusion: FusionConfig = FUSION.field()
 
@@ -117,6 +119,8 @@ class FusionNode(GraphNode):
         self.batcher = open_batcher(self.config.fusion, cameras)
         self.method = fusion_method(self.config.fusion)
         self.joining = Joining(self.config.fusion)
+        self.zones = self.own_zones()
+        self.zone_engine = ZoneEngine(self.zones)
         ids = self.open_ids()
         try:
             self.tracker = open_fusion(self.config.fusion, cameras, ids.first, self.views)
@@ -152,6 +156,17 @@ class FusionNode(GraphNode):
         self.markers = self.publisher(MarkerArray, 'tracks/markers', reliable(1))
         self.poses = self.publisher(PoseArray, 'tracks/poses', reliable(1))
         self.obstacles = self.publisher(cloud, 'tracks/obstacles', reliable(1))
+
+    def own_zones(self) -> Zones:
+        """Read the zones and lines of the site, relative to its origin."""
+        from mctrack_ros.zones.files import (
+            read_zones,
+        )  # with code of calibrations: only when needed
+
+        if not self.config.site:
+            return Zones()
+        x, y = self.origin
+        return read_zones(self.config.site).moved((-x, -y))
 
     def views(self) -> Views:
         """Read how the cameras see the ground."""
@@ -192,7 +207,7 @@ class FusionNode(GraphNode):
             'cameras': list(self.config.cameras),
             'origin': list(self.origin),
             'fusion': values_of(self.config.fusion),
-        }
+        } | self.zones.configured()
         cameras, run = list(self.config.cameras), uuid.uuid4().hex
         description = site_description(values, cameras, run, self.image_sizes)
         self.site.publish(String(data=description))
@@ -327,8 +342,9 @@ class FusionNode(GraphNode):
             output = self.tracker.step(tick, recorder)
             self.send(self.tracks, output.tracks)
             self.send(self.feedback, self.tracker.feedback())
-            if len(output.events):
-                self.send(self.events, output.events)
+            events = self.zone_engine.added(output.tracks, output.events)
+            if len(events):
+                self.send(self.events, events)
             self.send(self.ticks, tick.record)
             if recorder is not None:
                 self.send(self.candidates, recorder.explanation.candidates)
