@@ -10,9 +10,11 @@ SOURCES := setup.py setup.cfg package.xml pyproject.toml \
 QUICK := $(addprefix test/,codec evaluation fusion interfaces site tracking test_config.py)
 COMPILE := import mctrack_ros.perception.silhouettes; \
 	from mctrack_ros.cli.live import prepare_nodes; prepare_nodes()
+LOCK := $(BIN)/uv pip compile --universal --python-version 3.11 --generate-hashes --upgrade \
+	--no-header --no-emit-index-url --no-emit-find-links -q
 RESULTS := lab6p cmc wildtrack pets defaults terrace street cameras
 
-.PHONY: all demo test check unit quick jazzy same lock results reference clean help
+.PHONY: all demo test check unit quick jazzy readers same lock results reference clean help
 
 all: $(VENV)/.package ## install into .venv
 
@@ -38,6 +40,8 @@ jazzy: ## the tests on the versions of Ubuntu 24.04, which ROS 2 Jazzy is built 
 	.venv-jazzy/bin/pip install -q --disable-pip-version-check --no-deps -r test/jazzy.txt
 	$(MAKE) VENV=.venv-jazzy unit
 
+readers: .venv-readers/.requirements ## other people's readers, which the tests let read exported tracks
+
 results: all ## measure the real-data figures again; writes docs/results
 	for name in $(RESULTS); do \
 		$(BIN)/mctrack reproduce $$name --json docs/results/$$name.json || exit 1; done
@@ -54,13 +58,13 @@ reference: all ## write the parameter files and the references of parameters and
 	$(BIN)/python -m typer mctrack_ros.cli.main utils docs --name mctrack \
 		--output docs/reference/command_line.md
 
-lock: all ## resolve requirements.in into requirements.lock again
+lock: all ## resolve requirements.in and test/readers.in again
 	$(BIN)/pip install -q uv
-	$(BIN)/uv pip compile --universal --python-version 3.11 --generate-hashes --upgrade \
-		--no-header --no-emit-index-url --no-emit-find-links -q requirements.in -o requirements.lock
+	$(LOCK) requirements.in -o requirements.lock
+	$(LOCK) test/readers.in -o test/readers.txt
 
 clean: ## remove what make made
-	rm -rf $(VENV) build out *.egg-info experiments/build experiments/*.egg-info
+	rm -rf $(VENV) .venv-readers build out *.egg-info experiments/build experiments/*.egg-info
 
 help: ## this list
 	@grep -E '^[a-z]+:.*##' Makefile | sed 's/:.*## /\t/'
@@ -70,6 +74,12 @@ $(VENV)/.requirements: requirements.lock
 	@echo "installing into $(VENV) with $(PYTHON): about two minutes"
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
+	touch $@
+
+.venv-readers/.requirements: test/readers.txt
+	@echo "installing other people's readers into .venv-readers: about half a minute"
+	$(PYTHON) -m venv .venv-readers
+	.venv-readers/bin/pip install -q --disable-pip-version-check --require-hashes -r test/readers.txt
 	touch $@
 
 $(VENV)/.package: $(VENV)/.requirements $(SOURCES)

@@ -13,7 +13,8 @@ from mctrack_ros.cli.main import app
 from mctrack_ros.codec import cloud_from_rows
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import ROSBAGS_CLASSES
-from mctrack_ros.recording.tables import box_files, track_table
+from mctrack_ros.recording.tables import box_files
+from mctrack_ros.recording.tracks import track_table
 from mctrack_ros.ros.parameter_table import parameter_page
 
 ROOT = Path(__file__).resolve().parents[1]

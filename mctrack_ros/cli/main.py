@@ -29,7 +29,7 @@ from mctrack_ros.cli.commands import (
     videos,
 )
 from mctrack_ros.cli.commands import evaluate as compare
-from mctrack_ros.cli.commands.database import query, store
+from mctrack_ros.cli.commands.database import exchange, query, store
 
 app = typer.Typer(
     name='mctrack',
@@ -75,6 +75,8 @@ app.command('check-calibration')(calibration.check_calibration)
 app.command('convert-calibration')(calibration.convert_calibration)
 app.command('store')(store.store)
 app.command('export-bag')(store.export_bag)
+app.command('export')(exchange.export)
+app.command('import-tracks')(exchange.import_tracks)
 app.add_typer(query.app, name='query', help='Ask a trajectory database.')
 app.add_typer(bag.app, name='bag', help='Repair recordings.')
 for plugin in entry_points(group='mctrack_ros.commands'):

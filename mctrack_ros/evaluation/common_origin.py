@@ -9,7 +9,7 @@ import numpy as np
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import BagReader, is_bag, mot_text_place, stated_origin
 from mctrack_ros.recording.tables.columns import has_header, read_lines
-from mctrack_ros.recording.tables.track_table import track_table_place
+from mctrack_ros.recording.tracks.track_table import track_table_place
 from mctrack_ros.site.origin import chosen_origin
 from mctrack_ros.site.stated_origin import Origin
 

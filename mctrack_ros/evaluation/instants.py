@@ -21,7 +21,7 @@ from mctrack_ros.recording import (
     stated_origin,
 )
 from mctrack_ros.recording.tables.columns import ABSOLUTE_NS, has_header, read_lines
-from mctrack_ros.recording.tables.track_table import read_track_table
+from mctrack_ros.recording.tracks.track_table import read_track_table
 from mctrack_ros.site.stated_origin import Origin
 
 TRUTH_TOPIC = '/truth/tracks'

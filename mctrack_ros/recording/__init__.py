@@ -4,15 +4,15 @@ from mctrack_ros.recording.bags.bag import ROSBAGS_CLASSES, BagReader, BagWriter
 from mctrack_ros.recording.bags.files import is_bag
 from mctrack_ros.recording.bags.site_topic import stated_origin
 from mctrack_ros.recording.errors import BagError, CutBagWarning
-from mctrack_ros.recording.tables.mot_text import (
+from mctrack_ros.recording.tracks.mot_text import (
     MotTextError,
     MotTextWriter,
     mot_text_place,
     read_mot_text,
     write_mot_text,
 )
-from mctrack_ros.recording.tables.track_table import TrackTableWriter
-from mctrack_ros.recording.tables.track_writer import frame_origin_ns
+from mctrack_ros.recording.tracks.track_table import TrackTableWriter
+from mctrack_ros.recording.tracks.track_writer import frame_origin_ns
 
 __all__ = [
     'ROSBAGS_CLASSES',

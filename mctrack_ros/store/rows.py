@@ -160,6 +160,16 @@ def load_journal(connection: Connection, stored: Stored) -> Iterator[Block]:
         yield Block(stored.span_ns(row.span), unpack_ticks(row.ticks), words)
 
 
+def load_stamps(connection: Connection, stored: Stored) -> NDArray[np.int64]:
+    """Return the stamps, ns, of all messages of a run, (m,), ascending."""
+    asked = select(TICKS.c.ticks).where(TICKS.c.run_id == stored.run).order_by(TICKS.c.span)
+    blobs = [*connection.execute(asked).scalars()]
+    blobs += [row.ticks for row in connection.execute(_JOURNALED, {'run': stored.run})]
+    ticks, _ = blocks.unpack_all(blobs, 3, np.uint64)
+    stamps: NDArray[np.int64] = ticks[:, 0].astype(np.int64)
+    return stamps
+
+
 def unpack_ticks(blob: bytes) -> NDArray[np.uint64]:
     """Return stamps, log times and row counts of messages, (m, 3)."""
     ticks: NDArray[np.uint64] = blocks.unpack(blob, 3, np.uint64)

@@ -34,7 +34,7 @@ from mctrack_ros.evaluation.clear_mot import clear_mot, detection_scores
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.evaluation.frames import frames_of, ground_distance, matched
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
-from mctrack_ros.recording.tables.track_table import read_track_table
+from mctrack_ros.recording.tracks.track_table import read_track_table
 from mctrack_ros.recording.video.videos import START_NS, open_video
 from mctrack_ros.replay.track import track_bag
 from mctrack_ros.site.site import SiteConfig, load_site

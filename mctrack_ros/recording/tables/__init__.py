@@ -1,1 +1,1 @@
-"""Text tables and messages of other tools: tracks, boxes, positions."""
+"""Text tables and messages of other tools: boxes, positions."""

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 
 from mctrack_ros.interfaces import EventCode
+from mctrack_ros.recording.tracks.moving_features import PAUSE_NS
 from mctrack_ros.store.queries.results import Cell, Crossings, Event, Occupancy
 from mctrack_ros.store.queries.run import ALWAYS, Between, Run
-from mctrack_ros.store.queries.tracks import PAUSE_NS
 from mctrack_ros.store.rows import TrackRows
 from mctrack_ros.store.schema import EVENTS
 from mctrack_ros.store.writer import EVENTS_TOPIC, events_of

@@ -11,7 +11,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from mctrack_ros.store.errors import StoreError
+from mctrack_ros.recording.tracks.parquet import pyarrow_for
 
 
 class Format(StrEnum):
@@ -54,15 +54,11 @@ def as_csv(rows: Sequence[Any], kind: type[Any]) -> str:
 
 
 def write_parquet(rows: Sequence[Any], kind: type[Any], path: Path) -> None:
-    """Write rows as a Parquet file; StoreError: pyarrow is not there, or not for this numpy."""
-    try:
-        from pyarrow import Table, parquet
-    except ImportError as error:
-        raise StoreError(f'{path} needs pyarrow (17 for numpy 1): {error}') from error
-
+    """Write rows as a Parquet file; TableError: pyarrow is not there, or not for this numpy."""
+    arrow, parquet = pyarrow_for(path)
     names = [field.name for field in fields(kind)]
     columns = {name: [getattr(row, name) for row in rows] for name in names}
-    parquet.write_table(Table.from_pydict(columns), path)
+    parquet.write_table(arrow.Table.from_pydict(columns), path)
 
 
 def cells(row: Any) -> list[str]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from sqlalchemy import Connection, func, select
 
 from mctrack_ros.recording.closing import Closing
@@ -14,9 +17,9 @@ from mctrack_ros.store.boxes import FAR, Box, find_chunks
 from mctrack_ros.store.database import Database
 from mctrack_ros.store.errors import StoreError
 from mctrack_ros.store.identities import Identities, load_identities
-from mctrack_ros.store.rows import SPAN_NS, Stored, TrackRows, load_rows
+from mctrack_ros.store.rows import SPAN_NS, Stored, TrackRows, load_rows, load_stamps
 from mctrack_ros.store.runs import find_run
-from mctrack_ros.store.schema import CAMERAS, JOURNAL, RUN_CAMERAS, TICKS
+from mctrack_ros.store.schema import CAMERAS, DESCRIPTIONS, JOURNAL, RUN_CAMERAS, TICKS
 
 ALWAYS = (-FAR, FAR)
 """All times, s."""
@@ -123,6 +126,27 @@ class Run(Closing):
             )
             last = max(connection.execute(each).scalar() or 0 for each in asked)
         return (last + 1) * SPAN_NS / 1e9
+
+    def stamps(self) -> NDArray[np.int64]:
+        """Return the stamps of all ticks, ns, (m,), ascending."""
+        with self.database.connected() as connection:
+            return load_stamps(connection, self.stored)
+
+    def description(self) -> dict[str, Any]:
+        """Return what `/site` said of the run; empty: nothing."""
+        asked = select(DESCRIPTIONS.c.text).where(DESCRIPTIONS.c.run_id == self.stored.run)
+        with self.database.connected() as connection:
+            text = connection.execute(asked.order_by(DESCRIPTIONS.c.number)).scalar()
+        try:
+            said = json.loads(text or '{}')
+        except ValueError as error:
+            raise StoreError(f'run {self.name}: what /site said is no JSON: {error}') from error
+        return said if isinstance(said, dict) else {}
+
+    def origin(self) -> tuple[float, float]:
+        """Return the origin of positions in the coordinates of the site's files, m."""
+        x, y = self.description().get('origin') or (0.0, 0.0)
+        return float(x), float(y)
 
     def identities(self, connection: Connection) -> Identities:
         """Return who is who."""

@@ -9,18 +9,17 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from mctrack_ros.interfaces import ClassCode, TrackStatus
+from mctrack_ros.recording.tracks.moving_features import PAUSE_NS
 from mctrack_ros.store.queries.results import Meeting, Place, TrackSummary, Visit
 from mctrack_ros.store.queries.run import ALWAYS, Between, Run
 from mctrack_ros.store.rows import SPAN_NS, TrackRows
 
 Floats = NDArray[np.float64]
 
-PAUSE_NS = 1_000_000_000
-"""Who is away for longer comes again; who is not seen for longer did not walk in between."""
 _STEP_NS = 200_000_000
 """Distances add up over steps of this length: shorter ones are the tracker's noise."""
 _WINDOW_S = 60.0
-"""Meetings are looked for in so much at a time."""
+"""Of a run, so much is looked at at a time."""
 
 
 def trajectory(run: Run, track: int, between: Between = ALWAYS) -> list[Place]:
@@ -109,7 +108,7 @@ def meetings(
         Only meetings of this one.
 
     """
-    pairs = [_pairs(rows, radius, track) for rows in _windows(run, between)]
+    pairs = [_pairs(rows, radius, track) for rows in windows(run, between)]
     if not pairs:
         return []
     stamp_ns, first, second, distance, place = (np.concatenate(part) for part in zip(*pairs))
@@ -172,14 +171,14 @@ def _visits(run: Run, rows: TrackRows, distance: Floats, radius: float) -> list[
     return sorted(found, key=lambda each: each.began_s)
 
 
-def _windows(run: Run, between: Between) -> Iterator[TrackRows]:
-    """Yield the rows of the run a window at a time."""
+def windows(run: Run, between: Between, *, whole: bool = False) -> Iterator[TrackRows]:
+    """Yield the rows of the run a minute at a time, with all columns, or places alone."""
     first, last = between
     ended_s = run.length_s()
     began_s = max(first, 0.0)
     while began_s < min(last, ended_s):
         until_s = min(began_s + _WINDOW_S, last)
-        yield run.rows((began_s, until_s))
+        yield run.rows((began_s, until_s), whole=whole)
         began_s = until_s
 
 

@@ -11,16 +11,19 @@ from numpy.typing import NDArray
 from mctrack_ros.interfaces import ClassCode, Tracks, TrackStatus
 from mctrack_ros.recording.tables.class_names import CLASS_NAMES
 from mctrack_ros.recording.tables.columns import TIMES, Spellings, Table, TableError, read_table
-from mctrack_ros.recording.tables.track_writer import TrackWriter
+from mctrack_ros.recording.tracks.track_writer import TrackWriter
 
 COLUMNS: Spellings = {
     **TIMES,
     'track_id': ('id', 'object_id', 'person_id', 'target_id', 'global_id'),
     'x': ('x_m', 'ground_x', 'world_x'),
     'y': ('y_m', 'ground_y', 'world_y'),
+    'vx': ('velocity_x',),
+    'vy': ('velocity_y',),
     'class': ('class_name', 'class_id', 'label', 'category', 'type'),
     'status': ('state',),
     'score': ('conf', 'confidence', 'probability'),
+    'group': ('group_id',),
 }
 """Columns that are read, each with other names for the same."""
 _STATUS = {status.name.lower(): int(status) for status in TrackStatus}
@@ -90,10 +93,13 @@ def read_track_table(
         'position': np.column_stack(
             [_filled(table, 'x') - origin[0], _filled(table, 'y') - origin[1], 0 * stamps]
         ),
+        'velocity': np.nan_to_num(np.column_stack([table.numbers('vx'), table.numbers('vy')])),
         'class_id': _codes(table),
         'status': _states(table),
         'score': np.nan_to_num(table.numbers('score'), nan=1.0),
     }
+    if 'group' in table.cells:
+        columns['group'] = table.whole_numbers('group', 0)
     order = np.argsort(stamps, kind='stable')
     parts = np.split(order, np.flatnonzero(np.diff(stamps[order])) + 1)
     parts = [part for part in parts if len(part)]

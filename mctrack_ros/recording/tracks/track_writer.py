@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +12,9 @@ from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import REPORTED, Tracks
 from mctrack_ros.recording.closing import Closing
+
+_NEARLY_WHOLE = 0.01
+"""A measured rate that is so near a whole number, as a share, is meant to be it."""
 
 
 class TrackWriter(Closing):
@@ -65,3 +69,53 @@ class TrackWriter(Closing):
 def frame_origin_ns(stamp_ns: int, period_ns: int) -> int:
     """Return where the period begins whose middle is the stamp, for stamps of any phase."""
     return stamp_ns - period_ns // 2
+
+
+class Frames:
+    """
+    Give instants their frames, and count what that costs.
+
+    Parameters
+    ----------
+    rate_hz : float
+        Frames a second.
+    began_ns : int
+        The middle of frame 1, ns.
+
+    Attributes
+    ----------
+    moved_ns : int
+        The farthest that an instant was moved, ns.
+    left_out : int
+        Instants whose frame another had already.
+
+    """
+
+    def __init__(self, rate_hz: float, began_ns: int) -> None:
+        self.rate_hz, self.period_ns = rate_hz, round(1e9 / rate_hz)
+        self.origin_ns = frame_origin_ns(began_ns, self.period_ns)
+        self.moved_ns = self.left_out = 0
+        self._last = -(2**63)
+
+    def admits(self, stamp_ns: int) -> bool:
+        """Tell whether the frame of an instant is free; count if it is not."""
+        frame, since_ns = divmod(stamp_ns - self.origin_ns, self.period_ns)
+        if frame <= self._last:
+            self.left_out += 1
+            return False
+        self._last = frame
+        self.moved_ns = max(self.moved_ns, abs(since_ns - self.period_ns // 2))
+        return True
+
+
+def frame_rate(interval_ns: float, *, whole: bool) -> float:
+    """
+    Return the frame rate for instants at an interval, ns.
+
+    Where it must be a whole number, the next higher one: no two instants share a frame.
+    """
+    rate = 1e9 / interval_ns
+    nearest = float(max(1, round(rate)))
+    if abs(rate - nearest) <= _NEARLY_WHOLE * rate:
+        return nearest
+    return float(math.ceil(rate)) if whole else round(rate, 3)

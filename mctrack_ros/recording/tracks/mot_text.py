@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import Tracks
-from mctrack_ros.recording.tables.track_writer import TrackWriter
+from mctrack_ros.recording.tracks.track_writer import TrackWriter
 
 _FIELDS = 10
 

@@ -1,0 +1,1 @@
+"""Tracks in files of other tools, one format a module."""
