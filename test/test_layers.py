@@ -53,10 +53,10 @@ ALLOWED['evaluation'] = {
 }
 ALLOWED['simulation'] = {'interfaces', 'codec', 'recording', 'ground'}
 ALLOWED['explain'] = ALLOWED['replay'] | {'replay'}
-ALLOWED['report'] = ALLOWED['explain'] | {'simulation', 'evaluation', 'site.coverage'}
+ALLOWED['report'] = ALLOWED['explain'] | {'simulation', 'evaluation', 'site.coverage', 'store'}
 ALLOWED['ros'] = ALLOWED['report'] | {'resources'}
 ALLOWED['web'] = ALLOWED['ros'] | {'ros'}
-ALLOWED['cli'] = ALLOWED['web'] | {'web', 'report', 'explain', 'store'}
+ALLOWED['cli'] = ALLOWED['web'] | {'web', 'report', 'explain'}
 
 STAGES = {
     'ground': (

@@ -55,7 +55,7 @@ OF_THE_GRAPH = {'ros-jazzy-rclpy', 'ros-jazzy-common-interfaces'}
 BY_NAME = {'tf2_msgs'}
 WITHOUT_KEY = {
     *('alembic', 'av', 'motmetrics', 'nicegui', 'psycopg', 'pyarrow', 'simplejpeg'),
-    *('sqlalchemy', 'starlette'),
+    *('sqlalchemy', 'starlette', 'weasyprint'),
 }
 
 

@@ -29,7 +29,7 @@ from mctrack_ros.cli.commands import (
     videos,
 )
 from mctrack_ros.cli.commands import evaluate as compare
-from mctrack_ros.cli.commands.database import exchange, query, store
+from mctrack_ros.cli.commands.database import exchange, query, report, store
 
 app = typer.Typer(
     name='mctrack',
@@ -73,6 +73,7 @@ app.command('coverage')(coverage.coverage)
 app.command('doctor')(doctor.doctor)
 app.command('check-calibration')(calibration.check_calibration)
 app.command('convert-calibration')(calibration.convert_calibration)
+app.command('report')(report.report)
 app.command('store')(store.store)
 app.command('export-bag')(store.export_bag)
 app.command('export')(exchange.export)

@@ -19,10 +19,10 @@ from mctrack_ros.simulation import LENGTH_M, WIDTH_M
 
 Floats = NDArray[np.float64]
 
-_INK = '#010203'
-_ACCENT = '#0d8a5f'
-_WARNING = '#d9480f'
-_MUTED = '#7a8594'
+INK = '#010203'
+ACCENT = '#0d8a5f'
+WARNING = '#d9480f'
+MUTED = '#7a8594'
 _PER_SECOND = 5
 _JUMP_M = 3.0
 _MARGIN_M = 3.0
@@ -32,33 +32,33 @@ def trajectory_chart(
     truth: Trajectories, tracks: Trajectories, line: Timeline, period_s: float
 ) -> str:
     """Draw true and estimated trajectories over the pitch, switches as crosses."""
-    figure, axes = _chart('trajectories', 10.0, 6.9)
-    axes.add_collection(LineCollection(pitch_lines(), colors=_INK, alpha=0.45, linewidths=0.9))
+    figure, axes = new_chart('trajectories', 10.0, 6.9)
+    axes.add_collection(LineCollection(pitch_lines(), colors=INK, alpha=0.45, linewidths=0.9))
     step = max(1, round(1.0 / _PER_SECOND / period_s))
     true_paths, _ = _paths(truth, step)
     paths, ids = _paths(tracks, step)
-    axes.add_collection(LineCollection(true_paths, colors=_INK, alpha=0.28, linewidths=2.6))
+    axes.add_collection(LineCollection(true_paths, colors=INK, alpha=0.28, linewidths=2.6))
     colours = [hex_colour(number) for number in ids]
     axes.add_collection(LineCollection(paths, colors=colours, linewidths=1.0))
     places = _switch_places(truth, line)
-    axes.plot(places[:, 0], places[:, 1], 'x', color=_WARNING, markersize=8, markeredgewidth=2)
+    axes.plot(places[:, 0], places[:, 1], 'x', color=WARNING, markersize=8, markeredgewidth=2)
     axes.set_xlim(-_MARGIN_M, LENGTH_M + _MARGIN_M)
     axes.set_ylim(-_MARGIN_M, WIDTH_M + _MARGIN_M)
     axes.set_aspect('equal')
     axes.set_axis_off()
-    return _svg(figure, 'True and estimated trajectories over the pitch')
+    return svg_of(figure, 'True and estimated trajectories over the pitch')
 
 
 def latency_chart(latency_ms: Floats) -> str:
     """Draw how long tracks took from capture to reception, with median and 99th percentile."""
-    figure, axes = _chart('latency', 5.0, 2.9)
+    figure, axes = new_chart('latency', 5.0, 2.9)
     shown = latency_ms[np.isfinite(latency_ms)]
     top = float(np.percentile(shown, 99.9)) if len(shown) else 1.0
-    axes.hist(np.clip(shown, 0, top), bins=60, range=(0, max(top, 1e-3)), color=_ACCENT)
+    axes.hist(np.clip(shown, 0, top), bins=60, range=(0, max(top, 1e-3)), color=ACCENT)
     for percent, dash in ((50, '-'), (99, '--')):
         if len(shown):
             value = float(np.percentile(shown, percent))
-            axes.axvline(value, color=_INK, linestyle=dash, linewidth=1.2)
+            axes.axvline(value, color=INK, linestyle=dash, linewidth=1.2)
             axes.annotate(
                 f'p{percent} {value:.0f} ms',
                 (value, 0.97 if percent == 50 else 0.86),
@@ -66,50 +66,50 @@ def latency_chart(latency_ms: Floats) -> str:
                 xytext=(4, 0),
                 textcoords='offset points',
                 va='top',
-                color=_INK,
+                color=INK,
             )
     axes.set_xlim(0, 1.12 * max(top, 1e-3))
     axes.set_xlabel('capture to /tracks [ms]')
     axes.set_ylabel('ticks')
-    return _svg(figure, 'Histogram of the latency')
+    return svg_of(figure, 'Histogram of the latency')
 
 
 def error_chart(line: Timeline, period_s: float) -> str:
     """Draw the mean position error over time, with the switches."""
-    figure, axes = _chart('error', 5.0, 2.9)
+    figure, axes = new_chart('error', 5.0, 2.9)
     seconds = line.frame * period_s
-    axes.plot(seconds, line.error_m, color=_ACCENT, linewidth=0.5, alpha=0.5)
-    axes.plot(seconds, _smooth(line.error_m, period_s), color=_ACCENT, linewidth=1.8)
+    axes.plot(seconds, line.error_m, color=ACCENT, linewidth=0.5, alpha=0.5)
+    axes.plot(seconds, _smooth(line.error_m, period_s), color=ACCENT, linewidth=1.8)
     for frame in line.switch_frame:
-        axes.axvline(frame * period_s, color=_WARNING, linewidth=0.8, alpha=0.7)
+        axes.axvline(frame * period_s, color=WARNING, linewidth=0.8, alpha=0.7)
     axes.set_ylim(bottom=0)
     axes.set_xlabel('time [s]')
     axes.set_ylabel('mean error [m]')
-    return _svg(figure, 'Position error over time')
+    return svg_of(figure, 'Position error over time')
 
 
 def count_chart(line: Timeline, period_s: float) -> str:
     """Draw how many targets there were, and how many tracks."""
-    figure, axes = _chart('count', 5.0, 2.9)
+    figure, axes = new_chart('count', 5.0, 2.9)
     seconds = line.frame * period_s
-    axes.plot(seconds, line.truth, color=_INK, alpha=0.45, linewidth=2.4, label='true targets')
-    axes.plot(seconds, line.tracks, color=_ACCENT, linewidth=1.0, label='tracks')
-    axes.plot(seconds, line.matched, color=_MUTED, linewidth=0.8, label='matched')
+    axes.plot(seconds, line.truth, color=INK, alpha=0.45, linewidth=2.4, label='true targets')
+    axes.plot(seconds, line.tracks, color=ACCENT, linewidth=1.0, label='tracks')
+    axes.plot(seconds, line.matched, color=MUTED, linewidth=0.8, label='matched')
     axes.set_ylim(bottom=0)
     axes.set_xlabel('time [s]')
     axes.set_ylabel('number')
-    _put_legend(axes)
-    return _svg(figure, 'Number of targets and tracks over time')
+    put_legend(axes)
+    return svg_of(figure, 'Number of targets and tracks over time')
 
 
 def drop_chart(seconds: Floats, late: Floats, missing: Floats, missed: Floats) -> str:
     """Draw what was late, missing and without feedback in each second."""
-    figure, axes = _chart('drops', 5.0, 2.9)
+    figure, axes = new_chart('drops', 5.0, 2.9)
     bins = np.arange(0, max(1.0, float(np.ceil(seconds.max(initial=0.0)))) + 1)
     series = (
-        ('late', late, _WARNING),
-        ('missing', missing, _MUTED),
-        ('no feedback', missed, _INK),
+        ('late', late, WARNING),
+        ('missing', missing, MUTED),
+        ('no feedback', missed, INK),
     )
     for name, values, colour in series:
         counts, _ = np.histogram(seconds, bins, weights=values)
@@ -117,11 +117,12 @@ def drop_chart(seconds: Floats, late: Floats, missing: Floats, missed: Floats) -
     axes.set_ylim(0, max(1.0, axes.get_ylim()[1]))
     axes.set_xlabel('time [s]')
     axes.set_ylabel('images a second')
-    _put_legend(axes)
-    return _svg(figure, 'What was dropped over time')
+    put_legend(axes)
+    return svg_of(figure, 'What was dropped over time')
 
 
-def _chart(name: str, width: float, height: float) -> tuple[Figure, Axes]:
+def new_chart(name: str, width: float, height: float) -> tuple[Figure, Axes]:
+    """Return a figure, inches wide and high, whose ink `svg_of` makes that of the page."""
     matplotlib.rcParams['svg.fonttype'] = 'none'
     matplotlib.rcParams['svg.hashsalt'] = name
     figure = Figure(figsize=(width, height), layout='constrained')
@@ -129,39 +130,41 @@ def _chart(name: str, width: float, height: float) -> tuple[Figure, Axes]:
     figure.patch.set_alpha(0)
     axes.patch.set_alpha(0)
     axes.spines[['top', 'right']].set_visible(False)
-    axes.spines[['left', 'bottom']].set_color(_INK)
-    axes.tick_params(colors=_INK)
-    axes.xaxis.label.set_color(_INK)
-    axes.yaxis.label.set_color(_INK)
-    axes.grid(True, color=_INK, alpha=0.12, linewidth=0.7)
+    axes.spines[['left', 'bottom']].set_color(INK)
+    axes.tick_params(colors=INK)
+    axes.xaxis.label.set_color(INK)
+    axes.yaxis.label.set_color(INK)
+    axes.grid(True, color=INK, alpha=0.12, linewidth=0.7)
     axes.set_axisbelow(True)
     return figure, axes
 
 
-def _put_legend(axes: Axes) -> None:
+def put_legend(axes: Axes) -> None:
     """Name the lines above the chart, where they hide nothing."""
     axes.legend(
         loc='lower left',
         bbox_to_anchor=(0, 1),
         borderaxespad=0.2,
         frameon=False,
-        labelcolor=_INK,
+        labelcolor=INK,
         ncols=3,
     )
 
 
-def _svg(figure: Figure, title: str) -> str:
+def svg_of(figure: Figure, title: str) -> str:
     """Return the figure's SVG element, its ink in the colour of the page's text."""
     buffer = io.StringIO()
     metadata: dict[str, Any] = {'Date': None, 'Creator': None, 'Title': title}
     figure.savefig(buffer, format='svg', metadata=metadata)
     text = buffer.getvalue()
-    text = text[text.index('<svg') :].replace(_INK, 'currentColor')
+    text = text[text.index('<svg') :].replace(INK, 'currentColor')
     text = re.sub(r'<metadata>.*?</metadata>', '', text, flags=re.DOTALL)
     text = re.sub(
         r'<svg [^>]*?viewBox="([^"]*)"[^>]*>', r'<svg viewBox="\1" role="img">', text, count=1
     )
-    return re.sub(r' xmlns:?\w*="[^"]*"', '', text).replace('xlink:href', 'href')
+    text = re.sub(r' xmlns:?\w*="[^"]*"', '', text).replace('xlink:href', 'href')
+    used = set(re.findall(r'#([\w.-]+)', text))  # other ids are those of every chart
+    return re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else '', text)
 
 
 def _paths(rows: Trajectories, step: int) -> tuple[list[Floats], list[int]]:

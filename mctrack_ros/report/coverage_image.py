@@ -30,6 +30,12 @@ _NEAR = 0.5
 
 
 def draw_coverage(coverage: Coverage, title: str, path: Path) -> None:
+    """Write `coverage_figure` into a file; its ending names the format."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    coverage_figure(coverage, title).savefig(path, bbox_inches='tight')
+
+
+def coverage_figure(coverage: Coverage, title: str, panel_in: float = _PANEL) -> Figure:
     """
     Draw how many cameras see each place, and the predicted error of one and of all.
 
@@ -38,16 +44,17 @@ def draw_coverage(coverage: Coverage, title: str, path: Path) -> None:
     coverage : Coverage
         As computed.
     title : str
-        Above the image.
-    path : Path
-        The file; its ending names the format.
+        Above the image; may be empty.
+    panel_in : float
+        Longer side of each of the three maps, inches.
 
     """
     low, high = _limits(coverage)
-    width, height = (high - low) / (high - low).max() * _PANEL
+    width, height = (high - low) / (high - low).max() * panel_in
     figure = Figure(figsize=(3 * width + 3.6, height + 1.9), layout='compressed', dpi=130)
     panels = figure.subplots(1, 3, sharex=True, sharey=True)
-    figure.suptitle(title)
+    if title:
+        figure.suptitle(title)
     for axes in panels:
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect='equal', xlabel='x [m]')
     panels[0].set_ylabel('y [m]')
@@ -66,8 +73,7 @@ def draw_coverage(coverage: Coverage, title: str, path: Path) -> None:
     for axes in panels:
         _draw_cameras(axes, coverage, low, high)
         _draw_region(axes, coverage.area, facecolor='none', edgecolor='black', linewidth=1.2)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, bbox_inches='tight')
+    return figure
 
 
 def _limits(coverage: Coverage) -> tuple[Floats, Floats]:
@@ -104,7 +110,7 @@ def _draw_counts(axes: Axes, coverage: Coverage) -> None:
 
 def _label_errors(bar: Colorbar) -> None:
     """Name what the bar shows, and its numbers as they are, not as powers of ten."""
-    bar.set_label('standard deviation along the worst direction [m]')
+    bar.set_label('1 sigma along the worst direction [m]')
     bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f'{value:g}'))
     bar.ax.yaxis.set_minor_formatter(NullFormatter())

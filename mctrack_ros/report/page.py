@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -66,7 +66,7 @@ def write_report(
     )
     period_s = session.period_ns * 1e-9
     headline, others = _figure_rows(figures)
-    text = _template().render(
+    text = template('report.html.j2').render(
         figures=figures,
         headline=headline,
         others=others,
@@ -84,10 +84,12 @@ def write_report(
     Path(path).write_text(text, encoding='utf-8')
 
 
-def _template() -> Any:
+def template(name: str, **filters: Callable[[Any], str]) -> Any:
+    """Return a template of pages, with filters of its own; what it shows is escaped."""
     loader = PackageLoader('mctrack_ros.report', 'templates')
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
-    return environment.get_template('report.html.j2')
+    environment.filters |= filters
+    return environment.get_template(name)
 
 
 def _charts(

@@ -105,9 +105,8 @@ def opened_run(place: str | Path, name: str = '', view: View | None = None) -> I
         If there is no such run, or it has no tracks.
 
     """
-    inside = Path(place) / 'bag'
-    bag = inside if inside.is_dir() else Path(place)
-    if not (bag.exists() and is_bag(bag)):
+    bag = bag_of(place)
+    if bag is None:
         with Run(place, name, view) as run:
             yield run
         return
@@ -117,6 +116,13 @@ def opened_run(place: str | Path, name: str = '', view: View | None = None) -> I
     ):
         store_bag(bag, database)
         yield Run(database, name, view)
+
+
+def bag_of(place: str | Path) -> Path | None:
+    """Return the bag at a place, or that `mctrack track` wrote there; None: there is none."""
+    inside = Path(place) / 'bag'
+    bag = inside if inside.is_dir() else Path(place)
+    return bag if is_bag(bag) else None
 
 
 def instants(run: Run, between: Between = ALWAYS) -> Iterator[Tracks]:

@@ -1,5 +1,4 @@
 import re
-from html.parser import HTMLParser
 
 import cv2
 import numpy as np
@@ -14,28 +13,7 @@ from mctrack_ros.report import drops_of, load_session, write_birdseye
 from mctrack_ros.report.demo import DemoOptions, evaluate_demo
 from mctrack_ros.report.images import camera_images
 from mctrack_ros.report.strips import encounter_strips, encounters
-
-VOID = {'meta', 'input', 'img', 'br', 'link', 'hr'}
-
-
-class Balanced(HTMLParser):
-    """Notes whether every element that opens also closes, and what addresses are named."""
-
-    def __init__(self):
-        super().__init__()
-        self.open, self.addresses, self.images = [], [], 0
-
-    def handle_starttag(self, tag, attrs):
-        self.addresses += [value for name, value in attrs if name in ('src', 'href')]
-        self.images += tag == 'img'
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attrs):
-        self.addresses += [value for name, value in attrs if name in ('src', 'href')]
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
+from well_formed import Balanced
 
 
 @pytest.fixture(scope='module')

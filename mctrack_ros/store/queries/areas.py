@@ -183,12 +183,18 @@ def heat_map(
         rows = run.rows(between, boxes=boxes)
     if area:
         rows = rows.select(_inside(_polygon(area), rows))
+    cells, seconds = time_in_cells(rows, cell_m)
+    middles = (cells + 0.5) * cell_m
+    return [Cell(x, y, time) for (x, y), time in zip(middles.tolist(), seconds.tolist())]
+
+
+def time_in_cells(rows: TrackRows, cell_m: float) -> tuple[Ints, NDArray[np.float64]]:
+    """Return the squares, (m, 2) whole sides from the origin, and the time in each, (m,) s."""
     cells, which = np.unique(
         np.floor(rows.position() / cell_m).astype(np.int64), axis=0, return_inverse=True
     )
-    seconds = np.bincount(which.ravel(), _seconds(rows), len(cells))
-    middles = (cells + 0.5) * cell_m
-    return [Cell(x, y, time) for (x, y), time in zip(middles.tolist(), seconds.tolist())]
+    seconds = np.bincount(which.ravel(), _seconds(rows), len(cells)).astype(np.float64)
+    return cells, seconds
 
 
 def _polygon(area: Points) -> shapely.Polygon:

@@ -119,3 +119,24 @@ class Showing:
     ended_s: float
     video_from_s: float
     video_to_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Correction:
+    """An identity was corrected: whoever was called the old id is the new one, since when."""
+
+    time_s: float
+    since_s: float
+    old_id: int
+    new_id: int
+    probability: float
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Who was together, from when to when; the members by the ids that are known now."""
+
+    group_id: int
+    began_s: float
+    ended_s: float
+    members: tuple[int, ...]

@@ -7,12 +7,15 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+from sqlalchemy import select
 
 from mctrack_ros.interfaces import ClassCode, TrackStatus
 from mctrack_ros.recording.tracks.moving_features import PAUSE_NS
+from mctrack_ros.store.blocks import ID
 from mctrack_ros.store.queries.results import Meeting, Place, TrackSummary, Visit
 from mctrack_ros.store.queries.run import ALWAYS, Between, Run
-from mctrack_ros.store.rows import SPAN_NS, TrackRows
+from mctrack_ros.store.rows import SPAN_NS, TrackRows, load_journal
+from mctrack_ros.store.schema import TRACKS
 
 Floats = NDArray[np.float64]
 
@@ -124,37 +127,43 @@ def meetings(
     return sorted(found, key=lambda each: each.began_s)
 
 
+def track_ids(run: Run) -> list[int]:
+    """Return all ids that are in a run, ascending; some of them may be of nobody any more."""
+    asked = select(TRACKS.c.track_id).where(TRACKS.c.run_id == run.stored.run)
+    with run.database.connected() as connection:
+        found = set(connection.execute(asked).scalars())
+        for block in load_journal(connection, run.stored):
+            found.update(block.words[:, ID].tolist())
+    return sorted(found)
+
+
 def summaries(run: Run, between: Between = ALWAYS, track: int | None = None) -> list[TrackSummary]:
     """Return when each track was there, how far it went and how fast."""
     rows = run.rows(between, tracks=None if track is None else [track], whole=True)
-    position, class_id = rows.position(), rows.column('class_id')
-    found = []
-    for part in _by_life(rows):
-        stamp_ns, classes = rows.stamp_ns[part], class_id[part]
-        step = (stamp_ns - stamp_ns[0]) // _STEP_NS
-        kept = np.concatenate([[True], np.diff(step) > 0])
-        kept[-1] = True
-        stops = part[kept]
-        times, length = (
-            np.diff(rows.stamp_ns[stops]),
-            np.hypot(*np.diff(position[stops], axis=0).T),
-        )
-        walked = times <= PAUSE_NS
-        seconds, distance = float(times[walked].sum()) * 1e-9, float(length[walked].sum())
-        long = walked & (times >= _STEP_NS // 2)
-        known = classes[classes != 0]
-        found.append(
-            TrackSummary(
-                int(rows.life[part[0]]),
-                ClassCode(known[-1] if len(known) else 0).name.lower(),
-                run.seconds(stamp_ns[0]),
-                run.seconds(stamp_ns[-1]),
-                distance,
-                distance / seconds if seconds else 0.0,
-                float((length[long] / (times[long] * 1e-9)).max(initial=0.0)),
-            )
-        )
-    return found
+    return [summary_of(run, rows.select(part)) for part in _by_life(rows)]
+
+
+def summary_of(run: Run, rows: TrackRows) -> TrackSummary:
+    """Return the summary of one track's rows, at least one, with all columns."""
+    position, classes = rows.position(), rows.column('class_id')
+    step = (rows.stamp_ns - rows.stamp_ns[0]) // _STEP_NS
+    kept = np.concatenate([[True], np.diff(step) > 0])
+    kept[-1] = True
+    times = np.diff(rows.stamp_ns[kept])
+    length = np.hypot(*np.diff(position[kept], axis=0).T)
+    walked = times <= PAUSE_NS
+    seconds, distance = float(times[walked].sum()) * 1e-9, float(length[walked].sum())
+    long = walked & (times >= _STEP_NS // 2)
+    known = classes[classes != 0]
+    return TrackSummary(
+        int(rows.life[0]),
+        ClassCode(known[-1] if len(known) else 0).name.lower(),
+        run.seconds(rows.stamp_ns[0]),
+        run.seconds(rows.stamp_ns[-1]),
+        distance,
+        distance / seconds if seconds else 0.0,
+        float((length[long] / (times[long] * 1e-9)).max(initial=0.0)),
+    )
 
 
 def _visits(run: Run, rows: TrackRows, distance: Floats, radius: float) -> list[Visit]:

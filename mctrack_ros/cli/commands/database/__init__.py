@@ -1,1 +1,1 @@
-"""The trajectory database."""
+"""The trajectory database: what goes in and out, questions, reports."""

@@ -1,0 +1,61 @@
+"""`mctrack report`: a page and a PDF of a run."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import typer
+
+from mctrack_ros.cli.options import finite
+
+_ENDINGS = ('.html', '.pdf')
+
+
+def report(
+    source: str = typer.Argument(
+        ..., help='What `mctrack track` wrote, or a bag, or a database (a file, or a URL).'
+    ),
+    out: list[Path] = typer.Argument(
+        None, help='Files to write, as .html or .pdf; unless given, report.html.'
+    ),
+    site: str = typer.Option(
+        '',
+        help='Site YAML, or the name of a shipped site, for its area and what its cameras see.',
+    ),
+    title: str = typer.Option('', help='Title; by default the name of the source.'),
+    run: str = typer.Option('', help='Name of the run, if there are several.'),
+    began: float = typer.Option(
+        0.0, '--from', callback=finite, help="From when, since the run's first tick, s."
+    ),
+    ended: float | None = typer.Option(None, '--to', help='Until before when, s.'),
+    as_reported: bool = typer.Option(
+        False, '--as-reported', help='With the ids of the time; no correction applies backwards.'
+    ),
+) -> None:
+    """Tell of a run in a page and a PDF: who was where, how far and how fast, how good it is."""
+    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.report.run.page import write_run_report
+    from mctrack_ros.report.run.story import story_of
+    from mctrack_ros.store import View
+    from mctrack_ros.store.exchange import bag_of, opened_run
+    from mctrack_ros.store.queries.run import ALWAYS
+
+    files = out or [Path('report.html')]
+    for file in files:
+        if file.suffix.lower() not in _ENDINGS:
+            raise typer.BadParameter(f'{file} ends in neither .html nor .pdf')
+    bag = bag_of(source)
+    with opened_run(source, run, View(corrected=not as_reported)) as opened:
+        story = story_of(
+            opened,
+            (began, ALWAYS[1] if ended is None else ended),
+            title=title or (Path(source).resolve().name if bag else opened.name),
+            bag=bag,
+            site=named_site(site) if site else None,
+        )
+    options = f' --site {shlex.quote(Path(site).name)}' if site else ''
+    command = f'mctrack report {shlex.quote(Path(source).name)}{options}'
+    write_run_report(story, files, command)
+    for file in files:
+        typer.echo(f'wrote {file}')

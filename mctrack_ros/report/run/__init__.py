@@ -1,0 +1,1 @@
+"""What a run was: a page and a PDF for people."""

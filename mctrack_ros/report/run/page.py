@@ -1,0 +1,215 @@
+"""The report of a run: one HTML page that needs nothing beside it, and the same as PDF."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mctrack_ros import __version__
+from mctrack_ros.report.coverage_figures import coverage_figures
+from mctrack_ros.report.ground_plan import hex_colour
+from mctrack_ros.report.page import template
+from mctrack_ros.report.run import charts
+from mctrack_ros.report.run.clock import clock
+from mctrack_ros.report.run.story import Story, TrackStory
+
+_TRACKS, _MAPS, _ROWS, _GAPS = 40, 12, 20, 5
+"""So many tracks, heat maps, rows of other tables, and gaps are shown at most."""
+
+
+class ReportError(ValueError):
+    """A report that cannot be made; says what is missing."""
+
+
+def write_run_report(story: Story, files: Sequence[Path], command: str) -> None:
+    """
+    Write the report of a run.
+
+    Parameters
+    ----------
+    story : Story
+        What is told.
+    files : sequence of Path
+        Where: names that end in ``.html`` or ``.pdf``.
+    command : str
+        What makes it again.
+
+    Raises
+    ------
+    ReportError
+        If a PDF is wanted and WeasyPrint or a library of it is not installed.
+
+    """
+    text = run_page(story, command)
+    for file in files:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        if file.suffix.lower() == '.pdf':
+            _write_pdf(text, file)
+        else:
+            file.write_text(text, encoding='utf-8')
+
+
+def run_page(story: Story, command: str) -> str:
+    """Return the page; parameters as in `write_run_report`."""
+    longest = story.tracks[:_TRACKS]
+    ground = charts.Ground(story)
+    by_length = sorted(story.groups, key=lambda each: each.began_s - each.ended_s)
+    made = {'count': charts.count_chart(story), 'heat': charts.heat_chart(story, ground)}
+    made['presence'] = charts.presence_chart(longest, story.between)
+    made['events'] = charts.event_chart(story)
+    if story.coverage:
+        made['coverage'] = charts.coverage_image(story.coverage)
+    return str(
+        template('run.html.j2', clock=clock, css=_css).render(
+            story=story,
+            subtitle=_subtitle(story),
+            headline=_headline(story),
+            charts=made,
+            tracks=_track_rows(longest),
+            shorter=_shorter(story.tracks[_TRACKS:]),
+            maps=[
+                (track.summary.track_id, charts.track_heat_chart(track, ground))
+                for track in story.tracks[:_MAPS]
+            ],
+            corrections=story.corrections[:_ROWS],
+            groups=sorted(by_length[:_ROWS], key=lambda each: each.began_s),
+            quality=_quality(story),
+            troubles=story.quality.troubles[:_ROWS],
+            coverage=_coverage(story),
+            made=_made(story, command),
+        )
+    )
+
+
+def _subtitle(story: Story) -> str:
+    first, last = story.between
+    when = f'{clock(first)} to {clock(last)} of a run'
+    return f'{when} that began at {story.began}' if story.began else when
+
+
+def _headline(story: Story) -> list[tuple[str, str]]:
+    distance = sum(track.summary.distance_m for track in story.tracks)
+    present = story.present
+    fastest = max((track.summary.top_speed for track in story.tracks), default=0.0)
+    return [
+        ('tracks', str(len(story.tracks))),
+        ('at once, on average', f'{present.mean():.1f}' if len(present) else '0'),
+        ('at once, at most', str(present.max(initial=0))),
+        ('tracked altogether', clock(sum(track.seconds for track in story.tracks), 0)),
+        ('walked altogether', _metres(distance)),
+        ('top speed', f'{fastest:.1f} m/s'),
+        ('identities corrected', str(len(story.corrections))),
+        ('ticks missing', str(story.quality.missing)),
+    ]
+
+
+def _track_rows(tracks: Sequence[TrackStory]) -> list[dict[str, Any]]:
+    farthest = max((track.summary.distance_m for track in tracks), default=0.0) or 1.0
+    return [
+        {
+            'id': track.summary.track_id,
+            'colour': hex_colour(track.summary.track_id),
+            'class_name': track.summary.class_name,
+            'began': clock(track.summary.began_s),
+            'ended': clock(track.summary.ended_s),
+            'seconds': clock(track.seconds),
+            'distance': f'{track.summary.distance_m:.0f}',
+            'share': round(100 * track.summary.distance_m / farthest),
+            'mean': f'{track.summary.mean_speed:.2f}',
+            'top': f'{track.summary.top_speed:.2f}',
+        }
+        for track in tracks
+    ]
+
+
+def _shorter(tracks: Sequence[TrackStory]) -> str:
+    """Return a sentence on the tracks that are not listed; empty: all are."""
+    if not tracks:
+        return ''
+    seconds = [track.seconds for track in tracks]
+    metres = _metres(sum(track.summary.distance_m for track in tracks))
+    return (
+        f'{len(tracks)} shorter ones are not listed: {clock(min(seconds))} to '
+        f'{clock(max(seconds))} long, {metres} altogether.'
+    )
+
+
+def _quality(story: Story) -> list[tuple[str, str]]:
+    quality = story.quality
+    rate = f', {1 / quality.interval_s:.4g} a second' if quality.interval_s else ''
+    told = [('ticks', f'{quality.ticks}{rate}'), ('missing in between', str(quality.missing))]
+    if quality.gaps:
+        shown = [f'{clock(first)} to {clock(last)}' for first, last in quality.gaps[:_GAPS]]
+        rest = len(quality.gaps) - len(shown)
+        told.append(('longest gaps', ', '.join(shown) + (f' and {rest} more' if rest else '')))
+    nobody = float((story.present == 0).mean()) if len(story.present) else 1.0
+    told.append(('ticks without a track', f'{100 * nobody:.1f} %'))
+    if len(quality.error_m):
+        median, most = quality.error_m.tolist()
+        told.append(
+            (
+                'stated error of positions',
+                f'{median:.2f} m (median), {most:.2f} m (95th percentile), 1 sigma',
+            )
+        )
+    returns = [max(len(track.spells) - 1, 0) for track in story.tracks]
+    told.append(
+        ('tracks that were away for more than a second', str(int(np.count_nonzero(returns))))
+    )
+    return told
+
+
+def _coverage(story: Story) -> list[tuple[str, str]]:
+    """Return the figures of the site's coverage that matter here."""
+    if not story.coverage:
+        return []
+    figures = coverage_figures(story.coverage, story.site, '').figures
+    return [
+        ('area', f'{figures["area_m2"]:.0f} m²'),
+        ('seen by a camera', f'{100 * figures["share.at_least_1"]:.1f} %'),
+        ('seen by two or more', f'{100 * figures["share.at_least_2"]:.1f} %'),
+        ('blind', f'{figures["blind.m2"]:.0f} m² in {figures["blind.count"]:.0f} places'),
+        (
+            'predicted error, all cameras',
+            f'{figures["error.fused.median_m"]:.2f} m, at most '
+            f'{figures["error.fused.max_m"]:.2f} m (1 sigma, worst direction)',
+        ),
+    ]
+
+
+def _made(story: Story, command: str) -> list[tuple[str, str]]:
+    return [
+        ('command', command),
+        ('run', story.run),
+        ('site', story.site),
+        ('distance', 'over steps of 0.2 s; pauses of more than a second do not count'),
+        ('top speed', 'the fastest step of 0.2 s'),
+        ('version', f'mctrack_ros {__version__}'),
+    ]
+
+
+def _metres(distance: float) -> str:
+    return f'{distance / 1000:.1f} km' if distance >= 1000 else f'{distance:.0f} m'
+
+
+def _write_pdf(text: str, file: Path) -> None:
+    try:
+        from weasyprint import HTML
+    except (ImportError, OSError) as error:  # OSError: a library of Pango is not there
+        reason = str(error).splitlines()[0]
+        raise ReportError(
+            f'{file} needs WeasyPrint (pip install weasyprint) and Pango (apt install '
+            f'libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0): {reason}'
+        ) from error
+    HTML(string=text).write_pdf(file)
+
+
+def _css(text: str) -> str:
+    """Return text as it may stand in a string of a style sheet in a page."""
+    plain = ' .,_-'
+    return ''.join(
+        each if each.isalnum() or each in plain else f'\\{ord(each):x} ' for each in text
+    )
