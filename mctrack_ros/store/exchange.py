@@ -27,7 +27,7 @@ from mctrack_ros.store.rows import TrackRows
 from mctrack_ros.store.runs import NewRun
 from mctrack_ros.store.writer import TrajectoryWriter
 
-_NEARLY_EMPTY_NS = 40_000_000
+_USUAL_NS = 40_000_000
 """Time between ticks where a run has one alone, ns."""
 _GAP = 1.5
 """Gap, in usual ones, from which ticks are missing."""
@@ -231,7 +231,7 @@ def write_tracks_bag(
 def _rate(run: Run, form: Format) -> float:
     """Return how many frames a second a file has: as many as the run has ticks."""
     gaps = np.diff(run.stamps())
-    usual = gaps[gaps < _GAP * np.median(gaps)] if len(gaps) else np.array([_NEARLY_EMPTY_NS])
+    usual = gaps[gaps < _GAP * np.median(gaps)] if len(gaps) else np.array([_USUAL_NS])
     return frame_rate(float(usual.mean()), whole=form.is_whole)
 
 

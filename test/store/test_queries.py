@@ -28,6 +28,9 @@ from mctrack_ros.store import (
     summaries,
     trajectory,
 )
+from mctrack_ros.store.queries import identities
+from mctrack_ros.store.queries.results import Group
+from mctrack_ros.store.queries.tracks import track_ids
 
 BEGAN_NS = 1_700_000_000_000_000_000
 TICK_S = 0.1
@@ -169,6 +172,13 @@ def test_corrections_apply_back_to_where_two_met(database):
         places = trajectory(run, 1)
         assert [round(each.x, 3) for each in places] == pytest.approx(np.arange(120) * 0.1)
         assert {each.reported_id for each in places} == {1, 2}
+        corrected = identities.corrections(run)
+        assert [(each.old_id, each.new_id, each.time_s) for each in corrected] == [
+            (1, 2, 8.0),
+            (2, 1, 8.0),
+        ]
+        assert all(each.since_s < 8.0 for each in corrected)
+        assert identities.corrections(run, (0.0, 8.0)) == []
     with Run(database, view=View(as_of_s=7.0)) as run:
         places = trajectory(run, 1)
         assert places[-1].time_s == 7.0
@@ -233,6 +243,10 @@ def test_groups_have_members_from_when_to_when(database):
     seconds = [(g, t, (b - BEGAN_NS) / 1e9, (e - BEGAN_NS) / 1e9) for g, t, b, e in members]
     assert seconds == [(5, 1, 1.0, 6.9), (5, 2, 4.1, 9.9)]
     assert [((b - BEGAN_NS) / 1e9, (e - BEGAN_NS) / 1e9) for b, e in groups] == [(1.0, 9.9)]
+    with Run(database) as run:
+        assert identities.groups(run) == [Group(5, 1.0, 9.9, (1, 2))]
+        assert identities.groups(run, (7.0, 8.0)) == [Group(5, 4.1, 9.9, (2,))]
+        assert identities.groups(run, (10.0, 11.0)) == []
 
 
 def test_which_video_shows_a_track(database):
@@ -302,4 +316,12 @@ def test_every_question_of_the_command_line(place, tracked, tmp_path):
     code, _, errors = mctrack('store', tracked, place, '--run', 'match')
     assert (code, errors.splitlines()[-1]) == (1, 'mctrack: run match is in the database already')
     assert mctrack('export-bag', place, tmp_path / 'bag')[0] == 0
+    code, output, errors = mctrack('export', place, tmp_path / 'a.csv')
+    assert code == 0, errors
+    with Run(place) as run:
+        ids = [each.track_id for each in summaries(run)]
+        assert f' of {len(ids)} tracks' in output
+        assert set(ids) <= set(track_ids(run))
+        assert len(run.stamps()) == 150
+        assert run.description()['cameras'] == [f'cam{number}' for number in range(1, 6)]
     assert mctrack('query', place, 'near', 'nobody')[0] == 2
