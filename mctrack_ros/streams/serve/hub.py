@@ -6,6 +6,7 @@ import asyncio
 from bisect import bisect_right
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import islice
 from typing import Protocol
@@ -17,10 +18,12 @@ from mctrack_ros.streams.serve.packing import Block, SharedPacker
 
 MOST_WAITING = 100
 """Frames that may wait for a reader; with more, 4 s at 25 Hz, he is dropped."""
+UNKNOWN_S = 3.0
+"""So long a reader waits to be told which run it is, s."""
 MOST_REMEMBERED = 20_000
 """Frames, whatever the time that the memory is to reach back."""
 _LATEST_NS = 2**63 - 1
-_AT_ONCE = 10
+_AT_ONCE = 4
 """Remembered frames that one reader is sent before others have their turn."""
 
 
@@ -139,6 +142,7 @@ class Hub:
         self.trouble = ''
         self._memory_ns, self._most_readers = round(memory_s * 1e9), most_readers
         self._history = history
+        self._is_described = asyncio.Event()
         self._asking = asyncio.Semaphore(2)  # who reads old frames waits, the database does not
         self._memory: deque[Entry] = deque(maxlen=MOST_REMEMBERED)
         self._readers: dict[str, list[Reader]] = {name: [] for name in self.profiles}
@@ -166,6 +170,11 @@ class Hub:
     def is_full(self) -> bool:
         """Whether nobody else may read."""
         return self.count >= self._most_readers
+
+    async def described(self) -> None:
+        """Wait until it is known which run it is, but not for long."""
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._is_described.wait(), UNKNOWN_S)
 
     def join(self, profile: Profile, drop: Callable[[], None]) -> Reader:
         """
@@ -267,6 +276,8 @@ class Hub:
     def _describe(self, about: About) -> None:
         if about != self.about:
             self.about = about
+            if about.run:
+                self._is_described.set()
             self._memory.clear()
             self.end()
 

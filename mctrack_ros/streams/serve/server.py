@@ -133,7 +133,8 @@ class StreamServer(Closing):
         self._socket.close()
 
     def _run(self) -> None:
-        asyncio.run(self._serve())
+        with asyncio.Runner(loop_factory=self._server.config.get_loop_factory()) as runner:
+            runner.run(self._serve())
 
     async def _serve(self) -> None:
         self.loop = asyncio.get_running_loop()
@@ -206,6 +207,7 @@ class _Streams:
             headers['content-encoding'] = 'gzip'
         if request.method == 'HEAD':
             return Response(headers=headers, media_type=profile.media_type)
+        await self._hub.described()
         if self._hub.is_full:
             return _answer('Too many read: try again later.', 503)
         reader = self._hub.join(profile, request.scope['state'][CONNECTION].transport.abort)
@@ -228,6 +230,7 @@ class _Streams:
         except ValueError:
             await socket.close(1008)
             return
+        await self._hub.described()
         if self._hub.is_full:
             await socket.close(1013)
             return
