@@ -341,9 +341,9 @@ def test_garbage_is_refused_and_the_server_goes_on(serve, text):
 def test_there_are_not_more_connections_than_the_limit(serve):
     _, server = serve(readers=2)
     with contextlib.ExitStack() as stack:
-        crowd = [stack.enter_context(opened(server)) for _ in range(100)]
+        crowd = [stack.enter_context(opened(server)) for _ in range(80)]
         until(lambda: server.connections == 66)
-        for connection in crowd[80:]:
+        for connection in crowd[66:]:
             assert is_cut_off(connection)
     until(lambda: not server.connections)
     assert status(server) == 200

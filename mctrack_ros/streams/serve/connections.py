@@ -24,11 +24,7 @@ CONNECTION = 'connection'
 
 
 class HttpConnection(H11Protocol):
-    """
-    One client by HTTP: it must ask soon, and there are not too many.
-
-    uvicorn waits for a request for ever, and counts connections only when one has come.
-    """
+    """One client by HTTP: it must ask soon; uvicorn would wait for a request for ever."""
 
     def __init__(
         self,
@@ -41,11 +37,8 @@ class HttpConnection(H11Protocol):
         self._deadline: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Refuse it if there are too many; else begin to wait."""
+        """Begin to wait."""
         super().connection_made(transport)
-        if self.limit_concurrency is not None and len(self.connections) > self.limit_concurrency:
-            transport.abort()
-            return
         self._deadline = self.loop.call_later(REQUEST_S, self._expire)
 
     def connection_lost(self, exc: Exception | None) -> None:

@@ -34,6 +34,8 @@ from mctrack_ros.streams.serve.packing import GzipWriter
 _ASKING = 64
 """Connections beyond those that read, which ask or are refused."""
 _BACKLOG = 64
+_ACCEPT_S = 0.02
+"""Between two connections, s: who comes again and again must not take much of the processor."""
 _SEND_BUFFER = 65536
 """Of a connection in the kernel, bytes: some seconds that nobody has read."""
 _UNREAD_MS = 10_000
@@ -92,14 +94,13 @@ class StreamServer(Closing):
         self._hub = hub
         self._socket = _listening(place)
         self.port: int = self._socket.getsockname()[1]
+        self._most_connections = most_readers + _ASKING
         config = Config(
             _application(hub, place),
             http=HttpConnection,
             ws=SocketConnection,
             ws_max_size=LARGEST_MESSAGE,
             h11_max_incomplete_event_size=LARGEST_REQUEST,
-            limit_concurrency=most_readers + _ASKING,
-            backlog=_BACKLOG,
             timeout_keep_alive=1,
             timeout_graceful_shutdown=2,
             lifespan='off',
@@ -109,7 +110,7 @@ class StreamServer(Closing):
             proxy_headers=False,
             server_header=False,
         )
-        self._server = Server(config)
+        self._config, self._server = config, Server(config)
         self._thread = threading.Thread(target=self._run, name='stream server', daemon=True)
 
     @property
@@ -139,11 +140,29 @@ class StreamServer(Closing):
     async def _serve(self) -> None:
         self.loop = asyncio.get_running_loop()
         self._hub.open(self.loop)
-        serving = asyncio.create_task(self._server.serve(sockets=[self._socket]))
-        while not (self._server.started or serving.done()):
-            await asyncio.sleep(0.01)
+        serving = asyncio.create_task(self._server.serve(sockets=[]))
+        accepting = asyncio.create_task(self._accept())
         self._begun.set()
         await serving
+        accepting.cancel()
+
+    async def _accept(self) -> None:
+        """
+        Accept one connection after the other, so many a second at most.
+
+        The kernel keeps others waiting, and those who come by the thousand find no place there.
+
+        """
+        while True:
+            connection, _ = await self.loop.sock_accept(self._socket)
+            if self.connections < self._most_connections:
+                await self.loop.connect_accepted_socket(self._connection, connection)
+            else:
+                connection.close()
+            await asyncio.sleep(_ACCEPT_S)
+
+    def _connection(self) -> HttpConnection:
+        return HttpConnection(self._config, self._server.server_state, {}, self.loop)
 
 
 def _listening(place: Place) -> socket.socket:
@@ -157,6 +176,7 @@ def _listening(place: Place) -> socket.socket:
         listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, _UNREAD_MS)
         listening.bind((place.host, place.port))
         listening.listen(_BACKLOG)
+        listening.setblocking(False)
     except OSError as error:
         listening.close()
         raise OSError(f'{place.host}:{place.port} cannot be used: {error.strerror}') from error

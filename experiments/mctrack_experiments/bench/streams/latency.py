@@ -156,7 +156,6 @@ class GoodReader(threading.Thread):
         text = b''
         with self._connection:
             while part := self._connection.recv(65536):
-                print('R', part[:300], file=sys.stderr) if not self._stamps else None
                 *lines, text = (text + part).split(b'\n')
                 for line in lines:
                     if line.startswith(b'{"stamp_ns":'):
@@ -265,8 +264,8 @@ def _running(nodes: Sequence[NodeSpec]) -> Iterator[None]:
             subprocess.Popen(
                 node.process(Path(folder)).command,
                 env={**os.environ, **ENVIRONMENT, 'ROS_HOME': folder},
-                stdout=sys.stderr,
-                stderr=sys.stderr,
+                stdout=log,
+                stderr=log,
             )
             for node in nodes
         ]
