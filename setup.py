@@ -10,6 +10,7 @@ NODES = (
     'camera_node',
     'fusion_node',
     'coverage_node',
+    'stream_node',
     'video_node',
     'simulator_node',
     'recorder',

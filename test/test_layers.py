@@ -42,6 +42,7 @@ ALLOWED['site.choice'] = ALLOWED['site.site'] | {'site.site'}
 ALLOWED['site.coverage'] = ALLOWED['site.site'] | {'site.site'}
 ALLOWED['recording'] = {'interfaces', 'config', 'codec'}
 ALLOWED['store'] = {'interfaces', 'codec', 'recording', 'zones'}
+ALLOWED['streams'] = ALLOWED['store'] | {'store', 'config'}
 ALLOWED['replay'] = ALLOWED['site.choice'] | {'site.choice', 'codec', 'recording', 'processes'}
 ALLOWED['evaluation'] = {
     'interfaces',
@@ -54,7 +55,7 @@ ALLOWED['evaluation'] = {
 ALLOWED['simulation'] = {'interfaces', 'codec', 'recording', 'ground'}
 ALLOWED['explain'] = ALLOWED['replay'] | {'replay'}
 ALLOWED['report'] = ALLOWED['explain'] | {'simulation', 'evaluation', 'site.coverage', 'store'}
-ALLOWED['ros'] = ALLOWED['report'] | {'resources'}
+ALLOWED['ros'] = ALLOWED['report'] | {'resources', 'streams'}
 ALLOWED['web'] = ALLOWED['ros'] | {'ros'}
 ALLOWED['cli'] = ALLOWED['web'] | {'web', 'report', 'explain'}
 

@@ -49,13 +49,14 @@ ROSDEP_KEY_OF_IMPORT = {
 REQUIREMENT_OF_IMPORT = {
     'cv2': 'opencv-python-headless',
     'jinja2': 'Jinja2',
+    'paho': 'paho-mqtt',
     'yaml': 'PyYAML',
 }
 OF_THE_GRAPH = {'ros-jazzy-rclpy', 'ros-jazzy-common-interfaces'}
 BY_NAME = {'tf2_msgs'}
 WITHOUT_KEY = {
     *('alembic', 'av', 'motmetrics', 'nicegui', 'psycopg', 'pyarrow', 'simplejpeg'),
-    *('sqlalchemy', 'starlette', 'weasyprint'),
+    *('sqlalchemy', 'starlette', 'weasyprint', 'uvicorn', 'websockets', 'h11', 'paho'),
 }
 
 
@@ -128,6 +129,7 @@ def test_wheel_holds_what_ros2_run_and_launch_look_for(wheel):
     assert 'share/ament_index/resource_index/packages/mctrack_ros' in names
     assert 'share/mctrack_ros/package.xml' in names
     assert 'mctrack_ros/ground/calibration.xsd' in names
+    assert 'mctrack_ros/streams/formats/trajectory.xsd' in names
     assert {f'lib/mctrack_ros/{name}' for name in EXECUTABLES} <= set(names)
     for folder in ('config', 'launch'):
         for path in (ROOT / folder).rglob('*.*'):

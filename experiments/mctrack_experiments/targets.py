@@ -317,6 +317,18 @@ TARGETS = (
                    f'of a point: `{name}.point_query_ms`'),
         )
     ),
+    *(
+        Target('bench_streams', f'{way}.{form}.kb_per_s', 'stream of 25 targets at 25 Hz, '
+               f'{words}, {by}, kB a second', None, 40)
+        for form, words in (('tracks_xml', 'trajectory XML'), ('tracks_json', 'JSON'),
+                            ('onvif_xml', 'ONVIF metadata'))
+        for way, by in (('http', 'HTTP'), ('socket', 'web socket'))
+    ),
+    Target('bench_streams', 'mqtt.kb_per_s', 'the same, ONVIF JSON by MQTT, not compressed, five '
+           'frames a second, kB a second', None, 40),
+    Target('bench_streams', 'hostile.p99_ratio', 'two hundred slow or hostile readers, 99 of 100 '
+           "ticks of fusion's latency, over that without them", None, 1.1,
+           '95 % interval: `hostile.p99_ratio.low` to `hostile.p99_ratio.high`'),
     Target('bench_occupancy', 'square.p99_ms', 'occupancy, 40 x 40 m, 8 cameras, 20 people, '
            '99 of 100 ticks, ms', most=100, anchor='mean: `square.mean_ms`'),
     Target('bench_occupancy', 'square.gate_half_metre.mota', 'the same, MOTA at 0.5 m', None, None,

@@ -29,7 +29,7 @@ from mctrack_ros.cli.commands import (
     videos,
 )
 from mctrack_ros.cli.commands import evaluate as compare
-from mctrack_ros.cli.commands.database import exchange, query, report, store
+from mctrack_ros.cli.commands.database import exchange, query, report, store, stream
 
 app = typer.Typer(
     name='mctrack',

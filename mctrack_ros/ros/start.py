@@ -29,6 +29,7 @@ def start(node: str) -> int:
 camera_node = partial(start, 'camera_node')
 fusion_node = partial(start, 'fusion_node')
 coverage_node = partial(start, 'coverage_node')
+stream_node = partial(start, 'stream_node')
 video_node = partial(start, 'video_node')
 simulator_node = partial(start, 'simulator_node')
 recorder = partial(start, 'recorder')

@@ -61,6 +61,8 @@ class SiteConfig:
         Whether it says by what it is tracked; see `mctrack_ros.site.choice`.
     zones : Zones
         Its zones and lines, in the coordinates of the site's files.
+    geo : str
+        Where on the earth it lies, as `GeoReference` of `mctrack_ros.streams` reads it.
 
     """
 
@@ -74,6 +76,7 @@ class SiteConfig:
     path: str = ''
     names_tracker: bool = True
     zones: Zones = Zones()
+    geo: str = ''
 
     @property
     def camera_names(self) -> tuple[str, ...]:
@@ -143,6 +146,11 @@ class SiteScalars:
         '',
         'x,y of the origin of positions inside and on topics, in the coordinates of the '
         "site's files; empty: 0,0, or whole kilometres near cameras that are far from it [m]",
+    )
+    geo: str = parameter(
+        '',
+        'latitude,longitude of the origin of positions and, third, where the y axis points to, '
+        'clockwise from north, for streams of ONVIF metadata; empty: not known [degrees]',
     )
     fusion: FusionConfig = FUSION.field()
 
@@ -230,6 +238,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         origin=origin,
         names_tracker=names_tracker,
         zones=zones,
+        geo=scalars.geo,
     )
 
 

@@ -144,13 +144,22 @@ def load_rows(
 
 def load_blocks(connection: Connection, stored: Stored) -> Iterator[Block]:
     """Yield all messages of a run, span by span."""
-    asked = select(TICKS.c.span, TICKS.c.ticks).where(TICKS.c.run_id == stored.run)
+    yield from load_spans(connection, stored)
+    yield from load_journal(connection, stored)
+
+
+def load_spans(
+    connection: Connection, stored: Stored, first: int = 0, most: int | None = None
+) -> Iterator[Block]:
+    """Yield the messages of complete spans from a first one on, of so many at most."""
+    asked = select(TICKS.c.span, TICKS.c.ticks).where(
+        TICKS.c.run_id == stored.run, TICKS.c.span >= first
+    )
     in_run = CHUNKS.c.run_id == stored.run
-    for span, ticks in connection.execute(asked.order_by(TICKS.c.span)).all():
+    for span, ticks in connection.execute(asked.order_by(TICKS.c.span).limit(most)).all():
         began_ns = stored.span_ns(span)
         rows = _chunks(connection, in_run & (CHUNKS.c.span == span), whole=True)
         yield Block(began_ns, unpack_ticks(ticks), _words(rows, whole=True)[0])
-    yield from load_journal(connection, stored)
 
 
 def load_journal(connection: Connection, stored: Stored) -> Iterator[Block]:

@@ -58,7 +58,7 @@ def bench_store(bag: Path, minutes: int = 60, seed: int = 1) -> Figures:
         Of the questions.
 
     """
-    tape = _tape(bag)
+    tape = track_tape(bag)
     figures: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as folder:
         for name, value in _measured(str(Path(folder) / 'tracks.db'), tape, minutes, seed).items():
@@ -83,7 +83,7 @@ def bench_store(bag: Path, minutes: int = 60, seed: int = 1) -> Figures:
     )
 
 
-def _tape(bag: Path) -> list[Tracks]:
+def track_tape(bag: Path) -> list[Tracks]:
     """Return messages of tracks that all live from the first to the last, forwards and back."""
     with tempfile.TemporaryDirectory() as folder:
         track_bag(bag, folder, named_site('pitch5'), processes=1)

@@ -80,6 +80,22 @@ def store(
 
 
 @app.command()
+def streams(
+    bag: Path = typer.Option(
+        Path('bags/pitch5_detections'), help='Bag of the detections whose tracks are streamed.'
+    ),
+    pairs: int = typer.Option(
+        12, min=0, help='How often fusion is measured with and without hostile readers.'
+    ),
+    json_file: Path | None = _JSON,
+) -> None:
+    """Measure streams: bytes a second, and what two hundred hostile readers cost fusion."""
+    from mctrack_experiments.bench.streams.bench import bench_streams
+
+    _tell(bench_streams(bag, pairs, lambda line: typer.echo(line, err=True)), json_file)
+
+
+@app.command()
 def fusion(
     part: list[Part] = typer.Option([], help='Measure this alone; may be repeated.'),
     seeds: str | None = typer.Option(

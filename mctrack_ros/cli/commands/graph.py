@@ -32,11 +32,18 @@ def run(
         '--own-detections',
         help='Start no camera nodes: your own detectors send <camera>/detections.',
     ),
+    stream: int | None = typer.Option(
+        None,
+        min=0,
+        max=65535,
+        help='Also give tracks and events to other programs of this machine on this port, over '
+        'HTTP and web sockets.',
+    ),
     domain: int | None = _DOMAIN,
 ) -> None:
     """Run the graph of a site: a node a camera, fusion and coverage. Ctrl-C stops it."""
     from mctrack_ros.cli.sites import named_site, site_path
-    from mctrack_ros.ros.graph.graph import coverage_node
+    from mctrack_ros.ros.graph.graph import coverage_node, stream_node
     from mctrack_ros.ros.graph.site_graph import site_nodes
     from mctrack_ros.site.choice import with_tracker
 
@@ -46,7 +53,10 @@ def run(
     if why:
         typer.echo(why, err=True)
     nodes = site_nodes(config, use_sim_time, own_detections)
-    _run_nodes([*nodes, coverage_node(site_path(site), use_sim_time)], namespace, domain)
+    nodes.append(coverage_node(site_path(site), use_sim_time))
+    if stream is not None:
+        nodes.append(stream_node(stream, use_sim_time, geo=config.geo))
+    _run_nodes(nodes, namespace, domain)
 
 
 def record(

@@ -88,6 +88,12 @@ def coverage_node(path: str | Path, use_sim_time: bool = False) -> NodeSpec:
     return NodeSpec('coverage_node', 'coverage', {'site': site, 'use_sim_time': use_sim_time})
 
 
+def stream_node(port: int, use_sim_time: bool = False, **parameters: Any) -> NodeSpec:
+    """Return the node that gives tracks and events to other media, on a port of this machine."""
+    values = {'port': port, 'use_sim_time': use_sim_time} | parameters
+    return NodeSpec('stream_node', 'stream', values)
+
+
 def player_node(path: str | Path, **parameters: Any) -> NodeSpec:
     """Return the node that plays a bag; the graph ends with it."""
     return NodeSpec('player', 'player', {'path': str(path)} | parameters, False, True)

@@ -8,7 +8,8 @@ from collections.abc import Callable
 
 from nicegui import app, ui
 
-from mctrack_ros.web.serve.guard import Guard, check_address
+from mctrack_ros.streams.serve.access import check_address
+from mctrack_ros.web.serve.guard import Guard
 
 _ASK_S = 0.05
 

@@ -1,0 +1,1 @@
+"""How large streams are, and what hostile readers cost tracking."""

@@ -1,0 +1,50 @@
+"""Tokens and passwords: from the environment or a file, never from a URL or a parameter."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from mctrack_ros.config import ConfigError
+
+TOKEN_VARIABLE = 'MCTRACK_STREAM_TOKEN'
+USER_VARIABLE, PASSWORD_VARIABLE = 'MCTRACK_MQTT_USERNAME', 'MCTRACK_MQTT_PASSWORD'
+
+
+def stream_token(file: str) -> str:
+    """
+    Return the token of the stream: of the environment, or the first line of a file; empty: none.
+
+    Raises
+    ------
+    ConfigError
+        If the file cannot be read.
+
+    """
+    return os.environ.get(TOKEN_VARIABLE, '') or (_lines(file)[:1] or [''])[0]
+
+
+def mqtt_credentials(file: str) -> tuple[str, str | None]:
+    """
+    Return user name, empty for none, and password of a broker: of the environment, or of a file.
+
+    Raises
+    ------
+    ConfigError
+        If the file cannot be read.
+
+    """
+    user = os.environ.get(USER_VARIABLE, '')
+    if user:
+        return user, os.environ.get(PASSWORD_VARIABLE)
+    lines = [*_lines(file), '', '']
+    return lines[0], lines[1] or None
+
+
+def _lines(file: str) -> list[str]:
+    if not file:
+        return []
+    try:
+        return Path(file).read_text(encoding='utf-8').splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f'{file} cannot be read: {error}') from error

@@ -1,0 +1,1 @@
+"""In which forms a stream is told: trajectory XML, JSON, ONVIF metadata."""

@@ -1,0 +1,1 @@
+"""Streams over HTTP and web sockets: read-only, guarded, bounded."""
