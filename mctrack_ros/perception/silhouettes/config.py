@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mctrack_ros.config import tag
+from mctrack_ros.config import parameter, tag
+from mctrack_ros.perception.background.model import BackgroundConfig
+from mctrack_ros.perception.background.shadows import ShadowConfig
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
 from mctrack_ros.perception.config import CameraConfig
 from mctrack_ros.perception.silhouettes.background.absorption import AbsorptionConfig
 from mctrack_ros.perception.silhouettes.background.holes import HoleConfig
-from mctrack_ros.perception.silhouettes.background.model import LowPassConfig
 from mctrack_ros.perception.silhouettes.background.stationary_false_foreground import (
     FalseForegroundConfig,
 )
@@ -28,7 +29,11 @@ from mctrack_ros.perception.silhouettes.tracker import SilhouetteTrackerConfig
 class SilhouetteConfig:
     """Parameters of `SilhouettePipeline`; the defaults are what measures best."""
 
-    background: LowPassConfig = field(default_factory=LowPassConfig)
+    smoothing_px: int = parameter(
+        3, 'images are averaged over squares of this side; 1: not', minimum=1, maximum=15
+    )
+    background: BackgroundConfig = BackgroundConfig(minimum_threshold=7.0, still_s=0.0)
+    shadows: ShadowConfig = ShadowConfig(suppress=False, faint_share=0.13)
     components: ComponentConfig = field(default_factory=ComponentConfig)
     holes: HoleConfig = field(default_factory=HoleConfig)
     stains: FalseForegroundConfig = field(default_factory=FalseForegroundConfig)
@@ -48,15 +53,11 @@ class SilhouetteCameraConfig(CameraConfig):
 
 
 def as_printed() -> SilhouetteConfig:
-    """Return the parameters of the silhouettes paper itself, nothing beyond it."""
+    """Return the parameters of the paper, nothing beyond it but the background's own rules."""
     return SilhouetteConfig(
-        background=LowPassConfig(
-            threshold=12.0,
-            threshold_sigmas=0.0,
-            shadow_share=0.0,
-            follow_light=False,
-            smoothing_px=1,
-        ),
+        smoothing_px=1,
+        background=BackgroundConfig(minimum_threshold=12.0, threshold_sigmas=0.0, still_s=0.0),
+        shadows=ShadowConfig(suppress=False),
         components=ComponentConfig(closing_px=1, learn_specks=False),
         holes=HoleConfig(edge_ratio=0.0),
         stains=FalseForegroundConfig(still_s=0.0),
