@@ -113,10 +113,11 @@ def _silhouettes(images: Sequence[Image]) -> dict[str, float]:
             pipeline.step(image, _stamp_ns(next(clock)), None)
 
     def masks(images: Sequence[Image]) -> list[tuple[Image, Image]]:
-        scene = Scene(config.background, config.shadows, _mapping(), 1.0, None, None)
+        own = config.background
+        scene = Scene(own.background(), own.shadows(), _mapping(), 1.0, None, None)
         nobody, found = np.zeros(images[0].shape[:2], np.uint8), []
         for index, image in enumerate(images):
-            side, stamp_ns = config.smoothing_px, _stamp_ns(index)
+            side, stamp_ns = own.smoothing_px, _stamp_ns(index)
             smooth = np.asarray(cv2.blur(image, (side, side)), np.uint8)
             mask = scene.foreground(smooth, stamp_ns)
             if mask is not None:
@@ -133,7 +134,7 @@ def _silhouettes(images: Sequence[Image]) -> dict[str, float]:
     labelling = _seconds(components, masks(images))
     return {
         'silhouettes.fps': 1.0 / whole,
-        'silhouettes.background_ms': background * 1e3,
+        'silhouettes.reference_update_ms': background * 1e3,
         'silhouettes.components_ms': labelling * 1e3,
         'silhouettes.tracking_ms': (whole - background - labelling) * 1e3,
     }

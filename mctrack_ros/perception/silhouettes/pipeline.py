@@ -17,16 +17,16 @@ from mctrack_ros.perception.feedback.id_assignment import learn_identities
 from mctrack_ros.perception.front_end import Arrival, FrontEnd
 from mctrack_ros.perception.local_tracks.classification import ClassVotes, looks_like_vehicle
 from mctrack_ros.perception.output import CameraOutput, check_image
-from mctrack_ros.perception.silhouettes.background.absorption import Absorption
-from mctrack_ros.perception.silhouettes.background.holes import patched, without_still_holes
-from mctrack_ros.perception.silhouettes.background.stationary_false_foreground import (
-    without_stains,
-)
 from mctrack_ros.perception.silhouettes.config import SilhouetteConfig
 from mctrack_ros.perception.silhouettes.features import Floats
 from mctrack_ros.perception.silhouettes.foreground.components import Silhouettes, find_silhouettes
 from mctrack_ros.perception.silhouettes.ground_position import Places
 from mctrack_ros.perception.silhouettes.objects import at_edge
+from mctrack_ros.perception.silhouettes.reference_update.absorption import Absorption
+from mctrack_ros.perception.silhouettes.reference_update.holes import patched, without_still_holes
+from mctrack_ros.perception.silhouettes.reference_update.stationary_false_foreground import (
+    without_stains,
+)
 from mctrack_ros.perception.silhouettes.reporting import (
     TrackedObjects,
     detections_of,
@@ -74,7 +74,8 @@ class SilhouettePipeline:
         if background is not None:
             check_image(background, mapping.image_size)
             background = self._smoothed(background)
-        self._scene = Scene(config.background, config.shadows, mapping, 1.0, mask, background)
+        own = config.background
+        self._scene = Scene(own.background(), own.shadows(), mapping, 1.0, mask, background)
         self._nobody = np.zeros(mapping.image_size[::-1], np.uint8)
         self._places = Places(config.places, config.tracker.classes.vehicle_height_m, mapping)
         self._tracker = SilhouetteTracker(config.tracker, self._places.sizes)
@@ -124,13 +125,11 @@ class SilhouettePipeline:
             return CameraOutput.empty((Detections,), stamp_ns, self._front.shift)
         self._begin_anew(arrival)
         smooth = self._smoothed(image)
-        mask = self._scene.foreground(smooth, stamp_ns)
+        mask = self._foreground(smooth, stamp_ns)
         if mask is None:
             self._restart()
             return CameraOutput.empty((Detections,), stamp_ns, arrival.shift)
-        self._scene.background.learn(smooth, mask, self._nobody, self._nobody, stamp_ns)
-        self._rest.watch(self._scene.background, smooth, mask, stamp_ns)
-        return self._track(smooth, mask, stamp_ns, arrival, feedback)
+        return self._track(image, smooth, mask, stamp_ns, arrival, feedback)
 
     def predicted_boxes(self) -> Floats:
         """Return the (n, 4) boxes, px, of the objects, for an overlay."""
@@ -142,12 +141,23 @@ class SilhouettePipeline:
 
     def _smoothed(self, image: Image) -> Image:
         """Return an image as the background sees it."""
-        side = self._config.smoothing_px
+        side = self._config.background.smoothing_px
         return image if side == 1 else cv2.blur(image, (side, side))  # type: ignore[return-value]
+
+    def _foreground(self, smooth: Image, stamp_ns: int) -> Image | None:
+        """Return what differs; all else but what may be a shadow is learned."""
+        mask, background = self._scene.foreground(smooth, stamp_ns), self._scene.background
+        if mask is not None:
+            differs = cv2.compare(background.difference, background.threshold, cv2.CMP_GT)
+            kept = np.asarray(differs, np.uint8)
+            background.learn(smooth, kept, self._nobody, self._nobody, stamp_ns)
+            self._rest.watch(background, smooth, mask, stamp_ns)
+        return mask
 
     def _track(
         self,
         image: Image,
+        smooth: Image,
         mask: Image,
         stamp_ns: int,
         arrival: Arrival,
@@ -156,7 +166,7 @@ class SilhouettePipeline:
         """Match, put on the ground, report."""
         objects, log = self._tracker.objects, EventLog(stamp_ns)
         background = self._scene.background
-        silhouettes = self._found(image, mask)
+        silhouettes = self._found(smooth, mask)
         component = self._tracker.step(silhouettes, background, stamp_ns, log)
         note_groups(self._groups, objects, component, stamp_ns, log)
         truncated = at_edge(objects.box, mask.shape, 1.0)
@@ -174,7 +184,7 @@ class SilhouettePipeline:
         report = self._config.report
         detections = detections_of(objects, extent, template, truncated, stamp_ns, report)
         resting = self._rest.insert_resting(
-            objects, background, image, mask, silhouettes.labels, stamp_ns
+            objects, background, smooth, mask, silhouettes.labels, stamp_ns
         )
         objects.keep(~resting)
         return CameraOutput({Detections.TOPIC: detections}, log.rows(), arrival.shift)

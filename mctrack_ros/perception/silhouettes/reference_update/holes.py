@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import BYTES_2D, INTS_1D, compiled, inner
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.background.model import Background
-from mctrack_ros.perception.silhouettes.background.stationarity import Stationarity
 from mctrack_ros.perception.silhouettes.foreground.components import (
     ComponentConfig,
     Silhouettes,
     find_silhouettes,
 )
+from mctrack_ros.perception.silhouettes.reference_update.stationarity import Stationarity
 
 Image = NDArray[np.uint8]
 _CROSS = np.asarray(cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), np.uint8)

@@ -17,10 +17,14 @@ from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.background.light import Gains
 from mctrack_ros.perception.background.model import Background
-from mctrack_ros.perception.silhouettes.background.absorbed import Inserted, uncovered, window_of
-from mctrack_ros.perception.silhouettes.background.stationarity import Stationarity
 from mctrack_ros.perception.silhouettes.features import Floats
 from mctrack_ros.perception.silhouettes.objects import ObjectList
+from mctrack_ros.perception.silhouettes.reference_update.absorbed import (
+    Inserted,
+    uncovered,
+    window_of,
+)
+from mctrack_ros.perception.silhouettes.reference_update.stationarity import Stationarity
 
 Image = NDArray[np.uint8]
 LOOK_S = 0.2

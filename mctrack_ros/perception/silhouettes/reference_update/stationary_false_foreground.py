@@ -14,11 +14,11 @@ from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.blobs.extraction import overlap
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.silhouettes.background.absorbed import window_of
-from mctrack_ros.perception.silhouettes.background.stationarity import Seconds, Stationarity
 from mctrack_ros.perception.silhouettes.features import Floats, Ints, Mask
 from mctrack_ros.perception.silhouettes.foreground.components import Silhouettes
 from mctrack_ros.perception.silhouettes.objects import ObjectList
+from mctrack_ros.perception.silhouettes.reference_update.absorbed import window_of
+from mctrack_ros.perception.silhouettes.reference_update.stationarity import Seconds, Stationarity
 
 
 @dataclass(frozen=True)

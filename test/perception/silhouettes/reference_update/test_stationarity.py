@@ -1,7 +1,7 @@
 import numpy as np
 
 from mctrack_ros.perception.background.model import Background, BackgroundConfig
-from mctrack_ros.perception.silhouettes.background.stationarity import Stationarity
+from mctrack_ros.perception.silhouettes.reference_update.stationarity import Stationarity
 
 PERIOD_NS = 250_000_000
 ALL = np.s_[:, :]

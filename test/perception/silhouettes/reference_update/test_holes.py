@@ -2,16 +2,16 @@ import numpy as np
 import pytest
 
 from mctrack_ros.perception.background.model import Background, BackgroundConfig
-from mctrack_ros.perception.silhouettes.background.holes import (
-    HoleConfig,
-    patched,
-    without_still_holes,
-)
-from mctrack_ros.perception.silhouettes.background.stationarity import Stationarity
 from mctrack_ros.perception.silhouettes.foreground.components import (
     ComponentConfig,
     find_silhouettes,
 )
+from mctrack_ros.perception.silhouettes.reference_update.holes import (
+    HoleConfig,
+    patched,
+    without_still_holes,
+)
+from mctrack_ros.perception.silhouettes.reference_update.stationarity import Stationarity
 
 SIZE = (60, 120)
 BOX = np.s_[20:44, 30:70]

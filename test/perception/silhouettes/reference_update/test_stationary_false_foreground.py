@@ -4,16 +4,16 @@ import pytest
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.background.model import Background, BackgroundConfig
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.silhouettes.background.stationarity import Stationarity
-from mctrack_ros.perception.silhouettes.background.stationary_false_foreground import (
-    FalseForegroundConfig,
-    without_stains,
-)
 from mctrack_ros.perception.silhouettes.foreground.components import (
     ComponentConfig,
     find_silhouettes,
 )
 from mctrack_ros.perception.silhouettes.objects import ObjectConfig, ObjectList
+from mctrack_ros.perception.silhouettes.reference_update.stationarity import Stationarity
+from mctrack_ros.perception.silhouettes.reference_update.stationary_false_foreground import (
+    FalseForegroundConfig,
+    without_stains,
+)
 
 SIZE = (480, 640)
 BOX = np.s_[300:340, 300:312]

@@ -4,12 +4,15 @@ import pytest
 from mctrack_ros.interfaces import ClassCode
 from mctrack_ros.perception.background.model import Background, BackgroundConfig
 from mctrack_ros.perception.silhouettes import as_printed
-from mctrack_ros.perception.silhouettes.background.absorption import Absorption, AbsorptionConfig
 from mctrack_ros.perception.silhouettes.foreground.components import (
     ComponentConfig,
     find_silhouettes,
 )
 from mctrack_ros.perception.silhouettes.objects import ObjectConfig, ObjectList
+from mctrack_ros.perception.silhouettes.reference_update.absorption import (
+    Absorption,
+    AbsorptionConfig,
+)
 
 PERIOD_NS = 250_000_000
 SIZE = (60, 120)
