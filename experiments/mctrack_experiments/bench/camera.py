@@ -19,8 +19,8 @@ from mctrack_experiments.bench.pitch import (
 )
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.ground import GroundMapping, ProjectiveMapping
+from mctrack_ros.perception.background.scene import Scene
 from mctrack_ros.perception.silhouettes import SilhouetteConfig, SilhouettePipeline
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
 from mctrack_ros.perception.silhouettes.foreground.components import find_silhouettes
 
 Image = NDArray[np.uint8]
@@ -113,12 +113,16 @@ def _silhouettes(images: Sequence[Image]) -> dict[str, float]:
             pipeline.step(image, _stamp_ns(next(clock)), None)
 
     def masks(images: Sequence[Image]) -> list[tuple[Image, Image]]:
-        background, found = LowPassBackground(config.background), []
+        own = config.background
+        scene = Scene(own.background(), own.shadows(), _mapping(), 1.0, None, None)
+        nobody, found = np.zeros(images[0].shape[:2], np.uint8), []
         for index, image in enumerate(images):
-            grey = background.smoothed(np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)))
-            mask = background.apply(grey, _stamp_ns(index))
+            side, stamp_ns = own.smoothing_px, _stamp_ns(index)
+            smooth = np.asarray(cv2.blur(image, (side, side)), np.uint8)
+            mask = scene.foreground(smooth, stamp_ns)
             if mask is not None:
-                found.append((mask, grey))
+                scene.background.learn(smooth, mask, nobody, nobody, stamp_ns)
+                found.append((mask.copy(), np.asarray(cv2.cvtColor(smooth, cv2.COLOR_BGR2GRAY))))
         return found
 
     def components(found: Sequence[tuple[Image, Image]]) -> None:
@@ -130,7 +134,7 @@ def _silhouettes(images: Sequence[Image]) -> dict[str, float]:
     labelling = _seconds(components, masks(images))
     return {
         'silhouettes.fps': 1.0 / whole,
-        'silhouettes.background_ms': background * 1e3,
+        'silhouettes.reference_update_ms': background * 1e3,
         'silhouettes.components_ms': labelling * 1e3,
         'silhouettes.tracking_ms': (whole - background - labelling) * 1e3,
     }

@@ -14,6 +14,7 @@ from mctrack_ros.compiled import BYTES_2D, BYTES_3D, compiled
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.background.difference import subtract
 from mctrack_ros.perception.background.light import (
+    Gains,
     Light,
     explains,
     gains,
@@ -48,7 +49,7 @@ class BackgroundConfig:
         0.8, 'time in which the first background is learned; nothing is seen [s]', minimum=0.0
     )
     threshold_sigmas: float = parameter(
-        5.0, 'difference that is foreground, in standard deviations of the noise', minimum=1.0
+        5.0, 'difference that is foreground, in standard deviations of the noise', minimum=0.0
     )
     minimum_threshold: float = parameter(
         12.0,
@@ -58,8 +59,9 @@ class BackgroundConfig:
     )
     still_s: float = parameter(
         6.0,
-        'time after which what lies still, and nobody walked in as, is background [s]',
-        minimum=1.0,
+        'time after which what lies still, and nobody walked in as, is background, and holes are '
+        'looked for; 0: neither [s]',
+        minimum=0.0,
         maximum=25.0,
     )
 
@@ -116,9 +118,14 @@ class Background:
         return max(self._thresholds)
 
     @property
+    def light(self) -> Gains:
+        """How much brighter, (3,), the channels are than at the start."""
+        return np.ones(3) if self.model is None else self._light.level
+
+    @property
     def _thresholds(self) -> tuple[float, float]:
         """Difference that is no foreground anywhere, and that of usual noise."""
-        light = 1.0 if self.model is None else float(self._light.level.mean())
+        light = float(self.light.mean())
         noise = self._config.threshold_sigmas * (self.noise or 0.0)
         return self._config.minimum_threshold * light, noise
 
@@ -184,8 +191,9 @@ class Background:
         self._noise_map.learn(self.difference, self._mask, self.noise or 0.0, seconds)
         kept = cv2.bitwise_or(objects, cv2.bitwise_and(self._mask, people))
         approach(self.model, image, np.asarray(kept, np.uint8))
-        self._stillness.note(image, objects, round(self.threshold), seconds)
-        self._stillness.settle(image, self.model, objects, walked)
+        if self._config.still_s > 0.0:
+            self._stillness.note(image, objects, round(self.threshold), seconds)
+            self._stillness.settle(image, self.model, objects, walked)
         self._follow_light(image)
 
     def _sample(self, image: Image, stamp_ns: int) -> None:

@@ -11,6 +11,7 @@ from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.background.shadow_pixels import (
     FIELD_PX,
+    SHADE,
     VOTER_PX,
     colourfulness,
     mark,
@@ -43,6 +44,12 @@ class ShadowConfig:
 
     suppress: bool = parameter(True, 'shadows are looked for and taken out of the foreground')
     longest_m: float = parameter(5.0, 'length of the longest shadows [m]', minimum=0.1)
+    faint_share: float = parameter(
+        0.0,
+        'what is darker by no more than this share is shade, wherever it lies; 0: not so',
+        minimum=0.0,
+        maximum=0.9,
+    )
 
 
 class Shadows:
@@ -105,11 +112,14 @@ class Shadows:
             Time of the image, ns.
 
         """
+        if self._kind.shape != mask.shape:
+            self._kind = np.zeros_like(mask)
+        if faint := self._config.faint_share:
+            mark(image, model, mask, np.ones(3), 1 - faint, 1.0, noise, self._kind)
+            mask[self._kind == SHADE] = 0
         looks = stamp_ns >= self._next_ns
         if not self._config.suppress or not (looks or self.sun is not None):
             return
-        if self._kind.shape != mask.shape:
-            self._kind = np.zeros_like(mask)
         if looks:
             self._look(image, model, mask, noise, stamp_ns)
         if self.sun is not None:

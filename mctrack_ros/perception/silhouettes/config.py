@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mctrack_ros.config import tag
+from mctrack_ros.config import parameter, tag
+from mctrack_ros.perception.background.model import BackgroundConfig
+from mctrack_ros.perception.background.shadows import ShadowConfig
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
 from mctrack_ros.perception.config import CameraConfig
-from mctrack_ros.perception.silhouettes.background.absorption import AbsorptionConfig
-from mctrack_ros.perception.silhouettes.background.holes import HoleConfig
-from mctrack_ros.perception.silhouettes.background.model import LowPassConfig
-from mctrack_ros.perception.silhouettes.background.stationary_false_foreground import (
-    FalseForegroundConfig,
-)
 from mctrack_ros.perception.silhouettes.features import ComparisonConfig
 from mctrack_ros.perception.silhouettes.foreground.components import ComponentConfig
 from mctrack_ros.perception.silhouettes.foreground.fragment_merging import FragmentMergingConfig
@@ -20,15 +16,54 @@ from mctrack_ros.perception.silhouettes.ground_position import PlaceConfig
 from mctrack_ros.perception.silhouettes.matching.match import MatchConfig
 from mctrack_ros.perception.silhouettes.matching.partition import DivisionConfig
 from mctrack_ros.perception.silhouettes.objects import ObjectConfig
+from mctrack_ros.perception.silhouettes.reference_update.absorption import AbsorptionConfig
+from mctrack_ros.perception.silhouettes.reference_update.holes import HoleConfig
+from mctrack_ros.perception.silhouettes.reference_update.stationary_false_foreground import (
+    FalseForegroundConfig,
+)
 from mctrack_ros.perception.silhouettes.reporting import ReportConfig
 from mctrack_ros.perception.silhouettes.tracker import SilhouetteTrackerConfig
+
+
+@dataclass(frozen=True)
+class SubtractionConfig:
+    """How the shared background is subtracted."""
+
+    threshold: float = parameter(
+        7.0, 'difference above which a pixel is foreground at least [grey levels]', minimum=1.0
+    )
+    threshold_sigmas: float = parameter(
+        5.0,
+        'the same in standard deviations of the measured noise; 0: as printed',
+        minimum=0.0,
+    )
+    shadow_share: float = parameter(
+        0.13,
+        'what is darker by no more than this share may be a shadow: neither foreground nor '
+        'learned; 0: as printed',
+        minimum=0.0,
+        maximum=0.9,
+    )
+    smoothing_px: int = parameter(
+        3, 'images are averaged over squares of this side; 1: not', minimum=1, maximum=15
+    )
+
+    def background(self) -> BackgroundConfig:
+        """Return the parameters of the background, which only the tracker mends."""
+        return BackgroundConfig(
+            minimum_threshold=self.threshold, threshold_sigmas=self.threshold_sigmas, still_s=0.0
+        )
+
+    def shadows(self) -> ShadowConfig:
+        """Return those of the shadows: in grey images nobody knows where the sun is."""
+        return ShadowConfig(suppress=False, faint_share=self.shadow_share)
 
 
 @dataclass(frozen=True)
 class SilhouetteConfig:
     """Parameters of `SilhouettePipeline`; the defaults are what measures best."""
 
-    background: LowPassConfig = field(default_factory=LowPassConfig)
+    background: SubtractionConfig = field(default_factory=SubtractionConfig)
     components: ComponentConfig = field(default_factory=ComponentConfig)
     holes: HoleConfig = field(default_factory=HoleConfig)
     stains: FalseForegroundConfig = field(default_factory=FalseForegroundConfig)
@@ -48,14 +83,10 @@ class SilhouetteCameraConfig(CameraConfig):
 
 
 def as_printed() -> SilhouetteConfig:
-    """Return the parameters of the silhouettes paper itself, nothing beyond it."""
+    """Return the parameters of the paper, nothing beyond it but the background's own rules."""
     return SilhouetteConfig(
-        background=LowPassConfig(
-            threshold=12.0,
-            threshold_sigmas=0.0,
-            shadow_share=0.0,
-            follow_light=False,
-            smoothing_px=1,
+        background=SubtractionConfig(
+            threshold=12.0, threshold_sigmas=0.0, shadow_share=0.0, smoothing_px=1
         ),
         components=ComponentConfig(closing_px=1, learn_specks=False),
         holes=HoleConfig(edge_ratio=0.0),

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import ClassCode, Detections, EventCode, Feedback
+from mctrack_ros.perception.background.model import approach
+from mctrack_ros.perception.background.scene import Scene
 from mctrack_ros.perception.camera_shift.monitor import CameraShift
 from mctrack_ros.perception.events.event_log import EventLog
 from mctrack_ros.perception.events.groups import GroupConfig, Groups
@@ -15,17 +17,16 @@ from mctrack_ros.perception.feedback.id_assignment import learn_identities
 from mctrack_ros.perception.front_end import Arrival, FrontEnd
 from mctrack_ros.perception.local_tracks.classification import ClassVotes, looks_like_vehicle
 from mctrack_ros.perception.output import CameraOutput, check_image
-from mctrack_ros.perception.silhouettes.background.absorption import Absorption
-from mctrack_ros.perception.silhouettes.background.holes import patched, without_still_holes
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
-from mctrack_ros.perception.silhouettes.background.stationary_false_foreground import (
-    without_stains,
-)
 from mctrack_ros.perception.silhouettes.config import SilhouetteConfig
 from mctrack_ros.perception.silhouettes.features import Floats
 from mctrack_ros.perception.silhouettes.foreground.components import Silhouettes, find_silhouettes
 from mctrack_ros.perception.silhouettes.ground_position import Places
 from mctrack_ros.perception.silhouettes.objects import at_edge
+from mctrack_ros.perception.silhouettes.reference_update.absorption import Absorption
+from mctrack_ros.perception.silhouettes.reference_update.holes import patched, without_still_holes
+from mctrack_ros.perception.silhouettes.reference_update.stationary_false_foreground import (
+    without_stains,
+)
 from mctrack_ros.perception.silhouettes.reporting import (
     TrackedObjects,
     detections_of,
@@ -52,7 +53,7 @@ class SilhouettePipeline:
     mask : (h, w) uint8 array, optional
         0 where the image is to be ignored.
     background : (h, w, 3) uint8 array, optional
-        Image without moving objects; unless given, the first image is the background.
+        Image without moving objects; unless given, the background is learned first.
 
     Raises
     ------
@@ -69,13 +70,13 @@ class SilhouettePipeline:
         background: Image | None = None,
     ) -> None:
         self._front = FrontEnd(mapping, config.watchdog, mask)
-        self._config, self._mapping, self._mask = config, mapping, mask
-        self._background = LowPassBackground(config.background)
-        self._given: Image | None = None
+        self._config, self._mapping = config, mapping
         if background is not None:
             check_image(background, mapping.image_size)
-            self._given = self._grey(background)
-            self._background.restart_from(self._given)
+            background = self._smoothed(background)
+        own = config.background
+        self._scene = Scene(own.background(), own.shadows(), mapping, 1.0, mask, background)
+        self._nobody = np.zeros(mapping.image_size[::-1], np.uint8)
         self._places = Places(config.places, config.tracker.classes.vehicle_height_m, mapping)
         self._tracker = SilhouetteTracker(config.tracker, self._places.sizes)
         self._rest = Absorption(config.rest)
@@ -104,8 +105,7 @@ class SilhouettePipeline:
         Parameters
         ----------
         image : (h, w, 3) uint8 array
-            BGR image of the mapping's size; its brightness is what counts. One that is black
-            or white counts as none.
+            BGR image of the mapping's size. One that is black or white counts as none.
         stamp_ns : int
             Its capture time, ns. A gap or a step back of more than a second restarts tracking,
             unless the camera is as slow as that; local ids go on.
@@ -124,15 +124,12 @@ class SilhouettePipeline:
         if arrival is None:
             return CameraOutput.empty((Detections,), stamp_ns, self._front.shift)
         self._begin_anew(arrival)
-        grey = self._grey(image)
-        mask = self._background.apply(grey, stamp_ns)
+        smooth = self._smoothed(image)
+        mask = self._foreground(smooth, stamp_ns)
         if mask is None:
             self._restart()
             return CameraOutput.empty((Detections,), stamp_ns, arrival.shift)
-        if self._mask is not None:
-            mask = cv2.bitwise_and(mask, self._mask)  # type: ignore[assignment]
-        self._rest.watch(self._background, grey, mask, stamp_ns)
-        return self._track(image, grey, mask, stamp_ns, arrival, feedback)
+        return self._track(image, smooth, mask, stamp_ns, arrival, feedback)
 
     def predicted_boxes(self) -> Floats:
         """Return the (n, 4) boxes, px, of the objects, for an overlay."""
@@ -142,14 +139,25 @@ class SilhouettePipeline:
         """Return the local ids of each group, for an overlay."""
         return self._groups.members()
 
-    def _grey(self, image: Image) -> Image:
+    def _smoothed(self, image: Image) -> Image:
         """Return an image as the background sees it."""
-        return self._background.smoothed(np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)))
+        side = self._config.background.smoothing_px
+        return image if side == 1 else cv2.blur(image, (side, side))  # type: ignore[return-value]
+
+    def _foreground(self, smooth: Image, stamp_ns: int) -> Image | None:
+        """Return what differs; all else but what may be a shadow is learned."""
+        mask, background = self._scene.foreground(smooth, stamp_ns), self._scene.background
+        if mask is not None:
+            differs = cv2.compare(background.difference, background.threshold, cv2.CMP_GT)
+            kept = np.asarray(differs, np.uint8)
+            background.learn(smooth, kept, self._nobody, self._nobody, stamp_ns)
+            self._rest.watch(background, smooth, mask, stamp_ns)
+        return mask
 
     def _track(
         self,
         image: Image,
-        grey: Image,
+        smooth: Image,
         mask: Image,
         stamp_ns: int,
         arrival: Arrival,
@@ -157,8 +165,9 @@ class SilhouettePipeline:
     ) -> CameraOutput:
         """Match, put on the ground, report."""
         objects, log = self._tracker.objects, EventLog(stamp_ns)
-        silhouettes = self._found(grey, mask)
-        component = self._tracker.step(silhouettes, self._background, stamp_ns, log)
+        background = self._scene.background
+        silhouettes = self._found(smooth, mask)
+        component = self._tracker.step(silhouettes, background, stamp_ns, log)
         note_groups(self._groups, objects, component, stamp_ns, log)
         truncated = at_edge(objects.box, mask.shape, 1.0)
         extent = self._places.extent(objects.box)
@@ -175,24 +184,27 @@ class SilhouettePipeline:
         report = self._config.report
         detections = detections_of(objects, extent, template, truncated, stamp_ns, report)
         resting = self._rest.insert_resting(
-            objects, self._background, grey, mask, silhouettes.labels, stamp_ns
+            objects, background, smooth, mask, silhouettes.labels, stamp_ns
         )
         objects.keep(~resting)
         return CameraOutput({Detections.TOPIC: detections}, log.rows(), arrival.shift)
 
-    def _found(self, grey: Image, mask: Image) -> Silhouettes:
+    def _found(self, image: Image, mask: Image) -> Silhouettes:
         """Return the silhouettes of an image; a few times a second, mend the background."""
-        config, background, still = self._config, self._background, self._rest.still
+        config, background, still = self._config, self._scene.background, self._rest.still
+        grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
         if not self._rest.looked:
             return find_silhouettes(mask, grey, config.components)
-        mask = without_still_holes(mask, grey, still, background, config.components, config.holes)
+        mask = without_still_holes(
+            mask, grey, image, still, background, config.components, config.holes
+        )
         found = find_silhouettes(mask, grey, config.components)
         if config.components.learn_specks:
-            specks = np.where(found.labels == 0, mask, np.uint8(0))
-            background.learn(grey, specks, still.passed_s)
-        found = patched(found, background, config.holes)
+            other = np.where((found.labels == 0) & (mask > 0), np.uint8(0), np.uint8(255))
+            approach(background.model, image, other)
+        found = patched(found, image, background, config.holes)
         objects, sizes = self._tracker.objects, self._places.sizes
-        return without_stains(found, still, objects, sizes, background, config.stains)
+        return without_stains(found, still, objects, sizes, image, background, config.stains)
 
     def _place(self, shift: CameraShift) -> None:
         """Look up where on the ground the objects of this image are."""
@@ -217,9 +229,7 @@ class SilhouettePipeline:
         if arrival.jumped:
             self._restart()
         if arrival.stepped_back:
-            self._background.restart()
-            if self._given is not None:
-                self._background.restart_from(self._given)
+            self._scene.begin_anew()
 
     def _restart(self) -> None:
         """Forget all objects and what was inserted; ids go on."""

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mctrack_ros.interfaces import ClassCode, EventCode
+from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.events.event_log import EventLog
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.local_tracks.classification import ClassConfig, looks_like_vehicle
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
 from mctrack_ros.perception.silhouettes.features import (
     HEIGHT,
     WIDTH,
@@ -115,7 +115,7 @@ class SilhouetteTracker:
     def step(
         self,
         silhouettes: Silhouettes,
-        background: LowPassBackground,
+        background: Background,
         stamp_ns: int,
         log: EventLog,
     ) -> Ints:
@@ -126,7 +126,7 @@ class SilhouetteTracker:
         ----------
         silhouettes : Silhouettes
             Of the image.
-        background : LowPassBackground
+        background : Background
             What separates them.
         stamp_ns : int
             Its time, ns.
@@ -160,7 +160,7 @@ class SilhouetteTracker:
         objects.start(fresh, stamp_ns)
         return np.asarray(np.r_[component[~lost], np.full(len(fresh), -1)])
 
-    def _bodies(self, silhouettes: Silhouettes, background: LowPassBackground) -> Silhouettes:
+    def _bodies(self, silhouettes: Silhouettes, background: Background) -> Silhouettes:
         """Gather what belongs to one body; leave out what is too small to be one."""
         sizes, config = self._sizes, self._config.gathering
         is_known = self.objects.established & (self.objects.alone_s >= config.known_s)

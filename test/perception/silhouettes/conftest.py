@@ -25,10 +25,10 @@ class CarPark:
     """Draws grey rectangles on a noisy ground and drives a pipeline at 4 Hz."""
 
     def __init__(self, config, mapping, noise=2.0):
-        self.pipeline = SilhouettePipeline(config, mapping)
         self.rng, self.noise = np.random.default_rng(0), noise
         self.ground = cv2.GaussianBlur(self.rng.normal(110, 60, SIZE[::-1]), (0, 0), 3)
         self.index = 0
+        self.pipeline = SilhouettePipeline(config, mapping, background=self.image([]))
         self.show([])
 
     def image(self, things):

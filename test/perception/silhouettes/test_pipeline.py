@@ -112,7 +112,8 @@ def test_a_vehicle_that_drives_off_leaves_no_hole(new_park, learned):
         for step in range(40):
             park.show([(min(80 + 15 * step, 275), 300, CAR, 160)])
     else:
-        park.pipeline = SilhouettePipeline(OURS, park.pipeline._mapping)
+        background = park.image([(275, 300, CAR, 160)])
+        park.pipeline = SilhouettePipeline(OURS, park.pipeline._mapping, background=background)
         for _ in range(4):
             park.show([(275, 300, CAR, 160)])
     for step in range(14):
@@ -185,7 +186,8 @@ def test_a_gap_restarts_tracks_but_not_ids(new_park):
 
 def test_what_the_mask_hides_is_ignored(new_park, mapping):
     park = new_park(OURS)
-    park.pipeline = SilhouettePipeline(OURS, mapping, np.zeros(SIZE[::-1], np.uint8))
+    ignored = np.zeros(SIZE[::-1], np.uint8)
+    park.pipeline = SilhouettePipeline(OURS, mapping, ignored, park.image([]))
     for step in range(8):
         output = park.show([(100 + 8 * step, 380, PERSON, 60)])
     assert not len(output.detections)

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import ClassCode, EventCode
+from mctrack_ros.perception.background.model import Background, BackgroundConfig
 from mctrack_ros.perception.events.event_log import EventLog
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground, LowPassConfig
 from mctrack_ros.perception.silhouettes.foreground.components import (
     ComponentConfig,
     find_silhouettes,
@@ -21,8 +21,8 @@ class Film:
 
     def __init__(self, mapping):
         self.tracker = SilhouetteTracker(SilhouetteTrackerConfig(), SizeTable(mapping))
-        self.background = LowPassBackground(LowPassConfig())
-        self.background.restart_from(np.full(SIZE, 100, np.uint8))
+        self.background = Background(BackgroundConfig())
+        self.background.begin(np.full((*SIZE, 3), 100, np.uint8))
         self.index, self.events = 0, []
 
     def show(self, *blocks):

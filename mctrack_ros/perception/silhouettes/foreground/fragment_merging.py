@@ -57,7 +57,7 @@ class FragmentMergingConfig:
         minimum=0.0,
     )
     faint_sigmas: float = parameter(
-        3.0,
+        5.6,
         'standard deviations of the noise by which what is faint between the fragments of a small '
         'body differs; 0: it does not count, as printed',
         minimum=0.0,

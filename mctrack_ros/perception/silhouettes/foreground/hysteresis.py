@@ -7,8 +7,8 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BYTES_2D, INTS_1D, INTS_2D, compiled
+from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
 from mctrack_ros.perception.silhouettes.features import AREA, BINS, HISTOGRAM, Ints, Shapes
 from mctrack_ros.perception.silhouettes.foreground.components import Silhouettes
 from mctrack_ros.perception.silhouettes.foreground.fragment_merging import FragmentMergingConfig
@@ -18,7 +18,7 @@ Grey = NDArray[np.uint8]
 
 def with_faint(
     silhouettes: Silhouettes,
-    background: LowPassBackground,
+    background: Background,
     sizes: SizeTable,
     config: FragmentMergingConfig,
     small_px: float,
@@ -34,7 +34,7 @@ def with_faint(
     ----------
     silhouettes : Silhouettes
         Of an image, gathered.
-    background : LowPassBackground
+    background : Background
         Of the camera.
     sizes : SizeTable
         Of the camera.
@@ -45,7 +45,7 @@ def with_faint(
 
     """
     shapes = silhouettes.shapes
-    if config.faint_sigmas == 0.0 or background.model is None or not len(shapes):
+    if config.faint_sigmas == 0.0 or not len(shapes):
         return silhouettes
     extent = shapes.box[:, 2:] / sizes.per_metre(sizes.foot_of(shapes.box))
     largest = config.person_width_m, config.person_height_m
@@ -55,11 +55,11 @@ def with_faint(
     rows = np.flatnonzero(small)
     counts = _counted(
         np.ascontiguousarray(silhouettes.grey),
-        background.model,
+        background.difference,
         silhouettes.labels,
         silhouettes.row_of,
         shapes.box[rows].astype(np.int64),
-        config.faint_sigmas * background.noise,
+        config.faint_sigmas * (background.noise or 0.0),
     )
     vector = shapes.vector.copy()
     vector[rows, HISTOGRAM] += counts
@@ -71,7 +71,7 @@ def with_faint(
 @compiled(
     types.i8[:, ::1](
         BYTES_2D,
-        types.Array(types.f4, 2, 'C', readonly=True),
+        BYTES_2D,
         types.Array(types.u2, 2, 'C', readonly=True),
         INTS_1D,
         INTS_2D,
@@ -80,7 +80,7 @@ def with_faint(
 )
 def _counted(
     grey: Grey,
-    model: NDArray[np.float32],
+    difference: Grey,
     labels: NDArray[np.uint16],
     row_of: Ints,
     box: Ints,
@@ -92,7 +92,6 @@ def _counted(
         left, top, width, height = box[row]
         for y in range(top, top + height):
             for x in range(left, left + width):
-                apart = abs(np.float64(grey[y, x]) - model[y, x])
-                if apart > step and row_of[labels[y, x]] < 0:
+                if difference[y, x] > step and row_of[labels[y, x]] < 0:
                     counts[row, grey[y, x] // (256 // BINS)] += 1
     return counts

@@ -1,8 +1,9 @@
+import cv2
 import numpy as np
 import pytest
 
+from mctrack_ros.perception.background.model import Background, BackgroundConfig
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground, LowPassConfig
 from mctrack_ros.perception.silhouettes.features import AREA, BINS, HISTOGRAM, Shapes
 from mctrack_ros.perception.silhouettes.foreground.components import (
     ComponentConfig,
@@ -26,8 +27,7 @@ def sizes(mapping):
 
 @pytest.fixture
 def background():
-    background = LowPassBackground(LowPassConfig())
-    background.restart_from(np.full(SIZE, GROUND, np.uint8))
+    background = Background(BackgroundConfig())
     background.noise = 1.2
     return background
 
@@ -44,6 +44,7 @@ def somebody(foot_row=380, left=300, shown=4):
 
 def found(grey, mask, background, sizes, config):
     silhouettes = find_silhouettes(mask, grey, ComponentConfig(1, 1))
+    background.difference = cv2.absdiff(grey, np.full_like(grey, GROUND))
     silhouettes = gathered(silhouettes, NOBODY, sizes, config)
     return silhouettes, with_faint(silhouettes, background, sizes, config, SMALL_PX)
 

@@ -11,16 +11,15 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BYTES_2D, INTS_1D, compiled, inner
 from mctrack_ros.config import parameter
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
-from mctrack_ros.perception.silhouettes.background.stationarity import Stationarity
-from mctrack_ros.perception.silhouettes.features import AREA
+from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.silhouettes.foreground.components import (
     ComponentConfig,
     Silhouettes,
     find_silhouettes,
 )
+from mctrack_ros.perception.silhouettes.reference_update.stationarity import Stationarity
 
-Grey = NDArray[np.uint8]
+Image = NDArray[np.uint8]
 _CROSS = np.asarray(cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), np.uint8)
 _MARGIN = 2
 
@@ -47,7 +46,7 @@ class HoleConfig:
 
 
 def patched(
-    silhouettes: Silhouettes, background: LowPassBackground, config: HoleConfig
+    silhouettes: Silhouettes, image: Image, background: Background, config: HoleConfig
 ) -> Silhouettes:
     """
     Put silhouettes that are holes into the background and leave them out; beyond the paper.
@@ -60,7 +59,9 @@ def patched(
     ----------
     silhouettes : Silhouettes
         Of the image.
-    background : LowPassBackground
+    image : (h, w, 3) uint8 array
+        The smoothed image.
+    background : Background
         Is changed.
     config : HoleConfig
         Parameters.
@@ -68,28 +69,28 @@ def patched(
     """
     if config.edge_ratio == 0.0 or background.model is None:
         return silhouettes
-    large = silhouettes.shapes.vector[:, AREA] >= config.least_area_px
-    holes = [
-        row
-        for row in np.flatnonzero(large).tolist()
-        if _is_hole(silhouettes, row, background, config)
-    ]
+    large = np.flatnonzero(silhouettes.shapes.area >= config.least_area_px).tolist()
+    if not large:
+        return silhouettes
+    known = np.asarray(cv2.cvtColor(background.model, cv2.COLOR_BGR2GRAY), np.uint8)
+    holes = [row for row in large if _is_hole(silhouettes, row, known, config)]
     for row in holes:
         window = _window(silhouettes, row)
         own = np.where(silhouettes.labels[window] == row + 1, 255, 0).astype(np.uint8)
         own = np.asarray(cv2.dilate(own, _CROSS), np.uint8)
-        background.model[window][own > 0] = silhouettes.grey[window][own > 0]
+        background.model[window][own > 0] = image[window][own > 0]
     return silhouettes.without(holes) if holes else silhouettes
 
 
 def without_still_holes(
-    mask: Grey,
-    grey: Grey,
+    mask: Image,
+    grey: Image,
+    image: Image,
     still: Stationarity,
-    background: LowPassBackground,
+    background: Background,
     components: ComponentConfig,
     config: HoleConfig,
-) -> Grey:
+) -> Image:
     """
     Patch holes that touch what moves, and return the mask without them; beyond the paper.
 
@@ -100,11 +101,11 @@ def without_still_holes(
     ----------
     mask : (h, w) uint8 array
         Foreground.
-    grey : (h, w) uint8 array
+    grey, image : (h, w), (h, w, 3) uint8 array
         The smoothed image.
     still : Stationarity
         For how long its pixels have looked the same.
-    background : LowPassBackground
+    background : Background
         Is changed.
     components : ComponentConfig
         How silhouettes are found.
@@ -118,7 +119,7 @@ def without_still_holes(
     if cv2.countNonZero(old) < config.least_area_px:
         return mask
     found = find_silhouettes(np.asarray(cv2.bitwise_and(old, mask), np.uint8), grey, components)
-    left = patched(found, background, config)
+    left = patched(found, image, background, config)
     if len(left.shapes) == len(found.shapes):
         return mask
     hole = (found.labels > 0) & (left.row_of[found.labels] < 0)
@@ -127,16 +128,13 @@ def without_still_holes(
     return mask
 
 
-def _is_hole(
-    silhouettes: Silhouettes, row: int, background: LowPassBackground, config: HoleConfig
-) -> bool:
+def _is_hole(silhouettes: Silhouettes, row: int, model: Image, config: HoleConfig) -> bool:
     """Tell whether a silhouette's outline is in the background rather than in the image."""
-    assert background.model is not None
     left, top, width, height = silhouettes.shapes.box[row].astype(int).tolist()
     shown, known = _outline(
         silhouettes.labels,
         np.ascontiguousarray(silhouettes.grey),
-        background.model,
+        model,
         row + 1,
         np.array([left, top, width, height]),
     )
@@ -157,15 +155,15 @@ def _edge(image: NDArray[np.generic], y: int, x: int) -> float:
     types.UniTuple(types.f8, 2)(
         types.Array(types.u2, 2, 'C', readonly=True),
         BYTES_2D,
-        types.Array(types.f4, 2, 'C', readonly=True),
+        BYTES_2D,
         types.i8,
         INTS_1D,
     )
 )
 def _outline(
     labels: NDArray[np.uint16],
-    grey: Grey,
-    model: NDArray[np.float32],
+    grey: Image,
+    model: Image,
     label: int,
     box: NDArray[np.int64],
 ) -> tuple[float, float]:

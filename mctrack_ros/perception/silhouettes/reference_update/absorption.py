@@ -15,13 +15,18 @@ from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import ClassCode
-from mctrack_ros.perception.silhouettes.background.absorbed import Inserted, uncovered, window_of
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
-from mctrack_ros.perception.silhouettes.background.stationarity import Stationarity
+from mctrack_ros.perception.background.light import Gains
+from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.silhouettes.features import Floats
 from mctrack_ros.perception.silhouettes.objects import ObjectList
+from mctrack_ros.perception.silhouettes.reference_update.absorbed import (
+    Inserted,
+    uncovered,
+    window_of,
+)
+from mctrack_ros.perception.silhouettes.reference_update.stationarity import Stationarity
 
-Grey = NDArray[np.uint8]
+Image = NDArray[np.uint8]
 LOOK_S = 0.2
 ROOM = 0.15  # about what is inserted, in its widths and heights
 
@@ -114,15 +119,15 @@ class Absorption:
         self.still.restart()
         self.looked = False
 
-    def watch(self, background: LowPassBackground, grey: Grey, mask: Grey, stamp_ns: int) -> None:
+    def watch(self, background: Background, image: Image, mask: Image, stamp_ns: int) -> None:
         """
         Look at an image: what in it is still, and who drives off.
 
         Parameters
         ----------
-        background : LowPassBackground
+        background : Background
             Is changed where inserted objects leave.
-        grey : (h, w) uint8 array
+        image : (h, w, 3) uint8 array
             The smoothed image.
         mask : (h, w) uint8 array
             Foreground; is changed there, too.
@@ -130,19 +135,19 @@ class Absorption:
             Time of the image, ns.
 
         """
-        self.looked = self.still.watch(grey, mask, stamp_ns, background.threshold)
+        self.looked = self.still.watch(image, mask, stamp_ns, background.threshold)
         recent_ns = round(self._config.recent_s * 1e9)
         kept = [one for one in self.inserted if stamp_ns - one.stamp_ns <= recent_ns]
         if share := self._config.uncovered_share:
-            kept = [one for one in kept if not uncovered(one, background, grey, mask, share)]
+            kept = [one for one in kept if not uncovered(one, background, image, mask, share)]
         self.inserted = kept
 
     def insert_resting(
         self,
         objects: ObjectList,
-        background: LowPassBackground,
-        grey: Grey,
-        mask: Grey,
+        background: Background,
+        image: Image,
+        mask: Image,
         labels: NDArray[np.uint16],
         stamp_ns: int,
     ) -> NDArray[np.bool_]:
@@ -153,9 +158,9 @@ class Absorption:
         ----------
         objects : ObjectList
             After this image.
-        background : LowPassBackground
+        background : Background
             Is changed.
-        grey : (h, w) uint8 array
+        image : (h, w, 3) uint8 array
             The smoothed image.
         mask : (h, w) uint8 array
             Its foreground.
@@ -171,7 +176,7 @@ class Absorption:
 
         """
         if self._config.still_share > 0.0:
-            return self._insert_still(objects, background, grey, labels, stamp_ns)
+            return self._insert_still(objects, background, image, labels, stamp_ns)
         gone = np.zeros(len(objects), np.bool_)
         seconds = self._seconds_at_rest(objects, stamp_ns)
         for row in np.flatnonzero(objects.matched & (objects.group == 0)).tolist():
@@ -182,7 +187,7 @@ class Absorption:
                 continue
             gone[row] = True
             box = objects.box[row].astype(np.int64)
-            before = background.insert(grey, box, self._spared(objects, row, box, mask))
+            before = _put(image, background, box, ~self._spared(objects, row, box, mask))
             if hole is None:
                 shown = mask[window_of(box)].copy()
                 self._remember(objects, row, box, before, shown, background.light, stamp_ns)
@@ -191,8 +196,8 @@ class Absorption:
     def _insert_still(
         self,
         objects: ObjectList,
-        background: LowPassBackground,
-        grey: Grey,
+        background: Background,
+        image: Image,
         labels: NDArray[np.uint16],
         stamp_ns: int,
     ) -> NDArray[np.bool_]:
@@ -203,19 +208,19 @@ class Absorption:
         for row in np.flatnonzero(objects.matched).tolist():
             patience = self._patience(objects, row)
             own = labels[window_of(objects.box[row])] > 0
-            same = self.still.still_for(grey, window_of(objects.box[row]), patience)
+            same = self.still.still_for(image, window_of(objects.box[row]), patience)
             if np.count_nonzero(own & same) < self._config.still_share * np.count_nonzero(own):
                 continue
             gone[row] = True
             box = _widened(objects.box[row], labels.shape)
             taken = self.still.seconds[window_of(box)] >= patience / 2
             taken &= ~self._spared(objects, row, box, labels)
-            before = background.insert(self.still.image, box, ~taken)
+            before = _put(self.still.image, background, box, taken)
             self.still.seconds[window_of(box)][taken] = 0.0
             if objects.class_id[row] == ClassCode.VEHICLE:
                 shown = np.where(taken, 255, 0).astype(np.uint8)
                 self._remember(objects, row, box, before, shown, background.light, stamp_ns)
-        self.still.teach(background, grey, self._config.pedestrian_rest_s)
+        self.still.teach(background, image, self._config.pedestrian_rest_s)
         return gone
 
     def _remember(
@@ -223,9 +228,9 @@ class Absorption:
         objects: ObjectList,
         row: int,
         box: NDArray[np.int64],
-        before: Grey,
-        shown: Grey,
-        light: float,
+        before: Image,
+        shown: Image,
+        light: Gains,
         stamp_ns: int,
     ) -> None:
         """Add an object to the list of recently inserted ones."""
@@ -272,6 +277,20 @@ class Absorption:
         ]
         distance, index = min(near, default=(np.inf, -1))
         return self.inserted[index] if distance <= self._config.hole_px else None
+
+
+def _put(
+    image: NDArray[np.uint8 | np.float32],
+    background: Background,
+    box: NDArray[np.int64],
+    taken: NDArray[np.bool_],
+) -> Image:
+    """Copy pixels of a rectangle of an image into the background; return what was there."""
+    assert background.model is not None
+    window = background.model[window_of(box)]
+    before = window.copy()
+    np.copyto(window, image[window_of(box)], where=taken[..., None], casting='unsafe')
+    return before
 
 
 def _widened(box: Floats, size: tuple[int, ...]) -> NDArray[np.int64]:

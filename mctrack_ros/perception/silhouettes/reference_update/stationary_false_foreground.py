@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import FLOATS_2D, compiled
 from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.blobs.extraction import overlap
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.silhouettes.background.absorbed import window_of
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
-from mctrack_ros.perception.silhouettes.background.stationarity import Seconds, Stationarity
 from mctrack_ros.perception.silhouettes.features import Floats, Ints, Mask
 from mctrack_ros.perception.silhouettes.foreground.components import Silhouettes
 from mctrack_ros.perception.silhouettes.objects import ObjectList
+from mctrack_ros.perception.silhouettes.reference_update.absorbed import window_of
+from mctrack_ros.perception.silhouettes.reference_update.stationarity import Seconds, Stationarity
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,8 @@ def without_stains(
     still: Stationarity,
     objects: ObjectList,
     sizes: SizeTable,
-    background: LowPassBackground,
+    image: NDArray[np.uint8],
+    background: Background,
     config: FalseForegroundConfig,
 ) -> Silhouettes:
     """
@@ -70,7 +71,9 @@ def without_stains(
         Where they are expected.
     sizes : SizeTable
         Of the camera.
-    background : LowPassBackground
+    image : (h, w, 3) uint8 array
+        The smoothed image.
+    background : Background
         Is changed.
     config : FalseForegroundConfig
         Parameters.
@@ -90,7 +93,7 @@ def without_stains(
     for row in rows:
         window = window_of(shapes.box[row])
         own = silhouettes.labels[window] == row + 1
-        background.model[window][own] = silhouettes.grey[window][own]
+        background.model[window][own] = image[window][own]
         still.seconds[window][own] = 0.0
     return silhouettes.without(rows) if rows else silhouettes
 

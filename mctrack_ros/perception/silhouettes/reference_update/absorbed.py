@@ -8,10 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
+from mctrack_ros.perception.background.light import Gains, relit
+from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.silhouettes.features import Floats
 
-Grey = NDArray[np.uint8]
+Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -27,12 +28,12 @@ class Inserted:
         Its rectangle, px.
     centroid : (2,) float array
         Its centroid, px.
-    before : (h, w) uint8 array
+    before : (h, w, 3) uint8 array
         The background that it hides.
     mask : (h, w) uint8 array
         255 where it was foreground.
-    light : float
-        The background's brightness at that time.
+    light : (3,) float64 array
+        How bright the background was at that time.
     stamp_ns : int
         When it was inserted.
 
@@ -41,14 +42,14 @@ class Inserted:
     local_id: int
     box: NDArray[np.int64]
     centroid: Floats
-    before: Grey
-    mask: Grey
-    light: float
+    before: Image
+    mask: Image
+    light: Gains
     stamp_ns: int
 
 
 def uncovered(
-    entry: Inserted, background: LowPassBackground, grey: Grey, mask: Grey, share: float
+    entry: Inserted, background: Background, image: Image, mask: Image, share: float
 ) -> bool:
     """
     Take an object that drives off out of the background again; beyond the paper.
@@ -60,9 +61,9 @@ def uncovered(
     ----------
     entry : Inserted
         The object.
-    background : LowPassBackground
+    background : Background
         Is changed if it leaves.
-    grey : (h, w) uint8 array
+    image : (h, w, 3) uint8 array
         The smoothed image.
     mask : (h, w) uint8 array
         Foreground; is changed if it leaves.
@@ -75,18 +76,19 @@ def uncovered(
         Whether it leaves.
 
     """
+    assert background.model is not None
     window = window_of(entry.box)
     enough = share * cv2.countNonZero(entry.mask)
     seen = cv2.bitwise_and(mask[window], entry.mask)
     if cv2.countNonZero(seen) < enough:
         return False
-    gain = background.light / entry.light
-    before = np.asarray(cv2.convertScaleAbs(entry.before, alpha=gain), np.uint8)
-    differs = cv2.absdiff(grey[window], before) > background.threshold
+    before = relit(entry.before, background.light / entry.light)
+    differs = cv2.absdiff(image[window], before).max(axis=2) > background.threshold
     if np.count_nonzero((seen > 0) & ~differs) < enough:
         return False
-    background.restore(before, entry.box, entry.mask)
-    mask[window][entry.mask > 0] = 255 * differs[entry.mask > 0]
+    inside = entry.mask > 0
+    background.model[window][inside] = before[inside]
+    mask[window][inside] = 255 * differs[inside]
     return True
 
 

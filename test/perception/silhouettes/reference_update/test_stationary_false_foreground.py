@@ -2,18 +2,18 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.perception.background.model import Background, BackgroundConfig
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground, LowPassConfig
-from mctrack_ros.perception.silhouettes.background.stationarity import Stationarity
-from mctrack_ros.perception.silhouettes.background.stationary_false_foreground import (
-    FalseForegroundConfig,
-    without_stains,
-)
 from mctrack_ros.perception.silhouettes.foreground.components import (
     ComponentConfig,
     find_silhouettes,
 )
 from mctrack_ros.perception.silhouettes.objects import ObjectConfig, ObjectList
+from mctrack_ros.perception.silhouettes.reference_update.stationarity import Stationarity
+from mctrack_ros.perception.silhouettes.reference_update.stationary_false_foreground import (
+    FalseForegroundConfig,
+    without_stains,
+)
 
 SIZE = (480, 640)
 BOX = np.s_[300:340, 300:312]
@@ -32,15 +32,16 @@ def objects():
 def kept(sizes, objects, seconds, still_s=1.0):
     """Show a box for some time; return how many silhouettes are left, and the background."""
     config = FalseForegroundConfig(still_s=still_s)
-    background = LowPassBackground(LowPassConfig())
-    background.restart_from(np.full(SIZE, 100, np.uint8))
+    background = Background(BackgroundConfig())
+    background.begin(np.full((*SIZE, 3), 100, np.uint8))
     grey = np.full(SIZE, 100, np.uint8)
     grey[BOX] = 60
     mask, still = np.where(grey == 60, np.uint8(255), np.uint8(0)), Stationarity(0.2)
+    image = np.repeat(grey[..., None], 3, axis=2)
     for index in range(round(seconds * 4) + 2):
-        still.watch(grey, mask, index * 250_000_000, 7.0)
+        still.watch(image, mask, index * 250_000_000, 7.0)
     found = find_silhouettes(mask, grey, ComponentConfig(1, 1))
-    left = without_stains(found, still, objects, sizes, background, config)
+    left = without_stains(found, still, objects, sizes, image, background, config)
     return len(left.shapes), background
 
 

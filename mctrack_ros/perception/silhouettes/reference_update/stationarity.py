@@ -6,10 +6,11 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BYTES_2D, compiled
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground
+from mctrack_ros.compiled import BYTES_2D, BYTES_3D, compiled, inner
+from mctrack_ros.perception.background.model import Background
 
-Grey = NDArray[np.uint8]
+Image = NDArray[np.uint8]
+FLOATS_3D = types.Array(types.f4, 3, 'C')
 Seconds = NDArray[np.float32]
 
 AVERAGED = 0.25  # share of a difference that is learned in one look
@@ -34,7 +35,7 @@ class Stationarity:
     ----------
     seconds : (h, w) float32 array
         Time that speaks for what is remembered, s.
-    image : (h, w) float32 array
+    image : (h, w, 3) float32 array
         What is remembered.
     passed_s : float
         Time between the last two looks, s.
@@ -48,25 +49,25 @@ class Stationarity:
     def restart(self) -> None:
         """Forget everything."""
         self.seconds: Seconds = np.zeros((0, 0), np.float32)
-        self.image: NDArray[np.float32] = np.zeros((0, 0), np.float32)
+        self.image: NDArray[np.float32] = np.zeros((0, 0, 3), np.float32)
         self.passed_s = 0.0
         self._most: Seconds = np.zeros((0, 0), np.float32)
         self._last_ns, self._tolerance = 0, 0.0
 
-    def watch(self, grey: Grey, mask: Grey, stamp_ns: int, tolerance: float) -> bool:
+    def watch(self, image: Image, mask: Image, stamp_ns: int, tolerance: float) -> bool:
         """
         Look at an image, unless the last look was a moment ago.
 
         Parameters
         ----------
-        grey : (h, w) uint8 array
+        image : (h, w, 3) uint8 array
             The image.
         mask : (h, w) uint8 array
             Not zero where foreground.
         stamp_ns : int
             Its time, ns.
         tolerance : float
-            Difference up to which two values are the same, grey levels.
+            Difference of any channel up to which two pixels are the same, grey levels.
 
         Returns
         -------
@@ -75,26 +76,26 @@ class Stationarity:
 
         """
         self._tolerance = tolerance
-        if self.seconds.shape != grey.shape:
-            self.seconds, self.image = np.zeros(grey.shape, np.float32), grey.astype(np.float32)
-            self._most = np.zeros((grey.shape[0], -(-grey.shape[1] // BLOCK)), np.float32)
+        if self.seconds.shape != mask.shape:
+            self.seconds, self.image = np.zeros(mask.shape, np.float32), image.astype(np.float32)
+            self._most = np.zeros((mask.shape[0], -(-mask.shape[1] // BLOCK)), np.float32)
             self._last_ns = stamp_ns
             return True
         if stamp_ns - self._last_ns < self._period_ns:
             return False
         self.passed_s, self._last_ns = (stamp_ns - self._last_ns) * 1e-9, stamp_ns
-        _look(grey, mask, self.image, self.seconds, self._most, self.passed_s, tolerance)
+        _look(image, mask, self.image, self.seconds, self._most, self.passed_s, tolerance)
         return True
 
     def still_for(
-        self, grey: Grey, window: tuple[slice, slice], least_s: float
+        self, image: Image, window: tuple[slice, slice], least_s: float
     ) -> NDArray[np.bool_]:
         """
         Tell which pixels have looked the same for long and still do.
 
         Parameters
         ----------
-        grey : (h, w) uint8 array
+        image : (h, w, 3) uint8 array
             The image.
         window : pair of slices
             Rows and columns to tell it of.
@@ -104,15 +105,16 @@ class Stationarity:
         """
         old = self.seconds[window] >= least_s
         if old.any():
-            old &= np.abs(grey[window] - self.image[window]) <= self._tolerance
+            apart = np.abs(image[window] - self.image[window]).max(axis=2)
+            old &= apart <= self._tolerance
         return np.asarray(old)
 
-    def teach(self, background: LowPassBackground, grey: Grey, least_s: float) -> None:
+    def teach(self, background: Background, image: Image, least_s: float) -> None:
         """Take all such pixels into a background: lines and specks, and whoever sleeps."""
         assert background.model is not None
         _learn(
             background.model,
-            grey,
+            image,
             self.image,
             self.seconds,
             self._most,
@@ -121,11 +123,20 @@ class Stationarity:
         )
 
 
+@inner
+def _apart(image: Image, remembered: NDArray[np.float32], y: int, x: int) -> float:
+    """Return the largest of the channels' differences at a pixel."""
+    largest = np.float32(0.0)
+    for channel in range(3):
+        largest = max(largest, abs(image[y, x, channel] - remembered[y, x, channel]))
+    return largest
+
+
 @compiled(
     types.void(
+        BYTES_3D,
         BYTES_2D,
-        BYTES_2D,
-        types.Array(types.f4, 2, 'C'),
+        FLOATS_3D,
         types.Array(types.f4, 2, 'C'),
         types.Array(types.f4, 2, 'C'),
         types.f8,
@@ -133,9 +144,9 @@ class Stationarity:
     )
 )
 def _look(
-    grey: Grey,
-    mask: Grey,
-    image: Seconds,
+    image: Image,
+    mask: Image,
+    remembered: NDArray[np.float32],
     seconds: Seconds,
     most: Seconds,
     passed: float,
@@ -146,7 +157,7 @@ def _look(
 
     Where nothing is foreground and nothing is remembered, the mask alone is read.
     """
-    height, width = grey.shape
+    height, width = mask.shape
     for y in range(height):
         for block in range(most.shape[1]):
             first, end = block * BLOCK, min((block + 1) * BLOCK, width)
@@ -161,22 +172,26 @@ def _look(
                 if mask[y, x] == 0:
                     if known > 0.0:
                         seconds[y, x] = max(known - FORGET * passed, 0.0)
-                elif known > 0.0 and abs(grey[y, x] - image[y, x]) <= tolerance:
+                elif known > 0.0 and _apart(image, remembered, y, x) <= tolerance:
                     seconds[y, x] = known + passed
-                    image[y, x] += AVERAGED * (grey[y, x] - image[y, x])
+                    for channel in range(3):
+                        old = remembered[y, x, channel]
+                        remembered[y, x, channel] += AVERAGED * (image[y, x, channel] - old)
                 elif known > FORGET * passed:
                     seconds[y, x] = known - FORGET * passed
                 else:
-                    seconds[y, x], image[y, x] = 1e-6, grey[y, x]
+                    seconds[y, x] = 1e-6
+                    for channel in range(3):
+                        remembered[y, x, channel] = image[y, x, channel]
                 largest = max(largest, seconds[y, x])
             most[y, block] = largest
 
 
 @compiled(
     types.void(
-        types.Array(types.f4, 2, 'C'),
-        BYTES_2D,
-        types.Array(types.f4, 2, 'C'),
+        types.Array(types.u1, 3, 'C'),
+        BYTES_3D,
+        FLOATS_3D,
         types.Array(types.f4, 2, 'C'),
         types.Array(types.f4, 2, 'C'),
         types.f8,
@@ -184,9 +199,9 @@ def _look(
     )
 )
 def _learn(
-    model: NDArray[np.float32],
-    grey: Grey,
-    image: Seconds,
+    model: Image,
+    image: Image,
+    remembered: NDArray[np.float32],
     seconds: Seconds,
     most: Seconds,
     least_s: float,
@@ -198,6 +213,8 @@ def _learn(
             if most[y, block] < least_s:
                 continue
             for x in range(block * BLOCK, min((block + 1) * BLOCK, model.shape[1])):
-                apart = abs(np.int64(grey[y, x]) - image[y, x])
-                if seconds[y, x] >= least_s and apart <= tolerance:
-                    model[y, x], seconds[y, x] = image[y, x], 0.0
+                if seconds[y, x] < least_s or _apart(image, remembered, y, x) > tolerance:
+                    continue
+                seconds[y, x] = 0.0
+                for channel in range(3):
+                    model[y, x, channel] = np.uint8(round(remembered[y, x, channel]))

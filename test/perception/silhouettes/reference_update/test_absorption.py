@@ -2,14 +2,17 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.perception.background.model import Background, BackgroundConfig
 from mctrack_ros.perception.silhouettes import as_printed
-from mctrack_ros.perception.silhouettes.background.absorption import Absorption, AbsorptionConfig
-from mctrack_ros.perception.silhouettes.background.model import LowPassBackground, LowPassConfig
 from mctrack_ros.perception.silhouettes.foreground.components import (
     ComponentConfig,
     find_silhouettes,
 )
 from mctrack_ros.perception.silhouettes.objects import ObjectConfig, ObjectList
+from mctrack_ros.perception.silhouettes.reference_update.absorption import (
+    Absorption,
+    AbsorptionConfig,
+)
 
 PERIOD_NS = 250_000_000
 SIZE = (60, 120)
@@ -20,8 +23,8 @@ class Scene:
     """Boxes on grey ground that a watch looks at, each box an object."""
 
     def __init__(self, config):
-        self.background = LowPassBackground(LowPassConfig())
-        self.background.restart_from(np.full(SIZE, 100, np.uint8))
+        self.background = Background(BackgroundConfig(minimum_threshold=7.0))
+        self.background.begin(np.full((*SIZE, 3), 100, np.uint8))
         self.watch = Absorption(config)
         self.index = 0
         self.objects = ObjectList(ObjectConfig())
@@ -32,13 +35,14 @@ class Scene:
         self.grey = np.full(SIZE, 100, np.uint8)
         for (left, top, width, height), value, _ in things:
             self.grey[top : top + height, left : left + width] = value
-        model = self.background.model.astype(int)
+        model = self.background.model[..., 0].astype(int)
         mask = np.where(np.abs(self.grey - model) > 7, 255, 0).astype(np.uint8)
-        self.watch.watch(self.background, self.grey, mask, stamp_ns)
+        image = np.repeat(self.grey[..., None], 3, axis=2)
+        self.watch.watch(self.background, image, mask, stamp_ns)
         found = find_silhouettes(mask, self.grey, ComponentConfig(1, 1))
         self._follow(found.shapes, [kind for *_, kind in things], stamp_ns)
         return self.watch.insert_resting(
-            self.objects, self.background, self.grey, mask, found.labels, stamp_ns
+            self.objects, self.background, image, mask, found.labels, stamp_ns
         )
 
     def _follow(self, shapes, kinds, stamp_ns):

@@ -1,1 +1,0 @@
-"""The background of the silhouettes paper, and objects that rest in it."""

@@ -1,0 +1,1 @@
+"""Reference update (silhouettes paper, section 5): what rests, and holes, become background."""
