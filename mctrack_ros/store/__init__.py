@@ -3,6 +3,8 @@
 from mctrack_ros.store.bags import run_of_bag, store_bag, write_bag
 from mctrack_ros.store.database import Database
 from mctrack_ros.store.errors import StoreError
+from mctrack_ros.store.live.feed import FeedOptions
+from mctrack_ros.store.live.live_store import LiveStore
 from mctrack_ros.store.queries.areas import crossings, events, heat_map, occupancy
 from mctrack_ros.store.queries.run import Run, View
 from mctrack_ros.store.queries.tracks import meetings, near, summaries, trajectory
@@ -12,6 +14,8 @@ from mctrack_ros.store.writer import TrajectoryWriter
 
 __all__ = [
     'Database',
+    'FeedOptions',
+    'LiveStore',
     'NewRun',
     'Run',
     'StoreError',

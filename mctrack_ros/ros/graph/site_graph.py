@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from mctrack_ros.config import ConfigError, values_of
 from mctrack_ros.fusion import fusion_method
 from mctrack_ros.interfaces import Detections
@@ -49,6 +51,21 @@ def site_nodes(
         )
         nodes.append(NodeSpec('camera_node', f'{name}_camera', values_of(camera) | clock))
     return nodes
+
+
+def store_node(
+    database: str | Path, site: SiteConfig, use_sim_time: bool = False, finish: bool = False
+) -> NodeSpec:
+    """Return the node that keeps what a site's nodes say in a database: a file, or a URL."""
+    place = database if '://' in str(database) else Path(database).absolute()
+    values = {
+        'database': str(place),
+        'site': site.name,
+        'cameras': list(site.camera_names),
+        'finish': finish,
+        'use_sim_time': use_sim_time,
+    }
+    return NodeSpec('store_node', 'store', values)
 
 
 def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
