@@ -10,6 +10,7 @@ from mctrack_ros.store.queries.run import Run, View
 from mctrack_ros.store.queries.tracks import meetings, near, summaries, trajectory
 from mctrack_ros.store.queries.videos import VideoFile, link_videos, showings
 from mctrack_ros.store.runs import NewRun
+from mctrack_ros.store.upkeep.check import check
 from mctrack_ros.store.writer import TrajectoryWriter
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     'TrajectoryWriter',
     'VideoFile',
     'View',
+    'check',
     'crossings',
     'events',
     'heat_map',

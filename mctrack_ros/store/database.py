@@ -22,6 +22,10 @@ _MAPPED = 1 << 30
 """Bytes of SQLite's file that are read without a call each."""
 _BUSY_S = 30
 """How long SQLite waits for another who writes."""
+_SNAPSHOT = {
+    'sqlite': 'BEGIN',
+    'postgresql': 'SET TRANSACTION ISOLATION LEVEL REPEATABLE READ',
+}
 _ALONE = {
     'sqlite': 'BEGIN IMMEDIATE',
     'postgresql': 'LOCK TABLE runs, event_messages IN SHARE ROW EXCLUSIVE MODE',
@@ -76,6 +80,13 @@ class Database(Closing):
                 yield connection
         except SQLAlchemyError as error:
             raise StoreError(f'{self.name}: {_one_line(error)}') from error
+
+    @contextmanager
+    def snapshot(self) -> Iterator[Connection]:
+        """Yield a connection as `connected` does, that sees the database at one instant."""
+        with self.connected() as connection:
+            connection.exec_driver_sql(_SNAPSHOT[connection.dialect.name])
+            yield connection
 
     @contextmanager
     def alone(self) -> Iterator[Connection]:
