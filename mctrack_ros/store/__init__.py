@@ -11,11 +11,14 @@ from mctrack_ros.store.queries.tracks import meetings, near, summaries, trajecto
 from mctrack_ros.store.queries.videos import VideoFile, link_videos, showings
 from mctrack_ros.store.runs import NewRun
 from mctrack_ros.store.upkeep.check import check
+from mctrack_ros.store.upkeep.forget_track import forget_track
+from mctrack_ros.store.upkeep.retention import Keep, forget_old, forget_run
 from mctrack_ros.store.writer import TrajectoryWriter
 
 __all__ = [
     'Database',
     'FeedOptions',
+    'Keep',
     'LiveStore',
     'NewRun',
     'Run',
@@ -26,6 +29,9 @@ __all__ = [
     'check',
     'crossings',
     'events',
+    'forget_old',
+    'forget_run',
+    'forget_track',
     'heat_map',
     'link_videos',
     'meetings',

@@ -31,6 +31,11 @@ _ALONE = {
     'postgresql': 'LOCK TABLE runs, event_messages IN SHARE ROW EXCLUSIVE MODE',
 }
 """What lets others wait who begin to write."""
+_RELEASE = {
+    'sqlite': ('PRAGMA wal_checkpoint(TRUNCATE)',),
+    'postgresql': ('VACUUM',),
+}
+"""SQLite has overwritten it in the file, but not in the log; PostgreSQL frees it for others."""
 _REACHED_S = 10
 """How long a server may take to answer a call."""
 
@@ -94,6 +99,13 @@ class Database(Closing):
         with self.connected() as connection:
             connection.exec_driver_sql(_ALONE[connection.dialect.name])
             yield connection
+
+    def release(self) -> None:
+        """Let nothing of what was deleted stay in files, as far as that is up to this package."""
+        statements = _RELEASE[self.url.get_backend_name()]
+        with self.engine.connect().execution_options(isolation_level='AUTOCOMMIT') as connection:
+            for statement in statements:
+                connection.exec_driver_sql(statement)
 
     def _engine(self) -> Engine:
         if self.url.get_backend_name() == 'sqlite':

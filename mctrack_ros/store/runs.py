@@ -90,6 +90,11 @@ def find_run(connection: Connection, name: str) -> Row[Any]:
     raise StoreError(f'the database has several runs, name one: {listed}')
 
 
+def run_number(connection: Connection, name: str) -> int | None:
+    """Return the number of a run, if there is one of that name."""
+    return connection.execute(select(RUNS.c.run_id).where(RUNS.c.name == name)).scalar()
+
+
 def number_of(connection: Connection, table: Table, values: dict[str, Any]) -> int:
     """Return the number of a row, which is made unless it is there."""
     key = next(iter(table.primary_key))

@@ -68,7 +68,7 @@ def store_node(
     return NodeSpec('store_node', 'store', values)
 
 
-def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
+def awaited_topics(site: SiteConfig, recorded: bool, stored: bool = False) -> list[str]:
     """
     Return what a player waits for (its ``wait_for``) so that a site's graph loses nothing.
 
@@ -76,8 +76,8 @@ def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
     ----------
     site : SiteConfig
         Whose nodes run.
-    recorded : bool
-        Whether a recorder takes all that the nodes publish.
+    recorded, stored : bool
+        Whether a recorder takes all that the nodes publish, and a store what it keeps.
 
     """
     cameras, extra = site.cameras, int(recorded)
@@ -87,4 +87,7 @@ def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
         f'/{name}/{kind.TOPIC} {1 + extra}' for name in cameras for kind in method.messages
     ]
     awaited.append(f'/{method.feedback.TOPIC} {len(cameras) + extra}')
-    return awaited + (['/tracks 1', '/events 1', '/ticks 1'] if recorded else [])
+    if takers := extra + int(stored):
+        awaited += [f'/tracks {takers}', f'/events {takers}']
+        awaited += [f'/{name}/events {1 + takers}' for name in cameras if stored]
+    return awaited + (['/ticks 1'] if recorded else [])

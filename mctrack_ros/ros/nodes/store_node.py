@@ -28,7 +28,7 @@ from mctrack_ros.ros.node.track_ids import state_path
 from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.raw_source import Drained, take
 from mctrack_ros.site.names import check_camera_name
-from mctrack_ros.store import FeedOptions, LiveStore, StoreError
+from mctrack_ros.store import FeedOptions, Keep, LiveStore, StoreError
 from mctrack_ros.store.bags import TRACKS_TOPIC
 from mctrack_ros.store.database import url_of
 
@@ -70,6 +70,11 @@ class StoreNodeConfig:
         1_000_000_000,
         'size of the spool; of more, the oldest messages are dropped [bytes]',
         minimum=10_000_000,
+    )
+    keep: str = parameter(
+        '',
+        'how long data is kept: 30d for all, or by kind: positions=30d,events=90d,'
+        'corrections=90d,videos=30d; units s, m, h, d; empty: for ever',
     )
 
 
@@ -148,7 +153,11 @@ class StoreNode(GraphNode):
         options = FeedOptions(self.config.run, self.config.site, self.config.finish)
         try:
             self.store = LiveStore(
-                self.config.database, self.spool_folder(), self.config.spool_bytes, options
+                self.config.database,
+                self.spool_folder(),
+                self.config.spool_bytes,
+                options,
+                Keep.parsed(self.config.keep),
             )
         except StoreError as error:
             raise ConfigError(str(error)) from error

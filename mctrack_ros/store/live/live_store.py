@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 import time
 import traceback
-from collections.abc import Callable
 from pathlib import Path
 
 from sqlalchemy import URL
@@ -16,11 +15,14 @@ from mctrack_ros.store.database import Database, url_of
 from mctrack_ros.store.errors import StoreError
 from mctrack_ros.store.live.feed import Feed, FeedOptions, FeedState
 from mctrack_ros.store.live.spool import Spool
+from mctrack_ros.store.upkeep.retention import Keep, forget_old
 from mctrack_ros.store.writer import FLUSH_S
 
 _SAVE_S = 0.1
 """So much is lost at most if the process is killed: what the system holds outlives it."""
 _LONGEST_PAUSE_S = 5.0
+_FORGET_S = 3600.0
+"""How often what is too old is deleted."""
 _PATIENCE_S = 4.0
 """For what waits, at the end; what is not written by then stays in the spool."""
 
@@ -43,8 +45,8 @@ class LiveStore(Closing):
         Bytes of the spool.
     options : FeedOptions
         How runs are called.
-    upkeep : callable, optional
-        Called with the database now and then, in its thread.
+    keep : Keep, optional
+        How long each kind of data is kept; older is deleted every hour.
 
     Attributes
     ----------
@@ -66,12 +68,13 @@ class LiveStore(Closing):
         folder: Path,
         limit: int,
         options: FeedOptions,
-        upkeep: Callable[[Database], None] = lambda database: None,
+        keep: Keep | None = None,
     ) -> None:
         _make_folder(url_of(place))
         self.spool = Spool(folder, limit, SITE_TOPIC)
         self.state, self.failure = FeedState(), ''
-        self._place, self._options, self._upkeep = place, options, upkeep
+        self._place, self._options, self._keep = place, options, keep or Keep()
+        self._forgotten_s = -_FORGET_S
         self._written_s = time.monotonic()
         self._ending = threading.Event()
         self._threads = [
@@ -131,7 +134,7 @@ class LiveStore(Closing):
                         if is_last:
                             self._threads[0].join()
                         feed.write()
-                        self._upkeep(database)
+                        self._forget(database)
                         self.failure, pause_s = '', FLUSH_S
                         self._written_s = time.monotonic()
                         if is_last:
@@ -143,6 +146,16 @@ class LiveStore(Closing):
                 self._fail(traceback.format_exc())
             self._ending.wait(pause_s)
             pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
+
+    def _forget(self, database: Database) -> None:
+        """Delete what is old, now and then."""
+        if self._keep == Keep() or time.monotonic() - self._forgotten_s < _FORGET_S:
+            return
+        self._forgotten_s = time.monotonic()
+        forgotten = forget_old(database, self._keep, time.time_ns())
+        if any(forgotten.values()):
+            counts = ', '.join(f'{count} {kind}' for kind, count in forgotten.items())
+            self.state.said.append(f'deleted what is too old: {counts}')
 
     def _fail(self, reason: str) -> None:
         if not self.failure:

@@ -22,7 +22,6 @@ from mctrack_ros.store.schema import (
     EVENTS,
     GROUPS,
     MEMBERS,
-    PROGRESS,
     RESTS,
     RUNS,
     TICKS,
@@ -65,10 +64,6 @@ def check(database: Database) -> list[str]:
         stored = connection.execute(text('SELECT count(*) FROM boxes')).scalar_one()
         if stored != boxes:
             found.append(f'{stored} boxes are of {boxes} chunks with a place')
-        numbers = {run.run_id for run in runs}
-        for row in connection.execute(select(PROGRESS)).all():
-            if row.run_id not in numbers:
-                found.append(f'source {row.source} was written into a run that is gone')
     return found
 
 
