@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from command_line import mctrack
 from mctrack_ros.interfaces import EventCode, Events, Tracks
 from mctrack_ros.store import (
     Database,
@@ -251,7 +252,7 @@ def test_the_commands_check_and_forget(place, tracked):
     assert mctrack('store', tracked, place, '--run', 'match')[0] == 0
     assert mctrack('forget', place)[0] == 2
     code, lines = ask('forget', place, '--track', '7')
-    assert (code, lines[0].split(' rows')[0]) == (0, 'deleted track 7: 150')
+    assert (code, lines[0].split(' rows')[0]) == (0, 'deleted track 7: 125')
     assert ask('forget', place, '--track', '7') == (1, ['mctrack: run match has no track 7'])
     assert ask('store-check', place)[0] == 0
     with Database(place) as database, database.connected() as connection:
