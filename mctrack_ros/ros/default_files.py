@@ -23,8 +23,8 @@ from mctrack_ros.ros.nodes.fusion_node import FusionNodeConfig
 from mctrack_ros.ros.nodes.player import PlayerConfig
 from mctrack_ros.ros.nodes.recorder import RecorderConfig
 from mctrack_ros.ros.nodes.simulator_node import SimulatorNodeConfig
-from mctrack_ros.ros.nodes.stream_node import StreamNodeConfig
 from mctrack_ros.ros.nodes.store_node import StoreNodeConfig
+from mctrack_ros.ros.nodes.stream_node import StreamNodeConfig
 from mctrack_ros.ros.nodes.video_node import VideoNodeConfig
 
 NODE_CONFIGS: dict[str, type[Any]] = {
