@@ -11,6 +11,7 @@ NODES = (
     'fusion_node',
     'coverage_node',
     'stream_node',
+    'store_node',
     'video_node',
     'simulator_node',
     'recorder',

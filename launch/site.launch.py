@@ -1,4 +1,4 @@
-"""Start the camera nodes, the fusion node and the coverage node of a site."""
+"""Start the camera nodes, the fusion node, the coverage node and the store of a site."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from launch_ros.actions import Node
 from launch import LaunchDescription
 from mctrack_ros.cli.sites import site_path
 from mctrack_ros.ros.graph.graph import ENVIRONMENT, coverage_node, truth_of
-from mctrack_ros.ros.graph.site_graph import site_nodes
+from mctrack_ros.ros.graph.site_graph import site_nodes, store_node
 from mctrack_ros.site.choice import with_tracker
 from mctrack_ros.site.names import namespace_of
 from mctrack_ros.site.site import load_site
@@ -27,7 +27,9 @@ def site(context):
     namespace = namespace_of(values['namespace'])
     path = site_path(values['site'])
     chosen, why = with_tracker(load_site(path))
-    nodes = site_nodes(chosen, simulated)
+    nodes = [*site_nodes(chosen, simulated), coverage_node(path, simulated)]
+    if values['store']:
+        nodes.append(store_node(values['store'], chosen, simulated))
     directory = Path(launch_config.log_dir)
     reason = [LogInfo(msg=why)] if why else []
     return reason + [
@@ -41,7 +43,7 @@ def site(context):
             respawn_delay=1.0,
             output='screen',
         )
-        for spec in [*nodes, coverage_node(path, simulated)]
+        for spec in nodes
     ]
 
 
@@ -50,8 +52,9 @@ ARGUMENTS = {
     'namespace': 'namespace of all nodes',
     'use_sim_time': 'whether time comes from /clock',
     'respawn': 'start again what dies',
+    'store': 'trajectory database, a file or a URL; empty: none',
 }
-DEFAULTS = {'namespace': '', 'use_sim_time': 'false', 'respawn': 'true'}
+DEFAULTS = {'namespace': '', 'use_sim_time': 'false', 'respawn': 'true', 'store': ''}
 
 
 def generate_launch_description():

@@ -25,6 +25,7 @@ EXECUTABLES = {
     'player',
     'recorder',
     'simulator_node',
+    'store_node',
     'video_node',
 }
 ROSDEP_KEY_OF_IMPORT = {

@@ -5,16 +5,19 @@ from __future__ import annotations
 import os
 import pwd
 import shutil
+import signal
 import subprocess
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 _PROGRAMS = Path('/usr/lib/postgresql')
 _EXTENSIONS = Path('/usr/share/postgresql')
+_PATIENCE_S = 60.0
 _SETTINGS = ('shared_buffers=64MB', 'jit=off', 'listen_addresses=')
 
 
@@ -33,10 +36,87 @@ def _programs() -> Path | None:
 
 
 class Server:
-    """A running server, by its folder; databases in it have PostGIS."""
+    """
+    A server, by its folder; databases in it have PostGIS.
 
-    def __init__(self, folder: Path) -> None:
-        self._folder, self._count = folder, 0
+    Parameters
+    ----------
+    folder : Path
+        Its own, empty.
+    settings : sequence of str
+        Of the server, ``name=value``.
+
+    """
+
+    def __init__(self, folder: Path, settings: Sequence[str]) -> None:
+        programs = _programs()
+        if programs is None:
+            raise RuntimeError(f'no PostgreSQL: {missing()}')
+        self._folder, self._count, self._programs = folder, 0, programs
+        self._settings = [f'-c{each}' for each in (*_SETTINGS, *settings)]
+        self._user: dict[str, Any] = {'user': 'postgres'} if os.getuid() == 0 else {}
+        self._process: Any = None
+        make: list[str | Path] = [
+            programs / 'initdb',
+            '-D',
+            folder / 'data',
+            '-U',
+            'postgres',
+            '-A',
+            'trust',
+            '-N',
+        ]
+        more = ['-E', 'UTF8', '--locale=C']
+        out = subprocess.DEVNULL
+        subprocess.run([*make, *more], cwd=folder, check=True, stdout=out, **self._user)
+
+    def start(self) -> None:
+        """Start it, and wait until it answers; raises `OSError` if it does not in a minute."""
+        import psycopg
+
+        command: list[str | Path] = [
+            self._programs / 'postgres',
+            '-D',
+            self._folder / 'data',
+            *self._settings,
+        ]
+        with (self._folder / 'log').open('ab') as log:
+            self._process = subprocess.Popen(
+                [*command, '-k', self._folder],
+                cwd=self._folder,
+                stdout=log,
+                stderr=log,
+                **self._user,
+            )
+        until_s = time.monotonic() + _PATIENCE_S
+        while True:
+            try:
+                psycopg.connect(self.url('postgres')).close()
+            except psycopg.OperationalError as error:
+                if self._process.poll() is not None or time.monotonic() > until_s:
+                    said = (self._folder / 'log').read_text()
+                    raise OSError(f'PostgreSQL does not start: {said}') from error
+                time.sleep(0.05)
+            else:
+                return
+
+    def stop(self) -> None:
+        """Stop it, in good order but without waiting for clients."""
+        if self._process is not None:
+            self._process.send_signal(signal.SIGINT)
+            self._process.wait(_PATIENCE_S)
+
+    def kill(self) -> None:
+        """Kill all its processes at once."""
+        first = self._process.pid
+        children = Path(f'/proc/{first}/task/{first}/children').read_text().split()
+        processes = [first, *map(int, children)]
+        for process in processes:
+            with suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
+        self._process.wait()
+        while any(_is_alive(process) for process in processes):
+            time.sleep(0.01)
 
     def url(self, name: str) -> str:
         """Return the URL of a database."""
@@ -57,6 +137,14 @@ class Server:
         return self.url(name)
 
 
+def _is_alive(process: int) -> bool:
+    """Tell whether a process still has memory; one that waits to be collected has none."""
+    try:
+        return ') Z ' not in Path(f'/proc/{process}/stat').read_text()
+    except FileNotFoundError:
+        return False
+
+
 @contextmanager
 def postgres_server(*settings: str) -> Iterator[Server]:
     """
@@ -64,36 +152,17 @@ def postgres_server(*settings: str) -> Iterator[Server]:
 
     It refuses to run as root: then it runs as the user ``postgres``, whom the package makes.
     """
-    programs = _programs()
-    if programs is None:
-        raise RuntimeError(f'no PostgreSQL: {missing()}')
     folder = Path(tempfile.mkdtemp(prefix='mctrack-pg-'))
-    run: dict[str, Any] = {'check': True, 'stdout': subprocess.DEVNULL, 'cwd': folder}
     if os.getuid() == 0:
         os.chown(folder, pwd.getpwnam('postgres').pw_uid, -1)
-        run['user'] = 'postgres'
-    data, control = folder / 'data', programs / 'pg_ctl'
-    options = ' '.join(f"-c '{each}'" for each in (*_SETTINGS, *settings)) + f' -k {folder}'
     try:
-        make: list[str | Path] = [
-            programs / 'initdb',
-            '-D',
-            data,
-            '-U',
-            'postgres',
-            '-A',
-            'trust',
-            '-N',
-        ]
-        subprocess.run([*make, '-E', 'UTF8', '--locale=C'], **run)
-        begin: list[str | Path] = [control, '-D', data, '-l', folder / 'log', '-w', '-s']
-        subprocess.run([*begin, '-o', options, 'start'], **run)
+        server = Server(folder, settings)
+        server.start()
         try:
-            server = Server(folder)
             server.execute('CREATE DATABASE with_postgis')
             server.execute('CREATE EXTENSION postgis', 'with_postgis')
             yield server
         finally:
-            subprocess.run([control, '-D', data, '-w', '-s', '-m', 'fast', 'stop'], **run)
+            server.stop()
     finally:
         shutil.rmtree(folder, ignore_errors=True)

@@ -329,6 +329,21 @@ TARGETS = (
     Target('bench_streams', 'hostile.p99_ratio', 'two hundred slow or hostile readers, 99 of 100 '
            "ticks of fusion's latency, over that without them", None, 1.1,
            '95 % interval: `hostile.p99_ratio.low` to `hostile.p99_ratio.high`'),
+    *(
+        target
+        for name, label in (
+            ('store', 'the store node'), ('database', 'PostgreSQL'), ('fusion', 'the fusion node'),
+        )
+        for target in (
+            Target('bench_kills', f'{name}.missing_s', f'{label} killed 50 times while 25 tracks '
+                   'come at 25 Hz, most that is missing of a kill, s', None, 0.5,
+                   {'store': 'away, median: `store.away_s`',
+                    'database': 'of all kills; caught up: `database.caught_up_s`',
+                    'fusion': 'of what others heard since the store did'}[name]),
+            Target('bench_kills', f'{name}.faults', 'the same, what the checks after each kill '
+                   'find', None, 0),
+        )
+    ),
     Target('bench_occupancy', 'square.p99_ms', 'occupancy, 40 x 40 m, 8 cameras, 20 people, '
            '99 of 100 ticks, ms', most=100, anchor='mean: `square.mean_ms`'),
     Target('bench_occupancy', 'square.gate_half_metre.mota', 'the same, MOTA at 0.5 m', None, None,

@@ -29,7 +29,7 @@ from mctrack_ros.cli.commands import (
     videos,
 )
 from mctrack_ros.cli.commands import evaluate as compare
-from mctrack_ros.cli.commands.database import exchange, query, report, store, stream
+from mctrack_ros.cli.commands.database import exchange, query, report, store, stream, upkeep
 
 app = typer.Typer(
     name='mctrack',
@@ -79,6 +79,8 @@ app.command('export-bag')(store.export_bag)
 app.command('stream')(stream.stream)
 app.command('export')(exchange.export)
 app.command('import-tracks')(exchange.import_tracks)
+app.command('store-check')(upkeep.store_check)
+app.command('forget')(upkeep.forget)
 app.add_typer(query.app, name='query', help='Ask a trajectory database.')
 app.add_typer(bag.app, name='bag', help='Repair recordings.')
 for plugin in entry_points(group='mctrack_ros.commands'):

@@ -5,7 +5,12 @@ The message classes come as an argument, so the same code serves rclpy and rosba
 """
 
 from mctrack_ros.codec.camera_messages import message_from_ros, ros_from_message
-from mctrack_ros.codec.clouds import cloud_from_rows, fields_of_cloud, rows_from_cloud
+from mctrack_ros.codec.clouds import (
+    cloud_from_rows,
+    fields_of_cloud,
+    further_fields,
+    rows_from_cloud,
+)
 from mctrack_ros.codec.images import (
     compressed_message,
     image_from_message,
@@ -20,6 +25,7 @@ __all__ = [
     'cloud_from_rows',
     'compressed_message',
     'fields_of_cloud',
+    'further_fields',
     'header',
     'image_from_message',
     'image_message',

@@ -122,6 +122,13 @@ def rows_from_cloud(message: Any, kind: type[AnyRows]) -> AnyRows:
     return kind(stamp_ns=stamp_ns_of(message), **columns)
 
 
+def further_fields(message: Any, kind: type[Rows]) -> list[str]:
+    """Return the fields of a cloud that rows of a type lack: decoding leaves them out."""
+    hashable: Any = kind
+    known = _layout(hashable).dtype.names or ()
+    return [str(field.name) for field in message.fields if str(field.name) not in known]
+
+
 def fields_of_cloud(message: Any) -> dict[str, NDArray[Any]]:
     """
     Read every field of a cloud by the message's own description.

@@ -48,7 +48,7 @@ class DemoOptions:
 
     """
 
-    seconds: float = 60.0
+    seconds: float = 120.0
     cameras: int = 5
     offline: bool = False
     seed: int = 1
@@ -63,6 +63,11 @@ class DemoOptions:
     def recorded(self) -> Path:
         """The bag with what was made of it."""
         return self.out / 'bag'
+
+    @property
+    def database(self) -> Path:
+        """The trajectory database of the tracks."""
+        return self.out / 'tracks.db'
 
     @property
     def command(self) -> str:

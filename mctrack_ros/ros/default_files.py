@@ -23,6 +23,7 @@ from mctrack_ros.ros.nodes.fusion_node import FusionNodeConfig
 from mctrack_ros.ros.nodes.player import PlayerConfig
 from mctrack_ros.ros.nodes.recorder import RecorderConfig
 from mctrack_ros.ros.nodes.simulator_node import SimulatorNodeConfig
+from mctrack_ros.ros.nodes.store_node import StoreNodeConfig
 from mctrack_ros.ros.nodes.stream_node import StreamNodeConfig
 from mctrack_ros.ros.nodes.video_node import VideoNodeConfig
 
@@ -31,6 +32,7 @@ NODE_CONFIGS: dict[str, type[Any]] = {
     'fusion_node': FusionNodeConfig,
     'coverage_node': CoverageNodeConfig,
     'stream_node': StreamNodeConfig,
+    'store_node': StoreNodeConfig,
     'video_node': VideoNodeConfig,
     'simulator_node': SimulatorNodeConfig,
     'recorder': RecorderConfig,

@@ -37,6 +37,15 @@ class Box:
     y0: float = -FAR
     y1: float = FAR
 
+    def holds(self, other: Box) -> bool:
+        """Tell whether another lies in it."""
+        return (
+            self.run == other.run
+            and self.t0 <= other.t0 <= other.t1 <= self.t1
+            and self.x0 <= other.x0 <= other.x1 <= self.x1
+            and self.y0 <= other.y0 <= other.y1 <= self.y1
+        )
+
 
 class RTree:
     """SQLite's R*Tree, of 32-bit numbers that are rounded outwards."""
@@ -56,6 +65,13 @@ class RTree:
           AND t0 <= json_extract(asked.value, '$.t1') AND t1 >= json_extract(asked.value, '$.t0')
           AND x0 <= json_extract(asked.value, '$.x1') AND x1 >= json_extract(asked.value, '$.x0')
           AND y0 <= json_extract(asked.value, '$.y1') AND y1 >= json_extract(asked.value, '$.y0')
+        """
+    )
+
+    READ = text(
+        """
+        SELECT chunk_id, run0 AS run, t0, t1, x0, x1, y0, y1
+        FROM json_each(:chunks) AS asked CROSS JOIN boxes ON chunk_id = asked.value
         """
     )
 
@@ -87,10 +103,24 @@ class GiST:
         )
         """
     )
+    READ = text(
+        """
+        SELECT chunk_id, ST_M(low) AS run, ST_Z(low) AS t0, ST_Z(high) AS t1,
+               ST_X(low) AS x0, ST_X(high) AS x1, ST_Y(low) AS y0, ST_Y(high) AS y1
+        FROM (
+            SELECT chunk_id, ST_StartPoint(box) AS low, ST_EndPoint(box) AS high
+            FROM json_array_elements_text(CAST(:chunks AS json)) AS asked
+            JOIN boxes ON chunk_id = CAST(asked.value AS bigint)
+        ) AS ends
+        """
+    )
 
 
 INDICES: dict[str, type[RTree | GiST]] = {'sqlite': RTree, 'postgresql': GiST}
 """By the name of the back end."""
+
+
+_DELETE = text('DELETE FROM boxes WHERE chunk_id = :chunk_id')
 
 
 def insert_boxes(connection: Connection, boxes: Sequence[tuple[int, Box]]) -> None:
@@ -105,3 +135,20 @@ def find_chunks(connection: Connection, boxes: Sequence[Box]) -> list[int]:
     values = [{name: getattr(box, name) for name in Box.__slots__} for box in boxes]
     asked = {'boxes': json.dumps(values)}
     return list(connection.execute(INDICES[connection.dialect.name].FIND, asked).scalars())
+
+
+def load_boxes(connection: Connection, chunks: Sequence[int]) -> dict[int, Box]:
+    """Return the boxes of chunks, of those that have one."""
+    found = connection.execute(
+        INDICES[connection.dialect.name].READ, {'chunks': json.dumps(list(chunks))}
+    )
+    return {
+        row.chunk_id: Box(int(row.run), row.t0, row.t1, row.x0, row.x1, row.y0, row.y1)
+        for row in found
+    }
+
+
+def delete_boxes(connection: Connection, chunks: Sequence[int]) -> None:
+    """Delete the boxes of chunks."""
+    if chunks:
+        connection.execute(_DELETE, [{'chunk_id': chunk} for chunk in chunks])

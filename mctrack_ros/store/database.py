@@ -22,6 +22,22 @@ _MAPPED = 1 << 30
 """Bytes of SQLite's file that are read without a call each."""
 _BUSY_S = 30
 """How long SQLite waits for another who writes."""
+_SNAPSHOT = {
+    'sqlite': 'BEGIN',
+    'postgresql': 'SET TRANSACTION ISOLATION LEVEL REPEATABLE READ',
+}
+_ALONE = {
+    'sqlite': 'BEGIN IMMEDIATE',
+    'postgresql': 'LOCK TABLE runs, event_messages IN SHARE ROW EXCLUSIVE MODE',
+}
+"""What lets others wait who begin to write."""
+_RELEASE = {
+    'sqlite': ('PRAGMA wal_checkpoint(TRUNCATE)',),
+    'postgresql': ('VACUUM',),
+}
+"""SQLite has overwritten it in the file, but not in the log; PostgreSQL frees it for others."""
+_REACHED_S = 10
+"""How long a server may take to answer a call."""
 
 
 class Database(Closing):
@@ -32,19 +48,19 @@ class Database(Closing):
     ----------
     place : str or Path
         A file of SQLite, or a URL: ``sqlite:///tracks.db``, ``postgresql://user@host/name``. A
-        password is better told by PostgreSQL's own means (``~/.pgpass``, ``PGPASSWORD``).
+        password is told by PostgreSQL's own means: ``~/.pgpass``, ``PGPASSWORD``.
     create : bool
         Whether it is made, or brought to the version of this package, where it is not.
 
     Raises
     ------
     StoreError
-        If it cannot be opened, or is not of the version of this package.
+        If it cannot be opened, is not of the version of this package, or its URL holds a password.
 
     """
 
     def __init__(self, place: str | Path, *, create: bool = False) -> None:
-        self.url = _url(place)
+        self.url = url_of(place)
         self.name = self.url.render_as_string(hide_password=True)
         path = self.url.database if self.url.get_backend_name() == 'sqlite' else None
         if path is not None and not create and not Path(path).is_file():
@@ -70,6 +86,27 @@ class Database(Closing):
         except SQLAlchemyError as error:
             raise StoreError(f'{self.name}: {_one_line(error)}') from error
 
+    @contextmanager
+    def snapshot(self) -> Iterator[Connection]:
+        """Yield a connection as `connected` does, that sees the database at one instant."""
+        with self.connected() as connection:
+            connection.exec_driver_sql(_SNAPSHOT[connection.dialect.name])
+            yield connection
+
+    @contextmanager
+    def alone(self) -> Iterator[Connection]:
+        """Yield a connection as `connected` does, while nobody else writes tracks or events."""
+        with self.connected() as connection:
+            connection.exec_driver_sql(_ALONE[connection.dialect.name])
+            yield connection
+
+    def release(self) -> None:
+        """Let nothing of what was deleted stay in files, as far as that is up to this package."""
+        statements = _RELEASE[self.url.get_backend_name()]
+        with self.engine.connect().execution_options(isolation_level='AUTOCOMMIT') as connection:
+            for statement in statements:
+                connection.exec_driver_sql(statement)
+
     def _engine(self) -> Engine:
         if self.url.get_backend_name() == 'sqlite':
             engine = create_engine(self.url, connect_args={'timeout': _BUSY_S})
@@ -79,7 +116,8 @@ class Database(Closing):
             import psycopg  # noqa: F401
         except ImportError as error:
             raise StoreError(f"{self.name} needs pip install 'psycopg[binary]'") from error
-        return create_engine(self.url)
+        options = {} if 'connect_timeout' in self.url.query else {'connect_timeout': _REACHED_S}
+        return create_engine(self.url, connect_args=options)
 
     def _check_version(self, connection: Connection, create: bool) -> None:
         config = Config()
@@ -101,7 +139,16 @@ class Database(Closing):
             raise StoreError(f'{self.name} is of version {found}: {_one_line(error)}') from error
 
 
-def _url(place: str | Path) -> URL:
+def url_of(place: str | Path) -> URL:
+    """
+    Return the URL of a place: it is that already, or a file of SQLite.
+
+    Raises
+    ------
+    StoreError
+        If it cannot be read, is of another kind of database, or holds a password.
+
+    """
     if '://' not in str(place):
         return URL.create('sqlite', database=str(place))
     try:
@@ -109,6 +156,11 @@ def _url(place: str | Path) -> URL:
         backend = url.get_backend_name()
     except (ArgumentError, ValueError) as error:
         raise StoreError('the URL of the database cannot be read') from error
+    if url.password is not None or 'password' in url.query:
+        raise StoreError(
+            'the URL of the database holds a password, which others would see: '
+            'tell it by ~/.pgpass or PGPASSWORD'
+        )
     if backend == 'postgresql':
         return url.set(drivername='postgresql+psycopg')
     if backend != 'sqlite' or not url.database:
@@ -117,11 +169,16 @@ def _url(place: str | Path) -> URL:
 
 
 def _set_up_sqlite(connection: Any, _: object) -> None:
-    """Readers do not wait for the writer; what is committed outlives the process."""
+    """
+    Readers do not wait for the writer; what is committed outlives the process.
+
+    What is deleted is overwritten.
+    """
     cursor = connection.cursor()
     cursor.execute('PRAGMA journal_mode=WAL')
     cursor.execute('PRAGMA synchronous=NORMAL')
     cursor.execute('PRAGMA foreign_keys=ON')
+    cursor.execute('PRAGMA secure_delete=ON')
     cursor.execute('PRAGMA cache_size=-65536')
     cursor.execute(f'PRAGMA mmap_size={_MAPPED}')
     cursor.close()

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from sqlalchemy import Connection, select
+
+from mctrack_ros.store.schema import GROUPS, MEMBERS, upsert
 
 _PAUSE_NS = 1_000_000_000
 """A longer absence from a group ends the membership."""
@@ -33,6 +37,15 @@ class Memberships:
     def copy(self) -> Self:
         """Return a copy that changes alone."""
         return deepcopy(self)
+
+    def take_up(self, connection: Connection, run: int, last_ns: int) -> None:
+        """Go on with the memberships of a run that last until a stamp, ns."""
+        asked = select(MEMBERS).where(
+            MEMBERS.c.run_id == run, MEMBERS.c.ended_ns >= last_ns - _PAUSE_NS
+        )
+        for row in connection.execute(asked.order_by(MEMBERS.c.ended_ns)):
+            member = _Member(row.group_id, row.began_ns, row.ended_ns, is_new=False)
+            self._open[row.track_id] = member
 
     def add(self, track: int, stamp_ns: NDArray[np.int64], group: NDArray[np.uint32]) -> None:
         """Append the groups of a track, 0: none, at ascending stamps, ns."""
@@ -68,3 +81,31 @@ class Memberships:
             }
             for track, member in new
         ]
+
+
+def write_memberships(connection: Connection, members: Sequence[dict[str, Any]]) -> None:
+    """Write memberships, new or longer than before, and from when to when their groups are."""
+    if not members:
+        return
+    statement = upsert(connection, MEMBERS)
+    keys = ['run_id', 'group_id', 'track_id', 'began_ns']
+    kept = {'ended_ns': statement.excluded.ended_ns}
+    connection.execute(statement.on_conflict_do_update(index_elements=keys, set_=kept), members)
+    groups: dict[int, tuple[int, int]] = {}
+    for row in members:
+        began_ns, ended_ns = groups.get(row['group_id'], (row['began_ns'], row['ended_ns']))
+        span = min(began_ns, row['began_ns']), max(ended_ns, row['ended_ns'])
+        groups[row['group_id']] = span
+    statement = upsert(connection, GROUPS)
+    later = GROUPS.c.ended_ns < statement.excluded.ended_ns
+    connection.execute(
+        statement.on_conflict_do_update(
+            index_elements=['run_id', 'group_id'],
+            set_={'ended_ns': statement.excluded.ended_ns},
+            where=later,
+        ),
+        [
+            {'run_id': members[0]['run_id'], 'group_id': group, 'began_ns': began, 'ended_ns': end}
+            for group, (began, end) in groups.items()
+        ],
+    )

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain, count
 from typing import Any
 
 from sqlalchemy import Connection, Row, Table, insert, select
 
 from mctrack_ros.store.errors import StoreError
-from mctrack_ros.store.schema import CAMERAS, RUN_CAMERAS, RUNS, SITES
+from mctrack_ros.store.schema import CAMERAS, PROGRESS, RUN_CAMERAS, RUNS, SITES, upsert
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +90,11 @@ def find_run(connection: Connection, name: str) -> Row[Any]:
     raise StoreError(f'the database has several runs, name one: {listed}')
 
 
+def run_number(connection: Connection, name: str) -> int | None:
+    """Return the number of a run, if there is one of that name."""
+    return connection.execute(select(RUNS.c.run_id).where(RUNS.c.name == name)).scalar()
+
+
 def number_of(connection: Connection, table: Table, values: dict[str, Any]) -> int:
     """Return the number of a row, which is made unless it is there."""
     key = next(iter(table.primary_key))
@@ -99,3 +105,31 @@ def number_of(connection: Connection, table: Table, values: dict[str, Any]) -> i
         assert made is not None
         found = made[0]
     return int(found)
+
+
+def write_progress(connection: Connection, source: str, position: int, run: int) -> None:
+    """Keep how far a source's messages are written, and into which run the last one."""
+    values = {'position': position, 'run_id': run}
+    statement = upsert(connection, PROGRESS).values(source=source, **values)
+    connection.execute(statement.on_conflict_do_update(index_elements=['source'], set_=values))
+
+
+def find_progress(connection: Connection, source: str) -> tuple[int, Row[Any] | None]:
+    """Return how far a source's messages are written, and the run of the last one if there is."""
+    joined = PROGRESS.outerjoin(RUNS, RUNS.c.run_id == PROGRESS.c.run_id)
+    asked = select(PROGRESS.c.position, RUNS).select_from(joined)
+    found = connection.execute(asked.where(PROGRESS.c.source == source)).one_or_none()
+    if found is None:
+        return 0, None
+    return found.position, found if found.run_id is not None else None
+
+
+def free_name(connection: Connection, wanted: str) -> str:
+    """Return a name for a new run: that which is wanted, or the first free number behind it."""
+    asked = select(RUNS.c.name).where(
+        RUNS.c.name.startswith(wanted, autoescape=True),
+        RUNS.c.began_ns.is_not(None) | RUNS.c.ended_ns.is_not(None),
+    )
+    taken = set(connection.execute(asked).scalars())
+    numbered = (f'{wanted}-{number}' for number in count(2))
+    return next(name for name in chain([wanted], numbered) if name not in taken)

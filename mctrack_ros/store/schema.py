@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from sqlalchemy import (
     BigInteger,
     Column,
+    Connection,
     Float,
     ForeignKey,
     Index,
@@ -16,6 +19,7 @@ from sqlalchemy import (
     Text,
     UniqueConstraint,
 )
+from sqlalchemy.dialects import postgresql, sqlite
 
 METADATA = MetaData()
 _KEY = BigInteger().with_variant(Integer, 'sqlite')
@@ -172,6 +176,14 @@ CORRECTIONS = Table(
     Column('probability', Float, nullable=False),
 )
 """``old_id`` is ``new_id`` from ``stamp_ns`` on, and was from ``since_ns`` on."""
+PROGRESS = Table(
+    'progress',
+    METADATA,
+    Column('source', String(200), primary_key=True),
+    Column('position', BigInteger, nullable=False),
+    Column('run_id', Integer, nullable=False),
+)
+"""How far the messages of a source are written, and into which run the last one."""
 VIDEOS = Table(
     'videos',
     METADATA,
@@ -181,3 +193,9 @@ VIDEOS = Table(
     Column('began_ns', BigInteger, nullable=False),
     Column('ended_ns', BigInteger, nullable=False),
 )
+
+
+def upsert(connection: Connection, table: Table) -> Any:
+    """Return an insertion that may say what happens to rows that are there."""
+    dialect = sqlite if connection.dialect.name == 'sqlite' else postgresql
+    return dialect.insert(table)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection, delete, func, insert, select, update
-from sqlalchemy.dialects import postgresql, sqlite
 
 from mctrack_ros.interfaces import EventCode, Events, Tracks
 from mctrack_ros.recording.closing import Closing
@@ -20,23 +19,21 @@ from mctrack_ros.store.boxes import Box, insert_boxes
 from mctrack_ros.store.database import Database
 from mctrack_ros.store.errors import StoreError
 from mctrack_ros.store.identities import since_when
-from mctrack_ros.store.membership import Memberships
+from mctrack_ros.store.membership import Memberships, write_memberships
 from mctrack_ros.store.rows import SPAN_NS, Stored, load_journal, unpack_ticks
-from mctrack_ros.store.runs import NewRun, begin_run
+from mctrack_ros.store.runs import NewRun, begin_run, write_progress
 from mctrack_ros.store.schema import (
     CHUNKS,
     CORRECTIONS,
     DESCRIPTIONS,
     EVENT_MESSAGES,
     EVENTS,
-    GROUPS,
     JOURNAL,
-    MEMBERS,
     RESTS,
     RUNS,
     TICKS,
-    TRACKS,
 )
+from mctrack_ros.store.summary import add_tracks
 
 EVENTS_TOPIC = '/events'
 FLUSH_S = 0.5
@@ -47,16 +44,25 @@ _MOST_WAITING = 100_000
 
 @dataclass(slots=True)
 class _Span:
-    """Messages of one span: stamps, log times and row counts, and the rows as numbers."""
+    """
+    Messages of one span: stamps, log times and row counts, and the rows as numbers.
+
+    So many of them are journaled.
+    """
 
     number: int
     ticks: list[tuple[int, int, int]] = field(default_factory=list)
     words: list[Words] = field(default_factory=list)
+    journaled: int = 0
 
-    def packed(self, start: int) -> dict[str, bytes]:
-        """Return messages from one on as blobs."""
-        words = blocks.pack(np.concatenate(self.words[start:]))
-        return {'ticks': self.packed_ticks(start), 'words': words}
+    def new_words(self) -> list[Words]:
+        """Return the rows of the messages that are not in the journal."""
+        return self.words[self.journaled :]
+
+    def packed(self) -> dict[str, bytes]:
+        """Return the messages that are not in the journal as blobs."""
+        words = blocks.pack(np.concatenate(self.new_words()))
+        return {'ticks': self.packed_ticks(self.journaled), 'words': words}
 
     def packed_ticks(self, start: int = 0) -> bytes:
         """Return stamps, log times and row counts as a blob."""
@@ -95,8 +101,15 @@ class TrajectoryWriter(Closing):
         The run.
     resume : bool
         Whether a run of that name that is there already is continued.
+    source : str
+        Whose messages are written; none: nobody has to know how far they are.
     clock : callable
         Tells the time since some instant, s.
+
+    Attributes
+    ----------
+    position : int
+        Of the last message in its source, set before it is written; kept in the same transaction.
 
     Raises
     ------
@@ -111,12 +124,13 @@ class TrajectoryWriter(Closing):
         run: NewRun,
         *,
         resume: bool = False,
+        source: str = '',
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._database, self._clock = database, clock
         self._name, self._flushed_s = run.name, clock()
+        self._source, self.position = source, 0
         self._waiting, self._open = _Waiting(), _Span(0)
-        self._journaled = 0
         self._memberships = Memberships()
         with database.connected() as connection:
             self._run, self._began_ns = begin_run(connection, run, resume=resume)
@@ -127,6 +141,11 @@ class TrajectoryWriter(Closing):
                 _largest(connection, table.c.number, table, self._run)
                 for table in (EVENT_MESSAGES, DESCRIPTIONS, JOURNAL)
             )
+
+    @property
+    def last_ns(self) -> int | None:
+        """Stamp of the last tick, ns; None: there is none yet."""
+        return self._last_ns
 
     def write_tracks(self, rows: Tracks, log_ns: int | None = None) -> None:
         """
@@ -195,26 +214,26 @@ class TrajectoryWriter(Closing):
         if self._began_ns is None:
             return None
         stored = Stored(self._run, self._began_ns)
-        last = select(func.max(TICKS.c.span)).where(TICKS.c.run_id == self._run)
-        span = connection.execute(last).scalar()
+        last = select(TICKS.c.span, TICKS.c.ticks).where(TICKS.c.run_id == self._run)
+        row = connection.execute(last.order_by(TICKS.c.span.desc()).limit(1)).one_or_none()
         ticks = []
-        if span is not None:
-            self._open.number = span + 1
-            asked = select(TICKS.c.ticks).where(TICKS.c.run_id == self._run, TICKS.c.span == span)
-            ticks = unpack_ticks(connection.execute(asked).scalar_one())[:, 0].tolist()
+        if row is not None:
+            self._open.number = row.span + 1
+            ticks = unpack_ticks(row.ticks)[:, 0].tolist()
+            self._memberships.take_up(connection, self._run, ticks[-1])
         for block in load_journal(connection, stored):
             self._open.number = stored.span(block.began_ns)
             for (stamp_ns, log_ns, count), words in block.parts():
                 self._open.ticks.append((stamp_ns, log_ns, count))
                 self._open.words.append(words)
                 ticks.append(stamp_ns)
-        self._journaled = len(self._open.ticks)
+        self._open.journaled = len(self._open.ticks)
         return max(ticks, default=None)
 
     def _close_span(self, number: int) -> None:
         if self._open.ticks:
             self._waiting.spans.append(self._open)
-        self._open, self._journaled = _Span(number), 0
+        self._open = _Span(number)
 
     def _flush_if_due(self) -> None:
         if self._waiting.rows >= _MOST_WAITING or self._clock() - self._flushed_s >= FLUSH_S:
@@ -233,19 +252,21 @@ class TrajectoryWriter(Closing):
                 connection.execute(update(RUNS).where(RUNS.c.run_id == self._run).values(values))
                 for span in waiting.spans:
                     chunk = self._write_span(connection, stored, span, chunk, memberships)
-                self._write_memberships(connection, memberships)
+                add_tracks(connection, stored, _new_rows(stored, [*waiting.spans, self._open]))
+                write_memberships(connection, memberships.changed(self._run))
                 gone = (JOURNAL.c.run_id == self._run) & (JOURNAL.c.span < self._open.number)
                 connection.execute(delete(JOURNAL).where(gone))
-                if len(self._open.ticks) > self._journaled:
+                if self._open.new_words():
                     key = {'run_id': self._run, 'number': number, 'span': self._open.number}
-                    row = {**key, **self._open.packed(self._journaled)}
-                    connection.execute(insert(JOURNAL), row)
+                    connection.execute(insert(JOURNAL), {**key, **self._open.packed()})
             if waiting.descriptions:
                 connection.execute(insert(DESCRIPTIONS), waiting.descriptions)
             if waiting.events:
                 self._write_events(connection, waiting.events)
+            if self._source:
+                write_progress(connection, self._source, self.position, self._run)
         self._chunk, self._message = chunk, number + 1
-        self._journaled, self._memberships = len(self._open.ticks), memberships
+        self._open.journaled, self._memberships = len(self._open.ticks), memberships
         self._waiting = _Waiting()
 
     def _write_span(
@@ -257,7 +278,7 @@ class TrajectoryWriter(Closing):
         memberships: Memberships,
     ) -> int:
         """Write the chunks of a span; return the number of the next one."""
-        chunks, rests, boxes, tracks = [], [], [], []
+        chunks, rests, boxes = [], [], []
         began_ns = stored.span_ns(span.number)
         for words in span.chunks():
             if not len(words):
@@ -268,9 +289,8 @@ class TrajectoryWriter(Closing):
             chunks.append({'chunk_id': chunk, **keys, 'places': blocks.pack(places)})
             rests.append({'chunk_id': chunk, 'rest': blocks.pack(rest)})
             stamps = began_ns + words[:, blocks.WHERE['offset'].start].astype(np.int64)
-            box = _box(stored, stamps, blocks.column(words, 'position'))
+            box = box_of(stored, stamps, blocks.column(words, 'position'))
             boxes += [(chunk, box)] if box else []
-            tracks.append(_track(self._run, track, stamps, blocks.column(words, 'class_id')))
             memberships.add(track, stamps, blocks.column(words, 'group'))
             chunk += 1
         row = {'run_id': self._run, 'span': span.number, 'ticks': span.packed_ticks()}
@@ -279,47 +299,7 @@ class TrajectoryWriter(Closing):
             connection.execute(insert(CHUNKS), chunks)
             connection.execute(insert(RESTS), rests)
             insert_boxes(connection, boxes)
-            statement = _upsert(connection, TRACKS)
-            known = func.coalesce(func.nullif(statement.excluded.class_id, 0), TRACKS.c.class_id)
-            kept = {
-                'ended_ns': statement.excluded.ended_ns,
-                'positions': TRACKS.c.positions + statement.excluded.positions,
-                'class_id': known,
-            }
-            connection.execute(
-                statement.on_conflict_do_update(index_elements=['run_id', 'track_id'], set_=kept),
-                tracks,
-            )
         return chunk
-
-    def _write_memberships(self, connection: Connection, memberships: Memberships) -> None:
-        members = memberships.changed(self._run)
-        if not members:
-            return
-        statement = _upsert(connection, MEMBERS)
-        keys = ['run_id', 'group_id', 'track_id', 'began_ns']
-        kept = {'ended_ns': statement.excluded.ended_ns}
-        connection.execute(
-            statement.on_conflict_do_update(index_elements=keys, set_=kept), members
-        )
-        groups: dict[int, tuple[int, int]] = {}
-        for row in members:
-            began_ns, ended_ns = groups.get(row['group_id'], (row['began_ns'], row['ended_ns']))
-            span = min(began_ns, row['began_ns']), max(ended_ns, row['ended_ns'])
-            groups[row['group_id']] = span
-        statement = _upsert(connection, GROUPS)
-        later = GROUPS.c.ended_ns < statement.excluded.ended_ns
-        connection.execute(
-            statement.on_conflict_do_update(
-                index_elements=['run_id', 'group_id'],
-                set_={'ended_ns': statement.excluded.ended_ns},
-                where=later,
-            ),
-            [
-                {'run_id': self._run, 'group_id': group, 'began_ns': began, 'ended_ns': ended}
-                for group, (began, ended) in groups.items()
-            ],
-        )
 
     def _write_events(
         self, connection: Connection, events: list[tuple[int, str, int, Events]]
@@ -363,13 +343,17 @@ def _largest(connection: Connection, column: Any, table: Any, run: int) -> int:
     return -1 if found is None else int(found)
 
 
-def _upsert(connection: Connection, table: Any) -> Any:
-    """Return an insertion that may say what happens to rows that are there."""
-    dialect = sqlite if connection.dialect.name == 'sqlite' else postgresql
-    return dialect.insert(table)
+def _new_rows(stored: Stored, spans: Sequence[_Span]) -> tuple[NDArray[np.int64], Words]:
+    """Return stamps, ns, and rows of spans that are not journaled, in the order of time."""
+    words = [(stored.span_ns(span.number), span.new_words()) for span in spans]
+    began_ns = [np.full(sum(map(len, parts)), began_ns, np.int64) for began_ns, parts in words]
+    rows = np.concatenate(
+        [np.zeros((0, blocks.WIDTH), np.uint32), *(w for _, p in words for w in p)]
+    )
+    return np.concatenate(began_ns) + rows[:, blocks.WHERE['offset'].start].astype(np.int64), rows
 
 
-def _box(stored: Stored, stamp_ns: NDArray[np.int64], position: NDArray[Any]) -> Box | None:
+def box_of(stored: Stored, stamp_ns: NDArray[np.int64], position: NDArray[Any]) -> Box | None:
     """Return the box around places, (n, 3); None: none is known."""
     known = np.isfinite(position[:, :2]).all(axis=1)
     if not known.any():
@@ -378,20 +362,6 @@ def _box(stored: Stored, stamp_ns: NDArray[np.int64], position: NDArray[Any]) ->
     (left, low), (right, high) = place.min(axis=0).tolist(), place.max(axis=0).tolist()
     times = float(since_ns.min()) * 1e-9, float(since_ns.max()) * 1e-9
     return Box(stored.run, *times, left, right, low, high)
-
-
-def _track(
-    run: int, track: int, stamp_ns: NDArray[np.int64], class_id: NDArray[np.uint8]
-) -> dict[str, Any]:
-    classes = class_id[class_id != 0]
-    return {
-        'run_id': run,
-        'track_id': track,
-        'began_ns': int(stamp_ns[0]),
-        'ended_ns': int(stamp_ns[-1]),
-        'positions': len(stamp_ns),
-        'class_id': int(classes[-1]) if len(classes) else 0,
-    }
 
 
 def _event(message: Events, line: int) -> dict[str, Any]:

@@ -126,9 +126,8 @@ def test_who_met_whom(crowd):
         (each.track_id, each.other_id, each.began_s, each.ended_s)
         for each in meetings(run, least_s=1.0)
     }
-    seam = {each for each in expected if each[2] < 60 <= each[3]}
-    assert found - seam == expected - seam != set()
-    assert {each[:2] for each in found} == {each[:2] for each in expected}
+    assert found == expected != set()
+    assert any(began < 60 <= ended for _, _, began, ended in expected)
 
 
 def test_counts_in_an_area_and_heat(crowd):

@@ -96,6 +96,21 @@ def streams(
 
 
 @app.command()
+def kills(
+    count: int = typer.Option(50, '--kills', min=1, help='How often each is killed.'),
+    seed: int = typer.Option(1, min=0, help='Of the moments.'),
+    domain: int | None = typer.Option(
+        None, min=0, max=232, help='ROS domain; unless given, that of ROS_DOMAIN_ID.'
+    ),
+    json_file: Path | None = _JSON,
+) -> None:
+    """Kill the store, its database and the fusion node while tracks come: what is lost."""
+    from mctrack_experiments.bench.kills import bench_kills
+
+    _tell(bench_kills(count, seed, domain), json_file)
+
+
+@app.command()
 def fusion(
     part: list[Part] = typer.Option([], help='Measure this alone; may be repeated.'),
     seeds: str | None = typer.Option(

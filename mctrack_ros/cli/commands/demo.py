@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import shutil
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,7 +24,7 @@ _OUTPUTS = '/(tracks|events|feedback|ticks|site)'
 
 
 def demo(
-    seconds: float = typer.Option(60.0, min=1.0, help='Length of the match, s.'),
+    seconds: float = typer.Option(120.0, min=1.0, help='Length of the match, s.'),
     cameras: int = typer.Option(5, min=1, max=5, help='How many of the five cameras.'),
     offline: bool = typer.Option(False, '--offline', help='Track without ROS, in lock step.'),
     seed: int = typer.Option(1, min=0, help='Seed of the simulation.'),
@@ -32,6 +33,7 @@ def demo(
     json_file: Path | None = _JSON,
 ) -> None:
     """Render a five-camera football pitch, track it live, and report into out/demo."""
+    from mctrack_ros.cli.commands.database.store import store_results
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.report.demo import DemoOptions, evaluate_demo
     from mctrack_ros.simulation import Scenario
@@ -43,8 +45,10 @@ def demo(
         scenario = Scenario(seed=seed, duration_s=seconds, cameras=cameras)
         simulate(scenario, options.source, overwrite=True, progress=progress)
     wall_seconds = None
+    _remove_database(options.database)
     if offline:
         wall_seconds = _track_offline(options, site)
+        store_results(options.recorded, options.database, site.name, overwrite=False)
     else:
         _track_live(options, site, domain)
     mappings = [settings.mapping() for settings in site.cameras.values()]
@@ -54,6 +58,13 @@ def demo(
     typer.echo(f'\nopen {(out / "report.html").resolve().as_uri()}')
     if json_file is not None:
         figures.write(json_file)
+
+
+def _remove_database(path: Path) -> None:
+    """Remove the database of an earlier demo, and what waited for it."""
+    for ending in ('', '-wal', '-shm'):
+        path.with_name(path.name + ending).unlink(missing_ok=True)
+    shutil.rmtree(path.with_name(f'{path.name}.spool'), ignore_errors=True)
 
 
 def _site(cameras: int) -> SiteConfig:
@@ -92,9 +103,13 @@ def _track_offline(options: DemoOptions, site: SiteConfig) -> float:
 def _track_live(options: DemoOptions, site: SiteConfig, domain: int | None) -> None:
     """Play the bag into the real graph and record what it publishes."""
     from mctrack_ros.cli.live import run_to_end
-    from mctrack_ros.ros.graph.site_graph import site_nodes
+    from mctrack_ros.ros.graph.site_graph import site_nodes, store_node
 
-    nodes = [*site_nodes(site), *_recorder_and_player(options, site)]
+    fusion, *cameras = site_nodes(site)
+    ids = {'state_file': ''}  # the players of every demo are called 1 to 25
+    fusion = dataclasses.replace(fusion, parameters={**fusion.parameters, **ids})
+    store = store_node(options.database, site, finish=True)
+    nodes = [fusion, *cameras, store, *_recorder_and_player(options, site)]
     typer.echo(f'tracking {options.seconds:g} s live with {len(nodes)} processes', err=True)
     run_to_end(nodes, options.out / 'graph.log', domain)
 
@@ -111,7 +126,7 @@ def _recorder_and_player(options: DemoOptions, site: SiteConfig) -> list[NodeSpe
         player_node(
             options.source.absolute(),
             topics=played,
-            wait_for=[*awaited_topics(site, recorded=True), '/truth/tracks'],
+            wait_for=[*awaited_topics(site, recorded=True, stored=True), '/truth/tracks'],
             restamp=True,
         ),
     ]

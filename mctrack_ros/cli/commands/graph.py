@@ -39,12 +39,17 @@ def run(
         help='Also give tracks and events to other programs of this machine on this port, over '
         'HTTP and web sockets.',
     ),
+    store: str = typer.Option(
+        '',
+        help='Trajectory database in which tracks and events are kept: a file, made unless it is '
+        'there, or a URL such as postgresql://user@host/name.',
+    ),
     domain: int | None = _DOMAIN,
 ) -> None:
     """Run the graph of a site: a node a camera, fusion and coverage. Ctrl-C stops it."""
     from mctrack_ros.cli.sites import named_site, site_path
     from mctrack_ros.ros.graph.graph import coverage_node, stream_node
-    from mctrack_ros.ros.graph.site_graph import site_nodes
+    from mctrack_ros.ros.graph.site_graph import site_nodes, store_node
     from mctrack_ros.site.choice import with_tracker
 
     config, why = named_site(site), ''
@@ -56,6 +61,8 @@ def run(
     nodes.append(coverage_node(site_path(site), use_sim_time))
     if stream is not None:
         nodes.append(stream_node(stream, use_sim_time, geo=config.geo))
+    if store:
+        nodes.append(store_node(store, config, use_sim_time))
     _run_nodes(nodes, namespace, domain)
 
 

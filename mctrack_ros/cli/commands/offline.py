@@ -176,6 +176,11 @@ def track(
         None, help='Folder for images with boxes, ids, groups and predictions, by camera.'
     ),
     debug_every: float = typer.Option(1.0, min=0.0, help='Time between these, s; 0: all.'),
+    store: str = typer.Option(
+        '',
+        help='Also write tracks and events into this trajectory database: a file, made unless it '
+        'is there, or a URL such as postgresql://user@host/name.',
+    ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
 ) -> None:
     """Track a bag, or video files, offline, in lock step; the same input gives the same bytes."""
@@ -190,6 +195,10 @@ def track(
     if out is None:
         raise typer.BadParameter('name a folder for the results', param_hint='--out')
     config = _site(site)
+    if store:
+        from mctrack_ros.store import Database
+
+        Database(store, create=True).close()  # what is wrong with it is said before the work
     processes = processes or len(config.cameras)
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
@@ -205,6 +214,10 @@ def track(
         )
     figures = _figures(summary, name, config, processes, time.perf_counter() - started)
     _tell(figures, out, config)
+    if store:
+        from mctrack_ros.cli.commands.database.store import store_results
+
+        store_results(out / 'bag', store, config.name, overwrite=overwrite)
     if json_file is not None:
         figures.write(json_file)
     for note in summary.notes:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from mctrack_ros.config import ConfigError, values_of
 from mctrack_ros.fusion import fusion_method
 from mctrack_ros.interfaces import Detections
@@ -51,7 +53,22 @@ def site_nodes(
     return nodes
 
 
-def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
+def store_node(
+    database: str | Path, site: SiteConfig, use_sim_time: bool = False, finish: bool = False
+) -> NodeSpec:
+    """Return the node that keeps what a site's nodes say in a database: a file, or a URL."""
+    place = database if '://' in str(database) else Path(database).absolute()
+    values = {
+        'database': str(place),
+        'site': site.name,
+        'cameras': list(site.camera_names),
+        'finish': finish,
+        'use_sim_time': use_sim_time,
+    }
+    return NodeSpec('store_node', 'store', values)
+
+
+def awaited_topics(site: SiteConfig, recorded: bool, stored: bool = False) -> list[str]:
     """
     Return what a player waits for (its ``wait_for``) so that a site's graph loses nothing.
 
@@ -59,8 +76,8 @@ def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
     ----------
     site : SiteConfig
         Whose nodes run.
-    recorded : bool
-        Whether a recorder takes all that the nodes publish.
+    recorded, stored : bool
+        Whether a recorder takes all that the nodes publish, and a store what it keeps.
 
     """
     cameras, extra = site.cameras, int(recorded)
@@ -70,4 +87,7 @@ def awaited_topics(site: SiteConfig, recorded: bool) -> list[str]:
         f'/{name}/{kind.TOPIC} {1 + extra}' for name in cameras for kind in method.messages
     ]
     awaited.append(f'/{method.feedback.TOPIC} {len(cameras) + extra}')
-    return awaited + (['/tracks 1', '/events 1', '/ticks 1'] if recorded else [])
+    if takers := extra + int(stored):
+        awaited += [f'/tracks {takers}', f'/events {takers}']
+        awaited += [f'/{name}/events {1 + takers}' for name in cameras if stored]
+    return awaited + (['/ticks 1'] if recorded else [])

@@ -59,7 +59,11 @@ class RawSource:
 
     def take(self) -> tuple[bytes, int] | None:
         """Return the next message, serialised, and when it arrived (ns); None: there is none."""
-        subscription = self.subscription
-        with subscription.handle:
-            taken = subscription.handle.take_message(subscription.msg_type, True)
-        return None if taken is None else (taken[0], int(taken[1]['received_timestamp']))
+        return take(self.subscription)
+
+
+def take(subscription: Subscription[Any]) -> tuple[bytes, int] | None:
+    """Return the next message of a raw subscription and when it arrived (ns); None: none."""
+    with subscription.handle:
+        taken = subscription.handle.take_message(subscription.msg_type, True)
+    return None if taken is None else (taken[0], int(taken[1]['received_timestamp']))

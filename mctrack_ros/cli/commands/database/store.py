@@ -51,6 +51,22 @@ def store(
     typer.echo(f'stored run {new.name} in {opened.name}')
 
 
+def store_results(bag: Path, database: str | Path, site: str, *, overwrite: bool) -> None:
+    """Write what was tracked into a database; an earlier run of that name may be replaced."""
+    from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.store import Database, forget_run, run_of_bag, store_bag
+    from mctrack_ros.store.runs import run_number
+
+    run = run_of_bag(bag, site=site)
+    with Database(database, create=True) as opened, progress_bar('storing') as progress:
+        with opened.alone() as connection:
+            number = run_number(connection, run.name) if overwrite else None
+            if number is not None:
+                forget_run(connection, number)
+        store_bag(bag, opened, run=run, progress=progress)
+    typer.echo(f'stored run {run.name} in {opened.name}')
+
+
 def export_bag(
     database: str = typer.Argument(..., help='Database: a file, or a URL.'),
     bag: Path = typer.Argument(..., help='The bag to write.'),

@@ -1,0 +1,1 @@
+"""Messages of a running graph into a database that may be away."""

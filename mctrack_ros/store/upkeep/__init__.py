@@ -1,0 +1,1 @@
+"""What keeps a database whole and small: checks, retention, deletion."""
