@@ -28,7 +28,7 @@ from mctrack_ros.store import (
     summaries,
     trajectory,
 )
-from mctrack_ros.store.queries import identities
+from mctrack_ros.store.queries import areas, identities
 from mctrack_ros.store.queries.results import Group
 from mctrack_ros.store.queries.tracks import track_ids
 from mctrack_ros.zones.engine import ZoneEngine
@@ -217,6 +217,19 @@ def test_the_database_counts_what_was_told_live(database):
         assert len(stored) == ways[1]
         assert {each.zone for each in stored} == {'door'}
         assert {each.zone for each in events(run, [EventCode.DWELL])} == {'room'}
+
+
+def test_a_long_run_is_answered_window_by_window(database, monkeypatch):
+    """The windows are as long as the look-back: everybody is inside across some of them."""
+    told = live(database, jittering())
+    with Run(database) as run:
+        whole = crossings(run, DOOR, per_s=9.0), occupancy(run, ROOM, per_s=9.0)
+        monkeypatch.setattr(areas, '_WINDOW_S', 4.0)
+        monkeypatch.setattr(areas, '_LOOK_BACK_S', 4.0)
+        assert (crossings(run, DOOR, per_s=9.0), occupancy(run, ROOM, per_s=9.0)) == whole
+    entered = count_of(told, EventCode.ENTER_ZONE)
+    assert sum(each.entered for each in whole[1]) == entered
+    assert sum(each.visitors for each in whole[1]) > entered
 
 
 def test_counts_follow_corrections_back(database):

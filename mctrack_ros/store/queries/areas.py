@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 import shapely
@@ -26,7 +26,9 @@ Ints = NDArray[np.int64]
 _STRIDE_M = 2.0
 """Nobody goes farther from one tick to the next."""
 _LOOK_BACK_S = 60.0
-"""Nobody stands on a line for longer before a question begins."""
+"""Nobody stands on a line for longer before a question begins, or a window."""
+_WINDOW_S = 600.0
+"""Crossings and stays are looked for in so much at a time."""
 
 
 def events(
@@ -126,10 +128,13 @@ def crossings(
         raise ValueError('a line needs two points')
     points = np.array(line.points, np.float64)
     low, high = points.min(axis=0) - _STRIDE_M, points.max(axis=0) + _STRIDE_M
-    found = passages(line, _paths(run, between, (*low.tolist(), *high.tolist())))
+    bounds = (*low.tolist(), *high.tolist())
     counts: dict[int, list[int]] = defaultdict(lambda: [0, 0])
-    for stamp_ns, way in zip(found.stamp_ns.tolist(), found.way.tolist()):
-        counts[_period(run, stamp_ns, per_s)][0 if way > 0 else 1] += 1
+    for window in _windows(run, between):
+        found = passages(line, _paths(run, window, bounds))
+        for stamp_ns, way in zip(found.stamp_ns.tolist(), found.way.tolist()):
+            if stamp_ns >= run.ns(window[0]):
+                counts[_period(run, stamp_ns, per_s)][0 if way > 0 else 1] += 1
     return [
         Crossings(period * per_s, *counts.get(period, (0, 0)))
         for period in _periods(run, between, per_s)
@@ -156,12 +161,7 @@ def occupancy(
     """
     if not isinstance(area, Zone):
         area = Zone('', tuple(area))
-    paths = _paths(run, between, _polygon(area.corners).bounds)
-    ticks_ns = run.stamps(_earlier(between))
-    found = stays(area, paths, ticks_ns)
-    has_left = found.left_ns < NEVER_NS
-    left_ns = np.where(has_left, found.left_ns, ticks_ns[-1:].max(initial=0) + 1)
-    entered, left = (found.entered_ns - run.began_ns) / 1e9, (left_ns - run.began_ns) / 1e9
+    life, entered, left, has_left = _stays(run, area, between)
     answers = []
     for each in _periods(run, between, per_s):
         begin, end = each * per_s, (each + 1) * per_s
@@ -170,7 +170,7 @@ def occupancy(
         answers.append(
             Occupancy(
                 begin,
-                len(np.unique(found.life[here])),
+                len(np.unique(life[here])),
                 float(seconds.sum()) / per_s,
                 _most(np.maximum(entered[here], begin), left[here]),
                 int(((entered >= begin) & (entered < end)).sum()),
@@ -221,6 +221,45 @@ def _polygon(area: Points) -> shapely.Polygon:
 
 def _inside(polygon: shapely.Polygon, rows: TrackRows) -> NDArray[np.bool_]:
     return np.asarray(shapely.intersects_xy(polygon, *rows.position().T), np.bool_)
+
+
+def _stays(
+    run: Run, zone: Zone, between: Between
+) -> tuple[Ints, NDArray[np.floating], NDArray[np.floating], NDArray[np.bool_]]:
+    """Return who is in a zone, from when to when, s, and whether he has left it by the end."""
+    bounds = _polygon(zone.corners).bounds
+    over: list[tuple[int, int, int]] = []
+    inside: dict[int, int] = {}
+    ended_ns = run.began_ns
+    for window in _windows(run, between):
+        began_ns, ticks_ns = run.ns(window[0]), run.stamps(_earlier(window))
+        found = stays(zone, _paths(run, window, bounds), ticks_ns)
+        before, inside = inside, {}
+        for life, entered_ns, left_ns in zip(
+            found.life.tolist(), found.entered_ns.tolist(), found.left_ns.tolist()
+        ):
+            if left_ns < began_ns:
+                continue  # the window before has told it
+            if entered_ns < began_ns:
+                entered_ns = before.pop(life, entered_ns)
+            if left_ns == NEVER_NS:
+                inside[life] = entered_ns
+            else:
+                over.append((life, entered_ns, left_ns))
+        over += [(life, entered_ns, began_ns) for life, entered_ns in before.items()]
+        ended_ns = int(ticks_ns.max(initial=ended_ns)) + 1
+    found_all = over + [(life, entered_ns, ended_ns) for life, entered_ns in inside.items()]
+    columns = np.array(found_all, np.int64).reshape(-1, 3).T
+    entered, left = (columns[1:] - run.began_ns) / 1e9
+    return columns[0], entered, left, np.arange(len(left)) < len(over)
+
+
+def _windows(run: Run, between: Between) -> Iterator[Between]:
+    """Yield the times of a question that are answered at once: a day would fill the memory."""
+    begin, end = max(between[0], 0.0), min(between[1], run.length_s())
+    while begin < end:
+        yield begin, min(begin + _WINDOW_S, end)
+        begin += _WINDOW_S
 
 
 def _paths(run: Run, between: Between, bounds: tuple[float, float, float, float]) -> Paths:
