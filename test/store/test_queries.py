@@ -219,6 +219,15 @@ def test_the_database_counts_what_was_told_live(database):
         assert {each.zone for each in events(run, [EventCode.DWELL])} == {'room'}
 
 
+@pytest.mark.parametrize('text', ['no', '[]', '{"zones": 5}', '{"zones": [{"kind": "zone"}]}'])
+def test_another_programs_description_names_no_zones(database, text):
+    with TrajectoryWriter(database, NewRun('a')) as writer:
+        writer.write_description(text, BEGAN_NS)
+        writer.write_tracks(tick(0, {1: (0.0, 0.0)}))
+    with Run(database) as run:
+        assert run.zones() == Zones()
+
+
 def test_a_long_run_is_answered_window_by_window(database, monkeypatch):
     """The windows are as long as the look-back: everybody is inside across some of them."""
     told = live(database, jittering())

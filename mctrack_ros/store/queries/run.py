@@ -153,7 +153,7 @@ class Run(Closing):
         """Return the zones and lines of the site, as `/site` describes them."""
         try:
             return Zones.from_description(self.description().get('zones', []))
-        except (ValueError, TypeError, KeyError, AttributeError):
+        except (StoreError, ValueError, TypeError, KeyError, AttributeError):
             return Zones()  # another program's description
 
     def identities(self, connection: Connection) -> Identities:
