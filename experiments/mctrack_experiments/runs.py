@@ -33,6 +33,7 @@ SEEDS: Mapping[str, int] = {
     'moving_camera': 4,
     'belief': 20,
     'bench_fusion': 24,
+    'bench_zones': 8,
 }
 """How many seeds a run of each experiment has."""
 SEEDS_APART = 1000

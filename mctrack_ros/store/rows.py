@@ -169,14 +169,17 @@ def load_journal(connection: Connection, stored: Stored) -> Iterator[Block]:
         yield Block(stored.span_ns(row.span), unpack_ticks(row.ticks), words)
 
 
-def load_stamps(connection: Connection, stored: Stored) -> NDArray[np.int64]:
-    """Return the stamps, ns, of all messages of a run, (m,), ascending."""
+def load_stamps(
+    connection: Connection, stored: Stored, between_ns: tuple[int, int]
+) -> NDArray[np.int64]:
+    """Return the stamps of messages from one until before another, (m,), ascending, ns."""
+    first, last = (stored.span(stamp_ns) for stamp_ns in between_ns)
     asked = select(TICKS.c.ticks).where(TICKS.c.run_id == stored.run).order_by(TICKS.c.span)
-    blobs = [*connection.execute(asked).scalars()]
+    blobs = [*connection.execute(asked.where(TICKS.c.span.between(first, last))).scalars()]
     blobs += [row.ticks for row in connection.execute(_JOURNALED, {'run': stored.run})]
     ticks, _ = blocks.unpack_all(blobs, 3, np.uint64)
     stamps: NDArray[np.int64] = ticks[:, 0].astype(np.int64)
-    return stamps
+    return stamps[(stamps >= between_ns[0]) & (stamps < between_ns[1])]
 
 
 def unpack_ticks(blob: bytes) -> NDArray[np.uint64]:

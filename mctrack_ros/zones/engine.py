@@ -129,7 +129,7 @@ class ZoneEngine:
                     sure = float(self._sides.level[zone - 1])
                     found.append(_Found(code, track_id, zone, (*place, 0.0), sure))
         was_inside = (lives['inside'][row] == 1) | (lives['inside'][other] == 1)
-        _join(lives, row, other)
+        _merge(lives, row, other)
         for zone in np.flatnonzero(was_inside & (lives['inside'][row] != 1)).tolist():
             found.append(self._left(row, zone, float(self._sides.level[zone])))
 
@@ -288,7 +288,7 @@ def _extended(lives: Lives, track_id: NDArray[np.uint32]) -> Lives:
     return np.concatenate([lives, fresh])
 
 
-def _join(lives: Lives, row: int, other: int) -> None:
+def _merge(lives: Lives, row: int, other: int) -> None:
     """Join what is known of another track to that of one: what was decided last holds."""
     one, two = lives[row], lives[other].copy()
     both = (one['inside'] == 1) & (two['inside'] == 1)

@@ -86,10 +86,15 @@ class Zones:
         return len(self.zones) + len(self.lines)
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all, in the order of their indices."""
+        return tuple(each.name for each in self.zones) + tuple(each.name for each in self.lines)
+
+    @property
     def levels(self) -> tuple[float, ...]:
         """Probability from which a side is decided, of each."""
-        zones = tuple(each.probability for each in self.zones)
-        return zones + tuple(each.probability for each in self.lines)
+        zones = [each.probability for each in self.zones]
+        return (*zones, *(each.probability for each in self.lines))
 
     def moved(self, by: Point) -> Self:
         """Return the same elsewhere, moved by x, y in m."""

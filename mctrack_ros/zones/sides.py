@@ -100,7 +100,7 @@ class Sides:
         nearest = np.argmin(squared, axis=2)[:, :, None]
         across = np.take_along_axis(from_edge, nearest[..., None], axis=2)[:, :, 0]
         least = np.take_along_axis(squared, nearest, axis=2)[:, :, 0]
-        variance = np.einsum('nsj,njk,nsk->ns', across, covariance, across)
+        variance = np.maximum(np.einsum('nsj,njk,nsk->ns', across, covariance, across), 0.0)
         is_sure = np.square(least) > self._sigmas * variance
         return Look(self._inside(away), is_sure, least, variance)
 

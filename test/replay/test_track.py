@@ -6,20 +6,24 @@ import pytest
 
 from drawn_hall import walkers, write_hall
 from mctrack_ros.codec import rows_from_cloud
-from mctrack_ros.interfaces import REPORTED, Ticks, Tracks
+from mctrack_ros.interfaces import REPORTED, EventCode, Events, Ticks, Tracks
 from mctrack_ros.recording import BagError, BagReader, BagWriter
 from mctrack_ros.replay.drive import drive
 from mctrack_ros.replay.lockstep import ReplayError
 from mctrack_ros.replay.recorded import recorded_ticks
 from mctrack_ros.replay.track import track_bag
+from mctrack_ros.zones.shapes import Line, Zone, Zones
 
 pytestmark = pytest.mark.xdist_group('replay')
 
 
 @pytest.fixture(scope='module')
 def hall(tmp_path_factory):
-    """Return a bag of two cameras in step, and its site."""
-    return write_hall(tmp_path_factory.mktemp('hall'))
+    """Return a bag of two cameras in step, and its site, which has a zone and a line."""
+    bag, site = write_hall(tmp_path_factory.mktemp('hall'))
+    half = Zone('left half', ((-9.0, -9.0), (0.0, -9.0), (0.0, 9.0), (-9.0, 9.0)))
+    middle = Line('middle', ((0.0, -9.0), (0.0, 9.0)))
+    return bag, dataclasses.replace(site, zones=Zones((half,), (middle,)))
 
 
 @pytest.fixture(scope='module')
@@ -71,6 +75,30 @@ def test_people_are_found_where_they_walk_with_one_id_each(tracked):
         for person, nearest in enumerate(distance.argmin(axis=1)):
             ids[person].add(int(shown.track_id[nearest]))
     assert [len(each) for each in ids] == [1, 1, 1]
+
+
+def test_zone_events_are_among_the_events_and_the_site_names_their_zones(tracked):
+    """One walks to the left half, one out of it, one stays in the other."""
+    told = rows_of(tracked / 'bag', '/events', Events)
+    events = Events.joined(0, told)
+    happened = {
+        name: events.zone[events.event == EventCode[name]].tolist()
+        for name in ('CROSS_LEFT', 'CROSS_RIGHT', 'ENTER_ZONE', 'LEAVE_ZONE')
+    }
+    assert happened == {
+        'CROSS_LEFT': [2],
+        'CROSS_RIGHT': [2],
+        'ENTER_ZONE': [1, 1],
+        'LEAVE_ZONE': [1],
+    }
+    assert all((np.diff(each.event.astype(int)) >= 0).all() for each in told)
+    with BagReader(tracked / 'bag') as reader:
+        (message,) = (message for _, message, _ in reader.messages(['/site']))
+    zones = json.loads(message.data)['zones']
+    assert [(each['index'], each['kind'], each['name']) for each in zones] == [
+        (1, 'zone', 'left half'),
+        (2, 'line', 'middle'),
+    ]
 
 
 @pytest.mark.parametrize('processes', [1, 2])

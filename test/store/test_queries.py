@@ -28,9 +28,11 @@ from mctrack_ros.store import (
     summaries,
     trajectory,
 )
-from mctrack_ros.store.queries import identities
+from mctrack_ros.store.queries import areas, identities
 from mctrack_ros.store.queries.results import Group
 from mctrack_ros.store.queries.tracks import track_ids
+from mctrack_ros.zones.engine import ZoneEngine
+from mctrack_ros.zones.shapes import Line, Zone, Zones
 
 BEGAN_NS = 1_700_000_000_000_000_000
 TICK_S = 0.1
@@ -154,6 +156,116 @@ def test_crossings_of_a_line(database):
     with Run(database) as run:
         found = crossings(run, [(5.05, 0.0), (5.05, 10.0)], (0.0, 10.0), per_s=10.0)
     assert [(each.to_left, each.to_right) for each in found] == [(1, 1)]
+
+
+DOOR = Line('door', ((0.0, -5.0), (0.0, 5.0)))
+ROOM = Zone('room', ((0.0, -5.0), (9.0, -5.0), (9.0, 5.0), (0.0, 5.0)), dwell_s=1.0)
+SITE = Zones((ROOM,), (DOOR,))
+
+
+def live(database, ticks, happenings=(), **run):
+    """Write ticks as the fusion node publishes them, zone events too; return these."""
+    by_stamp = {each.stamp_ns: each for each in happenings}
+    engine, told = ZoneEngine(SITE), []
+    with TrajectoryWriter(database, NewRun('a', **run)) as writer:
+        writer.write_description(json.dumps({'zones': SITE.described()}), BEGAN_NS)
+        for rows in ticks:
+            writer.write_tracks(rows)
+            happened = by_stamp.get(rows.stamp_ns, Events.build(rows.stamp_ns))
+            events_ = engine.added(rows, happened)
+            if len(events_):
+                writer.write_events(events_)
+            told.append(events_)
+    return Events.joined(BEGAN_NS, told)
+
+
+def jittering():
+    """Five walk to and fro at the door, with the noise that their covariance says."""
+    random = np.random.default_rng(3)
+    for k in range(900):
+        x = 1.5 * np.sin(k * 0.02 + np.arange(5)) + random.normal(0, 0.1, 5)
+        covariance = np.tile(np.diag([0.01, 0.01, 1, 1]), (5, 1, 1))
+        places = {name: (float(each), 0.5 * name) for name, each in enumerate(x, 1)}
+        yield tick(k, places, covariance=covariance)
+
+
+def count_of(told, *codes):
+    return int(np.isin(told.event, codes).sum())
+
+
+def test_the_database_counts_what_was_told_live(database):
+    """Nothing was corrected: the same numbers, of named zones and lines as of their points."""
+    told = live(database, jittering())
+    ways = count_of(told, EventCode.CROSS_LEFT), count_of(told, EventCode.CROSS_RIGHT)
+    assert 25 <= sum(ways) <= 30  # they come to the middle 5.7 times each; raw signs: over 80
+    with Run(database) as run:
+        assert run.zones() == SITE
+        (found,) = crossings(run, run.zones().lines[0], (0.0, 90.0), per_s=90.0)
+        assert (found.to_left, found.to_right) == ways
+        halves = crossings(run, DOOR.points, (0.0, 90.0), per_s=45.0)
+        assert sum(each.to_left + each.to_right for each in halves) == sum(ways)
+        (late,) = crossings(run, DOOR.points, (45.0, 90.0), per_s=45.0)
+        assert late == halves[1]
+        (inside,) = occupancy(run, run.zones().zones[0], (0.0, 90.0), per_s=90.0)
+        assert inside.entered == count_of(told, EventCode.ENTER_ZONE) >= ways[1]
+        assert inside.left == count_of(told, EventCode.LEAVE_ZONE)
+        counts = told.new_id[told.event == EventCode.OCCUPANCY]
+        assert inside.most == counts.max()
+        assert inside.visitors == 5
+        stored = events(run, [EventCode.CROSS_RIGHT])
+        assert len(stored) == ways[1]
+        assert {each.zone for each in stored} == {'door'}
+        assert {each.zone for each in events(run, [EventCode.DWELL])} == {'room'}
+
+
+@pytest.mark.parametrize('text', ['no', '[]', '{"zones": 5}', '{"zones": [{"kind": "zone"}]}'])
+def test_another_programs_description_names_no_zones(database, text):
+    with TrajectoryWriter(database, NewRun('a')) as writer:
+        writer.write_description(text, BEGAN_NS)
+        writer.write_tracks(tick(0, {1: (0.0, 0.0)}))
+    with Run(database) as run:
+        assert run.zones() == Zones()
+
+
+def test_a_long_run_is_answered_window_by_window(database, monkeypatch):
+    """The windows are as long as the look-back: everybody is inside across some of them."""
+    told = live(database, jittering())
+    with Run(database) as run:
+        whole = crossings(run, DOOR, per_s=9.0), occupancy(run, ROOM, per_s=9.0)
+        monkeypatch.setattr(areas, '_WINDOW_S', 4.0)
+        monkeypatch.setattr(areas, '_LOOK_BACK_S', 4.0)
+        assert (crossings(run, DOOR, per_s=9.0), occupancy(run, ROOM, per_s=9.0)) == whole
+    entered = count_of(told, EventCode.ENTER_ZONE)
+    assert sum(each.entered for each in whole[1]) == entered
+    assert sum(each.visitors for each in whole[1]) > entered
+
+
+def test_counts_follow_corrections_back(database):
+    """One track ends on the line; the other, that begins beyond it, turns out to be the same."""
+    ticks = [tick(k, {1: (k * 0.1 - 2.0, 0.0)}) for k in range(19)]
+    ticks += [tick(k, {}) for k in range(19, 40)]
+    ticks += [tick(k, {5 if k < 60 else 1: (0.5 + (k - 40) * 0.05, 0.0)}) for k in range(40, 80)]
+    told = live(database, ticks, [correction(60, (5, 1))])
+    assert count_of(told, EventCode.CROSS_RIGHT) == 1
+    assert told.track_id[told.event == EventCode.CROSS_RIGHT].tolist() == [1]
+    with Run(database) as run:
+        found = crossings(run, DOOR, (0.0, 8.0), per_s=2.0)
+        (inside,) = occupancy(run, ROOM, (0.0, 8.0), per_s=8.0)
+    assert [(each.to_left, each.to_right) for each in found] == [(0, 0), (0, 0), (0, 1), (0, 0)]
+    assert (inside.visitors, inside.entered, inside.most) == (1, 1, 1)
+    with Run(database, view=View(corrected=False)) as run:
+        found = crossings(run, DOOR, (0.0, 8.0), per_s=2.0)
+    assert [each.to_right for each in found] == [0, 0, 0, 1]
+
+
+def test_who_walks_around_a_line_far_from_it_does_not_cross_it(database):
+    """Chunks far from the line are not those that are looked for, yet are on the way."""
+    corners = np.array([(-1, 0), (-1, 40), (40, 40), (1, 0)], float)
+    path = np.concatenate([np.linspace(a, b, 60) for a, b in itertools.pairwise(corners)])
+    write(database, [tick(k, {1: tuple(place)}) for k, place in enumerate(path.tolist())])
+    with Run(database) as run:
+        found = crossings(run, DOOR)
+    assert sum(each.to_left + each.to_right for each in found) == 0
 
 
 def swapped():
@@ -305,7 +417,9 @@ def test_every_question_of_the_command_line(place, tracked, tmp_path):
         ['events', '--kind', 'exit', '--area', '0,0 200,0 200,200 0,200'],
         ['events'],
         ['crossings', '50,0 50,70'],
+        ['crossings', '--line', 'halfway'],
         ['occupancy', '0,0 105,0 105,68 0,68'],
+        ['occupancy', '--zone', 'right half'],
         ['heat-map', '--cell', '5'],
         ['videos', '2'],
     ):
@@ -324,3 +438,7 @@ def test_every_question_of_the_command_line(place, tracked, tmp_path):
         assert len(run.stamps()) == 150
         assert run.description()['cameras'] == [f'cam{number}' for number in range(1, 6)]
     assert mctrack('query', place, 'near', 'nobody')[0] == 2
+    code, _, errors = mctrack('query', place, 'crossings', '--line', 'door')
+    assert code == 2
+    assert "the site has no 'door', but halfway" in ' '.join(errors.split())
+    assert mctrack('query', place, 'occupancy')[0] == 2

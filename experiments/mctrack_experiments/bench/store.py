@@ -18,10 +18,13 @@ from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.interfaces import REPORTED, Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.replay.track import track_bag
-from mctrack_ros.store import Database, NewRun, Run, TrajectoryWriter, near
+from mctrack_ros.store import Database, NewRun, Run, TrajectoryWriter, crossings, near, occupancy
 
 TRACKS, RATE_HZ = 25, 25
 RADIUS_M = 3.0
+LINE = [(52.5, 0.0), (52.5, 68.0)]
+AREA = [(0.0, 13.84), (16.5, 13.84), (16.5, 54.16), (0.0, 54.16)]
+"""The halfway line and a penalty area."""
 QUESTIONS = 100
 BEGAN_NS = 1_700_000_000_000_000_000
 _SHIFT_M = 30.0
@@ -134,9 +137,9 @@ def _measured(place: str, tape: Sequence[Tracks], minutes: int, seed: int) -> di
 
 
 def _waits(run: Run, tracks: Sequence[int], minutes: int, seed: int) -> dict[str, float]:
-    """Return how long questions about tracks and points take, ms."""
+    """Return how long questions about tracks, points, lines and areas take, ms."""
     random = np.random.default_rng(seed)
-    of_tracks, of_points = [], []
+    of_tracks, of_points, of_lines, of_areas = [], [], [], []
     for _ in range(QUESTIONS):
         track, minute = int(random.choice(tracks)), int(random.integers(minutes))
         between = (minute * 60.0, minute * 60.0 + 60.0)
@@ -147,9 +150,21 @@ def _waits(run: Run, tracks: Sequence[int], minutes: int, seed: int) -> dict[str
         began = time.perf_counter()
         near(run, (x, y), RADIUS_M, between)
         of_points.append(time.perf_counter() - began)
+        began = time.perf_counter()
+        crossings(run, LINE, between)
+        of_lines.append(time.perf_counter() - began)
+        began = time.perf_counter()
+        occupancy(run, AREA, between)
+        of_areas.append(time.perf_counter() - began)
+    began = time.perf_counter()
+    crossings(run, LINE)
+    of_run = time.perf_counter() - began
     return {
         'query_ms': float(np.median(of_tracks)) * 1e3,
         'query_p99_ms': float(np.quantile(of_tracks, 0.99)) * 1e3,
         'point_query_ms': float(np.median(of_points)) * 1e3,
         'point_query_p99_ms': float(np.quantile(of_points, 0.99)) * 1e3,
+        'crossings_ms': float(np.median(of_lines)) * 1e3,
+        'occupancy_ms': float(np.median(of_areas)) * 1e3,
+        'whole_crossings_s': of_run,
     }

@@ -111,6 +111,35 @@ def kills(
 
 
 @app.command()
+def zones(
+    seeds: str | None = typer.Option(
+        None,
+        help='Scenes whose crossings are counted, for example 1-3; unless given, fresh ones, and '
+        'the run is kept.',
+    ),
+    runs: Path = RUNS,
+    folder: Path | None = typer.Option(
+        None, help='The benchmark; unless given, MCTRACK_BENCH or ../shared/bench.'
+    ),
+    json_file: Path | None = _JSON,
+) -> None:
+    """Time zone events a tick, and count who crosses lines beside the truth."""
+    from mctrack_experiments.bench.fusion import toolkit_folder
+    from mctrack_experiments.bench.zones import bench_zones
+    from mctrack_experiments.runs import measured
+    from mctrack_ros.cli.progress import progress_bar
+
+    place = toolkit_folder(folder)
+
+    def measure(seeds: Sequence[int]) -> Figures:
+        return bench_zones(place, seeds, progress_bar)
+
+    figures, spread = measured('bench_zones', seeds, runs, measure)
+    _tell(figures, json_file)
+    typer.echo(f'\n{spread}')
+
+
+@app.command()
 def fusion(
     part: list[Part] = typer.Option([], help='Measure this alone; may be repeated.'),
     seeds: str | None = typer.Option(

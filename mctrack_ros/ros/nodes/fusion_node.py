@@ -159,9 +159,7 @@ class FusionNode(GraphNode):
 
     def own_zones(self) -> Zones:
         """Read the zones and lines of the site, relative to its origin."""
-        from mctrack_ros.zones.files import (
-            read_zones,
-        )  # with code of calibrations: only when needed
+        from mctrack_ros.zones.files import read_zones  # with ground's code: only when needed
 
         if not self.config.site:
             return Zones()

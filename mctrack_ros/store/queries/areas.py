@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Sequence
-from itertools import pairwise
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 from sqlalchemy import select
 
-from mctrack_ros.interfaces import EventCode
-from mctrack_ros.recording.tracks.moving_features import PAUSE_NS
+from mctrack_ros.interfaces import ZONE_EVENTS, EventCode
 from mctrack_ros.store.queries.results import Cell, Crossings, Event, Occupancy
 from mctrack_ros.store.queries.run import ALWAYS, Between, Run
 from mctrack_ros.store.rows import TrackRows
 from mctrack_ros.store.schema import EVENTS
 from mctrack_ros.store.writer import EVENTS_TOPIC, events_of
+from mctrack_ros.zones.paths import NEVER_NS, Paths, passages, stays
+from mctrack_ros.zones.shapes import Line, Zone
+from mctrack_ros.zones.sides import PAUSE_NS
 
 Points = Sequence[tuple[float, float]]
 Ints = NDArray[np.int64]
 
 _STRIDE_M = 2.0
 """Nobody goes farther from one tick to the next."""
+_LOOK_BACK_S = 60.0
+"""Nobody stands on a line for longer before a question begins, or a window."""
+_WINDOW_S = 600.0
+"""Crossings and stays are looked for in so much at a time."""
 
 
 def events(
@@ -64,6 +69,7 @@ def events(
         asked = asked.where(EVENTS.c.x.between(left, right), EVENTS.c.y.between(low, high))
     ordered = asked.order_by(EVENTS.c.stamp_ns, EVENTS.c.number, EVENTS.c.line)
     found = []
+    names = ['', *run.zones().names]
     with run.database.connected() as connection:
         identities = run.identities(connection)
         for stamp_ns, row in connection.execute(ordered).all():
@@ -74,13 +80,15 @@ def events(
             x, y, _ = rows.position[0].tolist()
             if area and not shapely.covers(_polygon(area), shapely.Point(x, y)):
                 continue
-            ids = int(rows.old_id[0]), int(rows.new_id[0])
-            if track is not None and track not in {*lives, *ids}:
+            ids, code = (int(rows.old_id[0]), int(rows.new_id[0])), EventCode(rows.event[0])
+            named = set(lives) if code in ZONE_EVENTS else {*lives, *ids}
+            if track is not None and track not in named:
                 continue
+            zone = int(rows.zone[0])
             is_placed = bool(np.isfinite([x, y]).all())
             found.append(
                 Event(
-                    EventCode(rows.event[0]).name.lower(),
+                    code.name.lower(),
                     run.seconds(stamp_ns),
                     stamp_ns,
                     lives[0],
@@ -90,45 +98,43 @@ def events(
                     float(rows.probability[0]),
                     x if is_placed else None,
                     y if is_placed else None,
+                    names[zone] if zone < len(names) else str(zone),
                 )
             )
     return found
 
 
 def crossings(
-    run: Run, line: Points, between: Between = ALWAYS, per_s: float = 60.0
+    run: Run, line: Points | Line, between: Between = ALWAYS, per_s: float = 60.0
 ) -> list[Crossings]:
     """
-    Count who crosses a line, per period.
+    Count who crosses a line, per period, as the zone events of a site do: jitter does not count.
 
     Parameters
     ----------
     run : Run
         The run.
-    line : sequence of (float, float)
-        Its points, m; left and right are those of somebody who walks along it.
+    line : Line or sequence of (float, float)
+        The line, or its points, m; left and right are those of somebody who walks along it.
     between : (float, float)
         From when until before when, s.
     per_s : float
         Length of a period, s.
 
     """
-    if len(line) < 2:
+    if not isinstance(line, Line):
+        line = Line('', tuple(line))
+    if len(line.points) < 2:
         raise ValueError('a line needs two points')
-    points = np.array(line, np.float64)
+    points = np.array(line.points, np.float64)
     low, high = points.min(axis=0) - _STRIDE_M, points.max(axis=0) + _STRIDE_M
-    rows = run.rows(between, boxes=[run.box(between, (*low.tolist(), *high.tolist()))])
-    start, end = _steps(rows)
-    place = rows.position()
+    bounds = (*low.tolist(), *high.tolist())
     counts: dict[int, list[int]] = defaultdict(lambda: [0, 0])
-    for begin, finish in pairwise(points):
-        side_from, side_to = (_side(begin, finish, place[each]) for each in (start, end))
-        crossed = (side_from > 0) != (side_to > 0)
-        crossed &= (_between(place[start], place[end], begin) > 0) != (
-            _between(place[start], place[end], finish) > 0
-        )
-        for row, to_left in zip(end[crossed].tolist(), (side_to[crossed] > 0).tolist()):
-            counts[_period(run, int(rows.stamp_ns[row]), per_s)][0 if to_left else 1] += 1
+    for window in _windows(run, between):
+        found = passages(line, _paths(run, window, bounds))
+        for stamp_ns, way in zip(found.stamp_ns.tolist(), found.way.tolist()):
+            if stamp_ns >= run.ns(window[0]):
+                counts[_period(run, stamp_ns, per_s)][0 if way > 0 else 1] += 1
     return [
         Crossings(period * per_s, *counts.get(period, (0, 0)))
         for period in _periods(run, between, per_s)
@@ -136,36 +142,42 @@ def crossings(
 
 
 def occupancy(
-    run: Run, area: Points, between: Between = ALWAYS, per_s: float = 60.0
+    run: Run, area: Points | Zone, between: Between = ALWAYS, per_s: float = 60.0
 ) -> list[Occupancy]:
     """
-    Count who is in an area, per period.
+    Count who is in an area, per period, as the zone events of a site do: jitter does not count.
 
     Parameters
     ----------
     run : Run
         The run.
-    area : sequence of (float, float)
-        Corners of the polygon, m.
+    area : Zone or sequence of (float, float)
+        The zone, or the corners of the polygon, m.
     between : (float, float)
         From when until before when, s.
     per_s : float
         Length of a period, s.
 
     """
-    polygon = _polygon(area)
-    rows = run.rows(between, boxes=[run.box(between, polygon.bounds)])
-    rows = rows.select(_inside(polygon, rows))
-    seconds = _seconds(rows)
-    found = []
-    period = np.array([_period(run, stamp, per_s) for stamp in rows.stamp_ns.tolist()], np.int64)
+    if not isinstance(area, Zone):
+        area = Zone('', tuple(area))
+    life, entered, left, has_left = _stays(run, area, between)
+    answers = []
     for each in _periods(run, between, per_s):
-        inside = period == each
-        _, most = np.unique(rows.stamp_ns[inside], return_counts=True)
-        visitors = len(np.unique(rows.life[inside]))
-        mean = float(seconds[inside].sum()) / per_s
-        found.append(Occupancy(each * per_s, visitors, mean, int(most.max(initial=0))))
-    return found
+        begin, end = each * per_s, (each + 1) * per_s
+        here = (entered < end) & (left > begin)
+        seconds = np.clip(left[here], begin, end) - np.clip(entered[here], begin, end)
+        answers.append(
+            Occupancy(
+                begin,
+                len(np.unique(life[here])),
+                float(seconds.sum()) / per_s,
+                _most(np.maximum(entered[here], begin), left[here]),
+                int(((entered >= begin) & (entered < end)).sum()),
+                int((has_left & (left >= begin) & (left < end)).sum()),
+            )
+        )
+    return answers
 
 
 def heat_map(
@@ -211,6 +223,66 @@ def _inside(polygon: shapely.Polygon, rows: TrackRows) -> NDArray[np.bool_]:
     return np.asarray(shapely.intersects_xy(polygon, *rows.position().T), np.bool_)
 
 
+def _stays(
+    run: Run, zone: Zone, between: Between
+) -> tuple[Ints, NDArray[np.floating], NDArray[np.floating], NDArray[np.bool_]]:
+    """Return who is in a zone, from when to when, s, and whether he has left it by the end."""
+    bounds = _polygon(zone.corners).bounds
+    over: list[tuple[int, int, int]] = []
+    inside: dict[int, int] = {}
+    ended_ns = run.began_ns
+    for window in _windows(run, between):
+        began_ns, ticks_ns = run.ns(window[0]), run.stamps(_earlier(window))
+        found = stays(zone, _paths(run, window, bounds), ticks_ns)
+        before, inside = inside, {}
+        for life, entered_ns, left_ns in zip(
+            found.life.tolist(), found.entered_ns.tolist(), found.left_ns.tolist()
+        ):
+            if left_ns < began_ns:
+                continue  # the window before has told it
+            if entered_ns < began_ns:
+                entered_ns = before.pop(life, entered_ns)
+            if left_ns == NEVER_NS:
+                inside[life] = entered_ns
+            else:
+                over.append((life, entered_ns, left_ns))
+        over += [(life, entered_ns, began_ns) for life, entered_ns in before.items()]
+        ended_ns = int(ticks_ns.max(initial=ended_ns)) + 1
+    found_all = over + [(life, entered_ns, ended_ns) for life, entered_ns in inside.items()]
+    columns = np.array(found_all, np.int64).reshape(-1, 3).T
+    entered, left = (columns[1:] - run.began_ns) / 1e9
+    return columns[0], entered, left, np.arange(len(left)) < len(over)
+
+
+def _windows(run: Run, between: Between) -> Iterator[Between]:
+    """Yield the times of a question that are answered at once: a day would fill the memory."""
+    begin, end = max(between[0], 0.0), min(between[1], run.length_s())
+    while begin < end:
+        yield begin, min(begin + _WINDOW_S, end)
+        begin += _WINDOW_S
+
+
+def _paths(run: Run, between: Between, bounds: tuple[float, float, float, float]) -> Paths:
+    """Return the whole paths of those who may come within bounds, m."""
+    between = _earlier(between)
+    near = run.rows(between, boxes=[run.box(between, bounds)])
+    rows = run.rows(between, tracks=np.unique(near.life).tolist())
+    covariance = rows.column('covariance')[:, :2, :2].astype(np.float64)
+    return Paths(rows.life, rows.stamp_ns, rows.position(), covariance)
+
+
+def _earlier(between: Between) -> Between:
+    """Return a time with what comes before: who is on the edge then comes from somewhere."""
+    return between[0] - _LOOK_BACK_S, between[1]
+
+
+def _most(entered: NDArray[np.floating], left: NDArray[np.floating]) -> int:
+    """Return how many are inside at most at once."""
+    times, change = np.concatenate([entered, left]), np.repeat([1, -1], [len(entered), len(left)])
+    times, which = np.unique(times, return_inverse=True)
+    return int(np.cumsum(np.bincount(which, change)).max(initial=0))
+
+
 def _steps(rows: TrackRows) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return first and second row of each step that a life takes."""
     order = np.argsort(rows.life, kind='stable')
@@ -227,22 +299,6 @@ def _seconds(rows: TrackRows) -> NDArray[np.float64]:
     seconds = np.zeros(len(rows))
     seconds[start] = (rows.stamp_ns[end] - rows.stamp_ns[start]) * 1e-9
     return seconds
-
-
-def _side(
-    begin: NDArray[np.float64], end: NDArray[np.float64], place: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return on which side of a line places lie: above 0 is left."""
-    (dx, dy), (x, y) = end - begin, (place - begin).T
-    return np.asarray(dx * y - dy * x)
-
-
-def _between(
-    begin: NDArray[np.float64], end: NDArray[np.float64], place: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return on which side of each of several lines a place lies."""
-    (dx, dy), (x, y) = (end - begin).T, (place - begin).T
-    return np.asarray(dx * y - dy * x)
 
 
 def _period(run: Run, stamp_ns: int, per_s: float) -> int:

@@ -65,7 +65,11 @@ class Meeting:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """An event; ids are those that are known now, ``reported_id`` is that of the message."""
+    """
+    An event; ids are those that are known now, ``reported_id`` is that of the message.
+
+    Of an occupancy or a crowd, ``old_id`` and ``new_id`` are how many were in the zone, and are.
+    """
 
     event: str
     time_s: float
@@ -78,6 +82,7 @@ class Event:
     probability: float
     x: float | None
     y: float | None
+    zone: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,12 +96,18 @@ class Crossings:
 
 @dataclass(frozen=True, slots=True)
 class Occupancy:
-    """How many were in an area in a period: different ones, on average, and most at once."""
+    """
+    How many were in an area in a period.
+
+    Different ones, on average, most at once, and how many came in and went out.
+    """
 
     began_s: float
     visitors: int
     mean: float
     most: int
+    entered: int
+    left: int
 
 
 @dataclass(frozen=True, slots=True)

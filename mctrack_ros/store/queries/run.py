@@ -20,6 +20,7 @@ from mctrack_ros.store.identities import Identities, load_identities
 from mctrack_ros.store.rows import SPAN_NS, Stored, TrackRows, load_rows, load_stamps
 from mctrack_ros.store.runs import find_run
 from mctrack_ros.store.schema import CAMERAS, DESCRIPTIONS, JOURNAL, RUN_CAMERAS, TICKS
+from mctrack_ros.zones.shapes import Zones
 
 ALWAYS = (-FAR, FAR)
 """All times, s."""
@@ -127,10 +128,10 @@ class Run(Closing):
             last = max(connection.execute(each).scalar() or 0 for each in asked)
         return (last + 1) * SPAN_NS / 1e9
 
-    def stamps(self) -> NDArray[np.int64]:
+    def stamps(self, between: Between = ALWAYS) -> NDArray[np.int64]:
         """Return the stamps of all ticks, ns, (m,), ascending."""
         with self.database.connected() as connection:
-            return load_stamps(connection, self.stored)
+            return load_stamps(connection, self.stored, self.between_ns(between))
 
     def description(self) -> dict[str, Any]:
         """Return what `/site` said of the run; empty: nothing."""
@@ -147,6 +148,13 @@ class Run(Closing):
         """Return the origin of positions in the coordinates of the site's files, m."""
         x, y = self.description().get('origin') or (0.0, 0.0)
         return float(x), float(y)
+
+    def zones(self) -> Zones:
+        """Return the zones and lines of the site, as `/site` describes them."""
+        try:
+            return Zones.from_description(self.description().get('zones', []))
+        except (StoreError, ValueError, TypeError, KeyError, AttributeError):
+            return Zones()  # another program's description
 
     def identities(self, connection: Connection) -> Identities:
         """Return who is who."""

@@ -1,5 +1,6 @@
 """A site's nodes live: players, cameras and fusion as processes of their own over DDS."""
 
+import json
 import os
 import signal
 import subprocess
@@ -154,7 +155,11 @@ def test_a_bag_is_tracked_live_and_recorded(bench, site, supervised, walker_bag,
 @pytest.mark.live
 def test_people_who_explain_the_masks_are_tracked_live(site, supervised, walker_bag, tmp_path):
     path = tmp_path / 'occupancy.yaml'
-    others = {'area': '-3,-2,4,2', 'fusion': {'tracker': 'occupancy'}}
+    others = {
+        'area': '-3,-2,4,2',
+        'fusion': {'tracker': 'occupancy'},
+        'zones': {'floor': {'corners': [[-9, -9], [9, -9], [9, 9], [-9, 9]]}},
+    }
     path.write_text(yaml.safe_dump(yaml.safe_load((tmp_path / 'site.yaml').read_text()) | others))
     site = load_site(path)
     nodes = [
@@ -170,9 +175,20 @@ def test_people_who_explain_the_masks_are_tracked_live(site, supervised, walker_
         assert bag.count('/cam1/foreground/compressed') == bag.count('/cam1/detections') == 50
         live = [rows for rows, _ in bag.rows('/tracks', Tracks)]
         ticks = recorded_ticks(bag, site.camera_names, site.fusion)
-        driven = drive(site.fusion, site.camera_names, ticks, views=site.views)
-        again = [ticked.output.tracks for ticked in driven]
+        options = {'views': site.views, 'zones': site.own_zones}
+        outputs = [each.output for each in drive(site.fusion, site.camera_names, ticks, **options)]
+        told = [rows for rows, _ in bag.rows('/events', Events)]
+        (described,) = (message.data for _, message, _ in bag.messages(['/site']))
+    again = [output.tracks for output in outputs]
     assert max(map(len, live)) >= 1
+    assert [each['name'] for each in json.loads(described)['zones']] == ['floor']
+    assert EventCode.ENTER_ZONE in np.concatenate([each.event for each in told])
+    for one, other in zip(
+        told, [each.events for each in outputs if len(each.events)], strict=True
+    ):
+        assert one.event.tolist() == other.event.tolist()
+        assert one.zone.tolist() == other.zone.tolist()
+        assert one.probability.tobytes() == other.probability.tobytes()
     for one, other in zip(live, again, strict=True):
         np.testing.assert_array_equal(one.position, other.position)
         np.testing.assert_array_equal(one.cameras, other.cameras)

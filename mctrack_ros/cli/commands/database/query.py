@@ -162,14 +162,16 @@ def _events(
 def _crossings(
     run: Any,
     between: Any,
-    line: str = typer.Argument(..., help=_POINTS),
+    points: str = typer.Argument('', help=_POINTS),
+    line: str = typer.Option('', help='Name of a line of the site, instead of points.'),
     per: float = typer.Option(60.0, min=0.001, help='Length of a period, s.'),
 ) -> tuple[Sequence[Any], Any]:
     """Count who crosses a line, to its left and to its right."""
     from mctrack_ros.store import crossings
     from mctrack_ros.store.queries.results import Crossings
 
-    return crossings(run, _points(line), between, per), Crossings
+    given = _named(run.zones().lines, line, points)
+    return crossings(run, given, between, per), Crossings
 
 
 @app.command('occupancy')
@@ -177,14 +179,16 @@ def _crossings(
 def _occupancy(
     run: Any,
     between: Any,
-    area: str = typer.Argument(..., help=_POINTS),
+    points: str = typer.Argument('', help=_POINTS),
+    zone: str = typer.Option('', help='Name of a zone of the site, instead of points.'),
     per: float = typer.Option(60.0, min=0.001, help='Length of a period, s.'),
 ) -> tuple[Sequence[Any], Any]:
     """Count who is in an area."""
     from mctrack_ros.store import occupancy
     from mctrack_ros.store.queries.results import Occupancy
 
-    return occupancy(run, _points(area), between, per), Occupancy
+    given = _named(run.zones().zones, zone, points)
+    return occupancy(run, given, between, per), Occupancy
 
 
 @app.command('heat-map')
@@ -264,6 +268,19 @@ def _show_table(rows: Sequence[Any], kind: Any, out: Path | None) -> None:
         return
     with out.open('w') as file:
         Console(file=file, width=_WIDTH).print(table)
+
+
+def _named(known: Sequence[Any], name: str, points: str) -> Any:
+    """Return a zone or line of the site by its name, or else the points that are given."""
+    if bool(name) == bool(points):
+        raise typer.BadParameter('give either points or a name')
+    if points:
+        return _points(points)
+    found = [each for each in known if each.name == name]
+    if not found:
+        names = ', '.join(each.name for each in known) or 'none'
+        raise typer.BadParameter(f'the site has no {name!r}, but {names}')
+    return found[0]
 
 
 def _points(text: str) -> list[tuple[float, float]]:
