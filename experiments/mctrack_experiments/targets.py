@@ -329,6 +329,9 @@ TARGETS = (
     Target('bench_streams', 'hostile.p99_ratio', 'two hundred slow or hostile readers, 99 of 100 '
            "ticks of fusion's latency, over that without them", None, 1.1,
            '95 % interval: `hostile.p99_ratio.low` to `hostile.p99_ratio.high`'),
+    Target('bench_map', 'core_share', 'live map, 25 tracks at 10 Hz, one browser: share of a core '
+           'that the server takes', None, 0.15),
+    Target('bench_map', 'frames_per_s', 'the same, frames that the page draws a second'),
     Target('bench_occupancy', 'square.p99_ms', 'occupancy, 40 x 40 m, 8 cameras, 20 people, '
            '99 of 100 ticks, ms', most=100, anchor='mean: `square.mean_ms`'),
     Target('bench_occupancy', 'square.gate_half_metre.mota', 'the same, MOTA at 0.5 m', None, None,

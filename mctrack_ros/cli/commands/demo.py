@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import os
+import sys
 import time
+import webbrowser
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +34,9 @@ def demo(
     out: Path = _OUT,
     domain: int | None = _DOMAIN,
     json_file: Path | None = _JSON,
+    show_map: bool = typer.Option(
+        True, '--map/--no-map', help='Offer a live map to watch it on, and open it on a desktop.'
+    ),
 ) -> None:
     """Render a five-camera football pitch, track it live, and report into out/demo."""
     from mctrack_ros.cli.progress import progress_bar
@@ -46,7 +53,7 @@ def demo(
     if offline:
         wall_seconds = _track_offline(options, site)
     else:
-        _track_live(options, site, domain)
+        _track_live(options, site, domain, show_map)
     mappings = [settings.mapping() for settings in site.cameras.values()]
     with progress_bar('evaluating') as progress:
         figures = evaluate_demo(options, mappings, wall_seconds, _settings(site), progress)
@@ -89,14 +96,30 @@ def _track_offline(options: DemoOptions, site: SiteConfig) -> float:
     return time.monotonic() - began_s
 
 
-def _track_live(options: DemoOptions, site: SiteConfig, domain: int | None) -> None:
+def _track_live(
+    options: DemoOptions, site: SiteConfig, domain: int | None, show_map: bool
+) -> None:
     """Play the bag into the real graph and record what it publishes."""
+    from mctrack_ros.cli.lazy_map import LazyMap
     from mctrack_ros.cli.live import run_to_end
     from mctrack_ros.ros.graph.site_graph import site_nodes
 
     nodes = [*site_nodes(site), *_recorder_and_player(options, site)]
     typer.echo(f'tracking {options.seconds:g} s live with {len(nodes)} processes', err=True)
-    run_to_end(nodes, options.out / 'graph.log', domain)
+    with LazyMap(['pitch5'], domain) if show_map else nullcontext() as live_map:
+        if live_map is not None:
+            typer.echo(f'watch it at {live_map.address}', err=True)
+            if _has_desktop():
+                webbrowser.open(live_map.address)
+        run_to_end(nodes, options.out / 'graph.log', domain)
+    if show_map:
+        typer.echo(f'watch it again: mctrack map pitch5 --bag {options.recorded}', err=True)
+
+
+def _has_desktop() -> bool:
+    """Tell whether somebody sits before this terminal who sees a browser open."""
+    display = sys.platform == 'darwin' or {'DISPLAY', 'WAYLAND_DISPLAY'} & os.environ.keys()
+    return sys.stderr.isatty() and bool(display) and 'CI' not in os.environ
 
 
 def _recorder_and_player(options: DemoOptions, site: SiteConfig) -> list[NodeSpec]:
