@@ -157,7 +157,9 @@ class Map:
         return self.page.evaluate(STATE)
 
     def until(self, condition):
-        self.page.wait_for_function(f'() => {{ const s = {STATE}; return {condition}; }}')
+        self.page.wait_for_function(
+            f'() => {{ const s = window.mctrackMap && {STATE}; return s && {condition}; }}'
+        )
 
     def pixel(self, x, y):
         """Return where a place is on the screen."""
@@ -345,4 +347,4 @@ def test_a_window_is_live_again_after_the_server_was_away(shown):
     shown.start()
     shown.until('s.is_open && s.tracks.length === 3 && s.zones.length === 2')
     shown.graph.places[1] = (30.0, 30.0)
-    shown.until('s.tracks[0].x === 30')
+    shown.until('s.tracks.length === 3 && s.tracks[0].x === 30')

@@ -41,12 +41,12 @@ def live_map(
     """Show tracks, events and cameras on a map in the browser, now and in the past."""
     from mctrack_ros.cli.sites import named_site
     from mctrack_ros.site.names import named_image_topic, resolved
+    from mctrack_ros.web import check_address
     from mctrack_ros.web.live.backdrop import backdrop, no_backdrop
     from mctrack_ros.web.live.live_map import LiveMap
     from mctrack_ros.web.live.page import add_pages
     from mctrack_ros.web.live.past import Past
     from mctrack_ros.web.live.site_zones import SiteZones
-    from mctrack_ros.web.serve.guard import check_address
     from mctrack_ros.web.serve.serve import serve
 
     if bag is not None and database:
