@@ -70,7 +70,7 @@ export default {
           <input type="range" aria-label="Time" :min="past.began" :max="end" step="0.04"
                  :value="shown_time" @input="seek(Number($event.target.value))" />
         </div>
-        <span class="clock">{{ clock }}</span>
+        <span class="clock"><i>{{ clock.at }}</i> {{ clock.since }}</span>
         <button class="live" v-if="ground.live" :class="{ on: is_live }" @click="go_live">live
         </button>
       </footer>
@@ -196,7 +196,7 @@ export default {
     },
     clock() {
       const at = this.shown_time;
-      return at ? `${clock_text(at)} · ${length_text(at - this.past.began)}` : '';
+      return at ? { at: clock_text(at), since: length_text(at - this.past.began) } : {};
     },
     events_shown() {
       const until = this.is_live ? Infinity : this.shown_time;
