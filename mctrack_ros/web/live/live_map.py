@@ -125,8 +125,11 @@ class LiveMap:
 
     def heard_site(self, description: Mapping[str, Any]) -> None:
         """Take what `/site` says, in the graph's thread."""
-        self._zone_names = _names(description.get('zones', []))
-        names = [str(name) for name in description.get('cameras', [])]
+        try:
+            self._zone_names = _names(description.get('zones', []))
+            names = [str(name) for name in description.get('cameras', [])]
+        except (KeyError, TypeError):  # somebody else's description
+            return
         self._soon(self._described, names)
 
     def heard_health(self, statuses: list[Status]) -> None:

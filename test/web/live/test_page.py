@@ -267,7 +267,7 @@ def test_who_is_followed_stays_in_the_middle_with_his_cameras_shown(shown):
     page.get_by_role('button', name='Show cam2').click()
     page.get_by_role('button', name='Let go').click()
     page.get_by_role('button', name='⤢').click()
-    shown.until('s.chosen === 0')
+    shown.until('s.chosen === 0 && Math.abs(s.tracks[0].px - s.pixel(25, 22)[0]) < 1')
     shown.click(25, 22)
     shown.until('s.chosen === 1')
     page.get_by_role('button', name='Let go').click()
