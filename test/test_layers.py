@@ -18,6 +18,7 @@ ALLOWED = {
     'site.names': {'config'},
     'site.description': {'interfaces'},
     'site.stated_origin': {'config'},
+    'site.plan': {'config'},
     'ground': {'interfaces', 'config', 'compiled'},
     'zones': {'interfaces', 'config', 'ground'},
     'site.origin': {'config', 'ground', 'site.stated_origin', 'zones'},
@@ -36,6 +37,7 @@ ALLOWED['site.site'] = ALLOWED['site.camera'] | {
     'site.names',
     'site.camera',
     'site.description',
+    'site.plan',
     'fusion',
 }
 ALLOWED['site.choice'] = ALLOWED['site.site'] | {'site.site'}
@@ -56,7 +58,7 @@ ALLOWED['simulation'] = {'interfaces', 'codec', 'recording', 'ground'}
 ALLOWED['explain'] = ALLOWED['replay'] | {'replay'}
 ALLOWED['report'] = ALLOWED['explain'] | {'simulation', 'evaluation', 'site.coverage', 'store'}
 ALLOWED['ros'] = ALLOWED['report'] | {'resources', 'streams'}
-ALLOWED['web'] = ALLOWED['ros'] | {'ros'}
+ALLOWED['web'] = ALLOWED['ros'] | {'ros', 'report'}
 ALLOWED['cli'] = ALLOWED['web'] | {'web', 'report', 'explain'}
 
 STAGES = {

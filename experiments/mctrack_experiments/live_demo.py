@@ -33,7 +33,7 @@ def reproduce_demo(
         progress(f'seed {seed}: {SECONDS:g} s live')
         with tempfile.TemporaryDirectory() as scratch:
             out = Path(scratch) / 'demo'
-            demo(SECONDS, CAMERAS, False, seed, out, None, None)
+            demo(SECONDS, CAMERAS, False, seed, out, None, None, show_map=False)
             runs.append(Figures.read(out / 'summary.json'))
     return median_run(runs, seeds)
 

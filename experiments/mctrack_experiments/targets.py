@@ -348,6 +348,9 @@ TARGETS = (
            most=1, anchor='99 of 100 ticks: `tick.p99_ms`'),
     Target('bench_zones', 'crossings.wrong_share', 'crossings of lines counted beside the true '
            'ones, wrong, share', None, 0.05, 'without hysteresis: `crossings.raw_wrong_share`'),
+    Target('bench_map', 'core_share', 'live map, 25 tracks at 10 Hz, one browser: share of a core '
+           'that the server takes', None, 0.15),
+    Target('bench_map', 'frames_per_s', 'the same, frames that the page draws a second'),
     Target('bench_occupancy', 'square.p99_ms', 'occupancy, 40 x 40 m, 8 cameras, 20 people, '
            '99 of 100 ticks, ms', most=100, anchor='mean: `square.mean_ms`'),
     Target('bench_occupancy', 'square.gate_half_metre.mota', 'the same, MOTA at 0.5 m', None, None,

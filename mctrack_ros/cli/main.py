@@ -17,9 +17,7 @@ import typer
 from mctrack_ros import __version__
 from mctrack_ros.cli.commands import (
     bag,
-    calibrate,
     calibration,
-    coverage,
     demo,
     doctor,
     explain,
@@ -30,6 +28,7 @@ from mctrack_ros.cli.commands import (
 )
 from mctrack_ros.cli.commands import evaluate as compare
 from mctrack_ros.cli.commands.database import exchange, query, report, store, stream, upkeep
+from mctrack_ros.cli.commands.pages import calibrate, coverage, live_map
 
 app = typer.Typer(
     name='mctrack',
@@ -70,6 +69,7 @@ app.command('play')(graph.play)
 app.command('calibrate')(calibrate.calibrate)
 app.command('evaluate')(compare.evaluate)
 app.command('coverage')(coverage.coverage)
+app.command('map')(live_map.live_map)
 app.command('doctor')(doctor.doctor)
 app.command('check-calibration')(calibration.check_calibration)
 app.command('convert-calibration')(calibration.convert_calibration)

@@ -25,6 +25,7 @@ from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.description import offline_run, site_description
 from mctrack_ros.site.names import check_camera_name
 from mctrack_ros.site.origin import check_zones_near, chosen_origin
+from mctrack_ros.site.plan import PITCH, FloorPlan, floor_plan
 from mctrack_ros.site.stated_origin import Origin, origin_from, origin_text
 from mctrack_ros.zones.files import BLOCKS, zones_from
 from mctrack_ros.zones.shapes import Zones
@@ -63,6 +64,10 @@ class SiteConfig:
         Its zones and lines, in the coordinates of the site's files.
     geo : str
         Where on the earth it lies, as `GeoReference` of `mctrack_ros.streams` reads it.
+    is_pitch : bool
+        Whether it is a football pitch, its origin in a corner.
+    floor_plan : FloorPlan or None
+        An image of its floor.
 
     """
 
@@ -77,6 +82,8 @@ class SiteConfig:
     names_tracker: bool = True
     zones: Zones = Zones()
     geo: str = ''
+    is_pitch: bool = False
+    floor_plan: FloorPlan | None = None
 
     @property
     def camera_names(self) -> tuple[str, ...]:
@@ -152,6 +159,11 @@ class SiteScalars:
         'latitude,longitude of the origin of positions and, third, where the y axis points to, '
         'clockwise from north, for streams of ONVIF metadata; empty: not known [degrees]',
     )
+    plan: str = parameter(
+        '',
+        'what the map shows: pitch, or an image of the floor and the corners that it covers, for '
+        'example floor.png 0,0,40,25 [m]',
+    )
     fusion: FusionConfig = FUSION.field()
 
 
@@ -181,8 +193,8 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     ----------
     content : object
         A mapping with ``name``, ``ground_frame``, ``feedback_delay``, ``area``, ``origin``,
-        ``fusion``, ``zones``, ``lines``, ``cameras`` and ``pipeline``, the settings that all
-        cameras share.
+        ``plan``, ``fusion``, ``zones``, ``lines``, ``cameras`` and ``pipeline``, the
+        settings that all cameras share.
     directory : Path
         What paths are relative to.
 
@@ -239,6 +251,8 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         names_tracker=names_tracker,
         zones=zones,
         geo=scalars.geo,
+        is_pitch=scalars.plan == PITCH,
+        floor_plan=floor_plan(scalars.plan, directory),
     )
 
 

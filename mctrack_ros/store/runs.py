@@ -95,6 +95,23 @@ def run_number(connection: Connection, name: str) -> int | None:
     return connection.execute(select(RUNS.c.run_id).where(RUNS.c.name == name)).scalar()
 
 
+def newest_run(connection: Connection) -> str:
+    """
+    Return the name of the run that began last.
+
+    Raises
+    ------
+    StoreError
+        If none has tracks.
+
+    """
+    began = select(RUNS.c.name).where(RUNS.c.began_ns.is_not(None))
+    found = connection.execute(began.order_by(RUNS.c.began_ns.desc()).limit(1)).scalar()
+    if found is None:
+        raise StoreError('the database has no run with tracks yet')
+    return str(found)
+
+
 def number_of(connection: Connection, table: Table, values: dict[str, Any]) -> int:
     """Return the number of a row, which is made unless it is there."""
     key = next(iter(table.primary_key))

@@ -1,11 +1,9 @@
 """A bench for nodes: a private ROS domain, an observer, waiting on conditions."""
 
-import fcntl
 import gc
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from importlib import import_module
 from pathlib import Path
@@ -23,6 +21,7 @@ from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
 from mctrack_ros.resources import config_file
 from mctrack_ros.ros.graph.supervise import BAD_CONFIGURATION
 from mctrack_ros.ros.topics.quality import reliable
+from ros_domains import free_domain
 from walker import IMAGE_FROM_WORLD, PERIOD_NS, walker_image
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,15 +31,8 @@ PATIENCE_S = 90.0
 @pytest.fixture
 def domain():
     """Return a ROS domain that no other test on this machine uses now."""
-    for number in range(20, 100):
-        with open(Path(tempfile.gettempdir()) / f'mctrack_domain_{number}.lock', 'w') as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                continue
-            yield number
-            return
-    pytest.fail('all ROS domains are in use')
+    with free_domain() as number:
+        yield number
 
 
 @pytest.fixture

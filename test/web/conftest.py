@@ -27,12 +27,17 @@ def browser():
         chromium.close()
 
 
-@contextlib.contextmanager
-def served(folder, *command):
-    """Run `mctrack` with a command that serves a page; give its address."""
+def free_port():
+    """Return a port that nobody uses now."""
     with socket.socket() as free:
         free.bind(('127.0.0.1', 0))
-        port = free.getsockname()[1]
+        return free.getsockname()[1]
+
+
+@contextlib.contextmanager
+def served(folder, *command, port=None):
+    """Run `mctrack` with a command that serves a page, at any port or a given one."""
+    port = port or free_port()
     options = ['--no-browser', '--port', str(port), '--token', TOKEN]
     environment = {name: text for name, text in os.environ.items() if 'PYTEST' not in name}
     server = subprocess.Popen(

@@ -79,6 +79,14 @@ def store(
     _tell(bench_store(bag, minutes), json_file)
 
 
+@app.command('map')
+def live_map(json_file: Path | None = _JSON) -> None:
+    """Time the live map: the server's share of a core, frames drawn a second in a browser."""
+    from mctrack_experiments.bench.live_map import bench_map
+
+    _tell(bench_map(), json_file)
+
+
 @app.command()
 def streams(
     bag: Path = typer.Option(

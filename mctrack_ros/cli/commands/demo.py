@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import shutil
+import sys
 import time
+import webbrowser
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +35,9 @@ def demo(
     out: Path = _OUT,
     domain: int | None = _DOMAIN,
     json_file: Path | None = _JSON,
+    show_map: bool = typer.Option(
+        True, '--map/--no-map', help='Offer a live map to watch it on, and open it on a desktop.'
+    ),
 ) -> None:
     """Render a five-camera football pitch, track it live, and report into out/demo."""
     from mctrack_ros.cli.commands.database.store import store_results
@@ -50,7 +57,7 @@ def demo(
         wall_seconds = _track_offline(options, site)
         store_results(options.recorded, options.database, site.name, overwrite=False)
     else:
-        _track_live(options, site, domain)
+        _track_live(options, site, domain, show_map)
     mappings = [settings.mapping() for settings in site.cameras.values()]
     with progress_bar('evaluating') as progress:
         figures = evaluate_demo(options, mappings, wall_seconds, _settings(site), progress)
@@ -100,8 +107,11 @@ def _track_offline(options: DemoOptions, site: SiteConfig) -> float:
     return time.monotonic() - began_s
 
 
-def _track_live(options: DemoOptions, site: SiteConfig, domain: int | None) -> None:
+def _track_live(
+    options: DemoOptions, site: SiteConfig, domain: int | None, show_map: bool
+) -> None:
     """Play the bag into the real graph and record what it publishes."""
+    from mctrack_ros.cli.lazy_map import LazyMap
     from mctrack_ros.cli.live import run_to_end
     from mctrack_ros.ros.graph.site_graph import site_nodes, store_node
 
@@ -111,7 +121,20 @@ def _track_live(options: DemoOptions, site: SiteConfig, domain: int | None) -> N
     store = store_node(options.database, site, finish=True)
     nodes = [fusion, *cameras, store, *_recorder_and_player(options, site)]
     typer.echo(f'tracking {options.seconds:g} s live with {len(nodes)} processes', err=True)
-    run_to_end(nodes, options.out / 'graph.log', domain)
+    with LazyMap(['pitch5'], domain) if show_map else nullcontext() as live_map:
+        if live_map is not None:
+            typer.echo(f'watch it at {live_map.address}', err=True)
+            if _has_desktop():
+                webbrowser.open(live_map.address)
+        run_to_end(nodes, options.out / 'graph.log', domain)
+    if show_map:
+        typer.echo(f'watch it again: mctrack map pitch5 --bag {options.recorded}', err=True)
+
+
+def _has_desktop() -> bool:
+    """Tell whether somebody sits before this terminal who sees a browser open."""
+    display = sys.platform == 'darwin' or {'DISPLAY', 'WAYLAND_DISPLAY'} & os.environ.keys()
+    return sys.stderr.isatty() and bool(display) and 'CI' not in os.environ
 
 
 def _recorder_and_player(options: DemoOptions, site: SiteConfig) -> list[NodeSpec]:

@@ -1,0 +1,87 @@
+"""`mctrack map`: see where everybody is, in the browser."""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from mctrack_ros.site.names import namespace_of
+
+if TYPE_CHECKING:
+    from mctrack_ros.ros.topics.live_graph import LiveGraph
+    from mctrack_ros.web.live.live_map import LiveMap
+
+
+def live_map(
+    site: str = typer.Argument(
+        '', help='Site YAML, or the name of a shipped site; unless given, tracks alone are shown.'
+    ),
+    database: str = typer.Option(
+        '', help='Trajectory database with the past: a file, or a URL; it may still be written.'
+    ),
+    run: str = typer.Option('', help='Name of its run; by default the newest.'),
+    bag: Path | None = typer.Option(
+        None, help='Show the tracks and events of a bag instead of the running graph.'
+    ),
+    namespace: str = typer.Option(
+        '', callback=namespace_of, help='Namespace of the graph, for example hall.'
+    ),
+    domain: int | None = typer.Option(
+        None, min=0, max=232, help='ROS domain; unless given, that of ROS_DOMAIN_ID.'
+    ),
+    host: str = typer.Option('127.0.0.1', help='Address to serve at; any other needs --token.'),
+    port: int = typer.Option(8080, min=1, max=65535, help='Port to serve at.'),
+    token: str = typer.Option('', help='Token that every request must carry.'),
+    browser: bool = typer.Option(True, '--browser/--no-browser', help='Open the page.'),
+) -> None:
+    """Show tracks, events and cameras on a map in the browser, now and in the past."""
+    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.site.names import named_image_topic, resolved
+    from mctrack_ros.web import check_address
+    from mctrack_ros.web.live.backdrop import backdrop, no_backdrop
+    from mctrack_ros.web.live.live_map import LiveMap
+    from mctrack_ros.web.live.page import add_pages
+    from mctrack_ros.web.live.past import Past
+    from mctrack_ros.web.live.site_zones import SiteZones
+    from mctrack_ros.web.serve.serve import serve
+
+    if bag is not None and database:
+        raise ValueError('--bag and --database both name the past: give one of them')
+    check_address(host, token)
+    loaded = named_site(site) if site else None
+    topics = {
+        name: resolved(named_image_topic(name, settings.image_topic), namespace)
+        for name, settings in (loaded.cameras if loaded else {}).items()
+    }
+
+    def listen(listener: LiveMap) -> LiveGraph:
+        from mctrack_ros.ros.topics.live_graph import LiveGraph
+
+        return LiveGraph(listener, namespace, topics, domain)
+
+    with ExitStack() as stack:
+        place = database
+        if bag is not None:
+            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix='mctrack_'))
+            place = str(Path(folder) / 'tracks.db')
+            _store(bag, place)
+        past = Past(place, run) if place else None
+        ground = backdrop(loaded) if loaded else no_backdrop(bag.name if bag else 'tracks')
+        zones = SiteZones(loaded) if loaded else None
+        shown = LiveMap(ground, None if bag else listen, past, zones)
+        title = f'Map of {ground["name"]}'
+        page = add_pages(shown, title, loaded.floor_plan if loaded else None)
+        serve(page, title, host, port, token, browser, typer.echo)
+
+
+def _store(bag: Path, place: str) -> None:
+    """Write a bag into a database of its own."""
+    from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.store import Database, store_bag
+
+    with Database(place, create=True) as opened, progress_bar('reading') as progress:
+        store_bag(bag, opened, progress=progress)
