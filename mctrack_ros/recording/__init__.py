@@ -1,8 +1,10 @@
 """Bags and exports."""
 
-from mctrack_ros.recording.bags.bag import ROSBAGS_CLASSES, BagReader, BagWriter, check_place
+from mctrack_ros.recording.bags.attached import attachments
+from mctrack_ros.recording.bags.bag import BagReader
 from mctrack_ros.recording.bags.files import is_bag
 from mctrack_ros.recording.bags.site_topic import stated_origin
+from mctrack_ros.recording.bags.writer import ROSBAGS_CLASSES, BagWriter, Storage, check_place
 from mctrack_ros.recording.errors import BagError, CutBagWarning
 from mctrack_ros.recording.tables.mot_text import (
     MotTextError,
@@ -22,7 +24,9 @@ __all__ = [
     'CutBagWarning',
     'MotTextError',
     'MotTextWriter',
+    'Storage',
     'TrackTableWriter',
+    'attachments',
     'check_place',
     'frame_origin_ns',
     'is_bag',

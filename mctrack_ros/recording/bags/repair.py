@@ -8,8 +8,9 @@ import warnings
 from contextlib import suppress
 from pathlib import Path
 
-from mctrack_ros.recording.bags.bag import BagReader, BagWriter, check_place
+from mctrack_ros.recording.bags.bag import BagReader
 from mctrack_ros.recording.bags.sqlite_scan import journal_of, merged
+from mctrack_ros.recording.bags.writer import BagWriter, check_place
 from mctrack_ros.recording.errors import BagError, CutBagWarning
 
 
