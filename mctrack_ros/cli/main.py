@@ -26,6 +26,7 @@ from mctrack_ros.cli.commands import (
     graph,
     import_detections,
     offline,
+    replay,
     videos,
 )
 from mctrack_ros.cli.commands import evaluate as compare
@@ -61,6 +62,7 @@ app.command('simulate')(offline.simulate)
 app.command('import-videos')(videos.import_videos)
 app.command('import-detections')(import_detections.import_detections)
 app.command('track')(offline.track)
+app.command('replay')(replay.replay)
 app.command('background')(offline.background)
 app.command('explain')(explain.explain)
 app.command('echo')(offline.echo)

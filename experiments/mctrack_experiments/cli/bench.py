@@ -80,6 +80,20 @@ def store(
 
 
 @app.command()
+def replay(
+    bag: Path = typer.Option(
+        Path('bags/pitch5_detections'), help='Bag of the detections that are fused.'
+    ),
+    replays: int = typer.Option(100, min=1, help='How often, each time in another order.'),
+    json_file: Path | None = _JSON,
+) -> None:
+    """Replay a bag, its messages in any order of arrival: one hash; changed bits; speed."""
+    from mctrack_experiments.bench.replay import bench_replay
+
+    _tell(bench_replay(bag, replays), json_file)
+
+
+@app.command()
 def fusion(
     part: list[Part] = typer.Option([], help='Measure this alone; may be repeated.'),
     seeds: str | None = typer.Option(

@@ -35,7 +35,8 @@ EMPTY = bytes(32)
 """Hash of no ticks."""
 _FORMAT = 1
 _BLOCK = 20_000
-_WHOLE = ('message',)
+WHOLE = 'message'
+"""The only field of a message that is no cloud."""
 
 Fields = Mapping[str, bytes]
 
@@ -94,6 +95,39 @@ class Checksums:
     values: NDArray[np.uint32]
 
 
+@dataclass(frozen=True, slots=True)
+class Canonical:
+    """
+    A message in canonical form.
+
+    Attributes
+    ----------
+    stamp_ns : int
+        Stamp of a cloud; of another message its log time, ns.
+    fields : mapping of str to bytes
+        Of a cloud its fields; of another message all as one, ``message``.
+
+    """
+
+    stamp_ns: int
+    fields: Fields
+
+    @classmethod
+    def of(cls, kind: str, data: bytes, time_ns: int) -> Canonical:
+        """Return that of a serialised message; a cloud that cannot be read counts as it is."""
+        if kind == CLOUD:
+            try:
+                message = TYPES.deserialize_cdr(memoryview(data), kind)
+                return cls(stamp_ns_of(message), cloud_fields(message))
+            except (CodecError, ValueError, struct.error, IndexError):
+                pass
+        return cls(time_ns, {WHOLE: data})
+
+    def checksums(self) -> list[int]:
+        """Return the CRC-32 of each field."""
+        return [zlib.crc32(data) for data in self.fields.values()]
+
+
 class MessageLog:
     """
     Takes down the messages of a bag as they are written or read.
@@ -117,19 +151,13 @@ class MessageLog:
 
     def add(self, topic: str, kind: str, data: bytes, time_ns: int) -> None:
         """Take down a message."""
-        names, stamp_ns, sums = _WHOLE, time_ns, [zlib.crc32(data)]
-        if kind == CLOUD:
-            try:
-                message = TYPES.deserialize_cdr(memoryview(data), kind)
-                fields, stamp_ns = cloud_fields(message), stamp_ns_of(message)
-            except (CodecError, ValueError, struct.error, IndexError):
-                pass  # counts as it is
-            else:
-                names, sums = tuple(fields), [zlib.crc32(each) for each in fields.values()]
-                if is_track_log(topic):
-                    count, before = self.hashes.get(topic, (0, EMPTY))
-                    self.hashes[topic] = count + 1, chained(before, stamp_ns, fields)
-        self._rows.setdefault((topic, names), []).append((time_ns, stamp_ns, *sums))
+        message = Canonical.of(kind, data, time_ns)
+        if kind == CLOUD and is_track_log(topic) and WHOLE not in message.fields:
+            count, before = self.hashes.get(topic, (0, EMPTY))
+            after = chained(before, message.stamp_ns, message.fields)
+            self.hashes[topic] = count + 1, after
+        row = (time_ns, message.stamp_ns, *message.checksums())
+        self._rows.setdefault((topic, tuple(message.fields)), []).append(row)
         self._count += 1
 
     def take_checksums(self) -> dict[str, list[Checksums]]:
@@ -219,6 +247,24 @@ class StoredLog:
             for topic, part in _unpacked(attachments[name]):
                 checksums.setdefault(topic, []).append(part)
         return cls(hashes, said.get('made_by', {}), checksums)
+
+    def changed_field(self, topic: str, time_ns: int, message: Canonical) -> str:
+        """Return the first field of a message that is not what was written; empty: all are."""
+        fields, sums, changed = tuple(message.fields), message.checksums(), ''
+        for part in self.checksums.get(topic, ()):
+            first, last = np.searchsorted(part.time_ns, [time_ns, time_ns + 1])
+            for row in range(first, last):
+                if part.fields != fields:
+                    changed = changed or WHOLE
+                    continue
+                differ = np.flatnonzero(part.values[row] != sums)
+                if not len(differ):
+                    if part.stamp_ns[row] == message.stamp_ns:
+                        return ''
+                    changed = 'stamp'
+                else:
+                    changed = fields[int(differ[0])]
+        return changed
 
 
 def _unpacked(data: bytes) -> list[tuple[str, Checksums]]:
