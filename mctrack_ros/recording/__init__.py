@@ -1,6 +1,6 @@
 """Bags and exports."""
 
-from mctrack_ros.recording.bags.attached import attachments
+from mctrack_ros.recording.bags.attached import PARAMETERS, attachments
 from mctrack_ros.recording.bags.bag import BagReader
 from mctrack_ros.recording.bags.files import is_bag
 from mctrack_ros.recording.bags.site_topic import stated_origin
@@ -17,6 +17,7 @@ from mctrack_ros.recording.tables.track_table import TrackTableWriter
 from mctrack_ros.recording.tables.track_writer import frame_origin_ns
 
 __all__ = [
+    'PARAMETERS',
     'ROSBAGS_CLASSES',
     'BagError',
     'BagReader',

@@ -9,15 +9,13 @@ from pathlib import Path
 import yaml
 
 from mctrack_ros.interfaces import Message
-from mctrack_ros.recording import BagWriter, MotTextWriter, TrackTableWriter
+from mctrack_ros.recording import PARAMETERS, BagWriter, MotTextWriter, TrackTableWriter
 from mctrack_ros.recording.closing import Closing
 from mctrack_ros.replay.drive import TickOutput
 from mctrack_ros.replay.lockstep import Results, tick_ns
 from mctrack_ros.site.portable import portable_site
 from mctrack_ros.site.site import SiteConfig
 
-PARAMETERS = 'mctrack/parameters.yaml'
-"""Attachment of a bag: how all parts were set."""
 CANDIDATES_TOPIC = '/explanation/candidates'
 DECISIONS_TOPIC = '/explanation/decisions'
 

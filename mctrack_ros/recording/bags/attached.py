@@ -12,6 +12,8 @@ from mcap.reader import make_reader
 from mcap.records import Attachment
 from mcap.stream_reader import StreamReader
 
+PARAMETERS = 'mctrack/parameters.yaml'
+"""Attachment: how all parts, or nodes, were set."""
 _BROKEN = (McapError, OSError, EOFError, ValueError, StopIteration, struct.error)
 """What the reader raises where a file breaks off or is damaged."""
 

@@ -103,6 +103,8 @@ class BagWriter(Closing):
         Whether a bag already there is replaced. Anything else there never is.
     storage : Storage
         How it is stored.
+    made_by : mapping of str to str, optional
+        Versions and processor that the messages come of; unless given, those of here.
 
     Raises
     ------
@@ -112,7 +114,12 @@ class BagWriter(Closing):
     """
 
     def __init__(
-        self, path: str | Path, *, overwrite: bool = False, storage: Storage = PLAIN
+        self,
+        path: str | Path,
+        *,
+        overwrite: bool = False,
+        storage: Storage = PLAIN,
+        made_by: Mapping[str, str] | None = None,
     ) -> None:
         self.path, self._storage = Path(path), storage
         check_place(self.path, overwrite)
@@ -120,7 +127,7 @@ class BagWriter(Closing):
         self._definitions: dict[str, TypeDefinition] = {}
         self._files: list[McapFile | SqliteFile] = []
         self._attached: dict[str, tuple[str, bytes]] = {}
-        self._log, self._blocks, self._last_ns = MessageLog(), 0, 0
+        self._log, self._blocks, self._last_ns = MessageLog(made_by), 0, 0
         try:
             if self.path.exists():
                 shutil.rmtree(self.path)
@@ -243,6 +250,7 @@ class BagWriter(Closing):
             self._files.append(SqliteFile(path))
         for name, (media_type, data) in self._attached.items():
             self._files[-1].attach(name, media_type, data, self._last_ns)
+        self._put_log()
 
     @property
     def _splits(self) -> bool:

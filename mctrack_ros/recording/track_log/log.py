@@ -130,7 +130,12 @@ class Canonical:
 
 class MessageLog:
     """
-    Takes down the messages of a bag as they are written or read.
+    Takes down the messages of a bag as they are written.
+
+    Parameters
+    ----------
+    made_by : mapping of str to str, optional
+        Versions and processor that the messages come of; unless given, those of here.
 
     Attributes
     ----------
@@ -139,7 +144,8 @@ class MessageLog:
 
     """
 
-    def __init__(self) -> None:
+    def __init__(self, made_by: Mapping[str, str] | None = None) -> None:
+        self._made_by = provenance() if made_by is None else made_by
         self.hashes: dict[str, tuple[int, bytes]] = {}
         self._rows: dict[tuple[str, tuple[str, ...]], list[tuple[int, ...]]] = {}
         self._count = 0
@@ -177,7 +183,7 @@ class MessageLog:
             topic: {'messages': count, 'sha256': digest.hex()}
             for topic, (count, digest) in sorted(self.hashes.items())
         }
-        values = {'format': _FORMAT, 'logs': logs, 'made_by': dict(provenance())}
+        values = {'format': _FORMAT, 'logs': logs, 'made_by': dict(self._made_by)}
         return json.dumps(values, sort_keys=True, indent=1).encode()
 
 
