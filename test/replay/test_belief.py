@@ -7,8 +7,8 @@ import yaml
 from drawn_hall import PERIOD_NS, walkers, write_hall
 from mctrack_ros.interfaces import Belief, Detections, Tracks, TrackStatus
 from mctrack_ros.recording import BagReader
+from mctrack_ros.replay.proof.verify import Replay, verify_bag
 from mctrack_ros.replay.track import track_bag
-from mctrack_ros.replay.verify import Replay, verify_bag
 from mctrack_ros.site.site import load_site
 
 pytestmark = pytest.mark.xdist_group('replay')

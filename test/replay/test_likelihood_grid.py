@@ -9,9 +9,9 @@ from mctrack_ros.config import ConfigError
 from mctrack_ros.interfaces import Detections, Foreground, Likelihood, Tracks, TrackStatus
 from mctrack_ros.recording import BagReader
 from mctrack_ros.replay.drive import drive
+from mctrack_ros.replay.proof.verify import Replay, verify_bag
 from mctrack_ros.replay.recorded import recorded_ticks
 from mctrack_ros.replay.track import track_bag
-from mctrack_ros.replay.verify import Replay, verify_bag
 from mctrack_ros.site.site import load_site
 
 pytestmark = pytest.mark.xdist_group('replay')

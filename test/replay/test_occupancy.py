@@ -16,9 +16,9 @@ from mctrack_ros.recording import BagError, BagReader, BagWriter
 from mctrack_ros.replay.camera_source import CameraSource
 from mctrack_ros.replay.drive import drive
 from mctrack_ros.replay.lockstep import camera_tasks
+from mctrack_ros.replay.proof.verify import Replay, verify_bag
 from mctrack_ros.replay.recorded import recorded_ticks
 from mctrack_ros.replay.track import track_bag
-from mctrack_ros.replay.verify import Replay, verify_bag
 from mctrack_ros.site.site import load_site
 
 pytestmark = pytest.mark.xdist_group('replay')

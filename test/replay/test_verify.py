@@ -12,9 +12,9 @@ from mctrack_ros.cli.sites import named_site
 from mctrack_ros.interfaces import Detections
 from mctrack_ros.recording import BagReader, BagWriter, attachments
 from mctrack_ros.recording.track_log import log
-from mctrack_ros.replay.state import StateError
+from mctrack_ros.replay.proof.state import StateError
+from mctrack_ros.replay.proof.verify import Replay, verify_bag
 from mctrack_ros.replay.track import track_bag
-from mctrack_ros.replay.verify import Replay, verify_bag
 from rewritten_bag import CLOUD, flipped, part_of, rewritten
 
 pytestmark = pytest.mark.xdist_group('replay')

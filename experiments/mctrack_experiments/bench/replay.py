@@ -15,8 +15,8 @@ from mctrack_ros.recording import BagReader, BagWriter, attachments
 from mctrack_ros.recording.bags.definitions import TYPES
 from mctrack_ros.recording.bags.mcap_file import McapFile
 from mctrack_ros.recording.track_log.log import CLOUD, Canonical, StoredLog
+from mctrack_ros.replay.proof.verify import verify_bag
 from mctrack_ros.replay.track import track_bag
-from mctrack_ros.replay.verify import verify_bag
 from mctrack_ros.simulation import SCENES
 from mctrack_ros.simulation.recording import simulate
 from mctrack_ros.site.site import SiteConfig

@@ -35,7 +35,7 @@ def replay(
 ) -> None:
     """Fuse the detections of a bag again in lock step, and compare the tracks, bit by bit."""
     from mctrack_ros.cli.sites import named_site
-    from mctrack_ros.replay.verify import Replay, verify_bag
+    from mctrack_ros.replay.proof.verify import Replay, verify_bag
 
     how = Replay(
         named_site(site) if site else None,

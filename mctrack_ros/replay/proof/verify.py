@@ -22,8 +22,9 @@ from mctrack_ros.recording.track_log.log import (
     cloud_fields,
 )
 from mctrack_ros.recording.track_log.provenance import differences, provenance
-from mctrack_ros.replay.difference import Difference, first_difference, largest_difference
 from mctrack_ros.replay.lockstep import ReplayError
+from mctrack_ros.replay.proof.difference import Difference, first_difference, largest_difference
+from mctrack_ros.replay.proof.state import dump_state, restore_state, stated
 from mctrack_ros.replay.recorded import (
     ALWAYS,
     Span,
@@ -32,7 +33,6 @@ from mctrack_ros.replay.recorded import (
     recorded_ticks,
     settings_of,
 )
-from mctrack_ros.replay.state import dump_state, restore_state, stated
 from mctrack_ros.site.portable import unpack_site
 from mctrack_ros.site.site import SiteConfig, load_site
 
