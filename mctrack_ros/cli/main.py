@@ -26,7 +26,6 @@ from mctrack_ros.cli.commands import (
     graph,
     import_detections,
     offline,
-    replay,
     videos,
 )
 from mctrack_ros.cli.commands import evaluate as compare
@@ -62,7 +61,7 @@ app.command('simulate')(offline.simulate)
 app.command('import-videos')(videos.import_videos)
 app.command('import-detections')(import_detections.import_detections)
 app.command('track')(offline.track)
-app.command('replay')(replay.replay)
+app.command('replay')(bag.replay)
 app.command('background')(offline.background)
 app.command('explain')(explain.explain)
 app.command('echo')(offline.echo)
@@ -78,7 +77,7 @@ app.command('convert-calibration')(calibration.convert_calibration)
 app.command('store')(store.store)
 app.command('export-bag')(store.export_bag)
 app.add_typer(query.app, name='query', help='Ask a trajectory database.')
-app.add_typer(bag.app, name='bag', help='Repair recordings.')
+app.add_typer(bag.app, name='bag', help='Describe and repair recordings.')
 for plugin in entry_points(group='mctrack_ros.commands'):
     try:
         plugin.load()(app)

@@ -8,6 +8,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from mctrack_ros.cli.sites import named_site
 from mctrack_ros.evaluation.figures import Figures
@@ -112,7 +113,7 @@ def _is_found(bag: Path, place: Path, chance: random.Random) -> bool:
         clouds = [(n, each) for n, each in enumerate(reader.serialized()) if _fields(each)]
     number, (topic, kind, data, time_ns) = chance.choice(clouds)
     name = chance.choice(sorted(_fields((topic, kind, data, time_ns))))
-    message = TYPES.deserialize_cdr(data, kind)
+    message: Any = TYPES.deserialize_cdr(data, kind)
     (field,) = (each for each in message.fields if each.name == name)
     size = len(Canonical.of(kind, data, time_ns).fields[name]) // (message.height * message.width)
     row, bit = chance.randrange(message.width), chance.randrange(8 * size)

@@ -66,8 +66,12 @@ class BagReader(Closing):
     def duration_s(self) -> float:
         """Time from the first to the last message, s."""
         filled = [storage for storage in self._storages if storage.message_count]
-        begin_ns = min(storage.start_time for storage in filled)
-        return float((max(storage.end_time for storage in filled) - begin_ns) * 1e-9)
+        return float((max(storage.end_time for storage in filled) - self.begin_ns) * 1e-9)
+
+    @property
+    def begin_ns(self) -> int:
+        """Log time of the first message, ns."""
+        return min(s.start_time for s in self._storages if s.message_count)
 
     def count(self, topic: str) -> int:
         """Return how many messages a topic holds."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from mcap.writer import CompressionType, Writer
 from rosbags.interfaces import Qos
@@ -43,7 +44,7 @@ class McapFile:
         self._schemas: dict[str, int] = {}
         packing = CompressionType.ZSTD if is_packed else CompressionType.NONE
         self._stream = path.open('xb')
-        self._writer = Writer(self._stream, compression=packing)
+        self._writer: Any = Writer(self._stream, compression=packing)
         self._writer.start('ros2', 'mctrack_ros')
 
     @property

@@ -29,6 +29,9 @@ SUMMARY = 'mctrack/track_log.json'
 CHECKSUMS = 'mctrack/checksums'
 """Attachments of that name with a number: checksums of messages."""
 
+RECORDING = 'mctrack/recording.json'
+"""Attachment: of each topic, how many messages came to the recorder and how many did not."""
+
 CLOUD = 'sensor_msgs/msg/PointCloud2'
 TRACKS = '/tracks'
 EMPTY = bytes(32)
@@ -194,8 +197,8 @@ def is_track_log(topic: str) -> bool:
 
 def packed(taken: Mapping[str, list[Checksums]]) -> bytes:
     """Return checksums as the bytes of an attachment: an npz file."""
-    arrays: dict[str, NDArray[Any]] = {}
-    heads = []
+    arrays: dict[str, Any] = {}
+    heads: list[list[Any]] = []
     for topic, parts in taken.items():
         for part in parts:
             number = len(heads)

@@ -12,7 +12,6 @@ from __future__ import annotations
 import json
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import is_dataclass
 from importlib import import_module
 from io import BytesIO
 from typing import Any
@@ -61,10 +60,10 @@ def dump_state(tracker: object, said: dict[str, Any]) -> bytes:
     """
     dump = _Dump()
     content = {'format': FORMAT, 'said': said, 'tracker': dump.value(tracker, 'tracker')}
-    arrays = {str(number): array for number, array in enumerate(dump.arrays)}
+    arrays: dict[str, Any] = {str(number): array for number, array in enumerate(dump.arrays)}
     text = np.frombuffer(json.dumps(content).encode(), np.uint8)
     out = BytesIO()
-    np.savez_compressed(out, content=text, **arrays)  # type: ignore[arg-type]
+    np.savez_compressed(out, content=text, **arrays)
     return out.getvalue()
 
 
@@ -227,4 +226,5 @@ def _is_given(value: object) -> bool:
 
 
 def _is_frozen(value: object) -> bool:
-    return is_dataclass(value) and bool(value.__dataclass_params__.frozen)  # type: ignore[attr-defined]
+    parameters = getattr(type(value), '__dataclass_params__', None)
+    return bool(parameters and parameters.frozen)

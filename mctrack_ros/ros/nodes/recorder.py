@@ -16,6 +16,7 @@ from rclpy.subscription import Subscription
 
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.recording import PARAMETERS, BagError, BagWriter, Storage
+from mctrack_ros.recording.track_log.log import RECORDING
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.other_parameters import NodeParameters
 from mctrack_ros.ros.node.process import run
@@ -31,8 +32,6 @@ _FLUSH_S = 0.5
 """So much is lost at most when the process is killed, s."""
 _REPORT_S = 10.0
 _MB = 1_000_000
-RECORDING = 'mctrack/recording.json'
-"""Attachment: of each topic, how many messages came and how many did not."""
 
 
 @dataclass(frozen=True, slots=True)

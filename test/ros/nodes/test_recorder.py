@@ -19,8 +19,9 @@ from std_msgs.msg import String
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.interfaces import Detections
 from mctrack_ros.recording import PARAMETERS, BagReader, attachments
+from mctrack_ros.recording.track_log.log import RECORDING
 from mctrack_ros.replay.proof.verify import verify_bag
-from mctrack_ros.ros.nodes.recorder import RECORDING, Recorder
+from mctrack_ros.ros.nodes.recorder import Recorder
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.ros.topics.quality import latched, reliable
 from mctrack_ros.ros.topics.raw_source import Sequences
@@ -95,8 +96,9 @@ def test_a_bag_that_is_there_is_not_touched(bench, tmp_path, walker_bag):
 CRASHING = """
 import sys
 from mctrack_ros.ros.node.process import run
+from mctrack_ros.recording.track_log.log import RECORDING
 from mctrack_ros.replay.proof.verify import verify_bag
-from mctrack_ros.ros.nodes.recorder import RECORDING, Recorder
+from mctrack_ros.ros.nodes.recorder import Recorder
 
 class Crashing(Recorder):
     def report(self):
