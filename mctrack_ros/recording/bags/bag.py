@@ -71,7 +71,7 @@ class BagReader(Closing):
     @property
     def begin_ns(self) -> int:
         """Log time of the first message, ns."""
-        return min(s.start_time for s in self._storages if s.message_count)
+        return int(min(s.start_time for s in self._storages if s.message_count))
 
     def count(self, topic: str) -> int:
         """Return how many messages a topic holds."""
