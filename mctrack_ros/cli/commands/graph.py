@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
 import typer
 
 from mctrack_ros.site.names import namespace_of
@@ -175,5 +174,5 @@ def _run_nodes(nodes: Sequence[NodeSpec], namespace: str, domain: int | None) ->
 
 def _forward_keys(supervisor: Supervisor) -> None:
     """Hand each key of the terminal to the nodes that take some."""
-    while key := click.getchar():
+    while key := typer.getchar():
         supervisor.press(key)
