@@ -215,13 +215,12 @@ def verify_bag(bag: str | Path, how: Replay | None = None) -> tuple[Verdict, byt
         carried = load_site(place) if given is None and place is not None else given
         with BagReader(path, how.namespace) as reader:
             run = _Run(reader, how, carried)
-            for said, span in recorded_runs(reader) or [({}, ALWAYS)]:
-                run.replay(said, span)
+            for index, (said, span) in enumerate(recorded_runs(reader) or [({}, ALWAYS)]):
+                run.replay(index, said, span)
+            run.verdict.changed = _changed(reader, how.namespace, stored)
     verdict = run.verdict
     if not verdict.ticks:
         raise ReplayError(f'{path} has no tick to replay')
-    with BagReader(path) as reader:
-        verdict.changed = _changed(reader, stored)
     count, digest = stored.hashes.get(f'{how.namespace}{TRACKS}', (0, EMPTY))
     verdict.stored = digest if count == run.number else None
     made_by: Mapping[str, str] = run.made_by or stored.made_by
@@ -251,10 +250,11 @@ class _Run:
         self._begin_ns: int | None = None
         self._behind = stated(how.state) if how.state else {}
         self._tracker: FusionTracker | None = None
+        self._run = 0
         self._recorded = _Recorded(reader)
 
-    def replay(self, said: Mapping[str, Any], span: Span) -> None:
-        """Replay one run."""
+    def replay(self, index: int, said: Mapping[str, Any], span: Span) -> None:
+        """Replay one run, which has a number from 0."""
         self.made_by = self.made_by or said.get('made_by', {})
         cameras, config = self._settings(said)
         tracker = open_fusion(config, cameras, int(said.get('first_id', 1)), self._views())
@@ -262,7 +262,9 @@ class _Run:
         if isinstance(tracker, Startable) and self._reader.count(topic):
             for rows, _ in self._reader.rows(topic, Detections, *span):
                 tracker.start(rows)
-        is_restored = False
+        if self._how.state is not None and index == self._behind['run']:
+            restore_state(tracker, self._how.state)
+            self.verdict.digest = bytes.fromhex(self._behind['digest'])
         for tick in recorded_ticks(self._reader, cameras, config, span):
             self.number += 1
             if self._begin_ns is None:
@@ -273,16 +275,13 @@ class _Run:
             if self._how.until_s is not None and self._is_over(tick):
                 self.number -= 1
                 return
-            if self._how.state is not None and not is_restored and not self.verdict.ticks:
-                restore_state(tracker, self._how.state)
-                self.verdict.digest = bytes.fromhex(self._behind['digest'])
-                is_restored = True
-            self._tracker = tracker
+            self._tracker, self._run = tracker, index
             self._compare(tick, tracker.step(tick).tracks)
 
     def state(self) -> bytes:
         """Return the state of the tracker after the last tick."""
-        said = {'number': self.number, 'digest': self.verdict.digest.hex()}
+        digest = self.verdict.digest.hex()
+        said = {'run': self._run, 'number': self.number, 'digest': digest}
         return dump_state(self._tracker, said)
 
     def _settings(self, said: Mapping[str, Any]) -> tuple[tuple[str, ...], FusionConfig]:
@@ -344,14 +343,15 @@ class _Recorded:
         return message
 
 
-def _changed(reader: BagReader, stored: StoredLog) -> list[Changed]:
+def _changed(reader: BagReader, namespace: str, stored: StoredLog) -> list[Changed]:
     """Return the first message of each topic that is not what was written."""
     found: dict[str, Changed] = {}
     for topic, kind, data, time_ns in reader.serialized() if stored.checksums else ():
         if topic in found:
             continue
-        message = Canonical.of(kind, data, time_ns)
-        name = stored.changed_field(topic, time_ns, message)
+        message, full = Canonical.of(kind, data, time_ns), f'{namespace}{topic}'
+        full = full if full in stored.checksums else topic
+        name = stored.changed_field(full, time_ns, message)
         if name:
             found[topic] = Changed(topic, name, message.stamp_ns)
     return sorted(found.values(), key=lambda each: each.stamp_ns)
