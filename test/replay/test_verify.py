@@ -46,6 +46,13 @@ def test_a_tracked_run_is_the_same_again_with_what_the_bag_carries(run):
     assert said['logs']['/tracks'] == {'messages': TICKS, 'sha256': verdict.digest.hex()}
 
 
+def test_what_cannot_be_compared_is_no_proof(detections):
+    verdict, _ = verify_bag(detections, Replay(named_site('pitch5')))
+    assert verdict.ticks == TICKS
+    assert verdict.is_fault
+    assert verdict.line().startswith(f'not compared, the bag holds no tracks: {TICKS} ticks')
+
+
 def test_a_changed_bit_of_the_tracks_is_found(run, tmp_path):
     def change(topic, number, data):
         return flipped(data, 'velocity', 2, 9) if (topic, number) == ('/tracks', 20) else data

@@ -142,7 +142,7 @@ def play(
         bag.absolute(),
         topics=list(topics),
         exclude=exclude,
-        remap=remap,
+        remap=remap or [''],
         rate=rate,
         start=start,
         duration=duration,

@@ -113,13 +113,20 @@ class Verdict:
         return self.has_same_tracks and not self.changed
 
     @property
+    def is_compared(self) -> bool:
+        """Whether the bag says what the tracks were."""
+        return bool(self.compared or self.stored)
+
+    @property
     def has_same_tracks(self) -> bool:
         """Whether the tracks are those that were recorded."""
         return self.first is None and self.stored in (None, self.digest)
 
     @property
     def is_fault(self) -> bool:
-        """Whether the replay had to give the same and did not."""
+        """Whether the replay had to give the same and did not, or nobody knows."""
+        if not self.is_compared:
+            return True
         return not self.is_same and not (self.made_elsewhere and not self.changed)
 
     def line(self) -> str:
@@ -127,7 +134,8 @@ class Verdict:
         length = f'{self.ticks} ticks, {self.seconds:.3f} s'
         if self.is_same:
             known = 'as stored' if self.stored else f'as the tracks of {self.compared} ticks'
-            known = known if self.stored or self.compared else 'with nothing to compare it with'
+            if not self.is_compared:
+                return f'not compared, the bag holds no tracks: {length}, {self.digest.hex()}'
             return f'same: {length}, track log {self.digest.hex()} {known}'
         if not self.is_fault:
             texts = ['not the same, as versions or processors differ']

@@ -44,7 +44,7 @@ class PlayerConfig:
     )
     exclude: str = parameter('', 'regular expression of topics that are not played')
     remap: tuple[str, ...] = parameter(
-        (), 'topics that are played under another name, as /from:=/to'
+        ('',), 'topics that are played under another name, as /from:=/to; empty: none'
     )
     rate: float = parameter(
         1.0, 'speed; 1: as recorded; may change while it plays', minimum=0.001, maximum=1000.0
@@ -120,7 +120,7 @@ class Player(GraphNode):
             self.get_logger().warning(str(warning.message))
         wanted = [pattern(text) for text in self.config.topics]
         excluded = pattern(self.config.exclude)
-        self.names = dict(_renamed(text) for text in self.config.remap)
+        self.names = dict(_renamed(text) for text in self.config.remap if text)
         self.awaited = [Awaited.parsed(text) for text in self.config.wait_for if text]
         self.played: dict[str, Played] = {}
         for topic, kind in self.bag.topics.items():
