@@ -42,10 +42,14 @@ ALLOWED['site.site'] = ALLOWED['site.camera'] | {
 }
 ALLOWED['site.choice'] = ALLOWED['site.site'] | {'site.site'}
 ALLOWED['site.coverage'] = ALLOWED['site.site'] | {'site.site'}
+ALLOWED['site.portable'] = ALLOWED['site.site'] | {'site.site'}
 ALLOWED['recording'] = {'interfaces', 'config', 'codec'}
 ALLOWED['store'] = {'interfaces', 'codec', 'recording', 'zones'}
 ALLOWED['streams'] = ALLOWED['store'] | {'store', 'config'}
-ALLOWED['replay'] = ALLOWED['site.choice'] | {'site.choice', 'codec', 'recording', 'processes'}
+ALLOWED['replay'] = ALLOWED['site.choice'] | {
+    *('site.choice', 'site.portable'),
+    *('codec', 'recording', 'processes'),
+}
 ALLOWED['evaluation'] = {
     'interfaces',
     'config',

@@ -56,6 +56,7 @@ REQUIREMENT_OF_IMPORT = {
 OF_THE_GRAPH = {'ros-jazzy-rclpy', 'ros-jazzy-common-interfaces'}
 BY_NAME = {'tf2_msgs'}
 WITHOUT_KEY = {
+    'mcap',
     *('alembic', 'av', 'motmetrics', 'nicegui', 'psycopg', 'pyarrow', 'simplejpeg'),
     *('sqlalchemy', 'starlette', 'weasyprint', 'uvicorn', 'websockets', 'h11', 'paho'),
 }

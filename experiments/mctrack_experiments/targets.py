@@ -351,6 +351,18 @@ TARGETS = (
     Target('bench_map', 'core_share', 'live map, 25 tracks at 10 Hz, one browser: share of a core '
            'that the server takes', None, 0.15),
     Target('bench_map', 'frames_per_s', 'the same, frames that the page draws a second'),
+    Target('bench_replay', 'hashes', 'pitch, 100 replays in any order of arrival by 1 to 3 '
+           'processes, different hashes of the tracks', 1, 1),
+    Target('bench_replay', 'flips.found', 'the same, of 20 changed bits, found', 20),
+    Target('bench_replay', 'detections.realtime_factor',
+           'the same, speed from recorded detections, times real time', 10),
+    Target('bench_replay', 'pictures.realtime_factor',
+           'five cameras, speed from images on two cores, times real time', 3),
+    Target('bench_recording', 'recorder.core_share',
+           'recorder, five cameras at 25 Hz and all outputs, share of a core', most=0.25),
+    Target('bench_recording', 'recorder.missing', 'the same, messages not recorded', most=0),
+    Target('bench_recording', 'player.spacing_p99_ms',
+           'player at rate 1, spacing of messages off by, 99 of 100, ms', most=2),
     Target('bench_occupancy', 'square.p99_ms', 'occupancy, 40 x 40 m, 8 cameras, 20 people, '
            '99 of 100 ticks, ms', most=100, anchor='mean: `square.mean_ms`'),
     Target('bench_occupancy', 'square.gate_half_metre.mota', 'the same, MOTA at 0.5 m', None, None,

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from mctrack_ros.config import ConfigError, config_from, of_chosen
-from mctrack_ros.fusion import FUSION, FusionConfig, JointConfig, OpenViews
+from mctrack_ros.config import ConfigError
+from mctrack_ros.fusion import FusionConfig, JointConfig, OpenViews
 from mctrack_ros.fusion.management.lifecycle import GONE_EVIDENCE
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig
 from mctrack_ros.fusion.occupancy.pipeline import ALL
@@ -20,7 +18,7 @@ from mctrack_ros.fusion.trackers import no_views
 from mctrack_ros.interfaces import Candidates, Decisions, Explanation, Tracks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.replay.drive import drive
-from mctrack_ros.replay.recorded import recorded_ticks
+from mctrack_ros.replay.recorded import recorded_settings, recorded_ticks
 from mctrack_ros.replay.results import CANDIDATES_TOPIC, DECISIONS_TOPIC
 from mctrack_ros.site.site import SiteConfig
 
@@ -144,32 +142,10 @@ def tell(
 
 def _settings(reader: BagReader, site: SiteConfig | None) -> tuple[tuple[str, ...], JointConfig]:
     """Return the cameras' names and how fusion was set; only the joint tracker explains."""
-    cameras, config = _recorded_settings(reader, site)
+    cameras, config = recorded_settings(reader, site)
     if not isinstance(config, JointConfig):
         raise ConfigError(f'fusion.tracker is {config.tracker}: it does not say why; joint does')
     return cameras, config
-
-
-def _recorded_settings(
-    reader: BagReader, site: SiteConfig | None
-) -> tuple[tuple[str, ...], FusionConfig]:
-    said: dict[str, Any] = {}
-    if reader.count('/site'):
-        said = next(json.loads(message.data) for _, message, _ in reader.messages(['/site']))
-    if site is not None:
-        cameras = tuple(said.get('cameras', site.camera_names))
-        if site.camera_names != cameras:
-            raise ConfigError(
-                f'{reader.path} was made by the cameras {", ".join(cameras)}; '
-                f'the site has {", ".join(site.camera_names)}'
-            )
-        return site.camera_names, site.fusion
-    if 'fusion' not in said:
-        raise ConfigError(
-            f'{reader.path} does not say how fusion was set: name the site, for example '
-            '--site pitch5'
-        )
-    return tuple(said['cameras']), config_from(FUSION, of_chosen(FUSION, said['fusion']))
 
 
 def _first_tick_ns(reader: BagReader, cameras: tuple[str, ...], config: FusionConfig) -> int:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
-from mctrack_ros.fusion import FusionConfig, Joining, fusion_method, joined
+from mctrack_ros.config import ConfigError, config_from, of_chosen
+from mctrack_ros.fusion import FUSION, FusionConfig, Joining, fusion_method, joined
 from mctrack_ros.fusion.trackers import FusionMethod
 from mctrack_ros.interfaces import CameraRows, Events, Message, RowsTick, Stamped, Ticks
 from mctrack_ros.recording import BagError, BagReader
@@ -14,14 +17,21 @@ from mctrack_ros.replay.camera_source import CameraResult
 from mctrack_ros.replay.lockstep import Batches, in_order
 from mctrack_ros.replay.quality import LEFT_OUT
 from mctrack_ros.replay.stamps import Entry, judge
+from mctrack_ros.site.site import SiteConfig
 
 TICKS_TOPIC = '/ticks'
+SITE_TOPIC = '/site'
+EARLY_NS = 2_000_000_000
+"""So long before a run of fusion began the messages may have been logged that it was given."""
+ALWAYS = (None, None)
+Span = tuple[int | None, int | None]
+"""Log times from which and until before which something is read, ns; None: all."""
 Told = tuple[int, str, Mapping[str, Message]]
 """Log time, ns, camera and its messages of an image, by topic."""
 
 
 def recorded_ticks(
-    reader: BagReader, cameras: tuple[str, ...], config: FusionConfig
+    reader: BagReader, cameras: tuple[str, ...], config: FusionConfig, span: Span = ALWAYS
 ) -> Iterator[RowsTick[Any]]:
     """
     Yield what fusion was given, in order.
@@ -37,6 +47,8 @@ def recorded_ticks(
         Names in the site's order.
     config : FusionConfig
         Its period is used, and the kinds of message that its tracker takes.
+    span : (int or None, int or None)
+        When the ticks were logged, as `recorded_runs` says.
 
     Raises
     ------
@@ -56,11 +68,13 @@ def recorded_ticks(
             f'{reader.path} holds no {names} of {", ".join(cameras)}: track it first '
             f'(mctrack track), or record /<camera>/{kinds[0].TOPIC}'
         )
+    begin_ns, end_ns = span
+    early_ns = None if begin_ns is None else begin_ns - EARLY_NS
     parts = [
         (time_ns, camera, part)
         for camera in present
         for kind in kinds
-        for part, time_ns in reader.rows(f'/{camera}/{kind.TOPIC}', kind)
+        for part, time_ns in reader.rows(f'/{camera}/{kind.TOPIC}', kind, early_ns, end_ns)
     ]
     parts.sort(key=lambda part: part[0])
     joining = Joining(config)
@@ -70,10 +84,56 @@ def recorded_ticks(
         if (whole := joining.add(camera, part)) is not None
     ]
     if reader.count(TICKS_TOPIC):
-        records = [rows for rows, _ in reader.rows(TICKS_TOPIC, Ticks)]
+        records = [rows for rows, _ in reader.rows(TICKS_TOPIC, Ticks, *span)]
         yield from _admitted(records, messages, cameras, period_ns, reader, fusion_method(config))
     else:
         yield from _judged(messages, cameras, config)
+
+
+def recorded_settings(
+    reader: BagReader, site: SiteConfig | None
+) -> tuple[tuple[str, ...], FusionConfig]:
+    """
+    Return the cameras' names and how fusion was set: as a site says, else as the bag's ``/site``.
+
+    Raises
+    ------
+    ConfigError
+        If neither says it, or the site has other cameras than the bag.
+
+    """
+    said: Mapping[str, Any] = next((said for said, _ in recorded_runs(reader)), {})
+    if site is not None:
+        cameras = tuple(said.get('cameras', site.camera_names))
+        if site.camera_names != cameras:
+            raise ConfigError(
+                f'{reader.path} was made by the cameras {", ".join(cameras)}; '
+                f'the site has {", ".join(site.camera_names)}'
+            )
+        return site.camera_names, site.fusion
+    if 'fusion' not in said:
+        raise ConfigError(
+            f'{reader.path} does not say how fusion was set: name the site, for example '
+            '--site pitch5'
+        )
+    return settings_of(said)
+
+
+def settings_of(said: Mapping[str, Any]) -> tuple[tuple[str, ...], FusionConfig]:
+    """Return the cameras' names and how fusion was set, of what ``/site`` says."""
+    return tuple(said['cameras']), config_from(FUSION, of_chosen(FUSION, said['fusion']))
+
+
+def recorded_runs(reader: BagReader) -> list[tuple[Mapping[str, Any], Span]]:
+    """Return what ``/site`` says of each run of fusion, and when its ticks were logged."""
+    runs: list[tuple[int, Mapping[str, Any]]] = []
+    if reader.count(SITE_TOPIC):
+        for _, message, time_ns in reader.messages([SITE_TOPIC]):
+            said = json.loads(message.data)
+            if not runs or said.get('run') != runs[-1][1].get('run'):
+                runs.append((time_ns, said))
+    bounds = [None, *(time_ns for time_ns, _ in runs[1:]), None]
+    return [(said, span) for (_, said), span in zip(runs, pairwise(bounds))]
 
 
 def _judged(

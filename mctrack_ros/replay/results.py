@@ -6,11 +6,14 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+import yaml
+
 from mctrack_ros.interfaces import Message
-from mctrack_ros.recording import BagWriter, MotTextWriter, TrackTableWriter
+from mctrack_ros.recording import PARAMETERS, BagWriter, MotTextWriter, TrackTableWriter
 from mctrack_ros.recording.closing import Closing
 from mctrack_ros.replay.drive import TickOutput
 from mctrack_ros.replay.lockstep import Results, tick_ns
+from mctrack_ros.site.portable import portable_site
 from mctrack_ros.site.site import SiteConfig
 
 CANDIDATES_TOPIC = '/explanation/candidates'
@@ -41,6 +44,10 @@ class RunFiles(Closing):
                 opened.enter_context(kind(folder / name, period_ns, origin=site.origin))
                 for name, kind in (('tracks.txt', MotTextWriter), ('tracks.csv', TrackTableWriter))
             ]
+            if site.path:
+                self._bag.attach(portable_site(site.path), 'application/octet-stream')
+            parameters = yaml.safe_dump(site.values(), sort_keys=False)
+            self._bag.attach({PARAMETERS: parameters.encode()}, 'application/yaml')
             self._opened = opened.pop_all()
 
     def write(self, results: Results, ticked: TickOutput) -> None:

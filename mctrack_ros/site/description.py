@@ -18,13 +18,16 @@ def site_description(
     cameras: list[str],
     run: str,
     image_sizes: Mapping[str, tuple[int, int]],
+    first_id: int = 1,
+    made_by: Mapping[str, str] | None = None,
 ) -> str:
     """
     Return the JSON of `/site`: layout version, run, camera order, origin, codes, zones, settings.
 
     With the width and height of cameras' images, px, as far as known: over the size of a
     foreground mask they give its scale. Zones and lines are relative to the origin, as positions
-    on topics are; rows of events name them by index.
+    on topics are; rows of events name them by index. With the id of the first track that may
+    begin, and of a live run with the versions and the processor, so that it can be replayed.
     """
     return json.dumps(
         {
@@ -32,6 +35,8 @@ def site_description(
             'run': run,
             'cameras': cameras,
             'image_sizes': image_sizes,
+            'first_id': first_id,
+            'made_by': made_by or {},
             'origin': configuration['origin'],
             'codes': code_tables(),
             'zones': configuration.get('zones', []),

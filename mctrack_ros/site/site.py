@@ -30,7 +30,8 @@ from mctrack_ros.site.stated_origin import Origin, origin_from, origin_text
 from mctrack_ros.zones.files import BLOCKS, zones_from
 from mctrack_ros.zones.shapes import Zones
 
-_FILES = ('grid', 'calibration', 'extrinsics', 'mask', 'background', 'lines')
+FILES = ('grid', 'calibration', 'extrinsics', 'mask', 'background', 'lines')
+"""Parameters of a camera that name files."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,9 +119,9 @@ class SiteConfig:
         )
         return Views({name: camera.mapping() for name, camera in self.cameras.items()}, area)
 
-    def description(self, began_ns: int) -> str:
-        """Return what `/site` says of a run over a recording, by the stamp of its first tick."""
-        values = {
+    def values(self) -> dict[str, Any]:
+        """Return all settings as plain values, files by their bare names."""
+        return {
             'name': self.name,
             'ground_frame': self.ground_frame,
             'cameras': {name: _without_paths(camera) for name, camera in self.cameras.items()},
@@ -128,6 +129,10 @@ class SiteConfig:
             'origin': list(self.origin),
             'fusion': values_of(self.fusion),
         } | self.own_zones.configured()
+
+    def description(self, began_ns: int) -> str:
+        """Return what `/site` says of a run over a recording, by the stamp of its first tick."""
+        values = self.values()
         run = offline_run(values, began_ns)
         return site_description(values, list(self.cameras), run, self.image_sizes)
 
@@ -297,14 +302,14 @@ def _with_paths(camera: CameraSettings, directory: Path) -> CameraSettings:
     """Return the settings with their file names made absolute."""
     files: dict[str, Any] = {
         name: str((directory / getattr(camera, name)).resolve()) if getattr(camera, name) else ''
-        for name in _FILES
+        for name in FILES
     }
     return dataclasses.replace(camera, **files)
 
 
 def _without_paths(camera: CameraSettings) -> dict[str, Any]:
     """Return the settings with bare file names: the same on every machine."""
-    files = {name: Path(getattr(camera, name)).name for name in _FILES}
+    files = {name: Path(getattr(camera, name)).name for name in FILES}
     return values_of(camera) | files
 
 

@@ -7,6 +7,7 @@ import yaml
 from drawn_hall import PERIOD_NS, walkers, write_hall
 from mctrack_ros.interfaces import Belief, Detections, Tracks, TrackStatus
 from mctrack_ros.recording import BagReader
+from mctrack_ros.replay.proof.verify import Replay, verify_bag
 from mctrack_ros.replay.track import track_bag
 from mctrack_ros.site.site import load_site
 
@@ -92,3 +93,13 @@ def test_targets_start_where_the_bag_says_and_may_be_many(tmp_path):
     tracks = rows(tmp_path / 'out/bag', '/tracks', Tracks)
     assert [each.track_id.tolist() for each in tracks] == [[]] * 4 + [list(range(1, 50))] * 6
     np.testing.assert_allclose(tracks[4].position, place, atol=0.1)
+
+
+def test_a_replay_that_goes_on_from_a_state_gives_the_same_tracks(tracked):
+    bag, _, _ = tracked
+    first, state = verify_bag(bag, Replay(until_s=3.0))
+    second, _ = verify_bag(bag, Replay(state=state))
+    assert first.is_same
+    assert second.is_same
+    assert second.stored == second.digest
+    assert first.ticks + second.ticks == 150

@@ -9,6 +9,7 @@ from mctrack_ros.config import ConfigError
 from mctrack_ros.interfaces import Detections, Foreground, Likelihood, Tracks, TrackStatus
 from mctrack_ros.recording import BagReader
 from mctrack_ros.replay.drive import drive
+from mctrack_ros.replay.proof.verify import Replay, verify_bag
 from mctrack_ros.replay.recorded import recorded_ticks
 from mctrack_ros.replay.track import track_bag
 from mctrack_ros.site.site import load_site
@@ -116,3 +117,13 @@ def test_a_site_without_an_area_or_with_other_cameras_is_refused(tracked):
     path.write_text(yaml.safe_dump(content))
     with pytest.raises(ConfigError, match='takes detections and likelihood and foreground'):
         load_site(path)
+
+
+def test_a_replay_that_goes_on_from_a_state_gives_the_same_tracks(tracked):
+    bag, _, _ = tracked
+    first, state = verify_bag(bag, Replay(until_s=2.0))
+    second, _ = verify_bag(bag, Replay(state=state))
+    assert first.is_same
+    assert second.is_same
+    assert second.stored == second.digest
+    assert first.ticks + second.ticks == 100

@@ -16,6 +16,7 @@ from mctrack_ros.recording import BagError, BagReader, BagWriter
 from mctrack_ros.replay.camera_source import CameraSource
 from mctrack_ros.replay.drive import drive
 from mctrack_ros.replay.lockstep import camera_tasks
+from mctrack_ros.replay.proof.verify import Replay, verify_bag
 from mctrack_ros.replay.recorded import recorded_ticks
 from mctrack_ros.replay.track import track_bag
 from mctrack_ros.site.site import load_site
@@ -181,3 +182,13 @@ def test_cameras_that_tell_no_masks_are_refused(tracked):
     other.write_text(yaml.safe_dump(content))
     with pytest.raises(ConfigError, match='takes detections and foreground/compressed'):
         load_site(other)
+
+
+def test_a_replay_that_goes_on_from_a_state_gives_the_same_tracks(tracked):
+    bag, _, _ = tracked
+    first, state = verify_bag(bag, Replay(until_s=2.0))
+    second, _ = verify_bag(bag, Replay(state=state))
+    assert first.is_same
+    assert second.is_same
+    assert second.stored == second.digest
+    assert first.ticks + second.ticks == 100

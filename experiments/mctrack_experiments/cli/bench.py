@@ -148,6 +148,34 @@ def zones(
 
 
 @app.command()
+def replay(
+    bag: Path = typer.Option(
+        Path('bags/pitch5_detections'), help='Bag of the detections that are fused.'
+    ),
+    replays: int = typer.Option(100, min=1, help='How often, each time in another order.'),
+    json_file: Path | None = _JSON,
+) -> None:
+    """Replay a bag, its messages in any order of arrival: one hash; changed bits; speed."""
+    from mctrack_experiments.bench.replay import bench_replay
+
+    _tell(bench_replay(bag, replays), json_file)
+
+
+@app.command()
+def recording(
+    bag: Path = typer.Option(
+        Path('bags/pitch5_detections'), help='Bag of the detections that are played.'
+    ),
+    seconds: float = typer.Option(20.0, min=5.0, help='How long is played.'),
+    json_file: Path | None = _JSON,
+) -> None:
+    """Play five cameras with all outputs and record them: processor time, losses, spacing."""
+    from mctrack_experiments.bench.recording import bench_recording
+
+    _tell(bench_recording(bag, seconds), json_file)
+
+
+@app.command()
 def fusion(
     part: list[Part] = typer.Option([], help='Measure this alone; may be repeated.'),
     seeds: str | None = typer.Option(

@@ -18,6 +18,8 @@ from rosbags.typesys.store import Typestore
 _IDL_HEAD = re.compile('={80}\nIDL: .*\n')
 TYPES = get_typestore(Stores.ROS2_JAZZY)
 """The types that rosbags knows."""
+NO_HASH = f'RIHS00_{0:064}'
+"""Of a type whose hash nobody knows; readers want one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,11 @@ class TypeDefinition:
 
     text: str
     type_hash: str
+
+    @property
+    def encoding(self) -> str:
+        """How bags call the language of the text."""
+        return 'ros2idl' if _IDL_HEAD.match(self.text) else 'ros2msg'
 
 
 def known_definition(kind: str) -> TypeDefinition | None:

@@ -23,7 +23,8 @@ from mctrack_ros.recording.errors import BagError, CutBagWarning
 
 _SQLITE_MAGIC = b'SQLite format 3\0'
 _ZSTD_MAGIC = bytes.fromhex('28b52ffd')
-_STORAGES = ('.mcap', '.db3')
+STORAGES = ('.mcap', '.db3')
+"""Endings of the files of bags."""
 
 
 class Storage(Protocol):
@@ -114,7 +115,7 @@ def open_bag(path: Path, *, scanned: bool = False) -> list[Storage]:
 
 def is_bag(path: str | Path) -> bool:
     """Tell whether something is to be read as a bag: a folder, or a file of the name of one."""
-    return Path(path).is_dir() or (Path(path).suffix in _STORAGES and Path(path).is_file())
+    return Path(path).is_dir() or (Path(path).suffix in STORAGES and Path(path).is_file())
 
 
 def one_line(error: Exception) -> str:
@@ -124,7 +125,7 @@ def one_line(error: Exception) -> str:
 
 def _files_in(folder: Path) -> list[Path]:
     """Return the storage files of a folder in the order of their numbers."""
-    files = [file for file in folder.iterdir() if file.suffix in _STORAGES]
+    files = [file for file in folder.iterdir() if file.suffix in STORAGES]
     return sorted(files, key=lambda f: [int(n) for n in re.findall('[0-9]+', f.stem)[-1:]])
 
 
@@ -193,7 +194,7 @@ def _open_file(file: Path, scanned: bool) -> tuple[Storage, bool]:
     kind = McapScan if head.startswith(MAGIC) else SqliteScan if head == _SQLITE_MAGIC else None
     if kind is None:
         raise BagError(f'{file} {_what_else(head)}')
-    if file.suffix in _STORAGES and not scanned:
+    if file.suffix in STORAGES and not scanned:
         reader = Reader(file)
         with suppress(Exception):  # cut off, or of another profile: see below
             reader.open()

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import yaml
 from rosbags.interfaces import (
     Qos,
     QosDurability,
@@ -13,6 +14,7 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
+from rosbags.rosbag2.metadata import dump_qos_v9
 
 from mctrack_ros.interfaces import Candidates, Decisions, Events, Ticks
 
@@ -49,3 +51,8 @@ OF_ROWS: Mapping[type[Any], Qos] = dict.fromkeys(
     (Events, Ticks, Candidates, Decisions), reliable(100)
 )
 """What the nodes offer for clouds of rows."""
+
+
+def stated(offered: Sequence[Qos]) -> str:
+    """Return what publishers offer as the files of a bag state it."""
+    return yaml.safe_dump(dump_qos_v9(list(offered)), sort_keys=False).strip() if offered else ''

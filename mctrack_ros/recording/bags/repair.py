@@ -5,12 +5,16 @@ from __future__ import annotations
 import shutil
 import tempfile
 import warnings
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from mctrack_ros.recording.bags.bag import BagReader, BagWriter, check_place
+from mctrack_ros.recording.bags.attached import attachments
+from mctrack_ros.recording.bags.bag import BagReader
 from mctrack_ros.recording.bags.sqlite_scan import journal_of, merged
+from mctrack_ros.recording.bags.writer import BagWriter, check_place
 from mctrack_ros.recording.errors import BagError, CutBagWarning
+from mctrack_ros.recording.track_log.log import CHECKSUMS, SUMMARY, StoredLog
 
 
 def repair_bag(path: str | Path, out: str | Path, *, overwrite: bool = False) -> tuple[int, float]:
@@ -51,10 +55,11 @@ def repair_bag(path: str | Path, out: str | Path, *, overwrite: bool = False) ->
     with tempfile.TemporaryDirectory(prefix='mctrack_') as folder:
         source = _without_journals(path, Path(folder))
         with BagReader(source) as reader:
-            times, damage = _copy(reader, out, overwrite)
+            carried = attachments(source)
+            times, damage = _copy(reader, carried, out, overwrite)
         if damage and not _packs_messages(source):
             with suppress(BagError), BagReader(source, scanned=True) as reader:
-                times, damage = _copy(reader, out, overwrite=True)
+                times, damage = _copy(reader, carried, out, overwrite=True)
     if damage and not times:
         raise damage
     if damage:
@@ -62,10 +67,19 @@ def repair_bag(path: str | Path, out: str | Path, *, overwrite: bool = False) ->
     return len(times), (max(times) - min(times)) * 1e-9
 
 
-def _copy(reader: BagReader, out: Path, overwrite: bool) -> tuple[list[int], BagError | None]:
+def _copy(
+    reader: BagReader, carried: Mapping[str, bytes], out: Path, overwrite: bool
+) -> tuple[list[int], BagError | None]:
     """Write a bag into a new one, up to an error; return the messages' log times, ns."""
     times: list[int] = []
-    with BagWriter(out, overwrite=overwrite) as writer:
+    try:
+        made_by = StoredLog.of({SUMMARY: carried.get(SUMMARY, b'{}')}).made_by
+    except ValueError:
+        made_by = {}
+    with BagWriter(out, overwrite=overwrite, made_by=made_by) as writer:
+        for name, data in carried.items():
+            if name != SUMMARY and not name.startswith(CHECKSUMS):
+                writer.attach({name: data}, 'application/octet-stream')
         try:
             for item in reader.serialized():
                 writer.write_copy(reader, *item)

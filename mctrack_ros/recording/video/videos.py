@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mctrack_ros.codec import compressed_message, jpeg_from_image
-from mctrack_ros.recording.bags.bag import ROSBAGS_CLASSES, BagWriter
+from mctrack_ros.recording.bags.writer import ROSBAGS_CLASSES, BagWriter
 from mctrack_ros.recording.video.file import Video, VideoError, VideoReading, open_video
 
 __all__ = [

@@ -36,7 +36,7 @@ class NodeSpec:
         Name of the node.
     parameters : mapping
         Nested values.
-    restart, ends : bool
+    restart, ends, takes_keys : bool
         As in `Process`.
 
     """
@@ -46,6 +46,7 @@ class NodeSpec:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     restart: bool = True
     ends: bool = False
+    takes_keys: bool = False
 
     def write(self, directory: Path) -> Path:
         """Write the parameters as a ROS parameter file."""
@@ -63,7 +64,7 @@ class NodeSpec:
         module = f'mctrack_ros.ros.nodes.{self.executable}'
         # -P: the package that runs here, not one that lies in the current directory
         command = (sys.executable, '-P', '-m', module, *arguments)
-        return Process(self.name, command, self.restart, self.ends)
+        return Process(self.name, command, self.restart, self.ends, self.takes_keys)
 
 
 def truth_of(name: str, text: str) -> bool:
@@ -96,7 +97,7 @@ def stream_node(port: int, use_sim_time: bool = False, **parameters: Any) -> Nod
 
 def player_node(path: str | Path, **parameters: Any) -> NodeSpec:
     """Return the node that plays a bag; the graph ends with it."""
-    return NodeSpec('player', 'player', {'path': str(path)} | parameters, False, True)
+    return NodeSpec('player', 'player', {'path': str(path)} | parameters, False, True, True)
 
 
 def recorder_node(path: str | Path, topics: Sequence[str], **parameters: Any) -> NodeSpec:

@@ -8,6 +8,7 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import IO
 
@@ -42,6 +43,8 @@ class Process:
         Whether it is started again when it dies; one that is not may end with 0.
     ends : bool
         Whether everything stops when it ends.
+    takes_keys : bool
+        Whether its standard input is a pipe; see `Supervisor.press`.
 
     """
 
@@ -49,6 +52,7 @@ class Process:
     command: tuple[str, ...]
     restart: bool = True
     ends: bool = False
+    takes_keys: bool = False
 
 
 @dataclass(slots=True)
@@ -139,6 +143,14 @@ class Supervisor:
         """Return the last exit code of each process that ended, by name."""
         return {c.process.name: c.code for c in self._children if c.code is not None}
 
+    def press(self, key: str) -> None:
+        """Hand a key to the processes that take some."""
+        for child in self._children:
+            if child.running is not None and child.running.stdin is not None:
+                with suppress(OSError, ValueError):  # it has just ended
+                    child.running.stdin.write(key)
+                    child.running.stdin.flush()
+
     def stop_all(self) -> None:
         """End what runs, at last by force."""
         for number, patience_s in _PATIENCE_S:
@@ -159,7 +171,7 @@ class Supervisor:
         try:
             child.running = subprocess.Popen(
                 process.command,
-                stdin=subprocess.DEVNULL,
+                stdin=subprocess.PIPE if process.takes_keys else subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 text=True,

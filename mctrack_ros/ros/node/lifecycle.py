@@ -56,13 +56,30 @@ class GraphNode(LifecycleNode):
         except ValueError:
             self.destroy_node()
             raise
-        parameters.refuse_changes(self, self.CONFIG, lambda: self.config is not None)
+        parameters.refuse_changes(
+            self,
+            self.CONFIG,
+            lambda name: self.config is not None and not self.may_change(name),
+        )
+        self.add_post_set_parameters_callback(self._follow)
 
     def set_parameters_atomically(self, parameter_list: list[Any]) -> SetParametersResult:
         """Set parameters, as a service asks; those that are so already may be read-only."""
         if parameters.already_are(self, parameter_list):
             return SetParametersResult(successful=True)
         return super().set_parameters_atomically(parameter_list)
+
+    def _follow(self, changes: list[Any]) -> None:
+        for change in changes:
+            if self.config is not None and self.may_change(change.name):
+                self.changed(change.name, change.value)
+
+    def may_change(self, name: str) -> bool:
+        """Tell whether a parameter may change while the node is configured; few may."""
+        return False
+
+    def changed(self, name: str, value: Any) -> None:
+        """Follow a parameter that may change and has."""
 
     def open(self) -> None:
         """Build the core and the publishers from ``self.config``."""

@@ -64,9 +64,9 @@ def read(node: Node, kind: type[Config]) -> Config:
     return config_from(kind, nested({name: values[name] for name in _known(node, kind)}))
 
 
-def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[], bool]) -> None:
+def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[str], bool]) -> None:
     """
-    Let parameters change only while the node is not configured, and only to valid values.
+    Let parameters change only while they are not fixed, and only to valid values.
 
     When another method is named, its parameters are declared, with their defaults, in place of
     those of the one before.
@@ -77,7 +77,7 @@ def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[], bool]) -> No
         for change in changes:
             if change.name not in known:
                 continue
-            if fixed():
+            if fixed(change.name):
                 reason = f'{change.name} takes effect on configuration: clean the node up first'
                 return SetParametersResult(successful=False, reason=reason)
             try:

@@ -47,6 +47,7 @@ from mctrack_ros.interfaces import (
     RowsTick,
     Tracks,
 )
+from mctrack_ros.recording.track_log.provenance import provenance
 from mctrack_ros.ros.node.camera_agreement import (
     ClockAgreement,
     ClockJumps,
@@ -207,7 +208,9 @@ class FusionNode(GraphNode):
             'fusion': values_of(self.config.fusion),
         } | self.zones.configured()
         cameras, run = list(self.config.cameras), uuid.uuid4().hex
-        description = site_description(values, cameras, run, self.image_sizes)
+        description = site_description(
+            values, cameras, run, self.image_sizes, self.tracker.next_id, provenance()
+        )
         self.site.publish(String(data=description))
         for camera in self.config.cameras:
             heard = partial(self.on_events, camera)

@@ -8,6 +8,9 @@ import time
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
+from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecyclePublisher
@@ -20,9 +23,10 @@ from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.choice import Awaited, pattern
+from mctrack_ros.ros.topics.controls import Controls
 from mctrack_ros.ros.topics.definitions import definition_of
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class, starts_with_header
-from mctrack_ros.ros.topics.pacing import SECOND_NS, Pace, shifted
+from mctrack_ros.ros.topics.pacing import SECOND_NS, Due, Pace, Transport, shifted
 
 _ARRIVAL_S = 1.0
 _GLOBAL = ('/tf', '/tf_static', '/diagnostics', '/rosout', '/parameter_events')
@@ -38,7 +42,20 @@ class PlayerConfig:
     topics: tuple[str, ...] = parameter(
         ('.*',), 'regular expressions; a topic whose whole name matches one is played'
     )
-    rate: float = parameter(1.0, 'speed; 1: as recorded', minimum=0.001, maximum=1000.0)
+    exclude: str = parameter('', 'regular expression of topics that are not played')
+    remap: tuple[str, ...] = parameter(
+        ('',), 'topics that are played under another name, as /from:=/to; empty: none'
+    )
+    rate: float = parameter(
+        1.0, 'speed; 1: as recorded; may change while it plays', minimum=0.001, maximum=1000.0
+    )
+    paused: bool = parameter(False, 'begin paused')
+    burst: int = parameter(
+        1, 'messages that go at once on the service burst', minimum=1, maximum=1_000_000
+    )
+    position: float = parameter(
+        -1.0, 'set it while it plays to jump there; -1: nowhere [s]', minimum=-1.0
+    )
     start: float = parameter(0.0, 'where in the bag to begin [s]', minimum=0.0)
     duration: float = parameter(0.0, 'length to play; 0: all [s]', minimum=0.0)
     loop: bool = parameter(False, 'begin again at the end')
@@ -94,18 +111,22 @@ class Player(GraphNode):
         """Open the bag and create a publisher for every topic that is played."""
         if not self.config.path:
             raise ConfigError('path is empty: name the folder of the bag')
-        if self.config.restamp and self.config.rate != 1.0:
-            raise ConfigError(f'restamp needs the rate 1.0, got {self.config.rate}')
+        if self.config.restamp and (self.config.rate != 1.0 or self.config.paused):
+            raise ConfigError('restamp needs the rate 1.0, and cannot begin paused')
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter('always', CutBagWarning)
             self.bag = BagReader(self.config.path)
         for warning in caught:
             self.get_logger().warning(str(warning.message))
         wanted = [pattern(text) for text in self.config.topics]
+        excluded = pattern(self.config.exclude)
+        self.names = dict(_renamed(text) for text in self.config.remap if text)
         self.awaited = [Awaited.parsed(text) for text in self.config.wait_for if text]
         self.played: dict[str, Played] = {}
         for topic, kind in self.bag.topics.items():
-            if topic != '/clock' and any(one.fullmatch(topic) for one in wanted):
+            if topic == '/clock' or excluded.fullmatch(topic):
+                continue
+            if any(one.fullmatch(topic) for one in wanted):
                 self.add(topic, kind)
         if not self.played:
             raise BagError(
@@ -114,6 +135,8 @@ class Player(GraphNode):
         if not self.config.restamp:
             self.clock = self.publisher(Clock, '/clock', quality.reliable(10))
         self.ending = threading.Event()
+        self.transport = Transport(self.config.rate, self.config.paused)
+        self.controls = Controls(self, self.transport, self.config.burst, self.jump)
 
     def add(self, topic: str, kind: str) -> None:
         """Create the publisher of one topic, unless its type is not there as it was recorded."""
@@ -132,19 +155,39 @@ class Player(GraphNode):
 
     def name_of(self, topic: str) -> str:
         """Return where a topic is played: in the node's namespace, unless it is global."""
+        topic = self.names.get(topic, topic)
         inside = topic.startswith(f'{self.get_namespace().rstrip("/")}/')
         return topic if inside or topic in _GLOBAL else topic.lstrip('/')
 
     def start(self) -> None:
         """Begin to play."""
         self.ending.clear()
+        if not self.config.restamp:
+            self.controls.open()
         self.thread = threading.Thread(target=self.play, name='play')
         self.thread.start()
 
     def stop(self) -> None:
         """End in the middle."""
         self.ending.set()
+        self.transport.end()
         self.thread.join()
+        self.controls.close()
+
+    def may_change(self, name: str) -> bool:
+        """Tell whether a parameter may change while it plays: not if stamps are to seem new."""
+        return name in ('rate', 'position') and not self.config.restamp
+
+    def changed(self, name: str, value: Any) -> None:
+        """Follow a parameter that may change while it plays."""
+        if name == 'rate':
+            self.transport.set_rate(value)
+        elif value >= 0.0:
+            self.jump(value)
+
+    def jump(self, position_s: float) -> None:
+        """Go on at another place, s since the beginning of the bag."""
+        self.transport.jump(self.bag.begin_ns + round(position_s * 1e9))
 
     def close(self) -> None:
         """Close the bag."""
@@ -219,42 +262,62 @@ class Player(GraphNode):
             left_s = max(until - time.monotonic(), 0.0)
             played.publisher.wait_for_all_acked(Duration(seconds=left_s))
 
-    def messages(self) -> Iterator[tuple[str, bytes, int]]:
-        """Yield topic, serialised message and log time (ns) of the part that is played."""
-        first_ns: int | None = None
-        last_s = self.config.start + self.config.duration
-        for topic, _, data, time_ns in self.bag.serialized(list(self.played)):
-            first_ns = time_ns if first_ns is None else first_ns
-            since_s = (time_ns - first_ns) * 1e-9
-            if self.config.duration and since_s > last_s:
-                return
-            if since_s >= self.config.start:
+    def messages(self, from_ns: int) -> Iterator[tuple[str, bytes, int]]:
+        """
+        Yield topic, serialised message and log time (ns) from a time on.
+
+        Messages of equal times come in the order of their topics' names, those of one topic as
+        they were recorded.
+
+        """
+        until_ns = None
+        if self.config.duration:
+            until_ns = self.first_ns + round(self.config.duration * 1e9) + 1
+        stored = self.bag.serialized(list(self.played), from_ns, until_ns)
+        for time_ns, same in groupby(stored, key=itemgetter(3)):
+            for topic, _, data, _ in sorted(same, key=itemgetter(0)):
                 yield topic, data, time_ns
+
+    @property
+    def first_ns(self) -> int:
+        """Log time at which playing begins, ns."""
+        return self.bag.begin_ns + round(self.config.start * 1e9)
 
     def play_once(self) -> None:
         """Play the bag from its start, and say how well time was kept."""
+        from_ns: int | None = self.first_ns
+        self.worst_ns = self.count = 0
+        began_ns = time.monotonic_ns()
+        while from_ns is not None:
+            last_ns = self.play_from(from_ns)
+            from_ns = self.transport.taken_jump()
+        if not self.count:
+            raise BagError(f'{self.config.path} holds nothing after {self.config.start} s')
+        elapsed_ns = time.monotonic_ns() - began_ns
+        factor = (last_ns - self.first_ns) / max(elapsed_ns, 1)
+        self.get_logger().info(
+            f'played {self.count} messages: real-time factor {factor:.3f}, '
+            f'at most {self.worst_ns * 1e-6:.1f} ms behind'
+        )
+
+    def play_from(self, from_ns: int) -> int:
+        """Play from a time on, to the end or to a jump; return the log time of the last, ns."""
         pace: Pace | None = None
-        worst_ns = count = 0
-        for topic, data, time_ns in self.messages():
+        step_ns, last_ns = round(1e9 / self.config.clock_rate), from_ns
+        for topic, data, time_ns in self.messages(from_ns):
             if pace is None:
                 pace = self.pace_from(time_ns)
-            if not self.wait_until(pace, time_ns):
-                return
-            worst_ns = max(worst_ns, time.monotonic_ns() - pace.due_ns(time_ns))
+                self.transport.begin(pace)
+            if self.transport.wait(time_ns, step_ns, self.send_clock) is not Due.NOW:
+                return last_ns
+            self.worst_ns = max(self.worst_ns, self.transport.behind_ns(time_ns))
             played = self.played[topic]
             if self.config.restamp and played.stamped:
                 data = shifted(data, pace.shift_ns)
             self.send_clock(time_ns)
             played.publisher.publish(data)
-            count += 1
-        if pace is None:
-            raise BagError(f'{self.config.path} holds nothing after {self.config.start} s')
-        elapsed_ns = time.monotonic_ns() - pace.began_ns
-        factor = (time_ns - pace.first_ns) / max(elapsed_ns, 1)
-        self.get_logger().info(
-            f'played {count} messages: real-time factor {factor:.3f}, '
-            f'at most {worst_ns * 1e-6:.1f} ms behind'
-        )
+            self.count, last_ns = self.count + 1, time_ns
+        return last_ns
 
     def pace_from(self, first_ns: int) -> Pace:
         """
@@ -269,23 +332,20 @@ class Player(GraphNode):
             now_ns = self.get_clock().now().nanoseconds
             shift_ns = -((first_ns - now_ns) // SECOND_NS) * SECOND_NS
             began_ns += first_ns + shift_ns - now_ns
-        return Pace(first_ns, self.config.rate, began_ns, shift_ns)
-
-    def wait_until(self, pace: Pace, time_ns: int) -> bool:
-        """Sleep until a message is due, with `/clock` meanwhile; false: asked to end."""
-        step_ns = round(1e9 / self.config.clock_rate)
-        while not self.ending.is_set():
-            wait_ns = pace.due_ns(time_ns) - time.monotonic_ns()
-            if wait_ns <= 0:
-                return True
-            self.ending.wait(min(wait_ns, step_ns) * 1e-9)
-            self.send_clock(min(pace.bag_ns(time.monotonic_ns()), time_ns))
-        return False
+        return Pace(first_ns, self.transport.rate, began_ns, shift_ns)
 
     def send_clock(self, time_ns: int) -> None:
         """Say what time it is in the bag."""
         if not self.config.restamp:
             self.clock.publish(Clock(clock=header(RCLPY_CLASSES, time_ns, '').stamp))
+
+
+def _renamed(text: str) -> tuple[str, str]:
+    """Return both names of a topic that is played under another one."""
+    old, separator, new = text.partition(':=')
+    if not separator or not old.startswith('/') or not new:
+        raise ConfigError(f'remap has {text!r}, expected /from:=/to')
+    return old, new
 
 
 def main() -> int:

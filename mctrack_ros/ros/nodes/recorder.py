@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
@@ -12,8 +15,10 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
 from mctrack_ros.config import ConfigError, parameter
-from mctrack_ros.recording import BagError, BagWriter
+from mctrack_ros.recording import PARAMETERS, BagError, BagWriter, Storage
+from mctrack_ros.recording.track_log.log import RECORDING
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
+from mctrack_ros.ros.node.other_parameters import NodeParameters
 from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.topics.choice import EXPLANATIONS, pattern
 from mctrack_ros.ros.topics.definitions import definition_of
@@ -23,7 +28,10 @@ from mctrack_ros.ros.topics.raw_source import Drained, RawSource
 
 _LOOK_S = 0.2
 _DRAIN_S = 0.02
+_FLUSH_S = 0.5
+"""So much is lost at most when the process is killed, s."""
 _REPORT_S = 10.0
+_MB = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +48,22 @@ class RecorderConfig:
         '/(clock|rosout|parameter_events)|.*/(transition_event|debug_image)',
         'regular expression of topics that are not recorded',
     )
+    types: tuple[str, ...] = parameter(
+        ('.*',), 'regular expressions; of these message types alone a topic is recorded'
+    )
+    storage: str = parameter(
+        'mcap', 'mcap (in compressed chunks) or sqlite3', choices=('mcap', 'sqlite3')
+    )
+    split_mb: float = parameter(
+        0.0, 'size from which another file is begun; 0: none is [MB]', minimum=0.0
+    )
+    split_s: float = parameter(
+        0.0, 'time after which another file is begun; 0: none is [s]', minimum=0.0
+    )
+    min_free_mb: float = parameter(
+        500.0, 'free disk space with which recording stops; 0: it goes on [MB]', minimum=0.0
+    )
+    site: str = parameter('', 'site YAML that the bag carries with its calibrations; empty: none')
     explain: bool = parameter(
         False, 'also record the explanations of fusion, which it publishes only on demand'
     )
@@ -63,10 +87,26 @@ class Recorder(GraphNode):
         self.excluded = [pattern(self.config.exclude)]
         self.excluded += [] if self.config.explain else [EXPLANATIONS]
         self.sources: dict[str, RawSource] = {}
+        self.ended_sources: dict[str, RawSource] = {}
         self.left_out: dict[str, str] = {}
         self.messages = self.bytes = 0
-        self.writer = BagWriter(self.config.path, overwrite=self.config.overwrite)
+        self.of_types = [pattern(text) for text in self.config.types]
+        storage = Storage(
+            self.config.storage,
+            self.config.storage == 'mcap',
+            round(self.config.split_mb * _MB),
+            round(self.config.split_s * 1e9),
+        )
+        path = Path(self.config.path)
+        self.writer = BagWriter(path, overwrite=self.config.overwrite, storage=storage)
         self.writing = True
+        if self.config.site:
+            from mctrack_ros.site.portable import portable_site  # loads cameras' code
+
+            self.writer.attach(portable_site(self.config.site), 'application/octet-stream')
+        self.parameters = NodeParameters(self)
+        if self.lacks_room():
+            raise BagError(f'{path} has less than {self.config.min_free_mb:g} MB left')
 
     def start(self) -> None:
         """Look for topics, now and again."""
@@ -75,6 +115,7 @@ class Recorder(GraphNode):
         self.look()
         self.every(_DRAIN_S, self.drain)
         self.every(_LOOK_S, self.look)
+        self.every(_FLUSH_S, self.flush)
         self.every(_REPORT_S, self.report)
 
     def stop(self) -> None:
@@ -82,11 +123,43 @@ class Recorder(GraphNode):
         self.drain()
 
     def close(self) -> None:
-        """Finish the bag; after a failure too."""
-        if getattr(self, 'writing', False):
-            self.writing = False
-            self.writer.close()
-            self.report()
+        """Finish the bag; after a failure too. Lost messages are a failure."""
+        if not getattr(self, 'writing', False):
+            return
+        self.writing = False
+        counts = self.counts()
+        content = json.dumps(counts, indent=1).encode()
+        self.writer.attach({RECORDING: content}, 'application/json')
+        self.writer.close()
+        self.report()
+        lost = [f'{topic} {count["lost"]}' for topic, count in counts.items() if count['lost']]
+        if lost:
+            self.failure = f'messages were lost: {", ".join(lost)}'
+            self.get_logger().error(self.failure)
+
+    def counts(self) -> dict[str, dict[str, int]]:
+        """Return by topic how many messages came, and how many did not."""
+        return {
+            topic: {'received': source.received, 'lost': source.sequences.lost}
+            for topic, source in sorted((self.ended_sources | self.sources).items())
+        }
+
+    def flush(self) -> None:
+        """Put what came on the disk, while there is room."""
+        try:
+            self.writer.flush()
+        except OSError as error:
+            self.fail(f'{self.config.path}: {error}')
+            return
+        if self.lacks_room():
+            self.fail(f'less than {self.config.min_free_mb:g} MB are left on the disk: it stops')
+        content = self.parameters.news()
+        if content:
+            self.writer.attach({PARAMETERS: content}, 'application/yaml')
+
+    def lacks_room(self) -> bool:
+        """Tell whether the disk is nearly full."""
+        return shutil.disk_usage(self.config.path).free < self.config.min_free_mb * _MB
 
     def report(self) -> None:
         """Say how far it is, and what it leaves out."""
@@ -94,16 +167,21 @@ class Recorder(GraphNode):
             f'{self.config.path}: {self.messages} messages of {len(self.sources)} topics, '
             f'{self.bytes / 1e6:.1f} MB'
         )
+        lost = sum(count['lost'] for count in self.counts().values())
+        text += f', {lost} lost' if lost else ''
         if self.left_out:
             text += f'; {len(self.left_out)} left out: {", ".join(sorted(self.left_out))}'
         self.get_logger().info(text)
 
     def look(self) -> None:
         """Subscribe to what has appeared and fits; follow what its publishers offer."""
+        self.parameters.look()
         for topic, kinds in self.get_topic_names_and_types():
             if topic in self.left_out or any(each.fullmatch(topic) for each in self.excluded):
                 continue
-            if any(wanted.fullmatch(topic) for wanted in self.wanted):
+            if any(wanted.fullmatch(topic) for wanted in self.wanted) and any(
+                each.fullmatch(kind) for each in self.of_types for kind in kinds
+            ):
                 source = self.sources.get(topic)
                 count = self.count_publishers(topic)
                 if count and count != (len(source.offered) if source else 0):
@@ -149,6 +227,7 @@ class Recorder(GraphNode):
         """Record no more of a topic, and say so once."""
         source = self.sources.pop(topic, None)
         if source is not None:
+            self.ended_sources[topic] = source
             self.destroy_subscription(source.subscription)
         self.left_out[topic] = reason
         self.get_logger().warning(f'{topic} is not recorded: {reason}')

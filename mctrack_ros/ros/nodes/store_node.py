@@ -234,7 +234,7 @@ class StoreNode(GraphNode):
         arrived = []
         for topic, subscription in sources:
             while (taken := take(subscription)) is not None:
-                arrived.append((taken[1], topic, taken[0]))
+                arrived.append((taken.received_ns, topic, taken.data))
         for received_ns, topic, data in sorted(arrived, key=itemgetter(0)):
             self.held.append((topic, received_ns if now_ns is None else now_ns, data))
             if topic == SITE_TOPIC:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.subscription import Subscription
@@ -33,6 +33,37 @@ class Drained(CallbackGroup):
         """Nothing began."""
 
 
+class Sequences:
+    """
+    Tells by the numbers that publishers give their messages how many were lost.
+
+    Messages do not say which publisher of a topic they are of: a number is the next one of who
+    is nearest before it. What came before the first message is not counted.
+
+    Attributes
+    ----------
+    lost : int
+        Messages that did not come.
+
+    """
+
+    def __init__(self) -> None:
+        self.lost = 0
+        self._last: list[int] = []
+
+    def take(self, number: int, publishers: int) -> None:
+        """Note a message's number, 0: it has none; and how many publish now."""
+        if number <= 0:
+            return
+        before = [last for last in self._last if last < number]
+        if before and (max(before) == number - 1 or len(self._last) >= publishers):
+            self.lost += number - max(before) - 1
+            self._last.remove(max(before))
+        elif len(self._last) >= publishers:
+            self._last.remove(min(self._last))  # its publisher began again
+        self._last.append(number)
+
+
 @dataclass(slots=True)
 class RawSource:
     """
@@ -48,6 +79,10 @@ class RawSource:
         What its publishers offered when they were last looked at.
     subscription : Subscription
         What takes its messages.
+    sequences : Sequences
+        Which did not come.
+    received : int
+        How many came.
 
     """
 
@@ -56,14 +91,33 @@ class RawSource:
     definition: TypeDefinition
     offered: list[Qos]
     subscription: Subscription[Any]
+    sequences: Sequences = field(default_factory=Sequences)
+    received: int = 0
 
     def take(self) -> tuple[bytes, int] | None:
         """Return the next message, serialised, and when it arrived (ns); None: there is none."""
-        return take(self.subscription)
+        taken = take(self.subscription)
+        if taken is None:
+            return None
+        self.received += 1
+        self.sequences.take(taken.number, max(len(self.offered), 1))
+        return taken.data, taken.received_ns
 
 
-def take(subscription: Subscription[Any]) -> tuple[bytes, int] | None:
-    """Return the next message of a raw subscription and when it arrived (ns); None: none."""
+class Taken(NamedTuple):
+    """A message, serialised; when it arrived, ns; its publisher's number of it, 0: none."""
+
+    data: bytes
+    received_ns: int
+    number: int
+
+
+def take(subscription: Subscription[Any]) -> Taken | None:
+    """Return the next message of a raw subscription; None: there is none."""
     with subscription.handle:
         taken = subscription.handle.take_message(subscription.msg_type, True)
-    return None if taken is None else (taken[0], int(taken[1]['received_timestamp']))
+    if taken is None:
+        return None
+    data, info = taken
+    received_ns, number = info['received_timestamp'], info['publication_sequence_number']
+    return Taken(data, int(received_ns), number or 0)

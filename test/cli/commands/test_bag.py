@@ -1,11 +1,13 @@
 """`mctrack bag repair`, and commands on bags that break off, as a user runs them."""
 
+import json
 import random
 import re
 import shutil
 import sqlite3
 import warnings
 from contextlib import closing
+from pathlib import Path
 
 import pytest
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
@@ -13,10 +15,13 @@ from rosbags.typesys import Stores, get_typestore
 from typer.testing import CliRunner
 
 from mctrack_ros.cli.main import app
+from mctrack_ros.cli.sites import named_site
 from mctrack_ros.interfaces import Detections, Events
 from mctrack_ros.recording import BagReader, BagWriter
 from mctrack_ros.recording.bags.definitions import TypeDefinition
 from mctrack_ros.recording.bags.qos import reliable
+from mctrack_ros.replay.track import track_bag
+from rewritten_bag import flipped, part_of, rewritten
 
 
 @pytest.fixture
@@ -142,3 +147,42 @@ def test_a_bag_is_not_repaired_in_its_own_place(bag):
     result = CliRunner().invoke(app, ['bag', 'repair', str(bag), str(bag), '--overwrite'])
     assert 'choose another name' in str(result.exception)
     assert serialized(bag)
+
+
+def test_a_bag_is_described(bag):
+    result = CliRunner().invoke(app, ['bag', 'info', str(bag)])
+    assert result.exit_code == 0, result.exception
+    assert '800 messages, 3.990 s' in result.output
+    assert re.search('/cam1/detections +sensor_msgs/msg/PointCloud2 +399 +100.00', result.output)
+    said = json.loads(CliRunner().invoke(app, ['bag', 'info', str(bag), '--json']).output)
+    assert said['topics']['/odd'] | {'rate': 0} == {
+        'type': 'acme/msg/Gadget',
+        'messages': 1,
+        'rate': 0,
+        'lost': None,
+    }
+    assert said['attachments'].keys() == {'mctrack/track_log.json', 'mctrack/checksums/000000'}
+    assert said['made_by']['mctrack_ros']
+
+
+def test_a_replay_is_verified_and_gone_on_with(tmp_path):
+    folder = Path(__file__).resolve().parents[3] / 'bags/pitch5_detections'
+    bag = part_of(folder, tmp_path / 'bag', 1.0, 1.6)
+    out, state = str(tmp_path / 'out'), str(tmp_path / 'state')
+    track_bag(bag, out, named_site('pitch5'), processes=1)
+    said = CliRunner().invoke(
+        app, ['replay', out, '--verify', '--until', '0.2', '--save-state', state]
+    )
+    assert said.exit_code == 0, said.exception
+    assert said.output.startswith('same: 6 ticks')
+    said = CliRunner().invoke(app, ['replay', out, '--verify', '--from-state', state])
+    assert said.exit_code == 0, said.exception
+    assert re.match('same: 9 ticks, .* as stored; .* times real time', said.output)
+    wrong = rewritten(
+        tmp_path / 'out/bag',
+        tmp_path / 'wrong.mcap',
+        lambda topic, number, data: flipped(data, 'x', 0, 3) if topic == '/tracks' else data,
+    )
+    said = CliRunner().invoke(app, ['replay', str(wrong), '--verify'])
+    assert said.exit_code == 1
+    assert said.output.startswith('differs: tick 0 at 0.000 s, x of track')

@@ -6,9 +6,12 @@ import time
 import pytest
 from nav_msgs.msg import OccupancyGrid
 from rclpy.duration import Duration
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CompressedImage
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from mctrack_ros.codec import stamp_ns_of
 from mctrack_ros.recording import BagReader, BagWriter
@@ -207,3 +210,69 @@ def test_a_latched_map_reaches_who_comes_late(bench, tmp_path):
     late = bench.messages(OccupancyGrid, '/map', latched())
     bench.until(lambda: late)
     assert list(late[0].data) == [1, 2, 3]
+
+
+def words_bag(path, items):
+    """Write a bag of texts: topic, log time (ns), text."""
+    with BagWriter(path) as writer:
+        for topic, time_ns, text in items:
+            writer.write_text(topic, text, time_ns)
+    return path
+
+
+@pytest.mark.live
+def test_equal_stamps_come_in_the_order_of_topics_under_other_names_but_for_the_excluded(
+    bench, tmp_path
+):
+    items = [(f'/{topic}', time_ns, topic) for time_ns in (5, 7) for topic in 'dbca']
+    bag = words_bag(tmp_path / 'bag', items)
+    parameters = {
+        'path': str(bag),
+        'settle': 0.0,
+        'wait_for': ['/.* 1'],
+        'exclude': '/c',
+        'remap': ['/a:=/z'],
+    }
+    bench.open('--params-file', str(bench.parameter_file('player', parameters)))
+    heard = [bench.messages(String, f'/{topic}') for topic in 'zbcd']
+    player = bench.add(Player())
+    bench.until(lambda: player.finished)
+    bench.until(lambda: [len(each) for each in heard] == [2, 2, 0, 2])
+    assert [each[0] for each in player.messages(0)] == ['/a', '/b', '/d'] * 2
+
+
+@pytest.mark.live
+def test_a_player_is_paused_stepped_and_moved_by_services_parameters_and_keys(bench, tmp_path):
+    items = [('/words', index * 10**8, str(index)) for index in range(100)]
+    bag = words_bag(tmp_path / 'bag', items)
+    parameters = {'path': str(bag), 'settle': 0.0, 'paused': True, 'burst': 3, 'wait': 0.0}
+    bench.open('--params-file', str(bench.parameter_file('player', parameters)))
+    heard = bench.messages(String, '/words')
+    player = bench.add(Player())
+    bench.until(lambda: player.played['/words'].publisher.get_subscription_count() == 1)
+
+    def ask(name):
+        client = bench.observer.create_client(Trigger, f'/player/{name}')
+        bench.until(client.service_is_ready)
+        answer = client.call_async(Trigger.Request())
+        bench.until(answer.done)
+        assert answer.result().success
+
+    def said():
+        return [message.data for message in heard]
+
+    bench.until(lambda: player.count == 0 and player.thread.is_alive())
+    ask('play_next')
+    bench.until(lambda: said() == ['0'])
+    ask('burst')
+    bench.until(lambda: said() == ['0', '1', '2', '3'])
+    player.controls.press('n')
+    bench.until(lambda: len(heard) == 5)
+    assert player.set_parameters([Parameter('position', value=9.5)])[0].successful
+    assert player.set_parameters([Parameter('rate', value=100.0)])[0].successful
+    assert not player.set_parameters([Parameter('loop', value=True)])[0].successful
+    player.controls.press('+')
+    assert player.transport.rate == pytest.approx(110.0)
+    ask('toggle_paused')
+    bench.until(lambda: player.finished)
+    bench.until(lambda: said() == [str(index) for index in (*range(5), *range(95, 100))])

@@ -1,5 +1,6 @@
 """The recorder: nothing lost, and a finished bag whatever ends it."""
 
+import json
 import signal
 import subprocess
 import sys
@@ -17,10 +18,13 @@ from std_msgs.msg import String
 
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.interfaces import Detections
-from mctrack_ros.recording import BagReader
+from mctrack_ros.recording import PARAMETERS, BagReader, attachments
+from mctrack_ros.recording.track_log.log import RECORDING
+from mctrack_ros.replay.proof.verify import verify_bag
 from mctrack_ros.ros.nodes.recorder import Recorder
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.ros.topics.quality import latched, reliable
+from mctrack_ros.ros.topics.raw_source import Sequences
 
 pytestmark = pytest.mark.live
 
@@ -92,6 +96,8 @@ def test_a_bag_that_is_there_is_not_touched(bench, tmp_path, walker_bag):
 CRASHING = """
 import sys
 from mctrack_ros.ros.node.process import run
+from mctrack_ros.recording.track_log.log import RECORDING
+from mctrack_ros.replay.proof.verify import verify_bag
 from mctrack_ros.ros.nodes.recorder import Recorder
 
 class Crashing(Recorder):
@@ -223,3 +229,84 @@ def test_what_lies_in_a_namespace_is_recorded_and_played_into_another(bench, tmp
         bench.until(lambda said=said: said)
         assert said[0].data == '/hall/words'
         assert bench.exit_code(play) == 0
+
+
+@pytest.mark.parametrize(
+    ('numbers', 'publishers', 'lost'),
+    [
+        ([7, 8, 9], 1, 0),
+        ([7, 9, 12], 1, 3),
+        ([7, 8, 1, 2], 1, 0),
+        ([1, 1, 2, 2, 3, 3], 2, 0),
+        ([50, 1, 51, 3, 52, 4], 2, 1),
+        ([0, 0, 0], 1, 0),
+    ],
+)
+def test_numbers_of_messages_tell_what_was_lost(numbers, publishers, lost):
+    sequences = Sequences()
+    for number in numbers:
+        sequences.take(number, publishers)
+    assert sequences.lost == lost
+
+
+def test_what_was_lost_is_counted_and_a_failure(bench, tmp_path, capfd):
+    recorder = bench.make(Recorder, path=str(tmp_path / 'bag'), topics=['/d'], depth=10)
+    publisher = bench.publisher(PointCloud2, '/d')
+    publisher.publish(cloud(0))
+    bench.until(lambda: recorder.messages == 1)
+    for stamp_ns in range(1, 51):
+        publisher.publish(cloud(stamp_ns))
+    bench.until(lambda: publisher.wait_for_all_acked(Duration(seconds=0.1)))
+    bench.until(lambda: recorder.messages > 1)
+    recorder.trigger_shutdown()
+    count = json.loads(attachments(tmp_path / 'bag')[RECORDING])['/d']
+    assert count['received'] + count['lost'] == 51
+    assert count['lost'] > 0
+    assert recorder.failure == f'messages were lost: /d {count["lost"]}'
+
+
+def test_a_disk_that_gets_full_ends_the_recording_cleanly(bench, tmp_path):
+    recorder = bench.make(Recorder, path=str(tmp_path / 'bag'), topics=['/d'])
+    bench.publisher(PointCloud2, '/d').publish(cloud(1))
+    bench.until(lambda: recorder.messages == 1)
+    object.__setattr__(recorder.config, 'min_free_mb', 1e12)
+    bench.until(lambda: recorder.finished)
+    assert 'are left on the disk' in recorder.failure
+    recorder.trigger_shutdown()
+    assert len(recorded(tmp_path / 'bag')) == 1
+
+
+def test_a_recorded_graph_is_replayed_to_the_same_tracks(bench, tmp_path):
+    bag, sent = tmp_path / 'bag', 60
+    bench.open('--params-file', str(bench.parameter_file('recorder', {'path': str(bag)})))
+    recorder = bench.add(Recorder())
+    bench.spawn('fusion_node', cameras=['one', 'two'])
+    publishers = [bench.publisher(PointCloud2, f'/{name}/detections') for name in ('one', 'two')]
+    bench.until(lambda: all(each.get_subscription_count() == 2 for each in publishers))
+    begin_ns = 1_700_000_000 * 10**9
+    for index in range(sent):
+        for number, publisher in enumerate(publishers):
+            stamp_ns = begin_ns + index * 40_000_000 + number * 1_000_000
+            place = [[0.04 * index, 2.0, 0.0], [5.0, -0.02 * index, 0.0]]
+            rows = Detections.build(
+                stamp_ns, position=place, covariance=[[[0.01, 0.0], [0.0, 0.01]]] * 2
+            )
+            publisher.publish(cloud_from_rows(rows, RCLPY_CLASSES, 'map'))
+            bench.executor.spin_once(timeout_sec=0.01)
+    bench.until(lambda: '/ticks' in recorder.sources)
+    bench.until(lambda: recorder.sources['/ticks'].received >= sent // 2)
+    bench.until(lambda: b'/fusion_node' in (attached(recorder) or b''))
+    recorder.trigger_shutdown()
+    assert not recorder.failure
+    verdict, _ = verify_bag(bag)
+    assert verdict.is_same, verdict.line()
+    assert verdict.stored == verdict.digest
+    assert verdict.ticks >= sent // 2
+    assert verdict.compared == verdict.ticks
+    parameters = attachments(bag)[PARAMETERS].decode()
+    assert 'cameras:' in parameters
+
+
+def attached(recorder):
+    recorder.writer.flush()
+    return attachments(recorder.config.path).get(PARAMETERS)

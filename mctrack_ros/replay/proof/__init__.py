@@ -1,0 +1,1 @@
+"""A replay gives what was recorded: compared, and gone on with from the middle."""

@@ -1,0 +1,143 @@
+"""Services and keys by which a player is paused, stepped and moved."""
+
+from __future__ import annotations
+
+import os
+import sys
+import termios
+import threading
+import tty
+from collections.abc import Callable
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.service import Service
+from std_srvs.srv import Trigger
+
+from mctrack_ros.ros.topics.pacing import Transport
+
+KEYS = 'space: pause, n: next message, +: faster, -: slower'
+_FACTOR = 1.1
+"""By so much a key changes the speed, as in rosbag2."""
+
+
+class Controls:
+    """
+    Services of a player below its name, of rosbag2's types where they are installed.
+
+    Where they are not, `pause`, `resume`, `toggle_paused`, `play_next` and `burst` are
+    `std_srvs/Trigger`; speed and place are parameters of the node.
+
+    Parameters
+    ----------
+    node : Node
+        The player.
+    transport : Transport
+        What is set.
+    burst : int
+        Messages that go at once where the service does not say how many.
+    jump : callable
+        Goes to a time since the beginning of the bag, s.
+
+    """
+
+    def __init__(
+        self, node: Node, transport: Transport, burst: int, jump: Callable[[float], None]
+    ) -> None:
+        self._node, self._transport, self._burst, self._jump = node, transport, burst, jump
+        self._services: list[Service[Any, Any]] = []
+
+    def open(self) -> None:
+        """Offer the services, and listen to keys if the standard input is a pipe or a terminal."""
+        own, rosbag2 = self._transport, _rosbag2()
+        self._offer('pause', 'Pause', lambda _: own.pause(True))
+        self._offer('resume', 'Resume', lambda _: own.pause(False))
+        self._offer('toggle_paused', 'TogglePaused', lambda _: own.pause(not own.is_paused))
+        self._offer('play_next', 'PlayNext', lambda _: own.step(1))
+        self._offer('burst', 'Burst', self._on_burst)
+        if rosbag2 is not None:
+            self._offer('set_rate', 'SetRate', lambda request: own.set_rate(request.rate))
+            self._offer('seek', 'Seek', self._on_seek)
+        self._keys = _KeyInput()
+        threading.Thread(target=self._listen, name='keys', daemon=True).start()
+
+    def close(self) -> None:
+        """Offer nothing any more."""
+        if self._services:
+            self._keys.close()
+        for service in self._services:
+            self._node.destroy_service(service)
+        self._services.clear()
+
+    def _offer(self, name: str, kind: str, act: Callable[[Any], None]) -> None:
+        rosbag2 = _rosbag2()
+        of_kind = Trigger if rosbag2 is None else getattr(rosbag2, kind)
+
+        def answer(request: Any, response: Any) -> Any:
+            act(request)
+            for field in ('success', 'paused'):
+                if hasattr(response, field):
+                    setattr(response, field, field == 'success' or self._transport.is_paused)
+            return response
+
+        service = self._node.create_service(of_kind, f'~/{name}', answer)
+        self._services.append(service)
+
+    def _on_burst(self, request: Any) -> None:
+        self._transport.step(int(getattr(request, 'num_messages', 0)) or self._burst)
+
+    def _on_seek(self, request: Any) -> None:
+        self._jump(request.time.sec + request.time.nanosec * 1e-9)
+
+    def _listen(self) -> None:
+        """Follow keys until the input ends."""
+        while key := self._keys.next():
+            self.press(key)
+
+    def press(self, key: str) -> None:
+        """Do what a key means."""
+        own = self._transport
+        if key == ' ':
+            own.pause(not own.is_paused)
+        elif key == 'n':
+            own.step(1)
+        elif key in '+-':
+            own.set_rate(own.rate * (_FACTOR if key == '+' else 1 / _FACTOR))
+
+
+class _KeyInput:
+    """Single keys of the standard input: of a pipe, or of the terminal that this process has."""
+
+    def __init__(self) -> None:
+        self._modes: list[Any] | None = None
+        try:
+            self._number = sys.stdin.fileno()
+            if sys.stdin.isatty() and os.tcgetpgrp(self._number) == os.getpgrp():
+                self._modes = termios.tcgetattr(self._number)
+                tty.setcbreak(self._number)
+        except (OSError, ValueError, termios.error):
+            self._number = -1
+
+    def next(self) -> str:
+        """Return the next key; empty: there are no more."""
+        if self._number < 0 or (self._modes is None and os.isatty(self._number)):
+            return ''
+        try:
+            return os.read(self._number, 1).decode(errors='replace')
+        except OSError:
+            return ''
+
+    def close(self) -> None:
+        """Leave the terminal as it was."""
+        if self._modes is not None:
+            termios.tcsetattr(self._number, termios.TCSADRAIN, self._modes)
+
+
+def _rosbag2() -> ModuleType | None:
+    """Return the services of rosbag2, if they are installed."""
+    try:
+        return import_module('rosbag2_interfaces.srv')
+    except ImportError:
+        return None
