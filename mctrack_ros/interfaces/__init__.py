@@ -25,6 +25,7 @@ from mctrack_ros.interfaces.limits import (
     LARGEST_EXTENT,
     LARGEST_SPEED,
     LARGEST_VARIANCE,
+    PAUSE_NS,
     RESTART_NS,
 )
 from mctrack_ros.interfaces.rows import Column, Message, Rows, Stamped
@@ -39,6 +40,7 @@ __all__ = [
     'MAX_CAMERAS',
     'MEMBERS',
     'NO_CAMERA',
+    'PAUSE_NS',
     'REPORTED',
     'RESTART_NS',
     'TEMPLATE_SIZE',

@@ -9,5 +9,7 @@ LARGEST_SPEED = 1e3
 LARGEST_EXTENT = 100.0
 """Nobody is larger, m."""
 
+PAUSE_NS = 1_000_000_000
+"""Who is away for longer comes again; who is not seen for longer did not walk in between, ns."""
 RESTART_NS = 1_000_000_000
 """A stamp that lies before the last one by more than this begins time anew, ns."""

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.interfaces import REPORTED, RESTART_NS, EventCode, Events, Tracks
+from mctrack_ros.interfaces import PAUSE_NS, REPORTED, RESTART_NS, EventCode, Events, Tracks
 from mctrack_ros.zones.shapes import Zones
-from mctrack_ros.zones.sides import PAUSE_NS, Look, Sides
+from mctrack_ros.zones.sides import Look, Sides
 
 MEMORY_NS = 120_000_000_000
 """So long it is remembered where a track was last, should a correction join another to it, ns."""

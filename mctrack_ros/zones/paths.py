@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.interfaces import PAUSE_NS
 from mctrack_ros.zones.shapes import Line, Zone, Zones
-from mctrack_ros.zones.sides import PAUSE_NS, Look, Sides
+from mctrack_ros.zones.sides import Look, Sides
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -19,9 +19,6 @@ from mctrack_ros.zones.shapes import Point, Zones
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-PAUSE_NS = 1_000_000_000
-"""Who is away for longer comes again; who is not seen for longer did not walk in between, ns."""
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Look:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.interfaces import ClassCode, Tracks
+from mctrack_ros.interfaces import PAUSE_NS, ClassCode, Tracks
 from mctrack_ros.recording.tables.class_names import CLASS_NAMES
 from mctrack_ros.recording.tables.columns import TableError
 from mctrack_ros.recording.tracks.collected import (
@@ -29,8 +29,6 @@ from mctrack_ros.recording.tracks.collected import (
     instants_of,
 )
 
-PAUSE_NS = 1_000_000_000
-"""Who is away for longer comes again; who is not seen for longer did not walk in between."""
 _TIMES = {'type': 'Name', 'properties': {'name': 'urn:ogc:data:time:iso8601'}}
 
 

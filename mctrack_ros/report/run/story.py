@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground.coverage.coverage import Coverage, area_from
-from mctrack_ros.interfaces import Ticks
+from mctrack_ros.interfaces import PAUSE_NS, Ticks
 from mctrack_ros.recording import BagReader
 from mctrack_ros.recording.tables.columns import ABSOLUTE_NS
-from mctrack_ros.recording.tracks.moving_features import PAUSE_NS
 from mctrack_ros.report.dropped import COUNTS, drops_of
 from mctrack_ros.site.coverage import site_coverage
 from mctrack_ros.site.site import SiteConfig

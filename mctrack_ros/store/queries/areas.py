@@ -10,7 +10,7 @@ import shapely
 from numpy.typing import NDArray
 from sqlalchemy import select
 
-from mctrack_ros.interfaces import ZONE_EVENTS, EventCode
+from mctrack_ros.interfaces import PAUSE_NS, ZONE_EVENTS, EventCode
 from mctrack_ros.store.queries.results import Cell, Crossings, Event, Occupancy
 from mctrack_ros.store.queries.run import ALWAYS, Between, Run
 from mctrack_ros.store.rows import TrackRows
@@ -18,7 +18,6 @@ from mctrack_ros.store.schema import EVENTS
 from mctrack_ros.store.writer import EVENTS_TOPIC, events_of
 from mctrack_ros.zones.paths import NEVER_NS, Paths, passages, stays
 from mctrack_ros.zones.shapes import Line, Zone
-from mctrack_ros.zones.sides import PAUSE_NS
 
 Points = Sequence[tuple[float, float]]
 Ints = NDArray[np.int64]

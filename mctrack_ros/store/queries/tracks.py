@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from sqlalchemy import select
 
-from mctrack_ros.interfaces import ClassCode, TrackStatus
+from mctrack_ros.interfaces import PAUSE_NS, ClassCode, TrackStatus
 from mctrack_ros.store.blocks import ID
 from mctrack_ros.store.queries.results import Meeting, Place, TrackSummary, Visit
 from mctrack_ros.store.queries.run import ALWAYS, Between, Run
 from mctrack_ros.store.rows import SPAN_NS, TrackRows, load_journal
 from mctrack_ros.store.schema import TRACKS
-from mctrack_ros.zones.sides import PAUSE_NS
 
 Floats = NDArray[np.float64]
 
