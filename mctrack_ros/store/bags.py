@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Callable, Iterator
 from heapq import merge
 from operator import itemgetter
@@ -11,11 +12,12 @@ from typing import Any
 
 from sqlalchemy import Connection, select
 
-from mctrack_ros.codec import rows_from_cloud
+from mctrack_ros.codec import further_fields, rows_from_cloud
 from mctrack_ros.interfaces import Events, Tracks
 from mctrack_ros.recording import BagError, BagReader, BagWriter
 from mctrack_ros.recording.bags.site_topic import SITE_TOPIC
 from mctrack_ros.store.database import Database
+from mctrack_ros.store.errors import LeftOutWarning
 from mctrack_ros.store.rows import Stored, load_blocks
 from mctrack_ros.store.runs import NewRun, find_run
 from mctrack_ros.store.schema import DESCRIPTIONS, EVENT_MESSAGES, EVENTS
@@ -72,6 +74,11 @@ def store_bag(
     progress : callable
         Called with messages done and in all.
 
+    Warns
+    -----
+    LeftOutWarning
+        If messages have fields that the database does not keep.
+
     Raises
     ------
     BagError
@@ -83,6 +90,7 @@ def store_bag(
     with BagReader(bag) as reader:
         topics = [topic for topic, kind in reader.topics.items() if _is_stored(topic, kind)]
         total, new = sum(map(reader.count, topics)), run or run_of_bag(bag)
+        looked_at: set[str] = set()
         with TrajectoryWriter(database, new) as writer:
             for done, (topic, message, log_ns) in enumerate(reader.messages(topics), 1):
                 if topic != SITE_TOPIC and message.header.frame_id != new.frame_id:
@@ -90,6 +98,9 @@ def store_bag(
                         f'{bag}: {topic} is in the frame {message.header.frame_id}, '
                         f'the tracks are in {new.frame_id}'
                     )
+                if topic not in looked_at:
+                    looked_at.add(topic)
+                    _warn_of_further(message, topic)
                 if topic == SITE_TOPIC:
                     writer.write_description(message.data, log_ns)
                 elif topic == TRACKS_TOPIC:
@@ -141,6 +152,16 @@ def write_bag(
                 writer.write_rows(topic, message, found.frame_id, log_ns)
             count += 1
     return count
+
+
+def kind_of(topic: str) -> type[Tracks | Events]:
+    """Return what a topic of clouds holds, of those that are kept."""
+    return Tracks if topic == TRACKS_TOPIC else Events
+
+
+def _warn_of_further(message: Any, topic: str) -> None:
+    if topic != SITE_TOPIC and (further := further_fields(message, kind_of(topic))):
+        warnings.warn(f'{topic}: not stored: {", ".join(further)}', LeftOutWarning, stacklevel=3)
 
 
 def _is_stored(topic: str, kind: str) -> bool:

@@ -15,8 +15,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
 
+from mctrack_ros.codec import cloud_from_rows
 from mctrack_ros.interfaces import Tracks
-from mctrack_ros.recording import BagReader
+from mctrack_ros.recording import ROSBAGS_CLASSES, BagReader, BagWriter
+from mctrack_ros.recording.bags.definitions import TYPES
 from mctrack_ros.store import (
     Database,
     NewRun,
@@ -27,6 +29,7 @@ from mctrack_ros.store import (
     write_bag,
 )
 from mctrack_ros.store.blocks import pack, unpack
+from mctrack_ros.store.errors import LeftOutWarning
 from mctrack_ros.store.rows import load_blocks
 from mctrack_ros.store.schema import METADATA
 
@@ -201,6 +204,21 @@ def log_of(bag):
         for topic, _, data, time_ns in reader.serialized(topics):
             found.setdefault(topic, []).append((bytes(data), time_ns))
     return found
+
+
+def test_fields_that_are_not_kept_are_said_once(tmp_path):
+    with BagWriter(tmp_path / 'bag') as writer:
+        for k in range(3):
+            rows = people(BEGAN_NS + k * TICK_NS, {1: (k, 0)})
+            message = cloud_from_rows(rows, ROSBAGS_CLASSES, 'map')
+            message.fields.append(TYPES.types['sensor_msgs/msg/PointField']('mood', 0, 7, 1))
+            writer.write('/tracks', message, rows.stamp_ns)
+    with (
+        Database(tmp_path / 'tracks.db', create=True) as database,
+        pytest.warns(LeftOutWarning, match='/tracks: not stored: mood') as warned,
+    ):
+        store_bag(tmp_path / 'bag', database)
+    assert len(warned) == 1
 
 
 def test_a_bag_comes_back_byte_by_byte(database, tracked, tmp_path):

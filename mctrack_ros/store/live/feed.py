@@ -10,10 +10,10 @@ from typing import Any
 from sqlalchemy import select
 
 from mctrack_ros.codec import further_fields, rows_from_cloud
-from mctrack_ros.interfaces import RESTART_NS, Events, Tracks
+from mctrack_ros.interfaces import RESTART_NS, Tracks
 from mctrack_ros.recording.bags.definitions import TYPES
 from mctrack_ros.recording.bags.site_topic import SITE_TOPIC
-from mctrack_ros.store.bags import TRACKS_TOPIC
+from mctrack_ros.store.bags import kind_of
 from mctrack_ros.store.database import Database
 from mctrack_ros.store.live.spool import Record, Spool
 from mctrack_ros.store.runs import NewRun, find_progress, free_name
@@ -147,7 +147,7 @@ class Feed:
             self._writer.position = record.number
         if record.topic == SITE_TOPIC:
             return self._write_site(record)
-        kind: type[Tracks | Events] = Tracks if record.topic == TRACKS_TOPIC else Events
+        kind = kind_of(record.topic)
         try:
             message: Any = TYPES.deserialize_cdr(memoryview(record.data), _CLOUD)
             rows = rows_from_cloud(message, kind)

@@ -115,8 +115,8 @@ class Spool(Closing):
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._guard = _locked(folder)
-            self.source = _source(folder)
             paths = sorted(folder.glob('*.spool'))
+            self.source = _source(folder, is_new=not paths)
             self._files = [_File(path, int(path.stem), path.stat().st_size) for path in paths]
             self._next = self._read_ends()
         except (OSError, ValueError) as error:
@@ -180,7 +180,7 @@ class Spool(Closing):
 
     def read(self) -> list[Record]:
         """Return the next records, some hundreds; none: all are read. Latched ones come again."""
-        while True:
+        while not self._guard.closed:
             with self._lock:
                 if self._reading not in self._files:
                     self._reading = self._files[0] if self._files else None
@@ -202,6 +202,7 @@ class Spool(Closing):
                 self._reading, self._offset = following, 0
             if wanted or following is None:
                 return wanted
+        return []
 
     def free(self, number: int) -> None:
         """Forget records until one: they are in the database."""
@@ -365,15 +366,15 @@ def _locked(folder: Path) -> IO[str]:
     return guard
 
 
-def _source(folder: Path) -> str:
-    """Return the name of a spool, given to it once."""
+def _source(folder: Path, is_new: bool) -> str:
+    """Return the name of a spool; one without files counts from 1 and gets another."""
     path = folder / 'source.json'
-    try:
-        return str(json.loads(path.read_text(encoding='utf-8'))['source'])
-    except FileNotFoundError:
-        name = uuid.uuid4().hex
-    except (ValueError, LookupError, TypeError) as error:
-        raise ValueError(f'{path} holds no name of a spool: delete the folder') from error
+    if not is_new:
+        try:
+            return str(json.loads(path.read_text(encoding='utf-8'))['source'])
+        except (OSError, ValueError, LookupError, TypeError) as error:
+            raise ValueError(f'{path} holds no name of a spool: delete the folder') from error
+    name = uuid.uuid4().hex
     fresh = path.with_suffix('.new')
     fresh.write_text(json.dumps({'source': name}), encoding='utf-8')
     fresh.replace(path)

@@ -183,3 +183,13 @@ def test_one_process_at_a_time_has_a_spool(tmp_path):
         opened(tmp_path)
     spool.close()
     opened(tmp_path).close()
+
+
+def test_a_spool_whose_files_are_gone_is_another(tmp_path):
+    """It counts from 1: the database must not take what comes for what it has."""
+    spool = opened(tmp_path)
+    put(spool, 3)
+    spool.close()
+    for path in tmp_path.glob('*.spool'):
+        path.unlink()
+    assert opened(tmp_path).source != spool.source
