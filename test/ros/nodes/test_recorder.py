@@ -300,7 +300,6 @@ def test_a_recorded_graph_is_replayed_to_the_same_tracks(bench, tmp_path):
     assert not recorder.failure
     verdict, _ = verify_bag(bag)
     assert verdict.is_same, verdict.line()
-    assert verdict.stored == verdict.digest
     assert verdict.ticks >= sent // 2
     assert verdict.compared == verdict.ticks
     parameters = attachments(bag)[PARAMETERS].decode()
