@@ -7,7 +7,14 @@ from mctrack_ros.streams.frames import About, Assembler
 
 BEGAN_NS = 1_700_000_000_000_000_000
 PERIOD_NS = 40_000_000
-ABOUT = About('night & day', 'map', (389000.0, 5820000.0), 2 * PERIOD_NS)
+ABOUT = About('night & day', 'map', (389000.0, 5820000.0), 2 * PERIOD_NS, ('goal', 'ground/1'))
+SITE = {
+    'run': ABOUT.run,
+    'origin': ABOUT.origin,
+    'fusion': {'recognition': {'lost_time': ABOUT.lost_ns / 1e9}},
+    'zones': [{'index': n, 'name': name} for n, name in enumerate(ABOUT.zones, start=1)],
+}
+"""What `/site` says of it."""
 
 
 def stamp_ns(tick):
@@ -62,15 +69,17 @@ def story():
         events(5, absorbed, {'event': EventCode.EXIT, 'track_id': 2}),
     )
     parted = {'event': split, 'track_id': 9, 'old_id': 1, 'new_id': 9}
-    crossed = {'event': 10, 'track_id': 9, 'zone': 3}  # a code that is not known yet
-    yield tracks(6, [1, 9]), events(6, parted, crossed)
+    crossed = {'event': EventCode.CROSS_LEFT, 'track_id': 9, 'zone': 2}
+    emptied = {'event': EventCode.OCCUPANCY, 'zone': 1, 'old_id': 2, 'new_id': 0}
+    unknown = {'event': 99, 'track_id': 9, 'zone': 3}  # of a later version
+    yield tracks(6, [1, 9]), events(6, parted, crossed, emptied, unknown)
     yield tracks(7, [1, 9]), None
     yield tracks(8, []), None
 
 
-def frames_of(messages, lost_ns=ABOUT.lost_ns):
+def frames_of(messages):
     """Return the frames of messages."""
-    assembler = Assembler(lost_ns)
+    assembler = Assembler(ABOUT)
     frames = []
     for rows, told in messages:
         assembler.add_tracks(rows)

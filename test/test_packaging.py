@@ -20,6 +20,7 @@ FILES = ('setup.py', 'setup.cfg', 'package.xml', 'pyproject.toml')
 EXECUTABLES = {
     'camera_node',
     'coverage_node',
+    'stream_node',
     'fusion_node',
     'mctrack',
     'player',

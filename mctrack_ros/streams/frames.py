@@ -28,6 +28,8 @@ class About:
         Origin of the positions in the coordinates of the site's files, m.
     lost_ns : int
         For how long somebody who was lost may be found again under his id, ns.
+    zones : tuple of str
+        Names of the zones and lines, in the order of their indices, which begin at 1.
 
     """
 
@@ -35,6 +37,7 @@ class About:
     frame_id: str = 'map'
     origin: tuple[float, float] = (0.0, 0.0)
     lost_ns: int = 0
+    zones: tuple[str, ...] = ()
 
     @classmethod
     def of_site(cls, text: str, frame_id: str, run: str = '') -> Self:
@@ -51,8 +54,13 @@ class About:
             said: Mapping[str, Any] = json.loads(text)
             x, y = said['origin']
             lost_s = said['fusion'].get('recognition', {}).get('lost_time', 0.0)
-            named = run or str(said['run'])
-            return cls(named, frame_id, (float(x), float(y)), round(float(lost_s) * 1e9))
+            return cls(
+                run or str(said['run']),
+                frame_id,
+                (float(x), float(y)),
+                round(float(lost_s) * 1e9),
+                tuple(str(zone['name']) for zone in said.get('zones', ())),
+            )
         except (TypeError, KeyError, AttributeError, ValueError) as error:
             raise ValueError(f'/site holds no description of a site: {error!r}') from error
 
@@ -72,6 +80,8 @@ class Frame:
         Of the tick before.
     forgotten : tuple of int
         Ids that will not come back: their tracks ended, and nobody was found again under them.
+    zones : tuple of str
+        Names of the zones and lines, in the order of their indices, which begin at 1.
 
     """
 
@@ -79,6 +89,11 @@ class Frame:
     events: tuple[Events, ...]
     before: Tracks
     forgotten: tuple[int, ...] = ()
+    zones: tuple[str, ...] = ()
+
+    def zone_name(self, index: int) -> str:
+        """Return the name of a zone or line; empty: it is not known."""
+        return self.zones[index - 1] if 0 < index <= len(self.zones) else ''
 
     @property
     def stamp_ns(self) -> int:
@@ -92,13 +107,13 @@ class Assembler:
 
     Parameters
     ----------
-    lost_ns : int
-        For how long somebody who was lost may be found again, ns.
+    about : About
+        What they are of.
 
     """
 
-    def __init__(self, lost_ns: int = 0) -> None:
-        self.lost_ns = lost_ns
+    def __init__(self, about: About) -> None:
+        self.about = about
         self._before = Tracks.build(0)
         self._tracks: Tracks | None = None
         self._events: list[Events] = []
@@ -132,7 +147,7 @@ class Assembler:
         count = bisect_right(self._late, tracks.stamp_ns, key=lambda events: events.stamp_ns)
         events = (*self._late[:count], *self._events)
         del self._late[:count]
-        frame = Frame(tracks, events, self._before, self._forget(tracks, events))
+        frame = Frame(tracks, events, self._before, self._forget(tracks, events), self.about.zones)
         self._before, self._events = tracks, []
         return frame
 
@@ -145,7 +160,7 @@ class Assembler:
             return ()
         for track in tracks.track_id[tracks.status != TrackStatus.DELETED].tolist():
             self._ended.pop(track, None)
-        over_ns = tracks.stamp_ns - self.lost_ns
+        over_ns = tracks.stamp_ns - self.about.lost_ns
         over = [track for track, ended_ns in self._ended.items() if ended_ns <= over_ns]
         for track in over:
             del self._ended[track]

@@ -55,7 +55,7 @@ def bag_frames(bag: str | Path, about: About) -> Iterator[Frame]:
         If it cannot be read.
 
     """
-    assembler = Assembler(about.lost_ns)
+    assembler = Assembler(about)
     with BagReader(bag) as reader:
         topics = [topic for topic in (_TRACKS_TOPIC, EVENTS_TOPIC) if reader.count(topic)]
         for topic, message, _ in reader.messages(topics):
@@ -136,7 +136,7 @@ class RunFrames:
 
     def __init__(self, database: Connectable, about: About, after_ns: int = 0) -> None:
         self._database, self._run = database, about.run
-        self._assembler = Assembler(about.lost_ns)
+        self._assembler = Assembler(about)
         self._begin_ns = after_ns - about.lost_ns  # who was lost before may be forgotten now
         self._span: int | None = None
         self._last_ns = -1

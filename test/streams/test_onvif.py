@@ -127,12 +127,17 @@ def test_events_have_the_topics_of_the_event_broker(frames):
     told = [each for frame in frames for each in onvif.notifications(frame)]
     topics = [onvif.event_topic('hall', each) for each in told]
     assert topics[0] == 'hall/onvif-ej/RuleEngine/mct:Tracking/New/&ground'
-    assert topics[-1] == 'hall/onvif-ej/RuleEngine/mct:Tracking/Code10/&ground/zone3'
+    assert topics[-3:] == [
+        'hall/onvif-ej/RuleEngine/LineDetector/Crossed/&ground/ground1',
+        'hall/onvif-ej/RuleEngine/mct:Tracking/Occupancy/&ground/goal',
+        'hall/onvif-ej/RuleEngine/mct:Tracking/Code99/&ground/zone3',
+    ]
     assert not [topic for topic in topics if 'Correction' in topic]
-    values = json.loads(onvif.json_event(told[-1]))
-    assert values['UtcTime'] == '2023-11-14T22:13:20.240000Z'
-    assert values['Source'] == {'VideoSource': 'ground', 'Rule': 'zone3'}
-    assert values['Data']['ObjectId'] == 9
+    crossed, emptied, _ = (json.loads(onvif.json_event(each)) for each in told[-3:])
+    assert crossed['UtcTime'] == '2023-11-14T22:13:20.240000Z'
+    assert crossed['Source'] == {'VideoSource': 'ground', 'Rule': 'ground/1'}
+    assert (crossed['Data']['ObjectId'], crossed['Data']['Direction']) == (9, 'Left')
+    assert (emptied['Data']['Count'], emptied['Data'].get('ObjectId')) == (0, None)
 
 
 def test_json_holds_what_the_xml_does(frames):

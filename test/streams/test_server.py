@@ -13,6 +13,7 @@ from websockets.sync.client import connect as web_socket
 
 from mctrack_ros.store.errors import StoreError
 from mctrack_ros.streams.serve import connections
+from mctrack_ros.streams.serve import hub as hub_module
 from mctrack_ros.streams.serve.hub import MOST_WAITING
 from mctrack_ros.streams.serve.packing import KEY_FRAMES
 from stream_story import ABOUT, frames_of, stamp_ns, tracks
@@ -300,6 +301,26 @@ def test_who_reads_too_slowly_is_dropped_and_others_are_not(serve, request_text)
             while slow.recv(65536):  # what the kernel still had, then the end
                 pass
     assert listener.is_alive()
+
+
+def test_who_does_not_read_the_past_he_asked_for_is_dropped(serve, monkeypatch):
+    monkeypatch.setattr(hub_module, 'STUCK_S', 0.3)
+    hub, server = serve()
+    frames = walk(0, 400, people=40)
+    for frame in frames[:300]:
+        hub.publish(frame)
+    with opened(server, 4096) as slow:
+        slow.sendall(REQUESTS['http'].replace(b'.xml', b'.xml?since=0'))
+        until(lambda: hub.count == 1)
+        fresh = iter(frames[300:])
+
+        def publish_until_dropped():
+            hub.publish(next(fresh))
+            time.sleep(0.05)
+            return hub.dropped
+
+        until(publish_until_dropped)
+        until(lambda: hub.count == 0)
 
 
 def is_cut_off(connection):

@@ -5,13 +5,8 @@ import pytest
 from mctrack_ros.store import Database, NewRun, StoreError, TrajectoryWriter
 from mctrack_ros.streams.formats.profiles import all_profiles
 from mctrack_ros.streams.sources import Archive, RunFrames, about_run
-from stream_story import ABOUT, PERIOD_NS, frames_of, stamp_ns, story, tracks
+from stream_story import ABOUT, PERIOD_NS, SITE, frames_of, stamp_ns, story, tracks
 
-SITE = {
-    'run': ABOUT.run,
-    'origin': ABOUT.origin,
-    'fusion': {'recognition': {'lost_time': ABOUT.lost_ns / 1e9}},
-}
 TICKS = 800
 """Sixteen spans of two seconds."""
 

@@ -89,15 +89,21 @@ def test_numbers_are_those_of_the_tracks(frames):
 
 
 def test_an_event_whose_code_is_new_appears_by_its_number(frames):
-    split, crossed = trajectory.frame_values(frames[6])['events']
+    split, crossed, emptied, unknown = trajectory.frame_values(frames[6])['events']
     assert (split['code'], split['old'], split['new']) == ('split', 1, 9)
-    assert (crossed['code'], crossed['zone'], crossed['track']) == ('code_10', 3, 9)
+    assert (crossed['code'], crossed['zone_name'], crossed['track']) == (
+        'cross_left',
+        'ground/1',
+        9,
+    )
+    assert (emptied['code'], emptied['old'], emptied['new']) == ('occupancy', 2, 0)
+    assert (unknown['code'], unknown['zone'], unknown.get('zone_name')) == ('code_99', 3, None)
     (correction,) = trajectory.frame_values(frames[3])['corrections']
     assert (correction['old'], correction['new'], correction['probability']) == (3, 7, 0.9)
 
 
 def test_events_go_with_the_tick_of_their_stamp_or_the_next_one():
-    assembler = Assembler()
+    assembler = Assembler(About())
     assert assembler.finish() is None
     ahead, late = Events.build(20, event=[EventCode.NEW]), Events.build(10, event=[EventCode.EXIT])
     assembler.add_events(ahead)
@@ -112,7 +118,7 @@ def test_events_go_with_the_tick_of_their_stamp_or_the_next_one():
 
 
 def test_who_was_found_again_is_not_forgotten():
-    assembler = Assembler(lost_ns=20)
+    assembler = Assembler(About(lost_ns=20))
     seen = []
     for stamp in range(0, 80, 10):
         there = [5] if stamp in (30, 40) else []

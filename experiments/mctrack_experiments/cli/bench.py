@@ -93,7 +93,7 @@ def streams(
         Path('bags/pitch5_detections'), help='Bag of the detections whose tracks are streamed.'
     ),
     pairs: int = typer.Option(
-        12, min=0, help='How often fusion is measured with and without hostile readers.'
+        24, min=0, help='How often fusion is measured with and without hostile readers.'
     ),
     json_file: Path | None = _JSON,
 ) -> None:

@@ -84,7 +84,8 @@ class StreamNode(GraphNode):
         geo = GeoReference.read(config.geo)
         place = Place(config.host, config.port, stream_token(config.token_file), config.origins)
         self.tracks_health = StreamHealth()
-        self.about, self.assembler = About(), Assembler()
+        self.about = About()
+        self.assembler = Assembler(self.about)
         self.archive = Archive(config.database) if config.database else None
         history = partial(RunFrames, self.archive) if self.archive else None
         self.hub = Hub(all_profiles(geo), config.memory, config.readers, history)
@@ -160,7 +161,7 @@ class StreamNode(GraphNode):
     def describe(self, about: About) -> None:
         """Say what the frames are of."""
         self.about = about
-        self.assembler.lost_ns = about.lost_ns
+        self.assembler.about = about
         self.hub.describe(about)
 
     def refuse(self, reason: str) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 from mctrack_ros.interfaces import REPORTED, ClassCode, EventCode, Events, Tracks
 from mctrack_ros.streams.formats.geo import GeoReference
 from mctrack_ros.streams.formats.text import attribute, utc
-from mctrack_ros.streams.formats.trajectory import rounded
+from mctrack_ros.streams.formats.trajectory import event_name, rounded
 from mctrack_ros.streams.frames import Frame, groups_of
 
 VENDOR = 'urn:mctrack:onvif:1'
@@ -43,11 +43,8 @@ _TYPES = {
     int(ClassCode.BICYCLE): 'Bicycle',
     int(ClassCode.BALL): 'Ball',
 }
-_RULES = {
-    'CROSS': 'RuleEngine/LineDetector/Crossed',
-    'DWELL': 'RuleEngine/LoiteringDetector/ObjectIsLoitering',
-}
-"""Topics of ONVIF that mean the same as an event; the others get one of the vendor's."""
+_CROSSED = {EventCode.CROSS_LEFT: 'Left', EventCode.CROSS_RIGHT: 'Right'}
+_COUNTS = (EventCode.OCCUPANCY, EventCode.CROWDED)
 _DIALECT = 'http://www.onvif.org/ver10/tev/topicExpression/ConcreteSet'
 _DEGREES, _METRES = 8, 3
 """Decimals of longitudes and latitudes, 1 mm, and of positions."""
@@ -103,11 +100,10 @@ def onvif_frame(frame: Frame, geo: GeoReference | None = None) -> dict[str, Any]
 
 def notifications(frame: Frame) -> Iterator[Notification]:
     """Yield a frame's events; corrections are in its `ObjectTree`."""
-    names = {int(code): code.name for code in EventCode}
     for events in frame.events:
         for row, code in enumerate(events.event.tolist()):
             if code != EventCode.CORRECTION:
-                yield _notification(events, row, names.get(code, f'CODE_{code}'))
+                yield _notification(events, row, frame)
 
 
 def object_tree(frame: Frame) -> dict[str, Any]:
@@ -225,19 +221,27 @@ def _objects(
     return objects
 
 
-def _notification(events: Events, row: int, name: str) -> Notification:
-    vendor = f'RuleEngine/mct:Tracking/{"".join(part.title() for part in name.split("_"))}'
+def _notification(events: Events, row: int, frame: Frame) -> Notification:
+    code, zone = int(events.event[row]), int(events.zone[row])
     source: dict[str, Any] = {'VideoSource': PROFILE}
-    if events.zone[row]:
-        source['Rule'] = f'zone{events.zone[row]}'
-    data: dict[str, Any] = {'ObjectId': int(events.track_id[row])}
+    if zone:
+        source['Rule'] = frame.zone_name(zone) or f'zone{zone}'
+    data: dict[str, Any] = {}
+    if code in _COUNTS:
+        data['Count'] = int(events.new_id[row])
+    else:
+        data['ObjectId'] = int(events.track_id[row])
     others = events.others[row][events.others[row] > 0].tolist()
     if others:
         data['Others'] = ' '.join(map(str, others))
     if np.isfinite(events.position[row]).all():
         data['x'], data['y'], _ = rounded(events.position[row], _METRES)
     data['Likelihood'] = rounded(events.probability[row], 2)
-    return Notification(_RULES.get(name, vendor), events.stamp_ns, source, data)
+    if code in _CROSSED:
+        data['Direction'] = _CROSSED[EventCode(code)]
+    name = ''.join(word.title() for word in event_name(code).split('_'))
+    topic = 'LineDetector/Crossed' if code in _CROSSED else f'mct:Tracking/{name}'
+    return Notification(f'RuleEngine/{topic}', events.stamp_ns, source, data)
 
 
 def _notification_xml(notification: Notification) -> str:

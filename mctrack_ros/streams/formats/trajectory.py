@@ -52,7 +52,7 @@ def frame_values(frame: Frame) -> dict[str, Any]:
             if code == EventCode.CORRECTION:
                 values.setdefault('corrections', []).append(_correction(events, row))
             else:
-                values.setdefault('events', []).append(_event(events, row))
+                values.setdefault('events', []).append(_event(events, row, frame))
     return values
 
 
@@ -116,18 +116,18 @@ def _tracks(tracks: Tracks) -> Iterator[dict[str, Any]]:
         yield values
 
 
-def _event(events: Events, row: int) -> dict[str, Any]:
-    code = int(events.event[row])
+def _event(events: Events, row: int, frame: Frame) -> dict[str, Any]:
     values = {
-        'code': _EVENTS.get(code, f'code_{code}'),
+        'code': event_name(int(events.event[row])),
         'stamp_ns': events.stamp_ns,
         'track': int(events.track_id[row]),
         'others': events.others[row][events.others[row] > 0].tolist(),
-        'old': int(events.old_id[row]),
-        'new': int(events.new_id[row]),
         'zone': int(events.zone[row]),
+        'zone_name': frame.zone_name(int(events.zone[row])),
     }
-    values = {name: value for name, value in values.items() if value not in (0, [])}
+    values = {name: value for name, value in values.items() if value not in (0, [], '')}
+    if events.old_id[row] or events.new_id[row]:
+        values |= {'old': int(events.old_id[row]), 'new': int(events.new_id[row])}
     values['probability'] = rounded(events.probability[row], _SHARES)
     if events.camera[row] != NO_CAMERA:
         values['camera'] = int(events.camera[row])
@@ -143,6 +143,11 @@ def _correction(events: Events, row: int) -> dict[str, Any]:
         'new': int(events.new_id[row]),
         'probability': rounded(events.probability[row], _SHARES),
     }
+
+
+def event_name(code: int) -> str:
+    """Return the name of an event; one that is not known has its number."""
+    return _EVENTS.get(code, f'code_{code}')
 
 
 def rounded(values: NDArray[Any], decimals: int) -> Any:

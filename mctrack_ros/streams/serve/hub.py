@@ -18,6 +18,8 @@ from mctrack_ros.streams.serve.packing import Block, SharedPacker
 
 MOST_WAITING = 100
 """Frames that may wait for a reader; with more, 4 s at 25 Hz, he is dropped."""
+STUCK_S = 10.0
+"""So long one who asked for the past may take to read a frame of it, s."""
 UNKNOWN_S = 3.0
 """So long a reader waits to be told which run it is, s."""
 MOST_REMEMBERED = 20_000
@@ -66,6 +68,13 @@ class Reader:
     drop : callable
         Ends his connection at once, whatever he has not read.
 
+    Attributes
+    ----------
+    is_live, is_over : bool
+        Whether he is sent what comes; whether the stream ends.
+    began_s : float or None
+        Since when he is being sent a frame of the past, in the loop's time, s; None: he is not.
+
     """
 
     def __init__(self, profile: Profile, about: About, drop: Callable[[], None]) -> None:
@@ -73,17 +82,30 @@ class Reader:
         self._drop = drop
         self._waiting: deque[Block] = deque()
         self._news = asyncio.Event()
+        self._is_dropped = False
         self.is_live = self.is_over = False
+        self.began_s: float | None = None
 
     def offer(self, block: Block) -> None:
         """Let a block wait for him; if too many do, drop him."""
         if len(self._waiting) >= MOST_WAITING:
-            self.end()
-            self._waiting.clear()
-            self._drop()
+            self.drop()
             return
         self._waiting.append(block)
         self._news.set()
+
+    def drop_if_stuck(self, now_s: float) -> None:
+        """Drop him if he does not read of the past what he asked for."""
+        if self.began_s is not None and now_s - self.began_s > STUCK_S:
+            self.drop()
+
+    def drop(self) -> None:
+        """End his connection at once."""
+        self.end()
+        self._waiting.clear()
+        if not self._is_dropped:
+            self._is_dropped = True
+            self._drop()
 
     def end(self) -> None:
         """Let the stream end with what waits."""
@@ -230,31 +252,44 @@ class Hub:
 
     async def _past(self, reader: Reader, last_ns: int) -> AsyncIterator[Block]:
         """Yield what came after a stamp, ns, until the reader has all but what comes next."""
-        past: Past | None = None
+        past = self._history(reader.about, last_ns) if self._history else None
         exhausted_ns = -1
         while not reader.is_over:
             oldest_ns = self._memory[0].frame.stamp_ns if self._memory else _LATEST_NS
-            frames: Sequence[Frame] = ()
-            if self._history and last_ns < oldest_ns and oldest_ns != exhausted_ns:
-                past = past or self._history(reader.about, last_ns)
-                async with self._asking:
-                    try:
-                        frames = await asyncio.to_thread(past.next, last_ns, oldest_ns)
-                    except StoreError as error:
-                        self.trouble = str(error)
-                exhausted_ns = exhausted_ns if frames else oldest_ns
-                texts = [reader.profile.frame(frame).encode() for frame in frames]
-            if not frames:
+            found: list[tuple[int, bytes]] = []
+            if past and last_ns < oldest_ns and oldest_ns != exhausted_ns:
+                found = await self._stored(past, reader.profile, last_ns, oldest_ns)
+                exhausted_ns = exhausted_ns if found else oldest_ns
+            if not found:
                 start = bisect_right(self._memory, last_ns, key=lambda each: each.frame.stamp_ns)
                 entries = list(islice(self._memory, start, start + _AT_ONCE))
                 if not entries:
                     return
-                frames = [entry.frame for entry in entries]
-                texts = [entry.text(reader.profile) for entry in entries]
-            for text in texts:
+                found = [(each.frame.stamp_ns, each.text(reader.profile)) for each in entries]
+            for number, (_, text) in enumerate(found):
+                if number % _AT_ONCE == 0:
+                    await asyncio.sleep(0)
+                reader.began_s = asyncio.get_running_loop().time()
                 yield Block(text)
-            last_ns = frames[-1].stamp_ns
-            await asyncio.sleep(0)
+                reader.began_s = None
+            last_ns = found[-1][0]
+
+    async def _stored(
+        self, past: Past, profile: Profile, after_ns: int, before_ns: int
+    ) -> list[tuple[int, bytes]]:
+        """Return stamps and texts of the next frames of the past; none if there is trouble."""
+
+        def fetched() -> list[tuple[int, bytes]]:
+            frames = past.next(after_ns, before_ns)
+            return [(frame.stamp_ns, profile.frame(frame).encode()) for frame in frames]
+
+        async with self._asking:
+            try:
+                found = await asyncio.to_thread(fetched)
+                self.trouble = ''
+            except StoreError as error:
+                found, self.trouble = [], str(error)
+        return found
 
     def _publish(self, frame: Frame) -> None:
         memory = self._memory
@@ -262,9 +297,11 @@ class Hub:
             memory.clear()  # time begins anew
         while memory and memory[0].frame.stamp_ns < frame.stamp_ns - self._memory_ns:
             memory.popleft()
-        entry = Entry(frame)
+        entry, now_s = Entry(frame), asyncio.get_running_loop().time()
         memory.append(entry)
         for name, readers in self._readers.items():
+            for reader in list(readers):
+                reader.drop_if_stuck(now_s)
             live = [reader for reader in readers if reader.is_live]
             if not live:
                 self._packers[name].pause()

@@ -6,6 +6,7 @@ import asyncio
 import socket
 import threading
 from collections.abc import AsyncIterator, Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from starlette.applications import Starlette
@@ -154,11 +155,12 @@ class StreamServer(Closing):
 
         """
         while True:
-            connection, _ = await self.loop.sock_accept(self._socket)
-            if self.connections < self._most_connections:
-                await self.loop.connect_accepted_socket(self._connection, connection)
-            else:
-                connection.close()
+            with suppress(OSError):  # who has gone again, or there are no file descriptors
+                connection, _ = await self.loop.sock_accept(self._socket)
+                if self.connections < self._most_connections:
+                    await self.loop.connect_accepted_socket(self._connection, connection)
+                else:
+                    connection.close()
             await asyncio.sleep(_ACCEPT_S)
 
     def _connection(self) -> HttpConnection:

@@ -6,9 +6,7 @@ from typer.testing import CliRunner
 
 from mctrack_ros.cli.main import app
 from mctrack_ros.recording import BagWriter
-from stream_story import ABOUT, story
-
-SITE = {'run': ABOUT.run, 'origin': ABOUT.origin, 'fusion': {}}
+from stream_story import ABOUT, SITE, story
 
 
 def run(*arguments):

@@ -16,15 +16,9 @@ from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.ros.topics.quality import latched, reliable
 from mctrack_ros.store import Database, NewRun, TrajectoryWriter
 from mctrack_ros.streams.formats.profiles import all_profiles
-from stream_story import ABOUT, frames_of, stamp_ns, story
+from stream_story import ABOUT, SITE, frames_of, stamp_ns, story
 
 pytestmark = pytest.mark.live
-
-SITE = {
-    'run': ABOUT.run,
-    'origin': ABOUT.origin,
-    'fusion': {'recognition': {'lost_time': ABOUT.lost_ns / 1e9}},
-}
 
 
 class Fusion:

@@ -13,7 +13,7 @@ from mctrack_ros.evaluation.figures import Figures
 
 
 def bench_streams(
-    bag: Path, pairs: int = 12, tell: Callable[[str], None] = lambda line: None
+    bag: Path, pairs: int = 24, tell: Callable[[str], None] = lambda line: None
 ) -> Figures:
     """
     Measure streams.
@@ -43,7 +43,16 @@ def bench_streams(
             'pairs': f'{pairs} of {SEGMENT_S:g} s without and with them, in turn first',
             'latency': "from the last camera's message to /tracks, 5 cameras, 25 players; the "
             'interval of 95 % is resampled by pairs',
+            'priority': _priority(),
             'load': f'{os.getloadavg()[0]:.1f} processes wanted the CPUs in the last minute',
         },
         figures,
     )
+
+
+def _priority() -> str:
+    """Return how the scheduler weighs this session against others on the machine."""
+    try:
+        return Path('/proc/self/autogroup').read_text(encoding='ascii').split(' ', 1)[1].strip()
+    except (OSError, IndexError):
+        return 'as others'

@@ -55,7 +55,7 @@ def measure_sizes(tape: Sequence[Tracks]) -> dict[str, float]:
 
 
 def _frames(tape: Sequence[Tracks]) -> list[Frame]:
-    assembler, frames = Assembler(), []
+    assembler, frames = Assembler(About()), []
     for tick, tracks in enumerate(islice(cycle(tape), SECONDS * RATE_HZ)):
         assembler.add_tracks(tracks.at(_BEGAN_NS + tick * 1_000_000_000 // RATE_HZ))
         frame = assembler.finish()
