@@ -83,7 +83,7 @@ STAGES = {
         ('silhouettes', 'likelihood_grid', 'moving_camera'),
         ('event_tracker',),
         ('belief',),
-        ('trackers', 'boxes', 'overlay'),
+        ('trackers', 'boxes', 'overlay', 'mosaic'),
     ),
     'fusion': (
         ('config', 'columns', 'neighbours', 'views', 'association.solvers'),
