@@ -6,9 +6,9 @@ import json
 import re
 from collections.abc import Sequence
 
+from mctrack_ros.input_size import SITE
+
 SITE_TYPE = 'std_msgs/msg/String'
-LARGEST_SITE = 1 << 20
-"""Length of a description of a site that is read."""
 _PICTURES = re.compile(r'/\w*(Image|Video|Packet)\w*$')
 """Image, CompressedImage, DisparityImage, CompressedVideo, the packets of video transports."""
 
@@ -20,7 +20,7 @@ def are_pictures(kinds: Sequence[str]) -> bool:
 
 def is_private(description: str) -> bool:
     """Tell whether a site is private by what `/site` says; anything else says nothing."""
-    if len(description) > LARGEST_SITE:
+    if len(description) > SITE:
         return False
     try:
         said = json.loads(description)
