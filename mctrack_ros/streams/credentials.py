@@ -9,7 +9,7 @@ from mctrack_ros.config import ConfigError
 from mctrack_ros.input_size import check_size
 
 _LARGEST = 4096
-TOKEN_VARIABLE = 'MCTRACK_STREAM_TOKEN'
+TOKEN_VARIABLE = 'MCTRACK_STREAM_TOKEN'  # noqa: S105  its name
 USER_VARIABLE, PASSWORD_VARIABLE = 'MCTRACK_MQTT_USERNAME', 'MCTRACK_MQTT_PASSWORD'
 
 
