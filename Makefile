@@ -14,7 +14,7 @@ LOCK := $(BIN)/uv pip compile --universal --python-version 3.11 --generate-hashe
 	--no-header --no-emit-index-url --no-emit-find-links -q
 RESULTS := lab6p cmc wildtrack pets defaults terrace street cameras
 
-.PHONY: all demo test check unit quick jazzy readers same lock results reference clean help
+.PHONY: all demo test check unit quick jazzy readers audit same lock results reference clean help
 
 all: $(VENV)/.package ## install into .venv
 
@@ -42,6 +42,12 @@ jazzy: ## the tests on the versions of Ubuntu 24.04, which ROS 2 Jazzy is built 
 
 readers: .venv-readers/.requirements ## other people's readers, which the tests let read exported tracks
 
+audit: ## known vulnerabilities of the locked packages, from an advisory database in the network
+	$(PYTHON) -m venv .venv-audit
+	.venv-audit/bin/pip install -q --disable-pip-version-check 'pip-audit>=2.9,<3'
+	.venv-audit/bin/pip-audit --strict --require-hashes --disable-pip --timeout 5 \
+		--progress-spinner off -r requirements.lock
+
 results: all ## measure the real-data figures again; writes docs/results
 	for name in $(RESULTS); do \
 		$(BIN)/mctrack reproduce $$name --json docs/results/$$name.json || exit 1; done
@@ -64,7 +70,7 @@ lock: all ## resolve requirements.in and test/readers.in again
 	$(LOCK) test/readers.in -o test/readers.txt
 
 clean: ## remove what make made
-	rm -rf $(VENV) .venv-readers build out *.egg-info experiments/build experiments/*.egg-info
+	rm -rf $(VENV) .venv-readers .venv-audit build out *.egg-info experiments/build experiments/*.egg-info
 
 help: ## this list
 	@grep -E '^[a-z]+:.*##' Makefile | sed 's/:.*## /\t/'

@@ -15,11 +15,12 @@ ALLOWED = {
     'compiled': set(),
     'resources': set(),
     'processes': set(),
+    'input_size': set(),
     'site.names': {'config'},
     'site.description': {'interfaces'},
     'site.stated_origin': {'config'},
     'site.plan': {'config'},
-    'ground': {'interfaces', 'config', 'compiled'},
+    'ground': {'interfaces', 'config', 'compiled', 'input_size'},
     'zones': {'interfaces', 'config', 'ground'},
     'site.origin': {'config', 'ground', 'site.stated_origin', 'zones'},
     'tracking': {'interfaces', 'config', 'compiled', 'ground'},
@@ -32,6 +33,7 @@ ALLOWED['site.camera'] = ALLOWED['perception'] | {
     'site.origin',
     'site.stated_origin',
     'zones',
+    'input_size',
 }
 ALLOWED['site.site'] = ALLOWED['site.camera'] | {
     'site.names',
@@ -43,9 +45,9 @@ ALLOWED['site.site'] = ALLOWED['site.camera'] | {
 ALLOWED['site.choice'] = ALLOWED['site.site'] | {'site.site'}
 ALLOWED['site.coverage'] = ALLOWED['site.site'] | {'site.site'}
 ALLOWED['site.portable'] = ALLOWED['site.site'] | {'site.site'}
-ALLOWED['recording'] = {'interfaces', 'config', 'codec'}
+ALLOWED['recording'] = {'interfaces', 'config', 'codec', 'input_size'}
 ALLOWED['store'] = {'interfaces', 'codec', 'recording', 'zones'}
-ALLOWED['streams'] = ALLOWED['store'] | {'store', 'config'}
+ALLOWED['streams'] = ALLOWED['store'] | {'store', 'config', 'input_size'}
 ALLOWED['replay'] = ALLOWED['site.choice'] | {
     *('site.choice', 'site.portable'),
     *('codec', 'recording', 'processes'),
@@ -61,7 +63,7 @@ ALLOWED['evaluation'] = {
 ALLOWED['simulation'] = {'interfaces', 'codec', 'recording', 'ground'}
 ALLOWED['explain'] = ALLOWED['replay'] | {'replay'}
 ALLOWED['report'] = ALLOWED['explain'] | {'simulation', 'evaluation', 'site.coverage', 'store'}
-ALLOWED['ros'] = ALLOWED['report'] | {'resources', 'streams'}
+ALLOWED['ros'] = ALLOWED['report'] | {'resources', 'streams', 'input_size'}
 ALLOWED['web'] = ALLOWED['ros'] | {'ros', 'report'}
 ALLOWED['cli'] = ALLOWED['web'] | {'web', 'report', 'explain'}
 
@@ -83,7 +85,7 @@ STAGES = {
         ('silhouettes', 'likelihood_grid', 'moving_camera'),
         ('event_tracker',),
         ('belief',),
-        ('trackers', 'boxes', 'overlay'),
+        ('trackers', 'boxes', 'overlay', 'mosaic'),
     ),
     'fusion': (
         ('config', 'columns', 'neighbours', 'views', 'association.solvers'),

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from mctrack_ros.codec.messages import CodecError, MessageClasses, header, stamp_ns_of
 from mctrack_ros.interfaces import Column, Rows
 
+MOST_ROWS = 1 << 20
+"""Of a cloud: a camera's likelihoods are some ten thousand."""
 AnyRows = TypeVar('AnyRows', bound=Rows)
 
 _POINT_FIELD_TYPES = {'i1': 1, 'u1': 2, 'i2': 3, 'u2': 4, 'i4': 5, 'u4': 6, 'f4': 7, 'f8': 8}
@@ -183,6 +185,8 @@ def _packed_array(
             raise CodecError(f'field {field_name!r} of a cloud of {name} exceeds its point_step')
         offsets.append(int(field.offset))
     rows = int(message.height) * int(message.width)
+    if rows > MOST_ROWS:
+        raise CodecError(f'a cloud of {rows} {name}, expected at most {MOST_ROWS}')
     data = np.frombuffer(message.data, np.uint8)
     if data.size != rows * message.point_step:
         raise CodecError(

@@ -13,6 +13,7 @@ from defusedxml.ElementTree import fromstring as parse_guarded
 from lxml import etree
 
 from mctrack_ros.ground.errors import CalibrationError
+from mctrack_ros.input_size import SETTINGS, check_size
 
 SCHEMA = Path(__file__).with_name('calibration.xsd')
 _NO_NUMBER = re.compile(
@@ -33,6 +34,7 @@ def read_xml(path: str | Path, error: type[CalibrationError]) -> etree._Element:
         What to raise, with the file and, where there is one, the line.
 
     """
+    check_size(path, SETTINGS, error)
     try:
         content = Path(path).read_bytes()
         parse_guarded(content, forbid_dtd=True)

@@ -7,6 +7,8 @@ from typing import Any
 
 import yaml
 
+from mctrack_ros.input_size import SETTINGS, check_size
+
 LARGEST = 100_000
 """Values that a file may hold, what its aliases repeat counted again and again."""
 
@@ -44,6 +46,7 @@ def read_yaml_documents(path: str | Path, error: type[ValueError]) -> list[Any]:
         What to raise, with the file and the reason.
 
     """
+    check_size(path, SETTINGS, error)
     try:
         text = Path(path).read_text(encoding='utf-8')
         return _documents(text.partition('\n')[2] if text.startswith('%YAML:') else text)

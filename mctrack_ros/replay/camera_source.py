@@ -28,6 +28,7 @@ from mctrack_ros.perception import (
 )
 from mctrack_ros.perception.background.plate import spread_median
 from mctrack_ros.perception.image_state import is_blank
+from mctrack_ros.perception.mosaic import without_faces
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.recording import BagError, BagReader
@@ -61,11 +62,14 @@ class Debug:
         Where they go, in a folder for each camera.
     every_s : float
         Time between them, s.
+    blur : bool
+        Whether people in them are made unrecognisable.
 
     """
 
     folder: Path
     every_s: float
+    blur: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -301,9 +305,8 @@ class CameraSource:
             return
         self._next_debug_ns = stamp_ns + round(debug.every_s * SECOND_NS)
         groups, predicted = self._pipeline.groups(), self._pipeline.predicted_boxes()
-        drawn = self._overlay.draw(
-            self._image, output.detections, output.events, groups, predicted
-        )
+        image = without_faces(self._image, output, predicted) if debug.blur else self._image
+        drawn = self._overlay.draw(image, output.detections, output.events, groups, predicted)
         folder = debug.folder / self._task.camera
         folder.mkdir(parents=True, exist_ok=True)
         (folder / f'{stamp_ns}.jpg').write_bytes(jpeg_from_image(drawn))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from mctrack_ros.interfaces import Message
+from mctrack_ros.interfaces import Foreground, Message
 from mctrack_ros.recording import PARAMETERS, BagWriter, MotTextWriter, TrackTableWriter
 from mctrack_ros.recording.closing import Closing
 from mctrack_ros.replay.drive import TickOutput
@@ -23,6 +23,8 @@ DECISIONS_TOPIC = '/explanation/decisions'
 class RunFiles(Closing):
     """
     Write ``bag``, ``tracks.txt`` and ``tracks.csv``; text has the coordinates of the site's files.
+
+    The bag of a private site holds no masks, which show silhouettes.
 
     Parameters
     ----------
@@ -58,6 +60,8 @@ class RunFiles(Closing):
             self._is_empty = False
         now_ns = self._times.log_ns(stamp_ns, results[0].session)
         for topic, rows in _topics(results, ticked):
+            if self._site.private and isinstance(rows, Foreground):
+                continue
             self._bag.write_rows(topic, rows, self._site.ground_frame, now_ns)
         for text in self._texts:
             text.write(ticked.output.tracks)

@@ -160,7 +160,7 @@ def track_bag(
     explain : bool
         Whether the bag says why fusion decided as it did; all else stays the same.
     debug : Debug, optional
-        Where images with what is seen in them are written.
+        Where images with what is seen in them are written, people as the site's ``blur`` says.
     progress : callable
         Called with camera messages done and in all; videos only say about how many they hold.
 
@@ -172,13 +172,17 @@ def track_bag(
     Raises
     ------
     ReplayError
-        If recorded detections have another origin than the site.
+        If recorded detections have another origin than the site, or debug images are asked for
+        and the site is private.
 
     """
+    if debug and site.private:
+        raise ReplayError(f'the site {site.name} is private: no debug images are written')
     if isinstance(source, str | Path):
         source = Source(source)
     site, why = with_tracker(site) if _suits_all(source, site) else (site, '')
     given = _bag(source, site) if isinstance(source, Source) else _videos(source, site)
+    debug = debug and replace(debug, blur=site.blur)
     tasks = [replace(task, debug=debug) for task in given.tasks]
     summary = TrackSummary(given.seconds)
     bias: CameraBias | None = None

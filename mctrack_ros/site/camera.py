@@ -24,6 +24,7 @@ from mctrack_ros.ground import (
     read_grid,
 )
 from mctrack_ros.ground.yaml_files import read_yaml_file
+from mctrack_ros.input_size import IMAGE, check_size
 from mctrack_ros.perception import CAMERA, CameraConfig, CameraTracker, Given, open_camera
 from mctrack_ros.site.origin import check_near
 from mctrack_ros.site.stated_origin import origin_from
@@ -208,6 +209,7 @@ class CameraSettings:
         path = getattr(self, key)
         if not Path(path).is_file():
             raise ConfigError(f'{key} {path} does not exist')
+        check_size(path, IMAGE, ConfigError)
         image = cv2.imread(path, mode)
         if image is None:
             raise ConfigError(f'{key} {path} is no image that OpenCV reads')

@@ -25,12 +25,15 @@ def site_description(
     Return the JSON of `/site`: layout version, run, camera order, origin, codes, zones, settings.
 
     With the width and height of cameras' images, px, as far as known: over the size of a
-    foreground mask they give its scale. Zones and lines are relative to the origin, as positions
-    on topics are; rows of events name them by index. With the id of the first track that may
-    begin, and of a live run with the versions and the processor, so that it can be replayed.
+    foreground mask they give its scale. ``private`` stands in it if no picture may be recorded.
+    Zones and lines are relative to the origin, as positions on topics are; rows of events name
+    them by index. With the id of the first track that may begin, and of a live run with the
+    versions and the processor, so that it can be replayed.
     """
+    private = {'private': True} if configuration.get('private') else {}
     return json.dumps(
-        {
+        private
+        | {
             'layout_version': LAYOUT_VERSION,
             'run': run,
             'cameras': cameras,

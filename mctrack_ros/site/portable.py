@@ -21,7 +21,8 @@ def portable_site(path: str | Path) -> dict[str, bytes]:
     """
     Return a site YAML and the files that its cameras name, by the names of attachments.
 
-    Names of files in it are changed to where they lie beside it; what cannot be read is left out.
+    Names of files in it are changed to where they lie beside it; what cannot be read is left out,
+    and of a private site the backgrounds, which are pictures.
 
     Parameters
     ----------
@@ -40,6 +41,9 @@ def portable_site(path: str | Path) -> dict[str, bytes]:
     for name, camera in _mapping(content.get('cameras')).items():
         for key in FILES:
             named = camera.get(key) if isinstance(camera, dict) else None
+            if named and key == 'background' and content.get('private'):
+                del camera[key]
+                continue
             file = path.parent / str(named)
             if named and file.is_file():
                 inside = f'{name}/{key}{file.suffix}'

@@ -69,6 +69,10 @@ class SiteConfig:
         Whether it is a football pitch, its origin in a corner.
     floor_plan : FloorPlan or None
         An image of its floor.
+    private : bool
+        Whether no picture leaves the camera nodes or enters a bag.
+    blur : bool
+        Whether people in debug images are made unrecognisable.
 
     """
 
@@ -85,6 +89,8 @@ class SiteConfig:
     geo: str = ''
     is_pitch: bool = False
     floor_plan: FloorPlan | None = None
+    private: bool = False
+    blur: bool = True
 
     @property
     def camera_names(self) -> tuple[str, ...]:
@@ -128,7 +134,9 @@ class SiteConfig:
             'feedback_delay': self.feedback_delay,
             'origin': list(self.origin),
             'fusion': values_of(self.fusion),
-        } | self.own_zones.configured()
+            **self.own_zones.configured(),
+            **({'private': True} if self.private else {}),
+        }
 
     def description(self, began_ns: int) -> str:
         """Return what `/site` says of a run over a recording, by the stamp of its first tick."""
@@ -169,6 +177,10 @@ class SiteScalars:
         'what the map shows: pitch, or an image of the floor and the corners that it covers, for '
         'example floor.png 0,0,40,25 [m]',
     )
+    private: bool = parameter(
+        False, 'no picture leaves a camera node or enters a bag, and none is written for debugging'
+    )
+    blur: bool = parameter(True, 'make people in debug images unrecognisable')
     fusion: FusionConfig = FUSION.field()
 
 
@@ -198,8 +210,8 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     ----------
     content : object
         A mapping with ``name``, ``ground_frame``, ``feedback_delay``, ``area``, ``origin``,
-        ``plan``, ``fusion``, ``zones``, ``lines``, ``cameras`` and ``pipeline``, the
-        settings that all cameras share.
+        ``plan``, ``private``, ``blur``, ``fusion``, ``zones``, ``lines``, ``cameras`` and
+        ``pipeline``, the         settings that all cameras share.
     directory : Path
         What paths are relative to.
 
@@ -258,6 +270,8 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         geo=scalars.geo,
         is_pitch=scalars.plan == PITCH,
         floor_plan=floor_plan(scalars.plan, directory),
+        private=scalars.private,
+        blur=scalars.blur,
     )
 
 

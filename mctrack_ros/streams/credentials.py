@@ -6,8 +6,10 @@ import os
 from pathlib import Path
 
 from mctrack_ros.config import ConfigError
+from mctrack_ros.input_size import check_size
 
-TOKEN_VARIABLE = 'MCTRACK_STREAM_TOKEN'
+_LARGEST = 4096
+TOKEN_VARIABLE = 'MCTRACK_STREAM_TOKEN'  # noqa: S105  its name
 USER_VARIABLE, PASSWORD_VARIABLE = 'MCTRACK_MQTT_USERNAME', 'MCTRACK_MQTT_PASSWORD'
 
 
@@ -37,13 +39,28 @@ def mqtt_credentials(file: str) -> tuple[str, str | None]:
     user = os.environ.get(USER_VARIABLE, '')
     if user:
         return user, os.environ.get(PASSWORD_VARIABLE)
+    user, password = user_and_password(file)
+    return user, password or None
+
+
+def user_and_password(file: str) -> tuple[str, str]:
+    """
+    Return user name and password of a file, a line each; empty where there is none.
+
+    Raises
+    ------
+    ConfigError
+        If the file cannot be read.
+
+    """
     lines = [*_lines(file), '', '']
-    return lines[0], lines[1] or None
+    return lines[0], lines[1]
 
 
 def _lines(file: str) -> list[str]:
     if not file:
         return []
+    check_size(file, _LARGEST, ConfigError)
     try:
         return Path(file).read_text(encoding='utf-8').splitlines()
     except (OSError, UnicodeDecodeError) as error:

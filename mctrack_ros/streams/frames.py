@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from mctrack_ros.input_size import SITE
 from mctrack_ros.interfaces import EventCode, Events, Tracks, TrackStatus
 
 
@@ -50,6 +51,8 @@ class About:
             If it is no description of a site.
 
         """
+        if len(text) > SITE:
+            raise ValueError(f'/site holds {len(text)} characters, expected at most {SITE}')
         try:
             said: Mapping[str, Any] = json.loads(text)
             x, y = said['origin']

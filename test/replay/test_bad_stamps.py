@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -15,6 +16,7 @@ from mctrack_ros.cli.main import app
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.interfaces import REPORTED, Ticks, Tracks
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagReader, BagWriter
+from mctrack_ros.ros.topics.privacy import are_pictures, is_private
 
 START_NS = 1_700_000_000 * 10**9
 CAMERAS = ('cam1', 'cam2', 'cam3')
@@ -206,3 +208,21 @@ def test_debug_images_show_what_each_camera_sees(tmp_path):
         assert shown.shape == (settings.image_height, settings.image_width, 3)
         assert (np.abs(shown[..., 0] - shown[..., 1]) > 60).any()
     assert not [line for line in summary.notes if 'left out' in line]
+    with BagReader(tmp_path / 'out' / 'bag') as reader:
+        assert reader.count('/north/foreground/compressed')
+
+
+def test_of_a_private_site_no_picture_is_written(tmp_path):
+    bag, site = write_hall(tmp_path / 'hall')
+    content = yaml.safe_load(Path(site.path).read_text()) | {'private': True}
+    Path(site.path).write_text(yaml.safe_dump(content))
+    command = ['track', str(bag), '--out', str(tmp_path / 'out'), '--site', site.path]
+    command += ['--processes', '1']
+    refused = CliRunner().invoke(app, [*command, '--debug-images', str(tmp_path / 'seen')])
+    assert 'hall is private: no debug images are written' in str(refused.exception)
+    assert not (tmp_path / 'out').exists()
+    assert CliRunner().invoke(app, command).exit_code == 0
+    assert not (tmp_path / 'seen').exists()
+    with BagReader(tmp_path / 'out' / 'bag') as reader:
+        assert not [kind for kind in reader.topics.values() if are_pictures([kind])]
+        assert is_private(next(reader.messages(['/site']))[1].data)

@@ -51,7 +51,8 @@ def served(folder, *command, port=None):
         lines = iter(server.stdout.readline, '')
         address = next((line.split()[0] for line in lines if line.startswith('http')), None)
         assert address, 'the command ended without serving a page'
-        yield address
+        assert TOKEN not in address
+        yield f'{address}?token={TOKEN}'
     finally:
         server.terminate()
         assert server.wait(30) in (0, -15)

@@ -96,6 +96,9 @@ def record(
     explain: bool = typer.Option(
         False, '--explain', help='Also record the explanations of fusion.'
     ),
+    private: bool = typer.Option(
+        False, '--private', help='Record no pictures; nor are they if a private site runs.'
+    ),
     domain: int | None = _DOMAIN,
 ) -> None:
     """Record topics of the running graph into a bag until Ctrl-C; lost messages are a failure."""
@@ -113,6 +116,7 @@ def record(
         'min_free_mb': min_free_mb,
         'overwrite': overwrite,
         'explain': explain,
+        'private': private,
     }
     if exclude is not None:
         parameters['exclude'] = exclude

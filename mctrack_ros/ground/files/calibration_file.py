@@ -31,6 +31,7 @@ from mctrack_ros.ground.homography.projective import ProjectiveMapping
 from mctrack_ros.ground.mapping import GroundMapping
 from mctrack_ros.ground.plausible import check_plausible
 from mctrack_ros.ground.xml_files import read_xml
+from mctrack_ros.input_size import SETTINGS, check_size
 
 METRES = {'m': 1.0, 'cm': 0.01, 'mm': 0.001}
 """Units of length that calibration files may be in."""
@@ -229,6 +230,7 @@ def knows_its_error(mapping: GroundMapping) -> bool:
 
 def _start(path: str | Path) -> bytes:
     """Return the bytes of a file from its first character on."""
+    check_size(path, SETTINGS, CalibrationError)
     try:
         return Path(path).read_bytes().lstrip(b'\xef\xbb\xbf \t\r\n')
     except OSError as error:

@@ -18,6 +18,7 @@ from mctrack_ros.ground.files.keyed.camera import camera_of
 from mctrack_ros.ground.files.keyed.keys import meaning_of
 from mctrack_ros.ground.files.keyed.pose import pose_in
 from mctrack_ros.ground.yaml_files import read_yaml_documents
+from mctrack_ros.input_size import SETTINGS, check_size
 
 _INFO = ('width', 'height', 'distortion_model', 'd', 'k', 'binning_x', 'binning_y')
 _REGION = ('x_offset', 'y_offset', 'width', 'height')
@@ -119,6 +120,7 @@ def _is_cut(value: Any) -> bool:
 
 def _tf2_echo(path: str | Path) -> list[Any]:
     """Return what `tf2_echo` printed, if the file holds that."""
+    check_size(path, SETTINGS, CalibrationError)
     try:
         content = Path(path).read_bytes()
     except OSError as error:

@@ -48,6 +48,8 @@ _UNPACKERS: dict[str, Callable[[], Any]] = {
     'zstd': zstd.ZstdDecompressor,
 }
 _PIECE = 1 << 16
+_LARGEST_CHUNK = 1 << 30
+"""Unpacked, bytes: one that goes on is taken for damaged there."""
 _NO_CHUNK = -1
 _INDEX_ENTRY = 16
 _CHUNKS_KEPT = 4
@@ -234,8 +236,11 @@ def _unpacked(packed: bytes, method: str) -> bytes:
         raise BagError(f'chunks are packed by {method!r}, expected lz4 or zstd')
     unpacker, data = _UNPACKERS[method](), bytearray()
     for start in range(0, len(packed), _PIECE):
+        if len(data) > _LARGEST_CHUNK:
+            break
         try:
-            data += unpacker.decompress(packed[start : start + _PIECE])
+            piece = packed[start : start + _PIECE]
+            data += unpacker.decompress(piece, _LARGEST_CHUNK + 1 - len(data))
         except (RuntimeError, EOFError, zstd.ZstdError):
             break
     return bytes(data)

@@ -85,7 +85,8 @@ class SqliteFile:
 
     def _insert(self, table: str, *values: object) -> None:
         places = ', '.join('?' * len(values))
-        self._do(self._database.execute, f'INSERT INTO {table} VALUES (NULL, {places})', values)
+        query = f'INSERT INTO {table} VALUES (NULL, {places})'  # noqa: S608  names are its own
+        self._do(self._database.execute, query, values)
 
     def _do(self, call: object, *arguments: object) -> None:
         """Call SQLite; what fails is an error of the system."""

@@ -26,6 +26,7 @@ _HEADER = struct.Struct('>16xH6xII60xI')
 _JOURNALS = ('-wal', '-journal')
 _FORMATS = {'ros2msg': MessageDefinitionFormat.MSG, 'ros2idl': MessageDefinitionFormat.IDL}
 _ROWS = 'SELECT id, topic_id, timestamp, data FROM messages WHERE id >= ? ORDER BY id'
+_IS_THERE = 'SELECT 1 FROM sqlite_master WHERE name = ?'
 _NO_DEFINITION = MessageDefinition(MessageDefinitionFormat.NONE, '')
 
 
@@ -121,7 +122,7 @@ class SqliteScan(Scan):
 
     def _topics(self) -> list[Connection]:
         definitions: dict[str, MessageDefinition] = {}
-        for row in self._rows('message_definitions'):
+        for row in self._rows('SELECT * FROM message_definitions'):
             kind = _FORMATS.get(row['encoding'], MessageDefinitionFormat.NONE)
             text = row['encoded_message_definition']
             definitions[row['topic_type']] = MessageDefinition(kind, text)
@@ -136,17 +137,18 @@ class SqliteScan(Scan):
                 ConnectionExtRosbag2('cdr', parse_qos(row.get('offered_qos_profiles', ''))),
                 self,
             )
-            for row in self._rows('topics')
+            for row in self._rows('SELECT * FROM topics')
             if row['serialization_format'] == 'cdr'
         ]
 
-    def _rows(self, table: str) -> list[dict[str, Any]]:
-        """Return the rows of a table by the names of its columns; none if it is not there."""
-        columns = [row[1] for row in self._database.execute(f'PRAGMA table_info({table})')]
-        if not columns:
+    def _rows(self, query: str) -> list[dict[str, Any]]:
+        """Return all of a table by the names of its columns; none if it is not there."""
+        table = query.split()[-1]
+        if not self._database.execute(_IS_THERE, (table,)).fetchone():
             return []
-        rows = self._database.execute(f'SELECT {", ".join(columns)} FROM {table}')
-        return [dict(zip(columns, row)) for row in rows]
+        found = self._database.execute(query)
+        columns = [column[0] for column in found.description]
+        return [dict(zip(columns, row)) for row in found]
 
 
 def is_short(file: Path) -> bool:

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.input_size import TABLE, check_size
+
 Floats = NDArray[np.float64]
 Spellings = Mapping[str, tuple[str, ...]]
 
@@ -39,6 +41,7 @@ class TableError(ValueError):
 
 def read_lines(path: str | Path) -> list[str]:
     """Return the lines of a text file; what cannot be read is a `TableError`."""
+    check_size(path, TABLE, TableError)
     try:
         return Path(path).read_text(encoding='utf-8-sig').splitlines()
     except (OSError, UnicodeDecodeError) as error:

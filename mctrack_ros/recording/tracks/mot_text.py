@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.input_size import TABLE, check_size
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording.tracks.track_writer import TrackWriter
 
@@ -88,6 +89,7 @@ def mot_text_place(path: str | Path) -> tuple[float, float] | None:
 
 def _rows(path: str | Path) -> Iterator[list[float]]:
     """Yield the numbers of the lines."""
+    check_size(path, TABLE, MotTextError)
     try:
         lines = Path(path).read_text().splitlines()
     except (OSError, UnicodeDecodeError) as error:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.input_size import TABLE, check_size
 from mctrack_ros.interfaces import PAUSE_NS, ClassCode, Tracks
 from mctrack_ros.recording.tables.class_names import CLASS_NAMES
 from mctrack_ros.recording.tables.columns import TableError
@@ -105,6 +106,7 @@ def read_moving_features(path: str | Path, layout: Layout) -> list[Tracks]:
         If the file holds no moving features; says why.
 
     """
+    check_size(path, TABLE, TableError)
     try:
         content = json.loads(Path(path).read_text(encoding='utf-8'))
         features = [content] if content['type'] == 'Feature' else content['features']

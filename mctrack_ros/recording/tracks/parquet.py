@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mctrack_ros.input_size import TABLE, check_size
 from mctrack_ros.interfaces import REPORTED, ClassCode, Tracks, TrackStatus
 from mctrack_ros.recording.closing import Closing
 from mctrack_ros.recording.tables.columns import TableError
@@ -103,6 +104,7 @@ def read_parquet(path: str | Path, layout: Layout) -> list[Tracks]:
 
     """
     arrow, parquet = pyarrow_for(path)
+    check_size(path, TABLE, TableError)
     try:
         table = parquet.read_table(path)
         given = {

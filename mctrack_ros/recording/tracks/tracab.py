@@ -15,6 +15,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from mctrack_ros.input_size import SETTINGS, check_size
 from mctrack_ros.interfaces import ClassCode, Tracks
 from mctrack_ros.recording.tables.columns import TableError, read_lines
 from mctrack_ros.recording.tracks.collected import (
@@ -168,6 +169,7 @@ def _read_line(line: str) -> tuple[list[tuple[float, ...]], list[tuple[float, ..
 
 def _metadata(path: Path) -> tuple[float, float, float, str]:
     """Return length and width, m, frames a second and date of any form of metadata."""
+    check_size(path, SETTINGS, TableError)
     try:
         if path.suffix.lower() == '.json':
             flat: dict[str, Any] = json.loads(path.read_text(encoding='utf-8-sig'))

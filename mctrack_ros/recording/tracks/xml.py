@@ -9,6 +9,7 @@ from xml.etree.ElementTree import Element, SubElement
 import defusedxml.ElementTree
 from defusedxml import DefusedXmlException
 
+from mctrack_ros.input_size import SETTINGS, check_size
 from mctrack_ros.recording.tables.columns import TableError
 
 
@@ -27,6 +28,7 @@ def write_xml(path: Path, root: Element) -> None:
 
 def read_xml(path: Path) -> Element:
     """Read a document; raises `TableError` if it is none."""
+    check_size(path, SETTINGS, TableError)
     try:
         root = defusedxml.ElementTree.parse(path).getroot()
     except (OSError, ElementTree.ParseError, DefusedXmlException) as error:

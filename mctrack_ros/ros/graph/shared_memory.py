@@ -6,7 +6,7 @@ import fcntl
 import re
 from pathlib import Path
 
-_SHARED_MEMORY = Path('/dev/shm')
+_SHARED_MEMORY = Path('/dev/shm')  # noqa: S108  not ours to name
 _LOCK = re.compile(r'fastrtps_[0-9a-f]{16}_el')
 
 

@@ -36,6 +36,7 @@ def site_nodes(
         ground_frame=site.ground_frame,
         origin=origin_text(site.origin),
         site=site.path,
+        private=site.private,
         fusion=site.fusion,
     )
     nodes = [NodeSpec('fusion_node', 'fusion', values_of(fusion) | clock)]
@@ -47,6 +48,8 @@ def site_nodes(
             ground_frame=site.ground_frame,
             period=site.fusion.batching.period,
             feedback_delay=site.feedback_delay,
+            private=site.private,
+            blur=site.blur,
             settings=settings,
         )
         nodes.append(NodeSpec('camera_node', f'{name}_camera', values_of(camera) | clock))

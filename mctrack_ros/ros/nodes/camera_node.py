@@ -28,6 +28,7 @@ from mctrack_ros.perception import (
     feedback_missed,
     open_buffer,
 )
+from mctrack_ros.perception.mosaic import without_faces
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.ros.node.camera_health import ImageHealth, PoseHealth
@@ -61,6 +62,10 @@ class CameraNodeConfig:
         minimum=1,
         maximum=1000,
     )
+    private: bool = parameter(
+        False, 'publish no picture: no debug_image; masks of silhouettes go to who takes them'
+    )
+    blur: bool = parameter(True, 'make people in debug_image unrecognisable')
     settings: CameraSettings = CameraSettings()
 
 
@@ -100,7 +105,9 @@ class CameraNode(GraphNode):
             for kind in self.method.messages
         }
         self.events = self.publisher(PointCloud2, f'{camera}/events', reliable(100))
-        self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
+        self.debug_image: LifecyclePublisher | None = None
+        if not self.config.private:
+            self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
         self.likelihood_grid: LifecyclePublisher | None = None
         if Likelihood in self.method.messages:
             self.likelihood_grid = self.publisher(
@@ -205,9 +212,10 @@ class CameraNode(GraphNode):
     def show(self, image: Any, output: CameraOutput) -> None:
         """Publish the image with detections drawn in, and the likelihoods, for subscribers."""
         self.show_likelihood(output)
-        if not self.debug_image.get_subscription_count():
+        if self.debug_image is None or not self.debug_image.get_subscription_count():
             return
         groups, predicted = self.tracker.groups(), self.tracker.predicted_boxes()
+        image = without_faces(image, output, predicted) if self.config.blur else image
         drawn = self.overlay.draw(image, output.detections, output.events, groups, predicted)
         frame, stamp_ns = f'{self.config.camera}_optical_frame', output.events.stamp_ns
         self.debug_image.publish(image_message(drawn, RCLPY_CLASSES, stamp_ns, frame))

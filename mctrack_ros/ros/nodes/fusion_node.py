@@ -92,6 +92,9 @@ class FusionNodeConfig:
         'site YAML with the zones and lines whose events are published, and the calibrations of '
         'the cameras, for a tracker that has to know them: occupancy, likelihood_grid',
     )
+    private: bool = parameter(
+        False, 'say on /site that no picture may be recorded; recorders obey'
+    )
     fusion: FusionConfig = FUSION.field()
 
 
@@ -207,6 +210,7 @@ class FusionNode(GraphNode):
             'origin': list(self.origin),
             'fusion': values_of(self.config.fusion),
         } | self.zones.configured()
+        values |= {'private': True} if self.config.private else {}
         cameras, run = list(self.config.cameras), uuid.uuid4().hex
         description = site_description(
             values, cameras, run, self.image_sizes, self.tracker.next_id, provenance()

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import sys
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
+from std_msgs.msg import String
 
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.recording import PARAMETERS, BagError, BagWriter, Storage
@@ -23,7 +27,8 @@ from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.topics.choice import EXPLANATIONS, pattern
 from mctrack_ros.ros.topics.definitions import definition_of
 from mctrack_ros.ros.topics.messages import message_class
-from mctrack_ros.ros.topics.quality import to_bag
+from mctrack_ros.ros.topics.privacy import SITE_TYPE, are_pictures, is_private
+from mctrack_ros.ros.topics.quality import latched, to_bag
 from mctrack_ros.ros.topics.raw_source import Drained, RawSource
 
 _LOOK_S = 0.2
@@ -32,6 +37,8 @@ _FLUSH_S = 0.5
 """So much is lost at most when the process is killed, s."""
 _REPORT_S = 10.0
 _MB = 1_000_000
+_ASK_S = 2.0
+"""How long pictures wait for a site to say whether it is private."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +74,11 @@ class RecorderConfig:
     explain: bool = parameter(
         False, 'also record the explanations of fusion, which it publishes only on demand'
     )
+    private: bool = parameter(
+        False,
+        'record no pictures, from the first message on; they are also left out as soon as a '
+        'private site is heard',
+    )
     depth: int = parameter(100, 'length of the queue of each topic', minimum=1, maximum=10000)
 
 
@@ -89,6 +101,8 @@ class Recorder(GraphNode):
         self.sources: dict[str, RawSource] = {}
         self.ended_sources: dict[str, RawSource] = {}
         self.left_out: dict[str, str] = {}
+        self.private = self.config.private
+        self.asked_s: dict[str, float] = {}
         self.messages = self.bytes = 0
         self.of_types = [pattern(text) for text in self.config.types]
         storage = Storage(
@@ -102,8 +116,10 @@ class Recorder(GraphNode):
         self.writing = True
         if self.config.site:
             from mctrack_ros.site.portable import portable_site  # loads cameras' code
+            from mctrack_ros.site.site import load_site
 
             self.writer.attach(portable_site(self.config.site), 'application/octet-stream')
+            self.private |= load_site(self.config.site).private
         self.parameters = NodeParameters(self)
         if self.lacks_room():
             raise BagError(f'{path} has less than {self.config.min_free_mb:g} MB left')
@@ -112,6 +128,7 @@ class Recorder(GraphNode):
         """Look for topics, now and again."""
         self.simulated = bool(self.get_parameter('use_sim_time').value)
         self.sources.clear()
+        self.asked_s.clear()
         self.look()
         self.every(_DRAIN_S, self.drain)
         self.every(_LOOK_S, self.look)
@@ -176,16 +193,44 @@ class Recorder(GraphNode):
     def look(self) -> None:
         """Subscribe to what has appeared and fits; follow what its publishers offer."""
         self.parameters.look()
-        for topic, kinds in self.get_topic_names_and_types():
+        topics = self.get_topic_names_and_types()
+        self.ask_sites(topics)
+        for topic, kinds in topics:
             if topic in self.left_out or any(each.fullmatch(topic) for each in self.excluded):
                 continue
             if any(wanted.fullmatch(topic) for wanted in self.wanted) and any(
                 each.fullmatch(kind) for each in self.of_types for kind in kinds
             ):
+                if are_pictures(kinds) and self.withholds(topic):
+                    continue
                 source = self.sources.get(topic)
                 count = self.count_publishers(topic)
                 if count and count != (len(source.offered) if source else 0):
                     self.hear(topic, kinds, source)
+
+    def ask_sites(self, topics: Sequence[tuple[str, Sequence[str]]]) -> None:
+        """Listen to every site that is described: one may be private."""
+        for topic, kinds in topics:
+            is_site = topic.endswith('/site') and list(kinds) == [SITE_TYPE]
+            if is_site and topic not in self.asked_s and self.count_publishers(topic):
+                self.asked_s[topic] = time.monotonic()
+                self.subscribe(String, topic, partial(self.on_site, topic), latched())
+
+    def on_site(self, topic: str, message: String) -> None:
+        """Record no picture from now on if a site is private."""
+        self.asked_s[topic] = -math.inf
+        if not self.private and is_private(message.data):
+            self.private = True
+            for source in list(self.sources.values()):
+                if are_pictures([source.kind]):
+                    self.withholds(source.topic)
+
+    def withholds(self, topic: str) -> bool:
+        """Tell whether pictures of a topic are not recorded, or not yet: a site has to answer."""
+        if self.private:
+            self.leave_out(topic, 'pictures are not recorded in private mode')
+            return True
+        return any(time.monotonic() - asked_s < _ASK_S for asked_s in self.asked_s.values())
 
     def hear(self, topic: str, kinds: Sequence[str], source: RawSource | None) -> None:
         """Record a topic from now on, or hear those who publish it now, too."""

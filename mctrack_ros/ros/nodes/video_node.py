@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 import cv2
 from rclpy.duration import Duration
@@ -21,6 +22,7 @@ from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.site.names import check_camera_name, named_image_topic
+from mctrack_ros.streams.credentials import user_and_password
 
 if TYPE_CHECKING:  # a device needs no decoder of files
     from mctrack_ros.recording.video.file import VideoReading
@@ -37,6 +39,10 @@ class VideoNodeConfig:
     autostart: bool = parameter(True, AUTOSTART)
     camera: str = parameter('cam1', 'name of the camera; its topics lie below it')
     source: str = parameter('', 'video file, device (number or path) or stream (rtsp://...)')
+    credentials_file: str = parameter(
+        '',
+        'file with user name and password of a stream, a line each: others read the parameters',
+    )
     rate: float = parameter(
         0.0,
         'images a second of a file; 0: the times that the file states [Hz]',
@@ -87,7 +93,7 @@ class VideoNode(GraphNode):
         if self.is_file:
             self.open_file()
         else:
-            self.address = int(source) if source.isdigit() else source
+            self.address = int(source) if source.isdigit() else self.with_credentials(source)
             self.capture = self.opened()
         topic = named_image_topic(self.config.camera, self.config.image_topic)
         self.compressed = topic.endswith('/compressed')
@@ -112,6 +118,26 @@ class VideoNode(GraphNode):
             self.video = open_video(self.config.source, self.config.rate)
         except VideoError as error:
             raise ConfigError(f'source {error}') from error
+
+    def with_credentials(self, source: str) -> str:
+        """
+        Return the address with what the file of credentials holds; nobody is shown it.
+
+        Raises
+        ------
+        ConfigError
+            If the source itself holds a password, or the file cannot be read.
+
+        """
+        scheme, mark, rest = source.partition('://')
+        if mark and '@' in rest.partition('/')[0]:
+            raise ConfigError(
+                'source holds a user name or password, which others would see: put them into '
+                'credentials_file, a line each'
+            )
+        told = user_and_password(self.config.credentials_file)
+        user, password = (quote(each, safe='') for each in told)
+        return f'{scheme}://{user}:{password}@{rest}' if mark and user else source
 
     def opened(self) -> cv2.VideoCapture:
         """

@@ -39,7 +39,7 @@ def serve(
     show : bool
         Whether a browser is opened.
     tell : callable
-        Given the page's address as soon as it answers.
+        Given the page's address, without the token, as soon as it answers.
 
     Raises
     ------
@@ -52,12 +52,12 @@ def serve(
     check_address(host, token)
     _check_free(host, port)
     app.add_middleware(Guard, host=host, token=token)
-    path = f'/?token={token}' if token else '/'
+    asks = 'asks for the token; ' if token else ''
     shown = f'[{host}]' if ':' in host else host
 
     async def tell_where() -> None:
         await _answering(host, port)
-        tell(f'http://{shown}:{port}{path} (Ctrl-C ends)')
+        tell(f'http://{shown}:{port}/ ({asks}Ctrl-C ends)')
 
     app.on_startup(tell_where)
     ui.run(
@@ -65,7 +65,7 @@ def serve(
         host=host,
         port=port,
         title=title,
-        show=path if show else False,
+        show=show,
         reload=False,
         show_welcome_message=False,
     )

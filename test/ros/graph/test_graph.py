@@ -1,5 +1,6 @@
 """A site's nodes live: players, cameras and fusion as processes of their own over DDS."""
 
+import dataclasses
 import json
 import os
 import signal
@@ -110,6 +111,13 @@ def test_a_site_becomes_a_node_a_camera_and_one_for_fusion(site, tmp_path):
         values = content['/**']['ros__parameters']
         assert values.pop('use_sim_time') is True
         config_from(NODE_CONFIGS[node.executable], values)
+
+
+@pytest.mark.parametrize('private', [True, False])
+def test_all_nodes_of_a_private_site_know_that_it_is(site, private):
+    nodes = site_nodes(dataclasses.replace(site, private=private, blur=False))
+    assert {node.parameters['private'] for node in nodes} == {private}
+    assert [node.parameters['blur'] for node in nodes[1:]] == [False, False]
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from mctrack_ros.resources import config_file
 from mctrack_ros.ros.node import silence
 from mctrack_ros.ros.nodes.camera_node import CameraNode
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
+from mctrack_ros.ros.topics.privacy import are_pictures
 from walker import PERIOD_NS, SIZE, camera_parameters, walker_message
 
 pytestmark = pytest.mark.live
@@ -211,6 +212,18 @@ def test_debug_image_is_drawn_while_somebody_looks(bench, camera):
     camera.show(range(3))
     bench.until(lambda: drawings)
     assert (drawings[0].width, drawings[0].height) == SIZE
+
+
+@pytest.mark.parametrize('private', [True, False])
+def test_nobody_gets_a_picture_from_a_private_camera(bench, projection, private):
+    bench.make(CameraNode, private=private, **camera_parameters(projection))
+    camera = Images(bench)
+    camera.show(range(2))
+    bench.heard('/cam1/foreground/compressed')
+    offered = dict(bench.observer.get_topic_names_and_types())
+    pictures = {topic for topic, kinds in offered.items() if are_pictures(kinds)}
+    kept = {'/cam1/image_raw/compressed', '/cam1/foreground/compressed'}
+    assert pictures - kept == (set() if private else {'/cam1/debug_image'})
 
 
 def test_a_camera_that_has_moved_is_a_warning_until_it_is_configured_anew(bench, projection):

@@ -13,7 +13,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import QosHistory
-from sensor_msgs.msg import PointCloud2
+from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 from std_msgs.msg import String
 
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
@@ -23,8 +23,10 @@ from mctrack_ros.recording.track_log.log import RECORDING
 from mctrack_ros.replay.proof.verify import verify_bag
 from mctrack_ros.ros.nodes.recorder import Recorder
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
+from mctrack_ros.ros.topics.privacy import is_private
 from mctrack_ros.ros.topics.quality import latched, reliable
 from mctrack_ros.ros.topics.raw_source import Sequences
+from mctrack_ros.site.description import site_description
 
 pytestmark = pytest.mark.live
 
@@ -71,6 +73,44 @@ def test_topics_are_chosen_by_whole_names(bench, tmp_path):
     bench.until(lambda: recorder.messages == 1)
     recorder.trigger_shutdown()
     assert [topic for topic, _, _ in recorded(tmp_path / 'bag')] == ['/cam1/detections']
+
+
+@pytest.mark.parametrize('said', ['by a parameter', 'by the site', 'later'])
+def test_no_picture_of_a_private_site_enters_a_bag(bench, tmp_path, capfd, said):
+    bag, images = tmp_path / 'bag', ['/cam1/image_raw', '/driver/colour/compressed']
+    private = {'private': True} if said == 'by a parameter' else {}
+    parameters = bench.parameter_file('recorder', {'path': str(bag), **private})
+    bench.open('--params-file', str(parameters))
+    kinds = (Image, CompressedImage, PointCloud2)
+    names = [*images, '/cam1/detections']
+    publishers = [
+        bench.observer.create_publisher(*each, reliable(10)) for each in zip(kinds, names)
+    ]
+    site = bench.observer.create_publisher(String, '/hall/site', latched())
+    if said == 'by the site':
+        site.publish(String(data='{"private": true}'))
+    elif said == 'later':
+        site.publish(String(data='{"run": "an earlier one"}'))
+    recorder = bench.add(Recorder())
+    if said == 'later':
+        bench.until(lambda: publishers[0].get_subscription_count() == 1)
+        site.publish(String(data='{"private": true}'))
+    bench.until(lambda: set(images) <= recorder.left_out.keys())
+    bench.until(lambda: publishers[2].get_subscription_count() == 1)
+    for publisher, message in zip(publishers, (Image(), CompressedImage(), cloud(1))):
+        publisher.publish(message)
+    bench.until(lambda: '/cam1/detections' in recorder.sources and recorder.messages >= 1)
+    recorder.trigger_shutdown()
+    assert {topic for topic, _, _ in recorded(bag)} <= {'/cam1/detections', '/hall/site'}
+    assert capfd.readouterr().err.count('/cam1/image_raw is not recorded: pictures') == 1
+
+
+def test_what_is_no_private_site_hides_nothing():
+    for text in ('', 'private', '[]', '{"private": 1}', '[' * 100_000, '{"private": false}'):
+        assert not is_private(text)
+    assert is_private(
+        site_description({'origin': [0, 0], 'fusion': {}, 'private': True}, [], '', {})
+    )
 
 
 def test_latched_topics_are_recorded_though_said_before(bench, tmp_path):

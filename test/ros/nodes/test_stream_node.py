@@ -103,6 +103,17 @@ def test_a_message_that_cannot_be_used_is_counted(bench):
     assert status.message == 'serving'
 
 
+def test_no_log_shows_a_token(refusal, monkeypatch, tmp_path):
+    kept = tmp_path / 'token'
+    kept.write_text('for the stream\n')
+    lines = refusal('stream_node', port=0, host='0.0.0.0', token_file=str(kept))
+    assert 'expected at least 8 letters, digits' in lines[-1]
+    monkeypatch.setenv('MCTRACK_STREAM_TOKEN', 'for-the-stream')
+    lines += refusal('stream_node', port=0, host='192.0.2.7')
+    assert '192.0.2.7:0 cannot be used' in lines[-1]
+    assert not [line for line in lines if 'for the stream' in line or 'for-the-stream' in line]
+
+
 def test_the_wrong_address_stops_the_node_with_a_line(bench):
     process = bench.spawn('stream_node', port=0, host='0.0.0.0')
     assert bench.exit_code(process) == 2

@@ -1,5 +1,7 @@
 """The video node: a file's images, once or again and again."""
 
+from urllib.parse import quote
+
 import numpy as np
 import pytest
 from sensor_msgs.msg import CompressedImage, Image
@@ -11,6 +13,7 @@ from mctrack_ros.ros.topics.quality import reliable
 from walker import SIZE
 
 pytestmark = pytest.mark.live
+USER, PASSWORD = 'some@body', 'for/the test'
 
 
 @pytest.fixture
@@ -72,6 +75,29 @@ def test_raw_and_scaled_images(bench, film):
     bench.until(lambda: node.finished and images)
     assert (images[0].width, images[0].height) == (96, 72)
     assert images[0].header.frame_id == 'cam1_optical_frame'
+
+
+def test_no_log_shows_the_password_of_a_stream(refusal, tmp_path):
+    kept = tmp_path / 'camera.txt'
+    kept.write_text(f'{USER}\n{PASSWORD}\n')
+    told = {'source': 'rtsp://127.0.0.1:9/stream', 'credentials_file': str(kept)}
+    lines = refusal('video_node', **told)
+    assert lines[-1].endswith('source rtsp://127.0.0.1:9/stream cannot be opened as a video')
+    lines += refusal('video_node', source=f'rtsp://{USER}:{PASSWORD}@127.0.0.1:9/stream')
+    assert 'put them into credentials_file' in lines[-1]
+    assert not [line for line in lines if PASSWORD in line or quote(PASSWORD) in line]
+
+
+def test_a_stream_is_given_user_and_password(bench, film, monkeypatch, tmp_path):
+    asked = []
+    monkeypatch.setattr(VideoNode, 'opened', lambda node: asked.append(node.address))
+    kept = tmp_path / 'camera.txt'
+    kept.write_text(f'{USER}\n{PASSWORD}\n')
+    source = {'source': 'rtsp://192.0.2.7/a@b', 'credentials_file': str(kept)}
+    path = bench.parameter_file('video', {'autostart': False, **source})
+    bench.open('--params-file', str(path))
+    bench.add(VideoNode()).trigger_configure()
+    assert asked == ['rtsp://some%40body:for%2Fthe%20test@192.0.2.7/a@b']
 
 
 def test_a_stream_that_falls_silent_is_opened_again(bench, film):

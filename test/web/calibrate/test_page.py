@@ -92,6 +92,12 @@ def test_the_place_first_pairs_too_and_delete_takes_it_apart(desk):
 
 
 def test_without_the_token_nothing_is_shown(browser, address):
-    page = browser.new_page()
-    assert page.goto(address.split('?')[0]).status == 403
+    page, own = browser.new_page(), address.split('?')[0]
+    page.set_default_timeout(PATIENCE_MS)
+    assert page.goto(own).status == 403
+    for token in ('a-wrong-one', address.partition('=')[2]):
+        page.get_by_label('Token').fill(token)
+        page.get_by_role('button', name='Enter').click()
+    page.wait_for_selector('.board')
+    assert page.url == own
     page.close()

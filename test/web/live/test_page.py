@@ -335,8 +335,12 @@ def test_the_web_socket_needs_the_token(shown):
     connection = HTTPConnection(address.hostname, address.port)
     upgrade = {'Connection': 'Upgrade', 'Upgrade': 'websocket'}
     key = {'Sec-WebSocket-Version': '13', 'Sec-WebSocket-Key': 'AAAAAAAAAAAAAAAAAAAAAA=='}
-    for query, status in (('', 403), (f'?{address.query}', 101)):
-        connection.request('GET', f'/live{query}', headers=upgrade | key)
+    connection.request('GET', f'/?{address.query}')
+    answer = connection.getresponse()
+    cookie = {'Cookie': answer.getheader('Set-Cookie').partition(';')[0]}
+    connection.close()
+    for headers, status in (({}, 403), (cookie, 101)):
+        connection.request('GET', '/live', headers=upgrade | key | headers)
         assert connection.getresponse().status == status
         connection.close()
 

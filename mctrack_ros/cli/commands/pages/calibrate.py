@@ -21,7 +21,12 @@ def calibrate(
     ),
     host: str = typer.Option('127.0.0.1', help='Address to serve at; any other needs --token.'),
     port: int = typer.Option(8080, min=1, max=65535, help='Port to serve at.'),
-    token: str = typer.Option('', help='Token that every request must carry.'),
+    token: str = typer.Option(
+        '',
+        envvar='MCTRACK_TOKEN',
+        help='Token that visitors enter; told by the variable, nobody sees it in a list of '
+        'processes.',
+    ),
     browser: bool = typer.Option(True, '--browser/--no-browser', help='Open the page.'),
 ) -> None:
     """Calibrate a camera in the browser: click points on a plan and in its image."""

@@ -40,7 +40,12 @@ def coverage(
     ),
     host: str = typer.Option('127.0.0.1', help='Address of the page; any other needs --token.'),
     port: int = typer.Option(8080, min=1, max=65535, help='Port of the page.'),
-    token: str = typer.Option('', help='Token that every request must carry.'),
+    token: str = typer.Option(
+        '',
+        envvar='MCTRACK_TOKEN',
+        help='Token that visitors enter; told by the variable, nobody sees it in a list of '
+        'processes.',
+    ),
     browser: bool = typer.Option(True, '--browser/--no-browser', help='Open the page.'),
 ) -> None:
     """Show what a site's cameras see: overlaps, blind areas, hand-overs, predicted errors."""

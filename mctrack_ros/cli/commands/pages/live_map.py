@@ -35,7 +35,12 @@ def live_map(
     ),
     host: str = typer.Option('127.0.0.1', help='Address to serve at; any other needs --token.'),
     port: int = typer.Option(8080, min=1, max=65535, help='Port to serve at.'),
-    token: str = typer.Option('', help='Token that every request must carry.'),
+    token: str = typer.Option(
+        '',
+        envvar='MCTRACK_TOKEN',
+        help='Token that visitors enter; told by the variable, nobody sees it in a list of '
+        'processes.',
+    ),
     browser: bool = typer.Option(True, '--browser/--no-browser', help='Open the page.'),
 ) -> None:
     """Show tracks, events and cameras on a map in the browser, now and in the past."""
@@ -55,7 +60,7 @@ def live_map(
     loaded = named_site(site) if site else None
     topics = {
         name: resolved(named_image_topic(name, settings.image_topic), namespace)
-        for name, settings in (loaded.cameras if loaded else {}).items()
+        for name, settings in (loaded.cameras if loaded and not loaded.private else {}).items()
     }
 
     def listen(listener: LiveMap) -> LiveGraph:
