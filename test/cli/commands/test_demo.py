@@ -6,6 +6,7 @@ from typer.testing import CliRunner
 
 from mctrack_ros.cli.main import app
 from mctrack_ros.recording import BagReader
+from mctrack_ros.store import Database, Run, summaries, write_bag
 
 
 def mctrack(*arguments):
@@ -27,6 +28,8 @@ def test_offline_demo_leaves_a_folder_of_results(rendering_here, tmp_path):
     assert content['figures']['ticks'] == 50
     assert content['figures']['latency_p50_ms'] is None
     names = {path.name for path in out.iterdir()}
+    with Run(out / 'tracks.db') as run:
+        assert summaries(run)
     with BagReader(out / 'source') as bag:
         images = [topic for topic in bag.topics if topic.endswith('compressed')]
     assert sorted(images) == [f'/cam{number}/image_raw/compressed' for number in (1, 2)]
@@ -56,3 +59,8 @@ def test_live_demo_records_what_the_graph_says(tmp_path):
         assert {'/tracks', '/ticks', '/feedback', '/site', '/truth/tracks'} <= bag.topics.keys()
         assert {'/cam1/detections', '/cam2/detections'} <= bag.topics.keys()
     assert 'real-time factor' in (tmp_path / 'graph.log').read_text()
+    with BagReader(tmp_path / 'bag') as bag, Database(tmp_path / 'tracks.db') as database:
+        ticks = bag.count('/tracks')
+        write_bag(database, tmp_path / 'again')
+    with BagReader(tmp_path / 'again') as again:
+        assert again.count('/tracks') == ticks
