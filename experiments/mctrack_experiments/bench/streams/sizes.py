@@ -83,7 +83,7 @@ def _bytes_read(request: bytes, frames: Sequence[Frame]) -> int:
             for number, frame in enumerate(frames):
                 hub.publish(frame)
                 if number % (MOST_WAITING // 2) == 0:
-                    time.sleep(0.5)
+                    time.sleep(0.2)
             time.sleep(0.5)
             server.loop.call_soon_threadsafe(hub.end)
             reading.join(_PATIENCE_S)
