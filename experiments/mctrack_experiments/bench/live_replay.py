@@ -18,6 +18,8 @@ from mctrack_ros.ros.graph.site_graph import site_nodes
 from mctrack_ros.ros.graph.supervise import Supervisor
 
 RATES = (0.5, 1.0, 2.0, 4.0, 1000.0)
+_DEPTH = 2000
+"""So much may wait: all of the bag, so that the recorder misses nothing at any speed."""
 _RECORDED = '/(cam./detections|tracks|ticks|site)'
 
 
@@ -66,13 +68,14 @@ def _run(bag: Path, recorded: Path, rate: float) -> None:
     fusion, *_ = site_nodes(named_site('pitch5'), use_sim_time=True, own_detections=True)
     nodes = [
         replace(fusion, parameters={**fusion.parameters, 'state_file': ''}),
-        recorder_node(recorded, [_RECORDED]),
+        recorder_node(recorded, [_RECORDED], depth=_DEPTH),
         player_node(
             bag,
             topics=['/cam./detections'],
             rate=rate,
             wait_for=['/cam./detections 2'],
             wait=120.0,
+            depth=_DEPTH,
         ),
     ]
     with tempfile.TemporaryDirectory(prefix='mctrack_') as folder:
