@@ -358,6 +358,10 @@ TARGETS = (
            'the same, speed from recorded detections, times real time', 10),
     Target('bench_replay', 'pictures.realtime_factor',
            'five cameras, speed from images on two cores, times real time', 3),
+    Target('bench_live_replay', 'other_hashes', 'live runs at 0.5 to 1000 times the speed, whose '
+           '/ticks are the same and whose tracks are not', most=0, anchor='runs verified by a '
+           'replay: `verified` of `runs`; share with the most frequent /ticks: '
+           '`same_ticks_share`'),
     Target('bench_recording', 'recorder.core_share',
            'recorder, five cameras at 25 Hz and all outputs, share of a core', most=0.25),
     Target('bench_recording', 'recorder.missing', 'the same, messages not recorded', most=0),

@@ -81,7 +81,7 @@ class _Camera:
 class _Pending(Generic[R]):
     first_arrival_ns: int
     messages: dict[tuple[str, int], R] = field(default_factory=dict)
-    added_ns: dict[str, int] = field(default_factory=dict)
+    added_ns: dict[tuple[str, int], int] = field(default_factory=dict)
 
 
 class Batcher(Generic[R]):
@@ -279,7 +279,7 @@ class Batcher(Generic[R]):
         pending = self._pending.setdefault(index, _Pending(due_ns))
         pending.first_arrival_ns = min(pending.first_arrival_ns, due_ns)
         pending.messages[camera, stamp_ns] = rows
-        pending.added_ns.setdefault(camera, added_ns)
+        pending.added_ns[camera, stamp_ns] = added_ns
         self._admitted_ns = now_ns
         state.dropped_rows += self._unusable(rows)
 
@@ -326,31 +326,41 @@ class Batcher(Generic[R]):
         self,
         stamp_ns: int,
         messages: tuple[CameraRows[R], ...],
-        added_ns: dict[str, int],
+        added_ns: dict[tuple[str, int], int],
         now_ns: int,
     ) -> Ticks:
+        """Return what was admitted; a camera's messages to whose stamps more was added follow."""
         names = list(self._cameras)
-        admitted, counted, age_us = (np.zeros(len(names), int) for _ in range(3))
-        for message in messages:
-            row = names.index(message.camera)
-            if not admitted[row]:
-                age_us[row] = (stamp_ns - message.rows.stamp_ns) // 1000
-            admitted[row] += 1
-            counted[row] += len(message.rows)
+        alike: dict[tuple[int, int], list[R]] = {}
+        for each in messages:
+            added_ms = added_ns[each.camera, each.rows.stamp_ns] // 1_000_000
+            alike.setdefault((names.index(each.camera), added_ms), []).append(each.rows)
+        first: dict[int, tuple[int, int]] = {}
+        for key in alike:
+            first.setdefault(key[0], key)
+        keys = [first.get(row, (row, 0)) for row in range(len(names))]
+        keys += [key for key in alike if key not in keys]
+        rows = [alike.get(key, []) for key in keys]
         live = np.array([self._is_live(state, now_ns) for state in self._cameras.values()], bool)
         counts = [state.take_counts() for state in self._cameras.values()]
         late, dropped, missed, left_out = np.array(counts, int).reshape(-1, 4).T
+        admitted, more = np.array([len(each) for each in rows]), len(keys) - len(names)
+        missing = np.append(live & (admitted[: len(names)] == 0), np.zeros(more, bool))
+        late, dropped, missed, left_out = (
+            np.append(each, np.zeros(more, int)) for each in (late, dropped, missed, left_out)
+        )
+        camera = [row for row, _ in keys]
         return Ticks.build(
             stamp_ns,
-            camera=np.arange(len(names)),
+            camera=camera,
             admitted=admitted,
-            detections=counted,
+            detections=[sum(map(len, each)) for each in rows],
             late=late,
             dropped_detections=dropped,
             feedback_missed=missed,
-            missing=live & (admitted == 0),
-            alive=live,
+            missing=missing,
+            alive=live[camera],
             left_out=left_out,
-            added_ms=[added_ns.get(name, 0) // 1_000_000 for name in names],
-            age_us=age_us,
+            added_ms=[added_ms for _, added_ms in keys],
+            age_us=[(stamp_ns - each[0].stamp_ns) // 1000 if each else 0 for each in rows],
         )

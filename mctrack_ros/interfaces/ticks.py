@@ -42,6 +42,9 @@ class Ticks(Rows):
     """
     What was admitted to one tick, one row a camera.
 
+    Where messages of a camera had different times added to their stamps, as its clock was set
+    right just then, there is one row more for each time, behind those of all cameras.
+
     Attributes
     ----------
     position : (n, 3) float32 array

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from fusion_scenes import PERIOD_NS, detections
-from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion import JointConfig, open_batcher
+from mctrack_ros.fusion.camera_clocks import Verdict
 from mctrack_ros.interfaces import Ticks
 from mctrack_ros.recording import BagError, BagReader, BagWriter
 from mctrack_ros.replay.recorded import recorded_ticks
@@ -78,3 +79,29 @@ def test_a_bag_without_detections_is_refused(tmp_path):
     path = write(tmp_path / 'bag', [('three', 5, 3)])
     with pytest.raises(BagError, match='holds no detections of one, two: track it first'):
         given(path)
+
+
+def test_a_clock_that_is_set_right_within_a_tick_is_repeated(tmp_path):
+    """Live, a batcher adds 60 ms to the stamp of one message, and nothing to that of the next."""
+    config = JointConfig()
+    batcher = open_batcher(config, CAMERAS)
+    added_ns = iter([60_000_000, 0, 0])
+    batcher.clocks.judge = lambda *_: Verdict(next(added_ns), 0, True, 0)
+    stamps = [('one', 8, 5_000_000), ('one', 9, 30_000_000), ('two', 9, 10_000_000)]
+    with BagWriter(tmp_path / 'bag') as bag:
+        ticks = []
+        for number, (camera, period, offset_ns) in enumerate(stamps):
+            rows = detections(period * PERIOD_NS + offset_ns, [[number, 0.0]])
+            bag.write_rows(f'/{camera}/detections', rows, 'map', number)
+            ticks += batcher.add(camera, rows, 1000, rows.stamp_ns)
+        (tick,) = ticks + batcher.flush()
+        bag.write_rows('/ticks', tick.record, 'map', 9)
+    assert tick.record.camera.tolist() == [0, 1, 0]
+    assert tick.record.admitted.tolist() == [1, 1, 1]
+    assert tick.record.added_ms.tolist() == [60, 0, 0]
+    assert tick.record.missing.tolist() == [0, 0, 0]
+    live = [(each.camera, each.rows.stamp_ns) for each in tick.messages]
+    with BagReader(tmp_path / 'bag') as reader:
+        (again,) = recorded_ticks(reader, CAMERAS, config)
+    assert [(each.camera, each.rows.stamp_ns) for each in again.messages] == live
+    assert given(tmp_path / 'bag') == [(tick.stamp_ns, [('one', 0), ('one', 1), ('two', 2)])]

@@ -175,6 +175,20 @@ def recording(
     _tell(bench_recording(bag, seconds), json_file)
 
 
+@app.command('live-replay')
+def live_replay(
+    bag: Path = typer.Option(
+        Path('bags/pitch5_detections'), help='Bag of the detections that are played.'
+    ),
+    runs: int = typer.Option(2, min=1, help='How often at each speed.'),
+    json_file: Path | None = _JSON,
+) -> None:
+    """Play a bag into a live fusion node at 0.5 to 1000 times its speed; verify each run."""
+    from mctrack_experiments.bench.live_replay import bench_live_replay
+
+    _tell(bench_live_replay(bag, runs), json_file)
+
+
 @app.command()
 def fusion(
     part: list[Part] = typer.Option([], help='Measure this alone; may be repeated.'),
