@@ -21,12 +21,12 @@ from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.recording import BagError, BagReader, CutBagWarning
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
+from mctrack_ros.ros.playback.controls import Controls
+from mctrack_ros.ros.playback.pacing import SECOND_NS, Due, Pace, Transport, shifted
 from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.choice import Awaited, pattern
-from mctrack_ros.ros.topics.controls import Controls
 from mctrack_ros.ros.topics.definitions import definition_of
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class, starts_with_header
-from mctrack_ros.ros.topics.pacing import SECOND_NS, Due, Pace, Transport, shifted
 
 _ARRIVAL_S = 1.0
 _GLOBAL = ('/tf', '/tf_static', '/diagnostics', '/rosout', '/parameter_events')

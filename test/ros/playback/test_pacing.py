@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from mctrack_ros.ros.topics.pacing import Due, Pace, Transport, shifted
+from mctrack_ros.ros.playback.pacing import Due, Pace, Transport, shifted
 
 PERIOD_NS = 40_000_000
 

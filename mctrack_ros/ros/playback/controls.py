@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.service import Service
 from std_srvs.srv import Trigger
 
-from mctrack_ros.ros.topics.pacing import Transport
+from mctrack_ros.ros.playback.pacing import Transport
 
 KEYS = 'space: pause, n: next message, +: faster, -: slower'
 _FACTOR = 1.1

@@ -1,0 +1,1 @@
+"""How a bag is played: its pace, and what sets it."""
