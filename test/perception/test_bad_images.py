@@ -129,4 +129,4 @@ def test_a_clip_that_begins_again_with_black_images_is_tracked_again(
     stage.index = after
     stage.empty()
     seen = max(len(walking(stage).detections) for _ in range(100))
-    assert seen == (2 if tracker == 'groups' else 1)
+    assert seen == 2

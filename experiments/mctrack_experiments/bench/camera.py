@@ -114,7 +114,7 @@ def _silhouettes(images: Sequence[Image]) -> dict[str, float]:
 
     def masks(images: Sequence[Image]) -> list[tuple[Image, Image]]:
         own = config.background
-        scene = Scene(own.background(), own.shadows(), _mapping(), 1.0, None, None)
+        scene = Scene(own.background(), own.shadows(), _mapping(), 1.0, None, images[0])
         nobody, found = np.zeros(images[0].shape[:2], np.uint8), []
         for index, image in enumerate(images):
             side, stamp_ns = own.smoothing_px, _stamp_ns(index)
@@ -134,7 +134,7 @@ def _silhouettes(images: Sequence[Image]) -> dict[str, float]:
     labelling = _seconds(components, masks(images))
     return {
         'silhouettes.fps': 1.0 / whole,
-        'silhouettes.reference_update_ms': background * 1e3,
+        'silhouettes.background_ms': background * 1e3,
         'silhouettes.components_ms': labelling * 1e3,
         'silhouettes.tracking_ms': (whole - background - labelling) * 1e3,
     }

@@ -246,6 +246,33 @@ def remove(kind: Image, field: Floats, direction: Floats, longest_m: float, mask
                     mask[y, x] = 0
 
 
+@compiled(types.void(BYTES_3D, BYTES_3D, types.f8, WRITABLE))
+def remove_faint(image: Image, model: Image, darkest: float, mask: Image) -> None:
+    """
+    Take out of a foreground what is no brighter in any channel and hardly darker in any.
+
+    Parameters
+    ----------
+    image, model : (h, w, 3) uint8 array
+        Image and background.
+    darkest : float
+        Share of a channel that is left at least.
+    mask : (h, w) uint8 array
+        Foreground, 255; changed in place.
+
+    """
+    new, old, shown = image.reshape(-1, 3), model.reshape(-1, 3), mask.reshape(-1)
+    for index in range(len(shown)):
+        if shown[index] == 0:
+            continue
+        faint = True
+        for channel in range(3):
+            before, now = old[index, channel], new[index, channel]
+            faint &= (now <= before) & (now >= darkest * before)
+        if faint:
+            shown[index] = 0
+
+
 @compiled(types.f8(BYTES_3D, types.i8))
 def colourfulness(image: Image, step: int) -> float:
     """Return by how much blue and red differ in the mean, grey levels, in every so many pixels."""

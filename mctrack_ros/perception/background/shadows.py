@@ -11,12 +11,12 @@ from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.background.shadow_pixels import (
     FIELD_PX,
-    SHADE,
     VOTER_PX,
     colourfulness,
     mark,
     nothing_but_shade,
     remove,
+    remove_faint,
     votes,
 )
 
@@ -112,14 +112,13 @@ class Shadows:
             Time of the image, ns.
 
         """
-        if self._kind.shape != mask.shape:
-            self._kind = np.zeros_like(mask)
         if faint := self._config.faint_share:
-            mark(image, model, mask, np.ones(3), 1 - faint, 1.0, noise, self._kind)
-            mask[self._kind == SHADE] = 0
+            remove_faint(image, model, 1 - faint, mask)
         looks = stamp_ns >= self._next_ns
         if not self._config.suppress or not (looks or self.sun is not None):
             return
+        if self._kind.shape != mask.shape:
+            self._kind = np.zeros_like(mask)
         if looks:
             self._look(image, model, mask, noise, stamp_ns)
         if self.sun is not None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import ClassCode, Detections, EventCode, Feedback
-from mctrack_ros.perception.background.model import approach
+from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.background.scene import Scene
 from mctrack_ros.perception.camera_shift.monitor import CameraShift
 from mctrack_ros.perception.events.event_log import EventLog
@@ -38,6 +38,7 @@ from mctrack_ros.perception.silhouettes.tracker import SilhouetteTracker
 from mctrack_ros.tracking.appearance import colour_templates
 
 Image = NDArray[np.uint8]
+SPECK_SHARE = 0.3  # of a difference of what is too narrow to be anybody, learned in one look
 
 
 class SilhouettePipeline:
@@ -200,8 +201,7 @@ class SilhouettePipeline:
         )
         found = find_silhouettes(mask, grey, config.components)
         if config.components.learn_specks:
-            other = np.where((found.labels == 0) & (mask > 0), np.uint8(0), np.uint8(255))
-            approach(background.model, image, other)
+            _learn_specks(image, np.where(found.labels == 0, mask, np.uint8(0)), background)
         found = patched(found, image, background, config.holes)
         objects, sizes = self._tracker.objects, self._places.sizes
         return without_stains(found, still, objects, sizes, image, background, config.stains)
@@ -237,3 +237,10 @@ class SilhouettePipeline:
         self._rest.restart()
         self._groups.restart()
         self._passed = set()
+
+
+def _learn_specks(image: Image, specks: Image, background: Background) -> None:
+    """Let the background follow an image where a mask is not zero."""
+    assert background.model is not None
+    learned = cv2.addWeighted(background.model, 1 - SPECK_SHARE, image, SPECK_SHARE, 0.0)
+    cv2.copyTo(learned, specks, background.model)

@@ -148,6 +148,17 @@ def test_who_walked_in_does_not_burn_in():
     assert (mask[30:70, 50:62] > 0).mean() > 0.95
 
 
+@pytest.mark.parametrize(('still_s', 'shown'), [(4.0, False), (0.0, True)])
+def test_what_lies_still_stays_foreground_only_if_so_configured(still_s, shown):
+    ground, rng = scene(), np.random.default_rng(0)
+    background = Background(BackgroundConfig(still_s=still_s))
+    background.begin(ground)
+    for index in range(80):
+        image = seen(ground, rng, 1.0, (50, 30, 12, 40))
+        mask = look(background, image, (index + 1) * SECOND // 10)
+    assert bool((mask[30:70, 50:62] > 0).mean() > 0.95) == shown
+
+
 @pytest.mark.parametrize('gain', [0.6, 0.7, 1.3, 1.6])
 def test_a_step_of_the_gain_changes_nothing_that_is_seen(gain):
     ground, rng = scene(), np.random.default_rng(0)

@@ -103,6 +103,22 @@ def test_what_is_switched_off_changes_nothing(mapping):
     assert np.array_equal(mask, before)
 
 
+def test_what_is_hardly_darker_is_shade_wherever_it_lies_if_so_configured(mapping):
+    ground = np.full((480, 640, 3), 100, np.uint8)
+    image, mask = ground.copy(), np.zeros(ground.shape[:2], np.uint8)
+    for row, grey in enumerate([89, 85, 112]):
+        image[100 * row : 100 * row + 50], mask[100 * row : 100 * row + 50] = grey, 255
+    shadows = Shadows(ShadowConfig(suppress=False, faint_share=0.13), mapping, 1.0)
+
+    shadows.take_out(image, ground, mask, 1.0, PERIOD_NS)
+
+    assert [bool(mask[100 * row : 100 * row + 50].any()) for row in range(3)] == [
+        False,
+        True,
+        True,
+    ]
+
+
 def test_people_with_shadows_stand_where_their_feet_are(mapping):
     yard = Yard(mapping)
     pipeline = EventTracker(EventTrackerConfig(), mapping, background=yard.ground)

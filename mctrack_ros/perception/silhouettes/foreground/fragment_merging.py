@@ -61,7 +61,7 @@ class FragmentMergingConfig:
         'standard deviations of the noise by which what is faint between the fragments of a small '
         'body differs; 0: it does not count, as printed',
         minimum=0.0,
-    )
+    )  # 3 in grey images, whose noise the background, which expects three channels, halves
     known_s: float = parameter(
         1.0, 'time after which an object that was seen whole and alone is known [s]', minimum=0.0
     )

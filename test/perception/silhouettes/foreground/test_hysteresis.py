@@ -28,7 +28,7 @@ def sizes(mapping):
 @pytest.fixture
 def background():
     background = Background(BackgroundConfig())
-    background.noise = 1.2
+    background.noise = 1.0
     return background
 
 
