@@ -122,7 +122,8 @@ def _silhouettes(images: Sequence[Image]) -> dict[str, float]:
             mask = scene.foreground(smooth, stamp_ns)
             if mask is not None:
                 scene.background.learn(smooth, mask, nobody, nobody, stamp_ns)
-                found.append((mask.copy(), np.asarray(cv2.cvtColor(smooth, cv2.COLOR_BGR2GRAY))))
+                grey = np.asarray(cv2.cvtColor(smooth, cv2.COLOR_BGR2GRAY), np.uint8)
+                found.append((mask.copy(), grey))
         return found
 
     def components(found: Sequence[tuple[Image, Image]]) -> None:

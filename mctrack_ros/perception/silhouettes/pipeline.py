@@ -149,8 +149,8 @@ class SilhouettePipeline:
         """Return what differs; all else but what may be a shadow is learned."""
         mask, background = self._scene.foreground(smooth, stamp_ns), self._scene.background
         if mask is not None:
-            differs = cv2.compare(background.difference, background.threshold, cv2.CMP_GT)
-            kept = np.asarray(differs, np.uint8)
+            apart, least = background.difference, background.threshold
+            kept = np.asarray(cv2.threshold(apart, least, 255, cv2.THRESH_BINARY)[1], np.uint8)
             background.learn(smooth, kept, self._nobody, self._nobody, stamp_ns)
             self._rest.watch(background, smooth, mask, stamp_ns)
         return mask

@@ -129,7 +129,7 @@ def _apart(image: Image, remembered: NDArray[np.float32], y: int, x: int) -> flo
     largest = np.float32(0.0)
     for channel in range(3):
         largest = max(largest, abs(image[y, x, channel] - remembered[y, x, channel]))
-    return largest
+    return float(largest)
 
 
 @compiled(
