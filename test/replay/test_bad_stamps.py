@@ -16,7 +16,7 @@ from mctrack_ros.cli.main import app
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.interfaces import REPORTED, Ticks, Tracks
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagReader, BagWriter
-from mctrack_ros.ros.topics.privacy import are_pictures, is_private
+from mctrack_ros.ros.topics.choice import are_pictures, is_private
 
 START_NS = 1_700_000_000 * 10**9
 CAMERAS = ('cam1', 'cam2', 'cam3')

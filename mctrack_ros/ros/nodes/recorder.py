@@ -24,10 +24,15 @@ from mctrack_ros.recording.track_log.log import RECORDING
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.other_parameters import NodeParameters
 from mctrack_ros.ros.node.process import run
-from mctrack_ros.ros.topics.choice import EXPLANATIONS, pattern
+from mctrack_ros.ros.topics.choice import (
+    EXPLANATIONS,
+    SITE_TYPE,
+    are_pictures,
+    is_private,
+    pattern,
+)
 from mctrack_ros.ros.topics.definitions import definition_of
 from mctrack_ros.ros.topics.messages import message_class
-from mctrack_ros.ros.topics.privacy import SITE_TYPE, are_pictures, is_private
 from mctrack_ros.ros.topics.quality import latched, to_bag
 from mctrack_ros.ros.topics.raw_source import Drained, RawSource
 

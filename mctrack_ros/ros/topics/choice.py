@@ -1,14 +1,20 @@
-"""Topics chosen by regular expressions of their names."""
+"""Topics chosen by their names and types, and by what sites want recorded."""
 
 from __future__ import annotations
 
+import json
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mctrack_ros.config import ConfigError
+from mctrack_ros.input_size import SITE
 
 EXPLANATIONS = re.compile('.*/explanation/(candidates|decisions)')
 """Where the fusion node says why, while somebody listens."""
+SITE_TYPE = 'std_msgs/msg/String'
+_PICTURES = re.compile(r'/\w*(Image|Video|Packet)\w*$')
+"""Image, CompressedImage, DisparityImage, CompressedVideo, the packets of video transports."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,3 +65,19 @@ def pattern(text: str) -> re.Pattern[str]:
         return re.compile(text)
     except re.error as error:
         raise ConfigError(f'{text!r} is not a regular expression: {error}') from error
+
+
+def are_pictures(kinds: Sequence[str]) -> bool:
+    """Tell whether messages of one of some types are pictures, by the types' names."""
+    return any(_PICTURES.search(kind) for kind in kinds)
+
+
+def is_private(description: str) -> bool:
+    """Tell whether a site is private by what `/site` says; anything else says nothing."""
+    if len(description) > SITE:
+        return False
+    try:
+        said = json.loads(description)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(said, dict) and said.get('private') is True

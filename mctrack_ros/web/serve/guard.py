@@ -21,7 +21,7 @@ _FORM = (
     '<form method="post" action="/"><label>{} Token: <input type="password" name="token" '
     'autocomplete="current-password" autofocus></label> <button>Enter</button></form>'
 )
-_SILENT = {'referrer-policy': 'no-referrer', 'cache-control': 'no-store'}
+_SILENT = {'referrer-policy': 'same-origin', 'cache-control': 'no-store'}
 
 
 class Guard:

@@ -17,8 +17,8 @@ from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
 from mctrack_ros.resources import config_file
 from mctrack_ros.ros.node import silence
 from mctrack_ros.ros.nodes.camera_node import CameraNode
+from mctrack_ros.ros.topics.choice import are_pictures
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
-from mctrack_ros.ros.topics.privacy import are_pictures
 from walker import PERIOD_NS, SIZE, camera_parameters, walker_message
 
 pytestmark = pytest.mark.live

@@ -22,8 +22,8 @@ from mctrack_ros.recording import PARAMETERS, BagReader, attachments
 from mctrack_ros.recording.track_log.log import RECORDING
 from mctrack_ros.replay.proof.verify import verify_bag
 from mctrack_ros.ros.nodes.recorder import Recorder
+from mctrack_ros.ros.topics.choice import is_private
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
-from mctrack_ros.ros.topics.privacy import is_private
 from mctrack_ros.ros.topics.quality import latched, reliable
 from mctrack_ros.ros.topics.raw_source import Sequences
 from mctrack_ros.site.description import site_description
