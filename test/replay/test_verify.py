@@ -83,6 +83,16 @@ def test_a_changed_bit_of_a_detection_is_found_with_what_comes_of_it(run, tmp_pa
     assert 'x of /cam2/detections at 0.8' in verdict.line()
 
 
+def test_a_changed_bit_that_stops_the_replay_is_found(run, tmp_path):
+    def change(topic, number, data):
+        return flipped(data, 'camera', 2, 9) if (topic, number) == ('/ticks', 12) else data
+
+    verdict, _ = verify_bag(rewritten(run / 'bag', tmp_path / 'bag.mcap', change))
+    assert verdict.is_fault
+    assert [(each.topic, each.field) for each in verdict.changed] == [('/ticks', 'camera')]
+    assert 'camera of /ticks at 0.480 s is not what was written; it ends there' in verdict.line()
+
+
 @pytest.fixture(scope='module')
 def stored(run):
     """Return the messages of the run, and what its bag says of them."""

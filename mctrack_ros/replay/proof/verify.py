@@ -12,7 +12,7 @@ from mctrack_ros.codec import ros_from_message, rows_from_cloud, stamp_ns_of
 from mctrack_ros.fusion import FusionConfig, OpenViews, Startable, open_fusion
 from mctrack_ros.fusion.trackers import START_TOPIC, FusionTracker, no_views
 from mctrack_ros.interfaces import Detections, RowsTick, Tracks
-from mctrack_ros.recording import ROSBAGS_CLASSES, BagReader, attachments
+from mctrack_ros.recording import ROSBAGS_CLASSES, BagError, BagReader, attachments
 from mctrack_ros.recording.track_log.log import (
     EMPTY,
     TRACKS,
@@ -86,6 +86,8 @@ class Verdict:
         What differs between the versions and processors.
     began_late : bool
         Whether the first tick recorded has tracks that are older.
+    failure : str
+        Why a bag with changed messages could not be replayed to its end.
 
     """
 
@@ -101,6 +103,7 @@ class Verdict:
     changed: list[Changed] = field(default_factory=list)
     made_elsewhere: list[str] = field(default_factory=list)
     began_late: bool = False
+    failure: str = ''
 
     @property
     def seconds(self) -> float:
@@ -143,12 +146,14 @@ class Verdict:
             texts.append(f'other ids in {self.other_ids} ticks')
             return '; '.join([*texts, *self.made_elsewhere])
         parts = [f'{self._told(self.first)} first'] if self.first else []
-        if self.first is None and not self.has_same_tracks:
+        if self.first is None and not self.has_same_tracks and not self.changed:
             parts.append('the bag lacks tracks that were written')
         parts += [
             f'{each.field} of {each.topic} at {self._since(each.stamp_ns)} is not what was written'
             for each in self.changed
         ]
+        if self.failure:
+            parts.append(f'it ends there: {self.failure}')
         if self.began_late:
             parts.append('the recording began after the tracking')
         return f'differs: {"; ".join(parts)} ({length})'
@@ -223,11 +228,16 @@ def verify_bag(bag: str | Path, how: Replay | None = None) -> tuple[Verdict, byt
         carried = load_site(place) if given is None and place is not None else given
         with BagReader(path, how.namespace) as reader:
             run = _Run(reader, how, carried)
-            for index, (said, span) in enumerate(recorded_runs(reader) or [({}, ALWAYS)]):
-                run.replay(index, said, span)
             run.verdict.changed = _changed(reader, how.namespace, stored)
+            try:
+                for index, (said, span) in enumerate(recorded_runs(reader) or [({}, ALWAYS)]):
+                    run.replay(index, said, span)
+            except (BagError, ValueError, OverflowError) as error:
+                if not run.verdict.changed:
+                    raise
+                run.verdict.failure = str(error)
     verdict = run.verdict
-    if not verdict.ticks:
+    if not (verdict.ticks or verdict.failure):
         raise ReplayError(f'{path} has no tick to replay')
     count, digest = stored.hashes.get(f'{how.namespace}{TRACKS}', (0, EMPTY))
     verdict.stored = digest if count == run.number else None
@@ -287,7 +297,9 @@ class _Run:
             self._compare(tick, tracker.step(tick).tracks)
 
     def state(self) -> bytes:
-        """Return the state of the tracker after the last tick."""
+        """Return the state of the tracker after the last tick; nothing if there was none."""
+        if self._tracker is None:
+            return b''
         digest = self.verdict.digest.hex()
         said = {'run': self._run, 'number': self.number, 'digest': digest}
         return dump_state(self._tracker, said)
