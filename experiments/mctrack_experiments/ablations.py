@@ -5,7 +5,8 @@ What each rule of fusion is worth: the same detections fused with it and without
 for each rule and data set: the score with all rules, and what changes without this one. Both are
 means over runs in which every detection is moved a little at random; a change of less than two or
 three of its standard errors is luck. ``--closed-loop`` runs the cameras, too, with each rule and
-without, where feedback matters; ``--cameras`` does so for the rules of cameras.
+without, where feedback matters; ``--cameras`` does so for the rules of cameras, there also on
+disturbed matches (``robustness``) and on changing views (``views``).
 """
 
 from __future__ import annotations
@@ -24,6 +25,11 @@ from typing import Any
 import cv2
 import numpy as np
 
+from mctrack_experiments.papers.event_tracking.robustness import (
+    DISTURBANCES,
+    STEPPED,
+    reproduce_robustness,
+)
 from mctrack_experiments.pixel_scenes import (
     FIGURES,
     PITCH_SEEDS,
@@ -36,6 +42,7 @@ from mctrack_experiments.pixel_scenes import (
 )
 from mctrack_experiments.pixel_scenes import disturbed as disturbed_ticks
 from mctrack_experiments.real.stored_detections import DATA_SETS, DISTURBANCE_M, StoredSet
+from mctrack_experiments.scenarios.changing_views import SCENES, score, tracked
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.fusion.association import likelihood
 from mctrack_ros.fusion.existence import evidence
@@ -52,6 +59,7 @@ from mctrack_ros.perception.local_tracks import table
 from mctrack_ros.replay import camera_source, workers
 
 SEEDS = range(1, 4)
+ROBUSTNESS_SEEDS, ROBUSTNESS_S = (1,), 16.0
 CLOSED_PITCH = 2
 """So many matches are tracked in a closed loop."""
 
@@ -173,11 +181,14 @@ class DataSet:
         Seeds of the disturbance, or of the matches.
     scores : callable
         Fuses them with some settings and for one of the runs.
+    figures : sequence of str
+        What is scored.
 
     """
 
     runs: Sequence[int]
     scores: Callable[[Mapping[str, Any], int], Scores]
+    figures: Sequence[str] = FIGURES
 
 
 def stored_sets(data: Path) -> dict[str, DataSet]:
@@ -243,6 +254,32 @@ def closed_loops(data: Path, folder: Path) -> dict[str, DataSet]:
     }
 
 
+def changing_scenes() -> dict[str, DataSet]:
+    """Return the scenes that try the rules of cameras: disturbed matches, changing views."""
+
+    def robustness(_: Mapping[str, Any], seed: int) -> Scores:
+        values = reproduce_robustness([seed], ROBUSTNESS_S).figures
+        recovery = [min(values[f'{name}.recovery_max_s'], ROBUSTNESS_S) for name in STEPPED]
+        return {
+            'mota': float(np.mean([values[f'{name}.mota'] for name in DISTURBANCES])),
+            'false': float(np.mean([values[f'{name}.false'] for name in DISTURBANCES])),
+            'recovery_s': float(np.mean(recovery)),
+        }
+
+    def views(_: Mapping[str, Any], seed: int) -> Scores:
+        scored = [score(scene(), tracked(scene(), seed)) for scene in SCENES.values()]
+        return {
+            'false_s': sum(each['false_s'] for each in scored),
+            'most_false': max(each['most_false'] for each in scored),
+            'longest_miss_s': max(each['longest_miss_s'] for each in scored),
+        }
+
+    return {
+        'robustness': DataSet(ROBUSTNESS_SEEDS, robustness, ('mota', 'false', 'recovery_s')),
+        'views': DataSet(SEEDS, views, ('false_s', 'most_false', 'longest_miss_s')),
+    }
+
+
 @contextlib.contextmanager
 def left_out(rule: Rule) -> Iterator[Mapping[str, Any]]:
     """Leave a rule out, in processes that are forked, too; yield the settings that do so."""
@@ -283,15 +320,19 @@ def ablate(
 
     """
     figures: dict[str, float] = {}
-    rows = ['| rule | data | MOTA | IDF1 | switches |', '|---|---|---|---|---|']
+    rows: list[str] = []
+    named: Sequence[str] = ()
     for place, data_set in data_sets.items():
+        if data_set.figures != named:
+            named = data_set.figures
+            rows += ['', f'| rule | data | {" | ".join(named)} |', f'|---|---|{"---|" * len(named)}']
         whole = [data_set.scores({}, run) for run in data_set.runs]
-        figures |= {f'{place}.{name}': _mean(whole, name) for name in FIGURES}
+        figures |= {f'{place}.{name}': _mean(whole, name) for name in named}
         for name, rule in rules.items():
             with left_out(rule) as settings:
                 without = [data_set.scores(settings, run) for run in data_set.runs]
             cells = []
-            for figure in FIGURES:
+            for figure in named:
                 change = [b[figure] - a[figure] for a, b in zip(whole, without)]
                 mean, error = float(np.mean(change)), _error(change)
                 figures[f'{place}.{name}.{figure}'] = mean
@@ -340,7 +381,7 @@ def main() -> None:
         name: rule for name, rule in all_rules.items() if name in (arguments.only or all_rules)
     }
     if arguments.cameras:
-        data_sets = closed_loops(arguments.data, arguments.cache)
+        data_sets = closed_loops(arguments.data, arguments.cache) | changing_scenes()
     elif arguments.closed_loop:
         rules = {name: rule for name, rule in rules.items() if rule.feeds_back or arguments.only}
         data_sets = closed_loops(arguments.data, arguments.cache)
