@@ -189,6 +189,6 @@ def test_offline_there_is_no_latency_and_the_pace_is_that_of_the_run(match, tmp_
 
 
 def test_command_names_what_is_not_usual():
-    assert DemoOptions().command == 'mctrack demo --seconds 60'
+    assert DemoOptions().command == 'mctrack demo --seconds 120'
     options = DemoOptions(seconds=10, cameras=3, offline=True, seed=7)
     assert options.command == 'mctrack demo --seconds 10 --cameras 3 --seed 7 --offline'
