@@ -7,6 +7,7 @@ import sys
 
 import pytest
 import rclpy
+import yaml
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Goals
 from rclpy.duration import Duration
@@ -21,6 +22,7 @@ from mctrack_ros.interfaces import Detections
 from mctrack_ros.recording import PARAMETERS, BagReader, attachments
 from mctrack_ros.recording.track_log.log import RECORDING
 from mctrack_ros.replay.proof.verify import verify_bag
+from mctrack_ros.ros.nodes.fusion_node import FusionNode
 from mctrack_ros.ros.nodes.recorder import Recorder
 from mctrack_ros.ros.topics.choice import is_private
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
@@ -318,9 +320,15 @@ def test_a_disk_that_gets_full_ends_the_recording_cleanly(bench, tmp_path):
 
 def test_a_recorded_graph_is_replayed_to_the_same_tracks(bench, tmp_path):
     bag, sent = tmp_path / 'bag', 60
-    bench.open('--params-file', str(bench.parameter_file('recorder', {'path': str(bag)})))
-    recorder = bench.add(Recorder())
-    bench.spawn('fusion_node', cameras=['one', 'two'])
+    given = {'recorder': {'path': str(bag)}, 'fusion_node': {'cameras': ['one', 'two']}}
+    path = tmp_path / 'parameters.yaml'
+    path.write_text(
+        yaml.safe_dump({name: {'ros__parameters': values} for name, values in given.items()})
+    )
+    bench.open('--params-file', str(path))
+    recorder, fusion = bench.add(Recorder()), bench.add(FusionNode())
+    outputs = (fusion.tracks, fusion.ticks, fusion.site)
+    bench.until(lambda: all(each.get_subscription_count() for each in outputs))
     publishers = [bench.publisher(PointCloud2, f'/{name}/detections') for name in ('one', 'two')]
     bench.until(lambda: all(each.get_subscription_count() == 2 for each in publishers))
     begin_ns = 1_700_000_000 * 10**9
