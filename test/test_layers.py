@@ -88,11 +88,12 @@ STAGES = {
         ('trackers', 'boxes', 'overlay', 'mosaic'),
     ),
     'fusion': (
+        ('clock_offsets.config',),
         ('config', 'columns', 'neighbours', 'views', 'association.solvers'),
         ('motion.config', 'association.config', 'existence.config', 'reid.config'),
         ('management.config',),
         ('joint_tracker.config',),
-        ('camera_clocks', 'table', 'measurements'),
+        ('camera_clocks', 'clock_offsets', 'table', 'measurements'),
         ('batcher', 'motion', 'sensor_bias'),
         ('existence', 'association', 'reid'),
         ('update',),

@@ -325,7 +325,11 @@ def ablate(
     for place, data_set in data_sets.items():
         if data_set.figures != named:
             named = data_set.figures
-            rows += ['', f'| rule | data | {" | ".join(named)} |', f'|---|---|{"---|" * len(named)}']
+            rows += [
+                '',
+                f'| rule | data | {" | ".join(named)} |',
+                f'|---|---|{"---|" * len(named)}',
+            ]
         whole = [data_set.scores({}, run) for run in data_set.runs]
         figures |= {f'{place}.{name}': _mean(whole, name) for name in named}
         for name, rule in rules.items():

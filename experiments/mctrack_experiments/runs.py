@@ -29,6 +29,7 @@ SEEDS: Mapping[str, int] = {
     'scenarios': 50,
     'consistency': 50,
     'biased': 8,
+    'clocks': 50,
     'demo': 5,
     'moving_camera': 4,
     'belief': 20,

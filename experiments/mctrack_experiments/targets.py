@@ -429,5 +429,27 @@ TARGETS = (
            'norfair: `crowd.norfair.idf1`; on seeds 11 to 34 textbook GNN .823, JPDA .839'),
     Target('bench_fusion', 'crowd.switches', 'crowds, switches in 1000 ticks', None, None,
            'norfair: `crowd.norfair.switches`; on seeds 11 to 34 textbook GNN 22.8, JPDA 23.0'),
+    *(
+        Target('clocks', f'offset_{ms}ms.worst_ms',
+               f'a clock {ms} ms ahead, largest error after 60 s of a match, ms', None, 5.0,
+               f'rms `offset_{ms}ms.rms_ms`; of all trials within 5 ms: `within_5ms`')
+        for ms in (0, 20, 50, 120)
+    ),
+    Target('clocks', 'coverage', 'the same, truth within the 95 % interval, share of 50', 0.90,
+           None, 'of all cameras: `coverage_all`; half the interval: `half_ms` ms'),
+    Target('clocks', 'still.known', 'the same while nobody moves, clocks that count as known',
+           None, 0),
+    Target('clocks', 'pixels.change_error_worst_ms',
+           'one rendered match, a clock shifted by 20 to 120 ms: change less shift, worst, ms',
+           None, 5.0, 'unshifted, truth 0: `pixels.unshifted_ms` +- `pixels.half_ms` ms'),
+    *(
+        Target('clocks', f'{name}.change_error_worst_ms',
+               f'{words}, the same', None, 40.0,
+               f'unshifted, truth unknown: `{name}.unshifted_ms` +- `{name}.half_ms` ms')
+        for name, words in (
+            ('terrace4', 'terrace, four cameras at 3 Hz'),
+            ('terrace', 'terrace, two videos at 25 Hz'),
+        )
+    ),
 )  # fmt: skip
 """In the order in which the page of results lists them: real data first."""

@@ -108,7 +108,10 @@ class Batcher(Generic[R]):
     Attributes
     ----------
     clocks : CameraClocks
-        How the cameras' clocks agree.
+        How the cameras' clocks agree, by when messages arrive.
+    ahead_ns : dict of str to int
+        By how much the clocks of cameras are known to be ahead, ns: that is taken from their
+        stamps, and nothing else is added to them. In whole milliseconds.
 
     Raises
     ------
@@ -130,6 +133,7 @@ class Batcher(Generic[R]):
         self._max_wait_ns = round(settings.max_wait * settings.period * SECOND_NS)
         self._timeout_ns = round(settings.patience * SECOND_NS)
         self.clocks = CameraClocks(settings, cameras)
+        self.ahead_ns: dict[str, int] = {}
         self._sync_ns = round(settings.time_sync_limit * SECOND_NS)
         self._unusable = unusable
         self._reference_ns = 0
@@ -167,14 +171,18 @@ class Batcher(Generic[R]):
         if camera not in self._cameras:
             raise ValueError(f'camera is {camera!r}, expected one of {list(self._cameras)}')
         closed = self.poll(now_ns)
-        added_ns, early_ns, reference_ns = 0, None, self._reference_ns
+        known_ns = self.ahead_ns.get(camera)
+        added_ns, early_ns, reference_ns = -(known_ns or 0), None, self._reference_ns
+        rows = rows.at(rows.stamp_ns + added_ns) if added_ns else rows
         if arrival_ns is not None:
             verdict = self.clocks.judge(camera, rows.stamp_ns, arrival_ns)
             if not verdict.is_used:
                 self._cameras[camera].left_out += 1
                 return closed
-            added_ns, early_ns, _, reference_ns = verdict
-            rows = rows.at(rows.stamp_ns + added_ns)
+            early_ns, reference_ns = verdict.early_ns, verdict.reference_ns
+            if known_ns is None:
+                added_ns = verdict.added_ns
+                rows = rows.at(rows.stamp_ns + added_ns)
         if self._started_ns is None:
             self._started_ns = self._admitted_ns = now_ns
         are_others_right = abs(reference_ns - self._reference_ns) > self._sync_ns

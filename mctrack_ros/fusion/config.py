@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mctrack_ros.config import parameter
+from mctrack_ros.fusion.clock_offsets.config import ClocksConfig
 
 MISSED_IMAGES = 2.5
 """A camera from which nothing came for so many of its intervals has lost two images, not one."""
@@ -59,3 +60,4 @@ class FusionConfig:
 
     tracker: str
     batching: BatchingConfig = BatchingConfig()
+    clocks: ClocksConfig = ClocksConfig()

@@ -3,7 +3,7 @@
 from mctrack_ros.recording.bags.attached import PARAMETERS, attachments
 from mctrack_ros.recording.bags.bag import BagReader
 from mctrack_ros.recording.bags.files import is_bag
-from mctrack_ros.recording.bags.site_topic import stated_origin
+from mctrack_ros.recording.bags.site_topic import stated_clock_offsets, stated_origin
 from mctrack_ros.recording.bags.writer import ROSBAGS_CLASSES, BagWriter, Storage, check_place
 from mctrack_ros.recording.errors import BagError, CutBagWarning
 from mctrack_ros.recording.tracks.mot_text import (
@@ -33,6 +33,7 @@ __all__ = [
     'is_bag',
     'mot_text_place',
     'read_mot_text',
+    'stated_clock_offsets',
     'stated_origin',
     'write_mot_text',
 ]

@@ -334,7 +334,8 @@ class CameraSource:
         index, stamps = self._read, self._task.stamps
         self._read += 1
         if stamps is None:
-            return stamp_ns_of(message)
+            ahead_ns = self._task.settings.ahead_ns if self._task.video else 0
+            return stamp_ns_of(message) - ahead_ns
         self.session = (
             stamps.session[index] if stamps.stamp_ns[index] != LEFT_OUT else self.session
         )

@@ -18,7 +18,13 @@ from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.camera_source import CameraTask, topic_of
 from mctrack_ros.replay.lockstep import ReplayError, tick_ns
 from mctrack_ros.replay.quality import JUMP_REMEDY, CameraQuality, complaints, pace_complaint
-from mctrack_ros.replay.stamps import Entry, judge, logged_on_arrival, read_entries
+from mctrack_ros.replay.stamps import (
+    Entry,
+    corrected,
+    judge,
+    logged_on_arrival,
+    read_entries,
+)
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.site import SiteConfig
 
@@ -112,7 +118,7 @@ def examine_bag(path: str | Path, site: SiteConfig, namespace: str = '') -> Iter
         except BagError as error:
             yield Finding(Severity.ERROR, site.name, str(error), 'track with --log-times')
             return
-        yield from _examine_stamps(entries, site)
+        yield from _examine_stamps(corrected(entries, reader, topics, site), site)
         for task in tasks:
             if task.image_topic in topics:
                 yield from _examine_images(reader, task, entries)

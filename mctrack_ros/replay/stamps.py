@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion.camera_clocks import JUMPED, KEPT, CameraClocks, Jump
 from mctrack_ros.fusion.config import BatchingConfig
-from mctrack_ros.interfaces import RESTART_NS
-from mctrack_ros.recording import BagError, BagReader
+from mctrack_ros.interfaces import RESTART_NS, Detections
+from mctrack_ros.recording import BagError, BagReader, stated_clock_offsets
 from mctrack_ros.replay.quality import LEFT_OUT, SECOND_NS, Stamps
+from mctrack_ros.site.site import SiteConfig
 
 _ALIKE = 2.0
 """Largest ratio of the pace of log times to that of stamps at which they are times of arrival."""
@@ -66,6 +67,24 @@ def read_entries(reader: BagReader, topics: dict[str, str], log_times: bool) -> 
                 'instead, by --log-times'
             )
     return entries
+
+
+def corrected(
+    entries: Sequence[Entry], reader: BagReader, topics: dict[str, str], site: SiteConfig
+) -> list[Entry]:
+    """
+    Take from stamps what the site says that the cameras' clocks are ahead.
+
+    Detections whose stamps a run has corrected before, as the bag's `/site` says, are corrected by
+    the difference.
+    """
+    stated = stated_clock_offsets(reader)
+    ahead_ns = {}
+    for topic, camera in topics.items():
+        has_been = topic.endswith(f'/{Detections.TOPIC}')
+        before_ns = round(stated.get(camera, 0.0) * 1e3) * 1_000_000 if has_been else 0
+        ahead_ns[camera] = site.cameras[camera].ahead_ns - before_ns
+    return [entry._replace(stamp_ns=entry.stamp_ns - ahead_ns[entry.camera]) for entry in entries]
 
 
 def judge(

@@ -26,7 +26,7 @@ from mctrack_ros.replay.quality import (
     pace_complaint,
 )
 from mctrack_ros.replay.results import RunFiles
-from mctrack_ros.replay.stamps import judge, read_entries
+from mctrack_ros.replay.stamps import corrected, judge, read_entries
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
 from mctrack_ros.site.choice import with_tracker
 from mctrack_ros.site.site import SiteConfig
@@ -250,6 +250,7 @@ def _bag(source: Source, site: SiteConfig) -> _Input:
         if any(task.fusion_topic in topics for task in tasks):
             _check_origin(reader, site)
         entries = read_entries(reader, topics, source.log_times)
+        entries = corrected(entries, reader, topics, site)
         seconds = reader.duration_s
         topic = f'/{START_TOPIC}'
         asked = reader.rows(topic, Detections) if reader.count(topic) else ()

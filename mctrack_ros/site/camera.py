@@ -61,6 +61,13 @@ class CameraSettings:
         "x,y of the site's local origin, in the coordinates of the calibration: detections are "
         'relative to it [m]',
     )
+    clock_offset: float = parameter(
+        0.0,
+        "by how much the camera's clock is ahead of the others', which is taken from its stamps; "
+        'mctrack doctor --clocks measures it [s]',
+        minimum=-10.0,
+        maximum=10.0,
+    )
     mask: str = parameter('', 'image whose black pixels are ignored; empty: none')
     background: str = parameter(
         '', 'image without moving objects; empty: the background is learned first'
@@ -136,6 +143,11 @@ class CameraSettings:
         mapping, origin = self.stated_mapping(), origin_from(self.origin)
         check_near(mapping.camera_position[:2], origin, self.grid or self.calibration)
         return mapping.moved(np.negative(origin))
+
+    @property
+    def ahead_ns(self) -> int:
+        """By how much the camera's clock is ahead, in whole milliseconds, ns."""
+        return round(self.clock_offset * 1e3) * 1_000_000
 
     def place(self) -> NDArray[np.float64]:
         """Return where the camera is, (2,) m, in the calibration's coordinates; raises alike."""

@@ -29,6 +29,8 @@ def site_description(
     Zones and lines are relative to the origin, as positions on topics are; rows of events name
     them by index. With the id of the first track that may begin, and of a live run with the
     versions and the processor, so that it can be replayed.
+    Clock offsets, s, are those that were taken from the stamps of the cameras' detections in a
+    bag.
     """
     private = {'private': True} if configuration.get('private') else {}
     return json.dumps(
@@ -43,6 +45,7 @@ def site_description(
             'origin': configuration['origin'],
             'codes': code_tables(),
             'zones': configuration.get('zones', []),
+            'clock_offsets': configuration.get('clock_offsets', {}),
             'configuration_hash': _digest(configuration),
             'fusion': configuration['fusion'],
         },

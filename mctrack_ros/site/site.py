@@ -104,6 +104,11 @@ class SiteConfig:
         return self.zones.moved((-x, -y))
 
     @property
+    def clock_offsets(self) -> dict[str, float]:
+        """By how much the clocks of cameras are ahead, s, where that is stated."""
+        return {name: own.clock_offset for name, own in self.cameras.items() if own.ahead_ns}
+
+    @property
     def image_sizes(self) -> dict[str, tuple[int, int]]:
         """Width and height of each camera's images, px."""
         return {name: (own.image_width, own.image_height) for name, own in self.cameras.items()}
@@ -135,6 +140,7 @@ class SiteConfig:
             'origin': list(self.origin),
             'fusion': values_of(self.fusion),
             **self.own_zones.configured(),
+            'clock_offsets': self.clock_offsets,
             **({'private': True} if self.private else {}),
         }
 

@@ -300,3 +300,24 @@ def test_messages_of_any_row_type_are_sorted_into_ticks():
     assert [tick.messages[0].rows.area.tolist() for tick in ticks] == 4 * [[5.0]]
     assert [tick.record.detections.tolist() for tick in ticks] == 4 * [[1, 1]]
     assert sum(tick.record.dropped_detections for tick in ticks).tolist() == [0, 4]
+
+
+def test_what_a_clock_is_known_to_be_ahead_is_taken_from_its_stamps_and_recorded():
+    batcher = open_batcher(JointConfig(), ('one', 'two'))
+    batcher.ahead_ns['two'] = 120 * MS
+    (tick,) = feed(batcher, [(0, 'two', stamp(8, 20)), (1, 'one', stamp(5, 25))])
+    assert shape([tick]) == [(stamp(5, 25), (('one', stamp(5, 25)), ('two', stamp(5, 20))))]
+    np.testing.assert_array_equal(tick.record.added_ms, [0, -120])
+
+
+def test_a_known_clock_is_not_corrected_by_when_messages_arrive():
+    batcher, ticks = open_batcher(JointConfig(), ('one', 'two')), []
+    batcher.ahead_ns['two'] = 20 * MS
+    for index in range(20):
+        for camera, lag_ms in (('one', 0), ('two', 100)):
+            stamp_ns = stamp(index) + 20 * MS * (camera == 'two')
+            now_ns = stamp(index) + lag_ms * MS
+            ticks += batcher.add(camera, detections(stamp_ns, [[0, 0]]), now_ns, now_ns)
+    assert ticks
+    assert {int(tick.record.added_ms[1]) for tick in ticks if tick.record.admitted[1]} <= {-20}
+    assert not any(tick.record.added_ms[0] for tick in ticks)

@@ -52,6 +52,7 @@ class Experiment(StrEnum):
     FEEDBACK = 'feedback'
     COVERING = 'covering'
     BIASED = 'biased'
+    CLOCKS = 'clocks'
     DEMO = 'demo'
     GRID = 'grid'
     MOVING_CAMERA = 'moving_camera'
@@ -72,13 +73,14 @@ _SIMULATED = {
     Experiment.CONSISTENCY: 'scenarios.consistency',
     Experiment.FEEDBACK: 'scenarios.feedback',
     Experiment.BIASED: 'scenarios.biased',
+    Experiment.CLOCKS: 'scenarios.clocks',
     Experiment.DEMO: 'live_demo',
     Experiment.MOVING_CAMERA: 'papers.belief.moving_camera',
     Experiment.BELIEF: 'papers.belief.comparison',
 }
 """Modules of the experiments whose scenes come from seeds."""
 _COUNTED = (
-    *(Experiment.SCENARIOS, Experiment.CONSISTENCY, Experiment.BIASED),
+    *(Experiment.SCENARIOS, Experiment.CONSISTENCY, Experiment.BIASED, Experiment.CLOCKS),
     *(Experiment.SILHOUETTES, Experiment.CLASSES, Experiment.GREY_CARPARK, Experiment.BELIEF),
 )
 """Those that tell how many scenes of how many are done; the others tell lines."""
@@ -117,10 +119,10 @@ def reproduce(
     Measure on real data, matches, car parks, staged scenarios, mappings or the watchdog.
 
     Real data is needed by pets, terrace, terrace4, street, foreground, lab6p, cmc, wildtrack,
-    defaults, cameras, intel, watchdog, covering, grid and belief, the fusion benchmark by biased;
-    others are simulated. docs/results.md has what each one gave. The k-th run of an experiment on
-    simulated scenes has the seeds 1000 k + 1, 1000 k + 2 ...; mean and spread of all its runs
-    are printed.
+    defaults, cameras, intel, watchdog, covering, grid, belief and clocks, the fusion benchmark by
+    biased; others are simulated. docs/results.md has what each one gave. The k-th run of an
+    experiment on simulated scenes has the seeds 1000 k + 1, 1000 k + 2 ...; mean and spread of all
+    its runs are printed.
     """
     if image is not None and experiment not in DRAWN:
         raise ValueError(f'{experiment} has no image: leave --image away')
@@ -230,7 +232,7 @@ def _on_seeds(
     module = import_module(f'mctrack_experiments.{_SIMULATED[experiment]}')
     run = getattr(module, f'reproduce_{experiment}')
     places = []
-    if experiment in (Experiment.COVERING, Experiment.BELIEF):
+    if experiment in (Experiment.COVERING, Experiment.BELIEF, Experiment.CLOCKS):
         places = [data_folder(data)]
     if experiment is Experiment.BIASED:
         from mctrack_experiments.bench.fusion import toolkit_folder

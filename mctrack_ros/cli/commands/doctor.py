@@ -17,6 +17,11 @@ def doctor(
     namespace: str = typer.Option(
         '', callback=namespace_of, help='Namespace of the cameras in the bag.'
     ),
+    clocks: bool = typer.Option(
+        False,
+        '--clocks',
+        help="Measure the cameras' clocks by who moves in several views of the bag.",
+    ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the findings here.'),
 ) -> None:
     """Report what is wrong with a site and a bag, and what to do; exit code 1: an error."""
@@ -27,6 +32,14 @@ def doctor(
     findings = list(examine_site(config))
     if bag is not None:
         findings += examine_bag(bag, config, namespace)
+    if clocks:
+        from mctrack_ros.replay.clock_doctor import camera_clocks
+        from mctrack_ros.replay.clock_doctor import findings as clock_findings
+
+        if bag is None:
+            raise typer.BadParameter('name the bag, too', param_hint='--clocks')
+        limit_s = config.fusion.clocks.limit
+        findings += clock_findings(camera_clocks(bag, config, namespace), limit_s)
     order = list(Severity)
     for finding in sorted(findings, key=lambda one: order.index(one.severity)):
         typer.echo(f'{finding.severity:<8}{finding.about}: {finding.what}')

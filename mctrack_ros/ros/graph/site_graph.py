@@ -37,6 +37,7 @@ def site_nodes(
         origin=origin_text(site.origin),
         site=site.path,
         private=site.private,
+        clock_offsets=','.join(f'{name}={ahead}' for name, ahead in site.clock_offsets.items()),
         fusion=site.fusion,
     )
     nodes = [NodeSpec('fusion_node', 'fusion', values_of(fusion) | clock)]

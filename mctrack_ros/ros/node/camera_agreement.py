@@ -1,4 +1,4 @@
-"""Whether a camera's detections, masks and clock can be used, on `/diagnostics`."""
+"""Whether a camera's detections and masks can be used, on `/diagnostics`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-from mctrack_ros.fusion.camera_clocks import CameraClocks, Jump
 from mctrack_ros.fusion.sensor_bias.camera_bias import LEAST_CAMERAS, CameraBias
 
 
@@ -67,67 +66,6 @@ def _message(distance: float, scatter: float) -> str:
     return 'its detections lie where those of the other cameras do'
 
 
-@dataclass(frozen=True, slots=True)
-class ClockAgreement:
-    """
-    How one camera's clock agrees with the others'.
-
-    Attributes
-    ----------
-    clocks : CameraClocks
-        Of all cameras; it changes with every message.
-    camera : str
-        The camera's name.
-
-    """
-
-    clocks: CameraClocks
-    camera: str
-
-    def report(self, name: str) -> DiagnosticStatus:
-        """Return the state: a corrected clock is a warning, one left out an error."""
-        offset_s, added_s = self.clocks.offset_s(self.camera), self.clocks.added_s(self.camera)
-        level, message = DiagnosticStatus.OK, 'its clock agrees with those of the other cameras'
-        if added_s:
-            level, message = DiagnosticStatus.WARN, clock_message(offset_s) + ': this is removed'
-        if self.clocks.is_left_out(self.camera):
-            level = DiagnosticStatus.ERROR
-            message = clock_message(offset_s) + ': the camera is left out until that is mended'
-        values = {'offset [s]': f'{offset_s:.3f}', 'added to its stamps [s]': f'{added_s:.3f}'}
-        return DiagnosticStatus(
-            level=level,
-            name=name,
-            message=message,
-            values=[KeyValue(key=key, value=value) for key, value in values.items()],
-        )
-
-
-@dataclass(slots=True)
-class ClockJumps:
-    """
-    Whether the clocks of all cameras have jumped at once.
-
-    Attributes
-    ----------
-    clocks : CameraClocks
-        Of all cameras; it changes with every message.
-    reported : Jump or None
-        The last that was reported.
-
-    """
-
-    clocks: CameraClocks
-    reported: Jump | None = None
-
-    def report(self, name: str) -> DiagnosticStatus:
-        """Return the state: a jump since the last report is a warning."""
-        jump, level = self.clocks.jump, DiagnosticStatus.OK
-        if jump is not self.reported:
-            self.reported, level = jump, DiagnosticStatus.WARN
-        message = f'{jump}' if jump else "all cameras' clocks go on evenly"
-        return DiagnosticStatus(level=level, name=name, message=message)
-
-
 @dataclass(slots=True)
 class MaskHealth:
     """
@@ -149,9 +87,3 @@ class MaskHealth:
             name=name,
             message=f'its masks are left out: {self.reason}' if self.reason else 'they are used',
         )
-
-
-def clock_message(offset_s: float) -> str:
-    """Say how a camera's stamps differ from the others'."""
-    word = 'ahead of' if offset_s > 0 else 'behind'
-    return f"its stamps lie {abs(offset_s):.3f} s {word} the other cameras'"

@@ -168,15 +168,16 @@ class CameraNode(GraphNode):
             return
         self.last_stamp_ns = stamp_ns
         self.note_state(self.watch.look(image, stamp_ns))
-        feedback, missed = self.feedback.select(stamp_ns)
+        true_ns = stamp_ns - settings.ahead_ns  # fusion takes it from what is sent itself
+        feedback, missed = self.feedback.select(true_ns)
         if missed:
             self.health.count('feedback missed')
             self.send(self.events, feedback_missed(stamp_ns))
-        output = self.tracker.step(image, stamp_ns, feedback)
+        output = self.tracker.step(image, true_ns, feedback)
         if len(output.events):
-            self.send(self.events, output.events)
+            self.send(self.events, output.events.at(stamp_ns))
         for topic, message in output.messages.items():
-            self.send(self.messages[topic], message)
+            self.send(self.messages[topic], message.at(stamp_ns))
         self.note_shift(output.shift)
         self.note_settled(output.is_settled)
         self.show(image, output)

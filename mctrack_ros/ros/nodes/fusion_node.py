@@ -35,6 +35,7 @@ from mctrack_ros.fusion import (
     open_recorder,
 )
 from mctrack_ros.fusion.camera_clocks import Jump
+from mctrack_ros.fusion.clock_offsets.clock_offsets import ClockOffsets
 from mctrack_ros.fusion.occupancy.masks import Unusable
 from mctrack_ros.fusion.trackers import SELDOM
 from mctrack_ros.interfaces import (
@@ -48,11 +49,12 @@ from mctrack_ros.interfaces import (
     Tracks,
 )
 from mctrack_ros.recording.track_log.provenance import provenance
-from mctrack_ros.ros.node.camera_agreement import (
+from mctrack_ros.ros.node.camera_agreement import MaskHealth, agreements
+from mctrack_ros.ros.node.clock_health import (
     ClockAgreement,
     ClockJumps,
-    MaskHealth,
-    agreements,
+    MotionClocks,
+    ahead_from,
     clock_message,
 )
 from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, StreamHealth
@@ -95,6 +97,11 @@ class FusionNodeConfig:
     private: bool = parameter(
         False, 'say on /site that no picture may be recorded; recorders obey'
     )
+    clock_offsets: str = parameter(
+        '',
+        "by how much cameras' clocks are ahead, which is taken from their stamps: camera=seconds, "
+        'separated by commas; the nodes of a site are given its clock_offset of each camera',
+    )
     fusion: FusionConfig = FUSION.field()
 
 
@@ -121,6 +128,7 @@ class FusionNode(GraphNode):
         compile_loops('mctrack_ros.fusion', *SELDOM)
         self.origin = origin_from(self.config.origin)
         self.batcher = open_batcher(self.config.fusion, cameras)
+        self.batcher.ahead_ns |= ahead_from(self.config.clock_offsets, cameras)
         self.method = fusion_method(self.config.fusion)
         self.joining = Joining(self.config.fusion)
         self.zones = self.own_zones()
@@ -133,12 +141,12 @@ class FusionNode(GraphNode):
             raise
         self.ids = ids
         self.health = {camera: StreamHealth() for camera in cameras}
-        clocks = self.batcher.clocks
+        clocks, self.motion_clocks = self.batcher.clocks, self.own_motion_clocks()
         parts: dict[str, Health] = {
             **self.health,
             **agreements(cameras, self.tracker.bias),
-            **{f'{camera} clock': ClockAgreement(clocks, camera) for camera in cameras},
-            'clocks': ClockJumps(clocks),
+            **{f'{camera} clock': ClockAgreement(self.batcher, camera) for camera in cameras},
+            'clocks': ClockJumps(clocks, self.motion_clocks),
             'ids': ids,
         }
         self.masks: dict[str, MaskHealth] = {}
@@ -160,6 +168,13 @@ class FusionNode(GraphNode):
         self.markers = self.publisher(MarkerArray, 'tracks/markers', reliable(1))
         self.poses = self.publisher(PoseArray, 'tracks/poses', reliable(1))
         self.obstacles = self.publisher(cloud, 'tracks/obstacles', reliable(1))
+
+    def own_motion_clocks(self) -> MotionClocks | None:
+        """Return what compares clocks by who moves; None: that is switched off, or of one."""
+        config, cameras = self.config.fusion.clocks, self.config.cameras
+        if not config.window or len(cameras) < 2:
+            return None
+        return MotionClocks(config, self.batcher, ClockOffsets(cameras, config.window))
 
     def own_zones(self) -> Zones:
         """Read the zones and lines of the site, relative to its origin."""
@@ -243,6 +258,8 @@ class FusionNode(GraphNode):
         ids, self.ids = self.ids, None
         if ids is not None:
             ids.close(self.tracker.next_id)
+            if self.motion_clocks is not None:
+                self.motion_clocks.close()
 
     def on_start(self, message: PointCloud2) -> None:
         """Start and end tracks as somebody asks."""
@@ -355,6 +372,8 @@ class FusionNode(GraphNode):
                 self.send(self.candidates, recorder.explanation.candidates)
                 self.send(self.decisions, recorder.explanation.decisions)
             self.count(tick)
+            if self.motion_clocks is not None:
+                self.motion_clocks.add(tick, output.tracks)
             self.note_masks(output.left_out)
             self.show(output.tracks)
 

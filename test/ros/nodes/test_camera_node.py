@@ -71,6 +71,19 @@ def test_each_image_gives_detections_with_its_stamp(camera):
     assert not camera.detections[-1].is_blind
 
 
+def test_a_clock_that_is_ahead_is_set_right_for_feedback_and_told_as_it_is(bench, projection):
+    parameters = camera_parameters(projection)
+    parameters['settings']['clock_offset'] = 0.12
+    node, asked = bench.make(CameraNode, **parameters), []
+    select = node.feedback.select
+    node.feedback.select = lambda stamp_ns: asked.append(stamp_ns) or select(stamp_ns)
+    camera = Images(bench)
+    camera.show(range(2), START_NS + 120_000_000)
+    assert asked == [START_NS, START_NS + PERIOD_NS]
+    stamps = [detections.stamp_ns for detections in camera.detections]
+    assert stamps == [stamp_ns + 120_000_000 for stamp_ns in asked]
+
+
 def test_raw_images_are_taken_too(bench, projection):
     parameters = camera_parameters(projection)
     parameters['settings']['image_topic'] = 'image_raw'

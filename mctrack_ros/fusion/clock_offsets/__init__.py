@@ -1,0 +1,1 @@
+"""Offsets of the cameras' clocks, from targets that move in several views."""
