@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,8 +126,11 @@ class ClockOffsets:
         begin_ns, record = self._started(tracks.stamp_ns), tick.record
         added_s = dict(zip(record.camera.tolist(), (record.added_ms * 1e-3).tolist()))
         for message in tick.messages:
+            detections = _detections(message.rows)
+            if detections is None:
+                continue
             camera = self._index[message.camera]
-            found = sightings(tracks, _detections(message.rows), camera, begin_ns)
+            found = sightings(tracks, detections, camera, begin_ns)
             found['seconds'] -= added_s.get(camera, 0.0)
             self._open.append(found)
         return self._closed(tracks.stamp_ns)
@@ -264,11 +267,10 @@ class ClockSolver:
         return min(members[(len(members) - 1) // 2], members[len(members) // 2])
 
 
-def _detections(rows: Stamped) -> Detections:
-    """Return the detections of an image: all that there is, or beside others."""
-    found: Any = rows if isinstance(rows, Detections) else cast(Any, rows).detections
-    assert isinstance(found, Detections)
-    return found
+def _detections(rows: Stamped) -> Detections | None:
+    """Return the detections of an image: all that there is, or beside others; None: none."""
+    found: Any = rows if isinstance(rows, Detections) else getattr(rows, 'detections', None)
+    return found if isinstance(found, Detections) else None
 
 
 def _joined(parts: Sequence[NDArray[np.void]]) -> NDArray[np.void]:
