@@ -165,6 +165,7 @@ class FusionNode(GraphNode):
         self.candidates = self.publisher(cloud, 'explanation/candidates', reliable(100))
         self.decisions = self.publisher(cloud, 'explanation/decisions', reliable(100))
         self.site = self.publisher(String, 'site', quality.latched())
+        self.track_markers = markers.TrackMarkers(self.config.ground_frame)
         self.markers = self.publisher(MarkerArray, 'tracks/markers', reliable(1))
         self.poses = self.publisher(PoseArray, 'tracks/poses', reliable(1))
         self.obstacles = self.publisher(cloud, 'tracks/obstacles', reliable(1))
@@ -418,7 +419,7 @@ class FusionNode(GraphNode):
         """Publish markers and images while somebody subscribes."""
         frame = self.config.ground_frame
         if self.markers.get_subscription_count():
-            self.markers.publish(markers.marker_array(tracks, frame))
+            self.markers.publish(self.track_markers.array(tracks))
         if self.poses.get_subscription_count():
             self.poses.publish(markers.pose_array(tracks, frame))
         if self.obstacles.get_subscription_count():
