@@ -31,6 +31,7 @@ from mctrack_ros.perception import (
 from mctrack_ros.perception.mosaic import without_faces
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
+from mctrack_ros.ros.interop.camera_frames import CameraFrames
 from mctrack_ros.ros.node.camera_health import ImageHealth, PoseHealth
 from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, StreamHealth
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
@@ -66,6 +67,11 @@ class CameraNodeConfig:
         False, 'publish no picture: no debug_image; masks of silhouettes go to who takes them'
     )
     blur: bool = parameter(True, 'make people in debug_image unrecognisable')
+    frames: bool = parameter(
+        True,
+        "publish the camera's place on /tf_static and its lens on camera_info, from the "
+        "calibration; false where the camera's driver or a robot description does",
+    )
     settings: CameraSettings = CameraSettings()
 
 
@@ -108,6 +114,10 @@ class CameraNode(GraphNode):
         self.debug_image: LifecyclePublisher | None = None
         if not self.config.private:
             self.debug_image = self.publisher(Image, f'{camera}/debug_image', reliable(1))
+        self.frames: CameraFrames | None = None
+        if self.config.frames and not settings.pipeline.moves:
+            frame, mapping = self.config.ground_frame, settings.mapping()
+            self.frames = CameraFrames(self, camera, frame, mapping)
         self.likelihood_grid: LifecyclePublisher | None = None
         if Likelihood in self.method.messages:
             self.likelihood_grid = self.publisher(
@@ -143,6 +153,8 @@ class CameraNode(GraphNode):
         before_ns = self.health.last_stamp_ns
         warn_of_silence(self, topic, lambda: self.health.last_stamp_ns != before_ns)
         self.diagnostics.begin()
+        if self.frames is not None:
+            self.frames.publish()
 
     def on_feedback(self, message: PointCloud2) -> None:
         """Keep what the fusion node believes."""

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import PoseArray
+from geometry_msgs.msg import PoseArray, PoseStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecyclePublisher
 from sensor_msgs.msg import PointCloud2
@@ -49,6 +49,7 @@ from mctrack_ros.interfaces import (
     Tracks,
 )
 from mctrack_ros.recording.track_log.provenance import provenance
+from mctrack_ros.ros.interop.followed import Followed
 from mctrack_ros.ros.node.camera_agreement import MaskHealth, agreements
 from mctrack_ros.ros.node.clock_health import (
     ClockAgreement,
@@ -83,6 +84,13 @@ class FusionNodeConfig:
     )
     obstacle_height: float = parameter(
         0.5, 'height of the points on /tracks/obstacles [m]', minimum=0.0, maximum=10.0
+    )
+    follow: int = parameter(
+        0,
+        'id of the track whose pose is on /followed, also after corrections; 0: none; may be set '
+        'at any time',
+        minimum=0,
+        maximum=0xFFFFFFFF,
     )
     state_file: str = parameter(
         'auto',
@@ -165,6 +173,9 @@ class FusionNode(GraphNode):
         self.candidates = self.publisher(cloud, 'explanation/candidates', reliable(100))
         self.decisions = self.publisher(cloud, 'explanation/decisions', reliable(100))
         self.site = self.publisher(String, 'site', quality.latched())
+        self.followed = Followed(self.config.follow)
+        self.pose = self.publisher(PoseStamped, 'followed', reliable(1))
+        self.track_markers = markers.TrackMarkers(self.config.ground_frame)
         self.markers = self.publisher(MarkerArray, 'tracks/markers', reliable(1))
         self.poses = self.publisher(PoseArray, 'tracks/poses', reliable(1))
         self.obstacles = self.publisher(cloud, 'tracks/obstacles', reliable(1))
@@ -376,6 +387,17 @@ class FusionNode(GraphNode):
                 self.motion_clocks.add(tick, output.tracks)
             self.note_masks(output.left_out)
             self.show(output.tracks)
+            frame = self.config.ground_frame
+            if pose := self.followed.pose(output.tracks, output.events, frame):
+                self.pose.publish(pose)
+
+    def may_change(self, name: str) -> bool:
+        """Tell whether a parameter may change while the node runs: whom to follow."""
+        return name == 'follow'
+
+    def changed(self, name: str, value: Any) -> None:
+        """Follow somebody else from now on."""
+        self.followed = Followed(int(value))
 
     def note_masks(self, left_out: Mapping[str, str]) -> None:
         """Keep whose masks are left out; log when that changes, but for a camera's silence."""
@@ -418,7 +440,7 @@ class FusionNode(GraphNode):
         """Publish markers and images while somebody subscribes."""
         frame = self.config.ground_frame
         if self.markers.get_subscription_count():
-            self.markers.publish(markers.marker_array(tracks, frame))
+            self.markers.publish(self.track_markers.array(tracks))
         if self.poses.get_subscription_count():
             self.poses.publish(markers.pose_array(tracks, frame))
         if self.obstacles.get_subscription_count():

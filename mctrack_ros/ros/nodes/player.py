@@ -19,6 +19,7 @@ from rosgraph_msgs.msg import Clock
 from mctrack_ros.codec import header
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.recording import BagError, BagReader, CutBagWarning
+from mctrack_ros.ros.interop.made_types import serialisable
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.playback.controls import Controls
@@ -26,7 +27,7 @@ from mctrack_ros.ros.playback.pacing import SECOND_NS, Due, Pace, Transport, shi
 from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.choice import Awaited, pattern
 from mctrack_ros.ros.topics.definitions import definition_of
-from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class, starts_with_header
+from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, starts_with_header
 
 _ARRIVAL_S = 1.0
 _GLOBAL = ('/tf', '/tf_static', '/diagnostics', '/rosout', '/parameter_events')
@@ -141,7 +142,7 @@ class Player(GraphNode):
     def add(self, topic: str, kind: str) -> None:
         """Create the publisher of one topic, unless its type is not there as it was recorded."""
         try:
-            message = message_class(kind)
+            message = serialisable(kind)
             recorded = self.bag.definition(topic)
             definition_of(kind, [recorded.type_hash] if recorded and recorded.type_hash else [])
         except ValueError as error:

@@ -21,6 +21,7 @@ from std_msgs.msg import String
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.recording import PARAMETERS, BagError, BagWriter, Storage
 from mctrack_ros.recording.track_log.log import RECORDING
+from mctrack_ros.ros.interop.made_types import serialisable
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.other_parameters import NodeParameters
 from mctrack_ros.ros.node.process import run
@@ -32,7 +33,6 @@ from mctrack_ros.ros.topics.choice import (
     pattern,
 )
 from mctrack_ros.ros.topics.definitions import definition_of
-from mctrack_ros.ros.topics.messages import message_class
 from mctrack_ros.ros.topics.quality import latched, to_bag
 from mctrack_ros.ros.topics.raw_source import Drained, RawSource
 
@@ -245,7 +245,7 @@ class Recorder(GraphNode):
         try:
             if len(kinds) > 1:
                 raise ValueError(f'it has several message types: {", ".join(kinds)}')
-            message = message_class(kinds[0])
+            message = serialisable(kinds[0])
             definition = definition_of(kinds[0], hashes)
         except ValueError as error:
             self.leave_out(topic, str(error))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -15,11 +16,23 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mctrack_ros.codec import cloud_from_rows, header
-from mctrack_ros.interfaces import Column, Rows, Tracks, TrackStatus
+from mctrack_ros.interfaces import RESTART_NS, Column, Rows, Tracks, TrackStatus
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.tracking.colours import track_colour
 
 _LIFETIME = Duration(seconds=1)
+_LARGEST_ID = 0x7FFFFFFF
+_PARTS = {
+    'body': Marker.CYLINDER,
+    'name': Marker.TEXT_VIEW_FACING,
+    'covariance': Marker.CYLINDER,
+    'trail': Marker.LINE_STRIP,
+}
+"""Namespaces of a track's markers, and their types."""
+_WITHIN_95 = math.sqrt(5.991)
+"""Standard deviations that hold 95 % of a normal distribution in the plane."""
+_FLAT_M, _TRAIL_WIDTH_M = 0.02, 0.06
+_TRAIL_NS, _TRAIL_STEP_NS = 5_000_000_000, 200_000_000
 _WIDTH_M, _HEIGHT_M = 0.5, 1.8
 _POINTS_A_DISC = 12
 _DISC_M = 0.3
@@ -33,17 +46,74 @@ class _Points(Rows):
     COLUMNS: ClassVar[dict[str, Column]] = {'position': Column('f4', (3,))}
 
 
-def marker_array(tracks: Tracks, frame_id: str) -> MarkerArray:
-    """Return a cylinder for every track, faded while unseen, and its name in its kit's colour."""
-    shown = MarkerArray()
-    for row in np.nonzero(_alive(tracks))[0].tolist():
-        body = _marker(tracks, frame_id, row, 'body', Marker.CYLINDER)
-        name = _marker(tracks, frame_id, row, 'name', Marker.TEXT_VIEW_FACING)
-        name.text = str(name.id)
+class TrackMarkers:
+    """
+    Tracks as markers, tick after tick.
+
+    Of every track a cylinder, faded while it is unseen, its id in its kit's colour, the ellipse
+    that holds its place with 95 %, and the trail of the last seconds. Markers of tracks that are
+    over are deleted.
+
+    Parameters
+    ----------
+    frame_id : str
+        The ground frame.
+
+    """
+
+    def __init__(self, frame_id: str) -> None:
+        self._frame_id = frame_id
+        self._trails: dict[int, deque[tuple[int, float, float]]] = {}
+        self._last_ns = 0
+
+    def array(self, tracks: Tracks) -> MarkerArray:
+        """Return what changes with the tracks of a tick."""
+        shown, stamp_ns = MarkerArray(), tracks.stamp_ns
+        if stamp_ns < self._last_ns - RESTART_NS:
+            self._trails.clear()
+            shown.markers.append(Marker(action=Marker.DELETEALL))
+        self._last_ns, known = stamp_ns, set(self._trails)
+        for row in np.nonzero(_alive(tracks))[0].tolist():
+            shown.markers += self._of_track(tracks, row)
+            known.discard(int(tracks.track_id[row]))
+        for track_id in sorted(known):
+            del self._trails[track_id]
+            shown.markers += [
+                Marker(
+                    header=header(RCLPY_CLASSES, stamp_ns, self._frame_id),
+                    ns=name,
+                    id=track_id & _LARGEST_ID,
+                    action=Marker.DELETE,
+                )
+                for name in _PARTS
+            ]
+        return shown
+
+    def _of_track(self, tracks: Tracks, row: int) -> list[Marker]:
+        """Return the markers of one track."""
+        body, name, ellipse, trail = (
+            _marker(tracks, self._frame_id, row, part, kind) for part, kind in _PARTS.items()
+        )
+        name.text = str(int(tracks.track_id[row]))
         name.pose.position.z = body.scale.z + 0.3
-        name.color = _colour(int(tracks.kit[row]) or name.id, 1.0)
-        shown.markers += [body, name]
-    return shown
+        name.color = _colour(int(tracks.kit[row]) or int(tracks.track_id[row]), 1.0)
+        length, width, turn = _ellipse(tracks.covariance[row, :2, :2].astype(np.float64))
+        ellipse.scale = Vector3(x=length, y=width, z=_FLAT_M)
+        ellipse.pose.position.z, ellipse.pose.orientation = 0.0, _turned(turn)
+        ellipse.color.a = 0.35 * body.color.a
+        trail.scale, trail.pose = Vector3(x=_TRAIL_WIDTH_M), Pose()
+        trail.points = self._trail(tracks, row)
+        return [body, name, ellipse, trail] if len(trail.points) > 1 else [body, name, ellipse]
+
+    def _trail(self, tracks: Tracks, row: int) -> list[Point]:
+        """Return where a track was in the last seconds."""
+        x, y = tracks.position[row, :2].tolist()
+        trail = self._trails.setdefault(int(tracks.track_id[row]), deque())
+        if not trail or tracks.stamp_ns - trail[-1][0] >= _TRAIL_STEP_NS:
+            trail.append((tracks.stamp_ns, x, y))
+        while trail[0][0] < tracks.stamp_ns - _TRAIL_NS:
+            trail.popleft()
+        return [Point(x=at_x, y=at_y, z=_FLAT_M) for _, at_x, at_y in trail]
 
 
 def pose_array(tracks: Tracks, frame_id: str) -> PoseArray:
@@ -85,7 +155,7 @@ def _marker(tracks: Tracks, frame_id: str, row: int, name: str, kind: int) -> Ma
     return Marker(
         header=header(RCLPY_CLASSES, tracks.stamp_ns, frame_id),
         ns=name,
-        id=track_id & 0x7FFFFFFF,
+        id=track_id & _LARGEST_ID,
         type=kind,
         action=Marker.ADD,
         pose=Pose(position=Point(x=x, y=y, z=height / 2)),
@@ -100,6 +170,16 @@ def _colour(number: int, opacity: float) -> ColorRGBA:
     return ColorRGBA(r=red, g=green, b=blue, a=opacity)
 
 
+def _ellipse(covariance: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return both axes, m, and the turn, rad, of what holds 95 % of a (2, 2) covariance, m²."""
+    variance, axes = np.linalg.eigh(covariance)
+    width, length = (2 * _WITHIN_95 * np.sqrt(np.maximum(variance, 1e-6))).tolist()
+    return length, width, math.atan2(axes[1, 1], axes[0, 1])
+
+
 def _facing(vx: float, vy: float) -> Quaternion:
-    half = math.atan2(vy, vx) / 2
-    return Quaternion(x=0.0, y=0.0, z=math.sin(half), w=math.cos(half))
+    return _turned(math.atan2(vy, vx))
+
+
+def _turned(angle: float) -> Quaternion:
+    return Quaternion(x=0.0, y=0.0, z=math.sin(angle / 2), w=math.cos(angle / 2))

@@ -10,7 +10,8 @@ import time
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseArray
+from geometry_msgs.msg import PoseArray, PoseStamped
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
@@ -325,8 +326,22 @@ def test_what_people_look_at_is_published_while_they_look(bench):
     graph.both(range(100, 130))
     bench.until(lambda: markers and markers[-1].markers and poses[-1].poses)
     bench.until(lambda: obstacles and obstacles[-1].width)
-    assert {marker.ns for marker in markers[-1].markers} == {'body', 'name'}
+    assert {marker.ns for marker in markers[-1].markers} >= {'body', 'name', 'covariance'}
     assert poses[-1].header.frame_id == 'map'
+
+
+def test_whom_to_follow_is_chosen_at_run_time(bench):
+    graph = open_fusion(bench)
+    poses = bench.messages(PoseStamped, '/followed')
+    bench.heard('/followed')
+    ids = ids_of(graph, range(100, 115))
+    node = bench.nodes[0]
+    (result,) = node.set_parameters([Parameter('follow', value=min(ids))])
+    assert result.successful
+    graph.both(range(115, 120))
+    bench.until(lambda: poses)
+    (result,) = node.set_parameters([Parameter('obstacle_height', value=1.0)])
+    assert not result.successful
 
 
 def test_namespace_and_remapping_move_its_topics(bench):

@@ -1,0 +1,1 @@
+"""What other ROS packages know: frames, camera info, their own messages."""
