@@ -151,7 +151,7 @@ def _sequence(kind: str) -> tuple[str, str]:
     """Return the name of the one field of a type, and the type that it is a sequence of."""
     if kind not in TYPES.types:
         raise ValueError(f'message type {kind!r} is neither installed nor known')
-    _, described = TYPES.fielddefs[kind]
+    described: Any = TYPES.fielddefs[kind][1]
     if len(described) != 1 or int(described[0][1][0]) != 4 or int(described[0][1][1][0][0]) != 2:
         raise ValueError(f'message type {kind!r} is not installed: only sequences can be made')
     name, (_, (element, _)) = described[0]
