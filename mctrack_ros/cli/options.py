@@ -17,6 +17,17 @@ def finite(value: float) -> float:
     return value
 
 
+def times(began: float, ended: float | None) -> tuple[float, float]:
+    """Return from when until before when, s; without an end, until after all."""
+    from mctrack_ros.store.queries.run import ALWAYS
+
+    if ended is None:
+        return began, ALWAYS[1]
+    if finite(ended) <= began:
+        raise typer.BadParameter(f'--to {ended:g} is not after --from {began:g}')
+    return began, ended
+
+
 def image_file(path: Path | None) -> Path | None:
     """Refuse an image file with an unknown ending or a missing folder."""
     if path is not None and path.suffix.lower() not in IMAGES:

@@ -7,6 +7,7 @@ from mctrack_ros.store.live.feed import FeedOptions
 from mctrack_ros.store.live.live_store import LiveStore
 from mctrack_ros.store.queries.areas import crossings, events, heat_map, occupancy
 from mctrack_ros.store.queries.run import Run, View
+from mctrack_ros.store.queries.runs import runs
 from mctrack_ros.store.queries.tracks import meetings, near, summaries, trajectory
 from mctrack_ros.store.queries.videos import VideoFile, link_videos, showings
 from mctrack_ros.store.runs import NewRun
@@ -38,6 +39,7 @@ __all__ = [
     'near',
     'occupancy',
     'run_of_bag',
+    'runs',
     'showings',
     'store_bag',
     'summaries',

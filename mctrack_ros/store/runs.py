@@ -87,7 +87,10 @@ def find_run(connection: Connection, name: str) -> Row[Any]:
     if name or not found:
         raise StoreError(f'the database has no run {name}'.rstrip())
     listed = ', '.join(row.name for row in found[:20])
-    raise StoreError(f'the database has several runs, name one: {listed}')
+    raise StoreError(
+        f'the database has several runs, name one (mctrack query DATABASE runs says when each '
+        f'began): {listed}'
+    )
 
 
 def run_number(connection: Connection, name: str) -> int | None:

@@ -58,7 +58,7 @@ def correction(k, *pairs):
 def write(database, ticks, happenings=(), **run):
     """Write ticks, and events in their ticks."""
     by_stamp = {each.stamp_ns: each for each in happenings}
-    with TrajectoryWriter(database, NewRun('a', **run)) as writer:
+    with TrajectoryWriter(database, NewRun(**{'name': 'a', **run})) as writer:
         for rows in ticks:
             writer.write_tracks(rows)
             if rows.stamp_ns in by_stamp:
@@ -167,7 +167,7 @@ def live(database, ticks, happenings=(), **run):
     """Write ticks as the fusion node publishes them, zone events too; return these."""
     by_stamp = {each.stamp_ns: each for each in happenings}
     engine, told = ZoneEngine(SITE), []
-    with TrajectoryWriter(database, NewRun('a', **run)) as writer:
+    with TrajectoryWriter(database, NewRun(**{'name': 'a', **run})) as writer:
         writer.write_description(json.dumps({'zones': SITE.described()}), BEGAN_NS)
         for rows in ticks:
             writer.write_tracks(rows)
@@ -406,6 +406,31 @@ def test_answers_as_table_json_geojson_csv_and_parquet(place, database, tmp_path
     assert parquet.read_table(tmp_path / 'near.parquet').to_pylist()[0] == answer
 
 
+def test_what_nobody_has_is_no_empty_answer(place, database, tmp_path):
+    ticks = [tick(k, {1: (0, 0), 2: (9, 9)} if k < 20 else {1: (0, 0)}) for k in range(50)]
+    ticks += [tick(k, {1: (0, 0), 3: (9, 9)}) for k in range(60, 90)]
+    write(database, ticks, [correction(61, (2, 3))], name='first')
+    write(database, [tick(0, {1: (0, 0)})], name='second')
+
+    def ask(*question):
+        code, output, errors = mctrack('query', place, *question)
+        return code, ' '.join((output + errors).split())
+
+    code, listed = ask('runs', '--format', 'json')
+    first, second = json.loads(listed)
+    assert (code, first['run'], second['run']) == (0, 'first', 'second')
+    assert (first['seconds'], first['began']) == (8.9, '2023-11-14T22:13:20+00:00')
+    assert 'mctrack query DATABASE runs' in ask('tracks')[1]
+    of_first = ('--run', 'first')
+    for question in (('trajectory', '9'), ('near', '9'), ('events', '--track', '9')):
+        assert ask(*question, *of_first) == (1, 'mctrack: run first has no track 9')
+    assert 'track 2 is called 3 now' in ask('trajectory', '2', *of_first)[1]
+    assert ask('trajectory', '2', '--as-reported', *of_first)[0] == 0
+    assert ask('near', '1', '--within', '0.5', *of_first)[0] == 0
+    for options in (('--from', '5', '--to', '5'), ('--as-of', 'nan'), ('--out', 'a.xlsx')):
+        assert ask('tracks', *of_first, *options)[0] == 2
+
+
 def test_every_question_of_the_command_line(place, tracked, tmp_path):
     code, _, errors = mctrack('store', tracked, place, '--run', 'match')
     assert code == 0, errors
@@ -437,6 +462,7 @@ def test_every_question_of_the_command_line(place, tracked, tmp_path):
         assert set(ids) <= set(track_ids(run))
         assert len(run.stamps()) == 150
         assert run.description()['cameras'] == [f'cam{number}' for number in range(1, 6)]
+    assert mctrack('query', tracked, 'tracks')[1] == mctrack('query', place, 'tracks')[1]
     assert mctrack('query', place, 'near', 'nobody')[0] == 2
     code, _, errors = mctrack('query', place, 'crossings', '--line', 'door')
     assert code == 2

@@ -6,6 +6,17 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
+class RunSummary:
+    """A run; ``began`` is the date of its first tick, UTC, ISO 8601, or `None` before it."""
+
+    run: str
+    site: str
+    began: str | None
+    seconds: float
+    finished: bool
+
+
+@dataclass(frozen=True, slots=True)
 class TrackSummary:
     """A track: when it was there, how far it went and how fast, m and m/s."""
 

@@ -13,7 +13,7 @@ from mctrack_ros.interfaces import PAUSE_NS, ClassCode, TrackStatus
 from mctrack_ros.store.blocks import ID
 from mctrack_ros.store.queries.results import Meeting, Place, TrackSummary, Visit
 from mctrack_ros.store.queries.run import ALWAYS, Between, Run
-from mctrack_ros.store.rows import SPAN_NS, TrackRows, load_journal
+from mctrack_ros.store.rows import SPAN_NS, TrackRows, load_journal, load_rows
 from mctrack_ros.store.schema import TRACKS
 
 Floats = NDArray[np.float64]
@@ -134,6 +134,15 @@ def track_ids(run: Run) -> list[int]:
         for block in load_journal(connection, run.stored):
             found.update(block.words[:, ID].tolist())
     return sorted(found)
+
+
+def called_now(run: Run, track: int) -> list[int]:
+    """Return whom the rows under an id are taken for; empty: there are no such rows."""
+    with run.database.connected() as connection:
+        rows = load_rows(connection, run.stored, run.between_ns(ALWAYS), tracks={track}).reported()
+        lives = run.identities(connection).lives(rows.track_id, rows.stamp_ns)
+    own = run.rows(tracks=[track]).life
+    return sorted({*lives.tolist(), *own.tolist()})
 
 
 def summaries(run: Run, between: Between = ALWAYS, track: int | None = None) -> list[TrackSummary]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from mctrack_ros.cli.options import finite
+from mctrack_ros.cli.options import finite, times
 
 if TYPE_CHECKING:
     from mctrack_ros.recording.tracks.pitch import Pitch
@@ -61,11 +61,10 @@ def export(
     from mctrack_ros.recording.tracks.formats import format_of
     from mctrack_ros.store import View
     from mctrack_ros.store.exchange import Export, export_tracks, opened_run
-    from mctrack_ros.store.queries.run import ALWAYS
 
     chosen = format_of(out, form)
     wanted = Export(
-        (began, ALWAYS[1] if ended is None else ended),
+        times(began, ended),
         rate,
         _pitch(pitch, _named(site)) if chosen.is_on_pitch else None,
         _ids(away),

@@ -11,10 +11,16 @@ from typing import Any, get_type_hints
 
 import typer
 
-from mctrack_ros.cli.options import finite
+from mctrack_ros.cli.options import finite, times
 
 app = typer.Typer(no_args_is_help=True)
-_ENDINGS = {'.json': 'json', '.geojson': 'geojson', '.csv': 'csv', '.parquet': 'parquet'}
+_ENDINGS = {
+    '.json': 'json',
+    '.geojson': 'geojson',
+    '.csv': 'csv',
+    '.parquet': 'parquet',
+    '.txt': 'table',
+}
 _WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 _POINTS = 'Points as x,y in m, parted by blanks: "0,0 4,0 4,3".'
 
@@ -23,11 +29,23 @@ _POINTS = 'Points as x,y in m, parted by blanks: "0,0 4,0 4,3".'
 def _root(
     context: typer.Context,
     database: str = typer.Argument(
-        ..., help='Database: a file, or a URL such as postgresql://user@host/name.'
+        ...,
+        help='Database (a file, or a URL such as postgresql://user@host/name), or bag, or what '
+        '`mctrack track` wrote.',
     ),
 ) -> None:
     """Ask a trajectory database."""
     context.obj = database
+
+
+_FORM = typer.Option(
+    '',
+    '--format',
+    help='table, json, geojson, csv or parquet; by default as --out ends, or a table.',
+)
+_OUT = typer.Option(
+    None, help='File to write: .json, .geojson, .csv, .parquet, .txt; unless given, it is printed.'
+)
 
 
 def _common(
@@ -42,12 +60,8 @@ def _common(
     as_reported: bool = typer.Option(
         False, '--as-reported', help='With the ids of the time; no correction applies backwards.'
     ),
-    form: str = typer.Option(
-        '',
-        '--format',
-        help='table, json, geojson, csv or parquet; by default as --out ends, or a table.',
-    ),
-    out: Path | None = typer.Option(None, help='File to write; unless given, it is printed.'),
+    form: str = _FORM,
+    out: Path | None = _OUT,
 ) -> None:
     """Name the options of every question."""
 
@@ -61,22 +75,37 @@ def _question(ask: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(ask)
     def command(**given: Any) -> None:
-        from mctrack_ros.store import Run, View
-        from mctrack_ros.store.queries.run import ALWAYS
+        from mctrack_ros.store import View
+        from mctrack_ros.store.exchange import opened_run
 
         database = given.pop('context').obj
         said = {each.name: given.pop(each.name) for each in common}
         form = _format(said['form'], said['out'])
-        between = (said['began'], ALWAYS[1] if said['ended'] is None else said['ended'])
-        view = View(said['as_of'], not said['as_reported'])
-        with Run(database, said['run'], view) as run:
+        between = times(said['began'], said['ended'])
+        as_of = said['as_of']
+        view = View(None if as_of is None else finite(as_of), not said['as_reported'])
+        with opened_run(database, said['run'], view) as run:
             rows, kind = ask(run, between, **given)
+            track = given.get('track')
+            if not rows and track is not None:
+                _check_track(run, track)
         _answer(rows, kind, form, said['out'])
 
     shown = [each.replace(annotation=hints[each.name]) for each in listed]
     command.__signature__ = Signature(shown)  # type: ignore[attr-defined]
     command.__annotations__ = {each.name: hints[each.name] for each in listed}
     return command
+
+
+@app.command('runs')
+def _runs(context: typer.Context, form: str = _FORM, out: Path | None = _OUT) -> None:
+    """Show all runs of the database: when they began and how long they are."""
+    from mctrack_ros.store import Database, runs
+    from mctrack_ros.store.queries.results import RunSummary
+
+    form = _format(form, out)
+    with Database(context.obj) as database:
+        _answer(runs(database), RunSummary, form, out)
 
 
 @app.command('tracks')
@@ -116,7 +145,10 @@ def _near(
     from mctrack_ros.store.queries.results import Visit
 
     place = _points(whom)[0] if ',' in whom else _id(whom)
-    return near(run, place, within, between), Visit
+    found = near(run, place, within, between)
+    if not found and isinstance(place, int):
+        _check_track(run, place)
+    return found, Visit
 
 
 @app.command('meetings')
@@ -223,7 +255,9 @@ def _format(form: str, out: Path | None) -> str:
     """Return the format of an answer."""
     from mctrack_ros.store.queries.output import Format
 
-    form = form or _ENDINGS.get(out.suffix.lower() if out else '', 'table')
+    if not form and out is not None and out.suffix.lower() not in _ENDINGS:
+        raise typer.BadParameter(f'{out} ends in none of {", ".join(_ENDINGS)}: give --format')
+    form = form or (_ENDINGS[out.suffix.lower()] if out else 'table')
     if form not in list(Format):
         raise typer.BadParameter(f'--format is {form!r}, expected {", ".join(Format)}')
     if form == Format.PARQUET and out is None:
@@ -293,6 +327,21 @@ def _points(text: str) -> list[tuple[float, float]]:
         except ValueError as error:
             raise typer.BadParameter(f'{each!r} is no point, expected x,y') from error
     return found
+
+
+def _check_track(run: Any, track: int) -> None:
+    """Refuse an id that is nobody's: that nothing was found would mislead."""
+    from mctrack_ros.store import StoreError
+    from mctrack_ros.store.queries.tracks import called_now
+
+    now = called_now(run, track)
+    if not now:
+        raise StoreError(f'run {run.name} has no track {track}')
+    if track not in now:
+        names = ' and '.join(map(str, now))
+        raise StoreError(
+            f'track {track} is called {names} now; --as-reported takes ids of the time'
+        )
 
 
 def _id(text: str) -> int:

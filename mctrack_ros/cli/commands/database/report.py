@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from mctrack_ros.cli.options import finite
+from mctrack_ros.cli.options import finite, times
 
 _ENDINGS = ('.html', '.pdf')
 
@@ -39,7 +39,6 @@ def report(
     from mctrack_ros.report.run.story import story_of
     from mctrack_ros.store import View
     from mctrack_ros.store.exchange import bag_of, opened_run
-    from mctrack_ros.store.queries.run import ALWAYS
 
     files = out or [Path('report.html')]
     for file in files:
@@ -49,7 +48,7 @@ def report(
     with opened_run(source, run, View(corrected=not as_reported)) as opened:
         story = story_of(
             opened,
-            (began, ALWAYS[1] if ended is None else ended),
+            times(began, ended),
             title=title or (Path(source).resolve().name if bag else opened.name),
             bag=bag,
             site=named_site(site) if site else None,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def stream(
     source: str = typer.Argument(
-        ..., help='Bag with tracks, or trajectory database: a file of SQLite or a URL.'
+        ..., help='Database (a file, or a URL), or bag, or what `mctrack track` wrote.'
     ),
     xml: Path | None = typer.Option(None, help='Trajectory XML to write.'),
     json: Path | None = typer.Option(None, help='JSON to write, a line a tick.'),
@@ -55,13 +55,14 @@ def stream(
 
 
 def _opened(source: str, run: str, stack: ExitStack) -> tuple[About, Iterator[Frame]]:
-    from mctrack_ros.recording import is_bag
     from mctrack_ros.store import Database
+    from mctrack_ros.store.exchange import bag_of
     from mctrack_ros.streams.sources import RunFrames, about_bag, about_run, bag_frames
 
-    if '://' not in source and is_bag(Path(source)):
-        about = about_bag(source)
-        return about, bag_frames(source, about)
+    bag = bag_of(source)
+    if bag is not None:
+        about = about_bag(bag)
+        return about, bag_frames(bag, about)
     database = stack.enter_context(Database(source))
     about = about_run(database, run)
     return about, iter(RunFrames(database, about))

@@ -25,7 +25,9 @@ def live_map(
     ),
     run: str = typer.Option('', help='Name of its run; by default the newest.'),
     bag: Path | None = typer.Option(
-        None, help='Show the tracks and events of a bag instead of the running graph.'
+        None,
+        help='Show the tracks and events of a bag, or of what `mctrack track` wrote, instead of '
+        'the running graph.',
     ),
     namespace: str = typer.Option(
         '', callback=namespace_of, help='Namespace of the graph, for example hall.'
@@ -87,6 +89,7 @@ def _store(bag: Path, place: str) -> None:
     """Write a bag into a database of its own."""
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.store import Database, store_bag
+    from mctrack_ros.store.exchange import bag_of
 
     with Database(place, create=True) as opened, progress_bar('reading') as progress:
-        store_bag(bag, opened, progress=progress)
+        store_bag(bag_of(bag) or bag, opened, progress=progress)
