@@ -39,6 +39,11 @@ class CameraSettings:
         'topic of images, below the name of the camera; with a leading slash a whole name. One '
         'that ends in /compressed holds JPEG or PNG',
     )
+    boxes_topic: str = parameter(
+        '',
+        'topic of vision_msgs/Detection2DArray, named likewise, whose boxes a live camera node '
+        'puts on the ground in place of looking at images; empty: images',
+    )
     image_width: int = parameter(768, 'width of the images [px]', minimum=16, maximum=16384)
     image_height: int = parameter(576, 'height of the images [px]', minimum=16, maximum=16384)
     grid: str = parameter('', 'transformation-grid XML file')

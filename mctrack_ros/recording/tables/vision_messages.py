@@ -70,7 +70,7 @@ def read_detection_arrays(path: str | Path, camera: str, topic: str = '') -> Sig
             if stamp <= (stamps[-1] if stamps else 0):
                 before = f'{stamps[-1] * 1e-9:.3f} s before it' if stamps else 'more than 0'
                 raise TableError(f'{where} has the stamp {stamp * 1e-9:.3f} s, after {before}')
-            rows += [(len(stamps), *_row(one, where)) for one in message.detections]
+            rows += [(len(stamps), *box_of(one, where)) for one in message.detections]
             stamps.append(stamp)
     if not stamps:
         raise BagError(f'{path} has no messages on {topic}')
@@ -99,15 +99,30 @@ def _topic_of(reader: BagReader, camera: str) -> str:
     return (named or found)[0]
 
 
-def _row(detection: Any, where: str) -> tuple[list[float], float, str, str]:
-    """Return box, score, class and id; of a turned box what encloses it."""
+def box_of(detection: Any, where: str) -> tuple[list[float], float, str, str]:
+    """
+    Return box, score, class and id of a `Detection2D`; of a turned box what encloses it.
+
+    Parameters
+    ----------
+    detection : vision_msgs/Detection2D
+        Of version 4, whoever decoded it.
+    where : str
+        What it is of, for messages.
+
+    Raises
+    ------
+    TableError
+        If it has no result, no size, or a score beyond 0 to 1.
+
+    """
     if not detection.results:
         raise TableError(f'{where}: a detection has no result, so no score')
     best = max((result.hypothesis for result in detection.results), key=lambda one: one.score)
     centre, width, height = detection.bbox.center, detection.bbox.size_x, detection.bbox.size_y
     across, down = abs(np.cos(centre.theta)), abs(np.sin(centre.theta))
     size = across * width + down * height, down * width + across * height
-    middle = centre.position
+    middle = getattr(centre, 'position', centre)  # version 4.0 has x and y in the centre itself
     box = [middle.x - size[0] / 2, middle.y - size[1] / 2, *size]
     if not np.isfinite([*box, best.score]).all() or width <= 0 or height <= 0:
         raise TableError(f'{where}: a box is {width:g} x {height:g} px, expected more than 0')

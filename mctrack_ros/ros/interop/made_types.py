@@ -14,6 +14,7 @@ import importlib
 from pathlib import Path
 from typing import Any
 
+from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 from visualization_msgs.msg import MarkerArray
 
@@ -152,10 +153,10 @@ def _sequence(kind: str) -> tuple[str, str]:
     if kind not in TYPES.types:
         raise ValueError(f'message type {kind!r} is neither installed nor known')
     described: Any = TYPES.fielddefs[kind][1]
-    if len(described) != 1 or int(described[0][1][0]) != 4 or int(described[0][1][1][0][0]) != 2:
+    name, (node, content) = described[0]
+    if len(described) > 1 or node is not Nodetype.SEQUENCE or content[0][0] is not Nodetype.NAME:
         raise ValueError(f'message type {kind!r} is not installed: only sequences can be made')
-    name, (_, (element, _)) = described[0]
-    return name, str(element[1])
+    return str(name), str(content[0][1])
 
 
 def _at(support: _Support, kind: Any) -> Any:

@@ -17,8 +17,8 @@ from mctrack_ros.codec import (
     rows_from_cloud,
     stamp_ns_of,
 )
-from mctrack_ros.config import parameter
-from mctrack_ros.interfaces import RESTART_NS, Likelihood, Message
+from mctrack_ros.config import ConfigError, parameter
+from mctrack_ros.interfaces import RESTART_NS, Detections, Likelihood, Message
 from mctrack_ros.perception import (
     CameraShift,
     ImageState,
@@ -31,6 +31,7 @@ from mctrack_ros.perception import (
 from mctrack_ros.perception.mosaic import without_faces
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
+from mctrack_ros.ros.interop.boxes import BOXES_TYPE, detections_of
 from mctrack_ros.ros.interop.camera_frames import CameraFrames
 from mctrack_ros.ros.node.camera_health import ImageHealth, PoseHealth
 from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, StreamHealth
@@ -148,8 +149,11 @@ class CameraNode(GraphNode):
         kind = CompressedImage if topic.endswith('/compressed') else Image
         feedback = self.method.feedback.TOPIC
         self.subscribe(PointCloud2, feedback, self.on_feedback, quality.reliable(10))
-        images = quality.images(self.config.reliable, self.config.depth)
-        self.create_subscription(kind, topic, self.on_image, images)
+        images, received = quality.images(self.config.reliable, self.config.depth), self.on_image
+        if self.config.settings.boxes_topic:
+            topic, kind = self.boxes_topic(), message_class(BOXES_TYPE)
+            received, self.mapping = self.on_boxes, self.config.settings.mapping()
+        self.create_subscription(kind, topic, received, images)
         before_ns = self.health.last_stamp_ns
         warn_of_silence(self, topic, lambda: self.health.last_stamp_ns != before_ns)
         self.diagnostics.begin()
@@ -165,6 +169,25 @@ class CameraNode(GraphNode):
             return
         if left_out:
             self.refuse(f'{left_out} rows of feedback refused: no target can be so')
+
+    def boxes_topic(self) -> str:
+        """Return where boxes come from; refuse a tracker of fusion that needs more."""
+        if self.method.messages[0] is not Detections:
+            raise ConfigError('boxes_topic gives detections alone: name local_tracker groups')
+        return named_image_topic(self.config.camera, self.config.settings.boxes_topic)
+
+    def on_boxes(self, message: Any) -> None:
+        """Put the boxes of somebody else's detector on the ground."""
+        stamp_ns = stamp_ns_of(message)
+        self.health.arrived(stamp_ns, self.get_clock().now().nanoseconds)
+        try:
+            self.check_stamp(stamp_ns)
+            detections = detections_of(message, self.mapping)
+        except ValueError as error:
+            self.refuse(f'boxes refused: {error}')
+            return
+        self.last_stamp_ns = stamp_ns
+        self.send(self.messages[Detections.TOPIC], detections)
 
     def on_image(self, message: Any) -> None:
         """Take one image through the tracker."""

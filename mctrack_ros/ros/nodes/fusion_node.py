@@ -50,6 +50,7 @@ from mctrack_ros.interfaces import (
 )
 from mctrack_ros.recording.track_log.provenance import provenance
 from mctrack_ros.ros.interop.followed import Followed
+from mctrack_ros.ros.interop.track_arrays import TrackArrays
 from mctrack_ros.ros.node.camera_agreement import MaskHealth, agreements
 from mctrack_ros.ros.node.clock_health import (
     ClockAgreement,
@@ -173,12 +174,24 @@ class FusionNode(GraphNode):
         self.candidates = self.publisher(cloud, 'explanation/candidates', reliable(100))
         self.decisions = self.publisher(cloud, 'explanation/decisions', reliable(100))
         self.site = self.publisher(String, 'site', quality.latched())
+        self.open_detections()
         self.followed = Followed(self.config.follow)
         self.pose = self.publisher(PoseStamped, 'followed', reliable(1))
         self.track_markers = markers.TrackMarkers(self.config.ground_frame)
         self.markers = self.publisher(MarkerArray, 'tracks/markers', reliable(1))
         self.poses = self.publisher(PoseArray, 'tracks/poses', reliable(1))
         self.obstacles = self.publisher(cloud, 'tracks/obstacles', reliable(1))
+
+    def open_detections(self) -> None:
+        """Also publish tracks as vision_msgs has them, where that is installed."""
+        self.arrays: TrackArrays | None = None
+        try:
+            self.arrays = TrackArrays()
+        except ValueError:
+            return
+        self.detections = self.publisher(
+            self.arrays.kind, 'tracks/detections', quality.reliable(1)
+        )
 
     def own_motion_clocks(self) -> MotionClocks | None:
         """Return what compares clocks by who moves; None: that is switched off, or of one."""
@@ -229,6 +242,8 @@ class FusionNode(GraphNode):
     def start(self) -> None:
         """Subscribe to every camera, and say what the site is."""
         self.after_arrivals = self.create_guard_condition(self.on_overdue)
+        if self.arrays is None:
+            self.get_logger().info('vision_msgs is not installed: no tracks/detections')
         if any(self.origin):
             self.get_logger().info(f'positions are relative to the origin {self.config.origin}')
         values = {
@@ -446,6 +461,9 @@ class FusionNode(GraphNode):
         if self.obstacles.get_subscription_count():
             height = self.config.obstacle_height
             self.obstacles.publish(markers.obstacle_cloud(tracks, frame, height))
+
+        if self.arrays is not None and self.detections.get_subscription_count():
+            self.detections.publish(self.arrays.array(tracks, frame))
 
     def refuse(self, camera: str, reason: str) -> None:
         """Count and report a message that cannot be used; the node lives on."""

@@ -211,11 +211,8 @@ def test_a_node_configured_again_deals_out_ids_above_the_old_ones_and_says_that_
     node = bench.nodes[0]
     for transition in ('deactivate', 'cleanup', 'configure', 'activate'):
         getattr(node, f'trigger_{transition}')()
-    for publisher in graph.detections.values():
-        bench.until(lambda publisher=publisher: publisher.get_subscription_count() > 0)
-    for topic in ('tracks', 'ticks', 'site'):
-        bench.heard(f'/{topic}')
-    second = ids_of(graph, range(200, 215))
+    begin = graph.connect(200)
+    second = ids_of(graph, range(begin, begin + 15))
     assert first == {1}
     assert second == {2}
     bench.until(lambda: len(sites) == 2)
