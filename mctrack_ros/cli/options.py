@@ -1,4 +1,4 @@
-"""Checks of options before the work begins."""
+"""Options that several commands have, and checks before the work begins."""
 
 from __future__ import annotations
 
@@ -8,6 +8,14 @@ from pathlib import Path
 import typer
 
 IMAGES = ('.png', '.svg', '.pdf')
+HOST = typer.Option('127.0.0.1', help='Address of the page; any other needs --token.')
+PORT = typer.Option(8080, min=1, max=65535, help='Port of the page.')
+TOKEN = typer.Option(
+    '',
+    envvar='MCTRACK_TOKEN',
+    help='Token that visitors enter; told by the variable, nobody sees it in a list of processes.',
+)
+BROWSER = typer.Option(True, '--browser/--no-browser', help='Open the page.')
 
 
 def finite(value: float) -> float:

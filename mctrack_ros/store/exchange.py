@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -26,6 +26,8 @@ from mctrack_ros.store.queries.tracks import windows
 from mctrack_ros.store.rows import TrackRows
 from mctrack_ros.store.runs import NewRun
 from mctrack_ros.store.writer import TrajectoryWriter
+
+Progress = Callable[[int, int], None]
 
 _USUAL_NS = 40_000_000
 """Time between ticks where a run has one alone, ns."""
@@ -106,16 +108,21 @@ def opened_run(place: str | Path, name: str = '', view: View | None = None) -> I
 
     """
     bag = bag_of(place)
-    if bag is None:
-        with Run(place, name, view) as run:
-            yield run
-        return
     with (
-        tempfile.TemporaryDirectory(prefix='mctrack_') as folder,
-        Database(Path(folder) / 'tracks.db', create=True) as database,
+        stored_bag(bag) if bag else nullcontext(place) as database,
+        Run(database, name, view) as run,
     ):
-        store_bag(bag, database)
-        yield Run(database, name, view)
+        yield run
+
+
+@contextmanager
+def stored_bag(bag: Path, progress: Progress = lambda done, total: None) -> Iterator[Path]:
+    """Write a bag into a database of its own, which is there meanwhile; yields its path."""
+    with tempfile.TemporaryDirectory(prefix='mctrack_') as folder:
+        path = Path(folder) / 'tracks.db'
+        with Database(path, create=True) as database:
+            store_bag(bag, database, progress=progress)
+        yield path
 
 
 def bag_of(place: str | Path) -> Path | None:

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import typer
 
+from mctrack_ros.cli.options import BROWSER, HOST, PORT, TOKEN
+
 
 def calibrate(
     source: Path = typer.Argument(
@@ -19,15 +21,10 @@ def calibrate(
     topic: str = typer.Option(
         '', help='Topic of images in the bag or the graph; found by its name unless given.'
     ),
-    host: str = typer.Option('127.0.0.1', help='Address to serve at; any other needs --token.'),
-    port: int = typer.Option(8080, min=1, max=65535, help='Port to serve at.'),
-    token: str = typer.Option(
-        '',
-        envvar='MCTRACK_TOKEN',
-        help='Token that visitors enter; told by the variable, nobody sees it in a list of '
-        'processes.',
-    ),
-    browser: bool = typer.Option(True, '--browser/--no-browser', help='Open the page.'),
+    host: str = HOST,
+    port: int = PORT,
+    token: str = TOKEN,
+    browser: bool = BROWSER,
 ) -> None:
     """Calibrate a camera in the browser: click points on a plan and in its image."""
     from mctrack_ros.ground import read_grid, read_scene

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import typer
 
-from mctrack_ros.cli.options import image_file
+from mctrack_ros.cli.options import BROWSER, HOST, PORT, TOKEN, image_file
 
 
 def coverage(
@@ -38,15 +38,10 @@ def coverage(
         help='With --web, to draw on: camera=source, a source as `calibrate` takes it; '
         'a bag or live alone: for all cameras. May be repeated.',
     ),
-    host: str = typer.Option('127.0.0.1', help='Address of the page; any other needs --token.'),
-    port: int = typer.Option(8080, min=1, max=65535, help='Port of the page.'),
-    token: str = typer.Option(
-        '',
-        envvar='MCTRACK_TOKEN',
-        help='Token that visitors enter; told by the variable, nobody sees it in a list of '
-        'processes.',
-    ),
-    browser: bool = typer.Option(True, '--browser/--no-browser', help='Open the page.'),
+    host: str = HOST,
+    port: int = PORT,
+    token: str = TOKEN,
+    browser: bool = BROWSER,
 ) -> None:
     """Show what a site's cameras see: overlaps, blind areas, hand-overs, predicted errors."""
     from mctrack_ros.cli.sites import named_site

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
+from mctrack_ros.cli.options import BROWSER, HOST, PORT, TOKEN
 from mctrack_ros.site.names import namespace_of
 
 if TYPE_CHECKING:
@@ -35,19 +35,16 @@ def live_map(
     domain: int | None = typer.Option(
         None, min=0, max=232, help='ROS domain; unless given, that of ROS_DOMAIN_ID.'
     ),
-    host: str = typer.Option('127.0.0.1', help='Address to serve at; any other needs --token.'),
-    port: int = typer.Option(8080, min=1, max=65535, help='Port to serve at.'),
-    token: str = typer.Option(
-        '',
-        envvar='MCTRACK_TOKEN',
-        help='Token that visitors enter; told by the variable, nobody sees it in a list of '
-        'processes.',
-    ),
-    browser: bool = typer.Option(True, '--browser/--no-browser', help='Open the page.'),
+    host: str = HOST,
+    port: int = PORT,
+    token: str = TOKEN,
+    browser: bool = BROWSER,
 ) -> None:
     """Show tracks, events and cameras on a map in the browser, now and in the past."""
+    from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.cli.sites import named_site
     from mctrack_ros.site.names import named_image_topic, resolved
+    from mctrack_ros.store.exchange import bag_of, stored_bag
     from mctrack_ros.web import check_address
     from mctrack_ros.web.live.backdrop import backdrop, no_backdrop
     from mctrack_ros.web.live.live_map import LiveMap
@@ -73,9 +70,8 @@ def live_map(
     with ExitStack() as stack:
         place = database
         if bag is not None:
-            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix='mctrack_'))
-            place = str(Path(folder) / 'tracks.db')
-            _store(bag, place)
+            with progress_bar('reading') as progress:
+                place = str(stack.enter_context(stored_bag(bag_of(bag) or bag, progress)))
         past = Past(place, run) if place else None
         ground = backdrop(loaded) if loaded else no_backdrop(bag.name if bag else 'tracks')
         zones = SiteZones(loaded) if loaded else None
@@ -83,13 +79,3 @@ def live_map(
         title = f'Map of {ground["name"]}'
         page = add_pages(shown, title, loaded.floor_plan if loaded else None)
         serve(page, title, host, port, token, browser, typer.echo)
-
-
-def _store(bag: Path, place: str) -> None:
-    """Write a bag into a database of its own."""
-    from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.store import Database, store_bag
-    from mctrack_ros.store.exchange import bag_of
-
-    with Database(place, create=True) as opened, progress_bar('reading') as progress:
-        store_bag(bag_of(bag) or bag, opened, progress=progress)
