@@ -8,6 +8,7 @@ import sys
 import threading
 from collections.abc import Sequence
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -33,6 +34,8 @@ class LazyMap:
     ----------
     arguments : sequence of str
         Of `mctrack map`, without its address.
+    log : Path
+        What the map says, replaced.
     domain : int, optional
         ROS domain; by default that of the environment.
 
@@ -42,12 +45,15 @@ class LazyMap:
         Of the page.
     process : Popen or None
         The map, once it was asked for.
+    has_failed : bool
+        Whether it ended before the command did; the log says why.
 
     """
 
-    def __init__(self, arguments: Sequence[str], domain: int | None = None) -> None:
-        self._arguments, self._domain = tuple(arguments), domain
+    def __init__(self, arguments: Sequence[str], log: Path, domain: int | None = None) -> None:
+        self._arguments, self._log, self._domain = tuple(arguments), log, domain
         self.process: subprocess.Popen[bytes] | None = None
+        self.has_failed = False
         self._ended = threading.Event()
 
     def __enter__(self) -> Self:
@@ -72,6 +78,7 @@ class LazyMap:
         self._ended.set()
         self._thread.join()
         if self.process is not None:
+            self.has_failed = self.process.poll() is not None
             self.process.terminate()
             try:
                 self.process.wait(_PATIENCE_S)
@@ -90,12 +97,10 @@ class LazyMap:
         command = [sys.executable, '-P', '-m', 'mctrack_ros.cli.main', 'map', *self._arguments]
         command += ['--port', str(self._port), '--no-browser']
         command += [] if self._domain is None else ['--domain', str(self._domain)]
-        self.process = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
+        with self._log.open('wb') as log:
+            self.process = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT
+            )
         os.setpriority(os.PRIO_PROCESS, self.process.pid, _NICE)
 
 

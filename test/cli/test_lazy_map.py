@@ -27,19 +27,32 @@ def until_it_says(address, text):
     return False
 
 
-def test_nothing_runs_until_somebody_looks(monkeypatch):
+def test_nothing_runs_until_somebody_looks(monkeypatch, tmp_path):
     for name in [each for each in os.environ if 'PYTEST' in each]:
         monkeypatch.delenv(name)  # the page would take itself for a test
-    with LazyMap([]) as lazy:
+    with LazyMap([], tmp_path / 'map.log') as lazy:
         assert lazy.process is None
         assert 'The map starts' in asked(lazy.address)
         assert until_it_says(lazy.address, 'Map of tracks')
         process = lazy.process
         assert process.poll() is None
     assert process.poll() is not None
+    assert not lazy.has_failed
 
 
-def test_it_ends_though_nobody_looked():
-    with LazyMap([]) as lazy:
+def test_it_ends_though_nobody_looked(tmp_path):
+    with LazyMap([], tmp_path / 'map.log') as lazy:
         pass
     assert lazy.process is None
+    assert not lazy.has_failed
+
+
+def test_a_map_that_cannot_be_shown_says_why(tmp_path):
+    log = tmp_path / 'map.log'
+    with LazyMap(['no_such_site'], log) as lazy:
+        asked(lazy.address)
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end and (lazy.process is None or lazy.process.poll() is None):
+            time.sleep(0.1)
+    assert lazy.has_failed
+    assert 'no_such_site' in log.read_text()

@@ -121,12 +121,16 @@ def _track_live(
     store = store_node(options.database, site, finish=True)
     nodes = [fusion, *cameras, store, *_recorder_and_player(options, site)]
     typer.echo(f'tracking {options.seconds:g} s live with {len(nodes)} processes', err=True)
-    with LazyMap(['pitch5'], domain) if show_map else nullcontext() as live_map:
+    arguments = ['pitch5', '--database', str(options.database.absolute())]
+    log = options.out / 'map.log'
+    with LazyMap(arguments, log, domain) if show_map else nullcontext() as live_map:
         if live_map is not None:
             typer.echo(f'watch it at {live_map.address}', err=True)
             if _has_desktop():
                 webbrowser.open(live_map.address)
         run_to_end(nodes, options.out / 'graph.log', domain)
+    if live_map is not None and live_map.has_failed:
+        typer.echo(f'warning: the map could not be shown: see {log}', err=True)
     if show_map:
         typer.echo(f'watch it again: mctrack map pitch5 --bag {options.recorded}', err=True)
 
