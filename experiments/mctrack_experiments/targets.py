@@ -308,15 +308,23 @@ TARGETS = (
         for target in (
             Target('bench_store', f'{name}.positions_per_s',
                    f'{label}, an hour of 25 tracks at 25 Hz, positions stored a second',
-                   100_000 if name == 'sqlite' else None),
-            Target('bench_store', f'{name}.bytes_per_position', 'the same, bytes a position: '
+                   100_000 if name == 'sqlite' else None,
+                   anchor='' if name == 'sqlite' else 'its settings as shipped'),
+            Target('bench_store', f'{name}.bytes_per_position', f'{label}, bytes a position: '
                    'place, covariance, ids and index', None, 60 if name == 'sqlite' else None,
                    f'the other columns: `{name}.rest_bytes_per_position`'),
-            Target('bench_store', f'{name}.query_ms', 'the same, within 3 m of a track in a '
+            Target('bench_store', f'{name}.query_ms', f'{label}, within 3 m of a track in a '
                    'minute, ms', None, 5 if name == 'sqlite' else None,
                    f'of a point: `{name}.point_query_ms`'),
         )
     ),
+    Target('bench_store_long', 'month.positions_per_s', 'SQLite after a month (extrapolated from '
+           'a day), positions stored a second',
+           anchor='in the first hour: `first.positions_per_s`, the last: `last.positions_per_s`'),
+    Target('bench_store_long', 'month.gigabytes', 'the same, size, GB',
+           anchor='a day: `last.gigabytes`'),
+    Target('bench_store_long', 'month.query_ms', 'the same, within 3 m of a track in a minute, ms',
+           anchor='after an hour: `first.query_ms`, a day: `last.query_ms`'),
     *(
         Target('bench_streams', f'{way}.{form}.kb_per_s', 'stream of 25 targets at 25 Hz, '
                f'{words}, {by}, kB a second', None, 40)

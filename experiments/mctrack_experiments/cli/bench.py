@@ -17,6 +17,14 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True)
 _JSON = typer.Option(None, '--json', help='Also write the figures here.')
+_SEEDS = typer.Option(
+    None,
+    help='Scenes on which accuracy is measured, for example 1-3; unless given, fresh ones, and '
+    'the run is kept.',
+)
+_BENCHMARK = typer.Option(
+    None, help='The benchmark; unless given, MCTRACK_BENCH or ../shared/bench.'
+)
 
 
 @app.command()
@@ -71,12 +79,17 @@ def store(
         Path('bags/pitch5_detections'), help='Bag of the detections whose tracks are stored.'
     ),
     minutes: int = typer.Option(60, min=2, help='How long a run of 25 tracks is stored.'),
+    long: bool = typer.Option(
+        False,
+        '--long',
+        help='Store a day in SQLite instead, some minutes, and say what a month takes.',
+    ),
     json_file: Path | None = _JSON,
 ) -> None:
     """Time the trajectory database: positions a second, bytes a position, queries."""
-    from mctrack_experiments.bench.store import bench_store
+    from mctrack_experiments.bench.store import bench_store, bench_store_long
 
-    _tell(bench_store(bag, minutes), json_file)
+    _tell(bench_store_long(bag) if long else bench_store(bag, minutes), json_file)
 
 
 @app.command('map')
@@ -120,15 +133,9 @@ def kills(
 
 @app.command()
 def zones(
-    seeds: str | None = typer.Option(
-        None,
-        help='Scenes whose crossings are counted, for example 1-3; unless given, fresh ones, and '
-        'the run is kept.',
-    ),
+    seeds: str | None = _SEEDS,
     runs: Path = RUNS,
-    folder: Path | None = typer.Option(
-        None, help='The benchmark; unless given, MCTRACK_BENCH or ../shared/bench.'
-    ),
+    folder: Path | None = _BENCHMARK,
     json_file: Path | None = _JSON,
 ) -> None:
     """Time zone events a tick, and count who crosses lines beside the truth."""
@@ -192,17 +199,11 @@ def live_replay(
 @app.command()
 def fusion(
     part: list[Part] = typer.Option([], help='Measure this alone; may be repeated.'),
-    seeds: str | None = typer.Option(
-        None,
-        help='Scenes whose accuracy is measured, for example 1-3; unless given, fresh ones, and '
-        'the run is kept.',
-    ),
+    seeds: str | None = _SEEDS,
     runs: Path = RUNS,
     quick: bool = typer.Option(False, '--quick', help='Time fewer ticks, no slow trackers.'),
     alone: bool = typer.Option(False, '--alone', help='Run no other trackers.'),
-    folder: Path | None = typer.Option(
-        None, help='The benchmark; unless given, MCTRACK_BENCH or ../shared/bench.'
-    ),
+    folder: Path | None = _BENCHMARK,
     json_file: Path | None = _JSON,
 ) -> None:
     """Measure fusion on synthetic scenes: time, accuracy beside other trackers, bad input."""
