@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
@@ -22,6 +23,7 @@ from mctrack_ros.store.bags import TRACKS_TOPIC, store_bag
 from mctrack_ros.store.database import Database
 from mctrack_ros.store.errors import StoreError
 from mctrack_ros.store.queries.run import ALWAYS, Between, Run, View
+from mctrack_ros.store.queries.runs import runs
 from mctrack_ros.store.queries.tracks import windows
 from mctrack_ros.store.rows import TrackRows
 from mctrack_ros.store.runs import NewRun
@@ -107,12 +109,35 @@ def opened_run(place: str | Path, name: str = '', view: View | None = None) -> I
         If there is no such run, or it has no tracks.
 
     """
-    bag = bag_of(place)
-    with (
-        stored_bag(bag) if bag else nullcontext(place) as database,
-        Run(database, name, view) as run,
-    ):
+    with _stored(place) as database, Run(database, name, view) as run:
         yield run
+
+
+@contextmanager
+def opened_runs(place: str | Path, pattern: str, view: View | None = None) -> Iterator[list[Run]]:
+    """
+    Open the runs whose names fit a pattern such as ``match*``, in the order of time.
+
+    Whatever has no wildcard is a name; parameters and errors as for `opened_run`.
+    """
+    if not set('*?[') & set(pattern):
+        with opened_run(place, pattern, view) as run:
+            yield [run]
+        return
+    with _stored(place) as stored, Database(stored) as database:
+        known = [each.run for each in runs(database) if each.began is not None]
+        found = fnmatch.filter(known, pattern)
+        if not found:
+            raise StoreError(f'the database has no run {pattern} with tracks')
+        yield [Run(database, name, view) for name in found]
+
+
+@contextmanager
+def _stored(place: str | Path) -> Iterator[str | Path]:
+    """Yield the database at a place, or one that holds the bag there."""
+    bag = bag_of(place)
+    with stored_bag(bag) if bag else nullcontext(place) as database:
+        yield database
 
 
 @contextmanager

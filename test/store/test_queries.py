@@ -4,6 +4,7 @@ import csv
 import io
 import itertools
 import json
+from datetime import UTC, datetime, timedelta, timezone
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from command_line import mctrack
 from mctrack_ros.interfaces import EventCode, Events, Tracks
 from mctrack_ros.store import (
+    Database,
     NewRun,
     Run,
     StoreError,
@@ -306,7 +308,7 @@ def test_who_is_recognised_has_one_life(database):
         assert len(trajectory(run, 1)) == 90
         assert trajectory(run, 7) == []
         assert [each.track_id for each in summaries(run)] == [1]
-        assert summaries(run)[0].mean_speed == pytest.approx(1.0, rel=0.01)
+        assert summaries(run)[0].mean_mps == pytest.approx(1.0, rel=0.01)
         assert summaries(run)[0].distance_m == pytest.approx(8.9, rel=0.01)
 
 
@@ -468,3 +470,63 @@ def test_every_question_of_the_command_line(place, tracked, tmp_path):
     assert code == 2
     assert "the site has no 'door', but halfway" in ' '.join(errors.split())
     assert mctrack('query', place, 'occupancy')[0] == 2
+
+
+def test_times_are_seconds_or_dates(tmp_path):
+    place = tmp_path / 'match.db'
+    with Database(place, create=True) as database:
+        write(database, [tick(k, {1: (k * 0.1, 0.0)}) for k in range(200)])
+    began = datetime.fromtimestamp(BEGAN_NS // 10**9, UTC)
+
+    def rows(*options):
+        code, output, errors = mctrack('query', place, 'trajectory', 1, *options, '--format=json')
+        assert code == 0, errors
+        return json.loads(output)
+
+    by_seconds = rows('--from', 5, '--to', 7.5)
+    assert [each['time_s'] for each in by_seconds] == pytest.approx(np.arange(5, 7.5, 0.1))
+    dates = [(began + timedelta(seconds=each)).isoformat() for each in (5, 7.5)]
+    assert rows('--from', dates[0], '--to', dates[1]) == by_seconds
+    plain = (began + timedelta(seconds=5)).strftime('%Y-%m-%dT%H:%M:%S')
+    assert rows('--from', plain, '--to', 7.5) == by_seconds
+    ahead = (began + timedelta(seconds=5)).astimezone(timezone(timedelta(hours=2))).isoformat()
+    assert rows('--from', ahead, '--to', 7.5) == by_seconds
+    assert len(rows('--as-of', dates[0])) == 51
+    for wrong in ('noon', 'nan', '2026-13-01'):
+        code, _, errors = mctrack('query', place, 'tracks', '--from', wrong)
+        assert (code, 'is no time' in errors) == (2, True), errors
+    code, _, errors = mctrack('query', place, 'tracks', '--from', dates[1], '--to', dates[0])
+    assert (code, 'is not after' in errors) == (2, True), errors
+
+
+def test_several_runs_are_asked_at_once(tmp_path):
+    place = tmp_path / 'match.db'
+    with Database(place, create=True) as database:
+        for name, who in (('match', 1), ('match-2', 2), ('other', 3)):
+            write(database, [tick(k, {who: (k * 0.1, 0.0)}) for k in range(50)], name=name)
+    code, output, errors = mctrack('query', place, 'tracks', '--run', 'match*', '--format', 'json')
+    assert code == 0, errors
+    assert [(each['run'], each['track_id']) for each in json.loads(output)] == [
+        ('match', 1),
+        ('match-2', 2),
+    ]
+    code, output, _ = mctrack('query', place, 'tracks', '--run', 'm*-2', '--format', 'csv')
+    assert output.startswith('track_id,')
+    code, _, errors = mctrack('query', place, 'tracks', '--run', 'x*')
+    assert (code, 'has no run x*' in errors) == (1, True), errors
+
+
+def test_what_cannot_be_answered_is_refused(tmp_path):
+    place = tmp_path / 'match.db'
+    with Database(place, create=True) as database:
+        write(database, [tick(k, {1: (k * 0.1, 0.0)}) for k in range(200)])
+    code, _, errors = mctrack(
+        'query', place, 'occupancy', '0,-1 5,-1 5,1 0,1', '--per', 0.001, '--to', 1e9
+    )
+    assert code == 0, errors  # no more periods than the run has
+    with Run(place) as run, pytest.raises(ValueError, match='ask for longer ones'):
+        occupancy(run, [(0, -1), (5, -1), (5, 1)], per_s=1e-6)
+    missing = tmp_path / 'missing' / 'a.csv'
+    for command in (('query', place, 'tracks', '--out', missing), ('export', place, missing)):
+        code, _, errors = mctrack(*command)
+        assert (code, 'there is no folder' in errors) == (2, True), errors

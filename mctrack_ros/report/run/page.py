@@ -93,7 +93,7 @@ def _subtitle(story: Story) -> str:
 def _headline(story: Story) -> list[tuple[str, str]]:
     distance = sum(track.summary.distance_m for track in story.tracks)
     present = story.present
-    fastest = max((track.summary.top_speed for track in story.tracks), default=0.0)
+    fastest = max((track.summary.top_mps for track in story.tracks), default=0.0)
     return [
         ('tracks', str(len(story.tracks))),
         ('at once, on average', f'{present.mean():.1f}' if len(present) else '0'),
@@ -118,8 +118,8 @@ def _track_rows(tracks: Sequence[TrackStory]) -> list[dict[str, Any]]:
             'seconds': clock(track.seconds),
             'distance': f'{track.summary.distance_m:.0f}',
             'share': round(100 * track.summary.distance_m / farthest),
-            'mean': f'{track.summary.mean_speed:.2f}',
-            'top': f'{track.summary.top_speed:.2f}',
+            'mean': f'{track.summary.mean_mps:.2f}',
+            'top': f'{track.summary.top_mps:.2f}',
         }
         for track in tracks
     ]

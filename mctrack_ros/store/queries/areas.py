@@ -26,6 +26,7 @@ _STRIDE_M = 2.0
 """Nobody goes farther from one tick to the next."""
 _LOOK_BACK_S = 60.0
 """Nobody stands on a line for longer before a question begins, or a window."""
+_MOST_PERIODS = 1_000_000
 _WINDOW_S = 600.0
 """Crossings and stays are looked for in so much at a time."""
 
@@ -309,4 +310,7 @@ def _periods(run: Run, between: Between, per_s: float) -> range:
     if per_s <= 0:
         raise ValueError(f'a period of {per_s} s is none')
     first, last = max(between[0], 0.0), min(between[1], run.length_s())
-    return range(int(first // per_s), int(-(-last // per_s)))
+    periods = range(int(first // per_s), int(-(-last // per_s)))
+    if len(periods) > _MOST_PERIODS:
+        raise ValueError(f'{len(periods)} periods of {per_s:g} s: ask for longer ones')
+    return periods

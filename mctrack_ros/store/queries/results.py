@@ -18,15 +18,15 @@ class RunSummary:
 
 @dataclass(frozen=True, slots=True)
 class TrackSummary:
-    """A track: when it was there, how far it went and how fast, m and m/s."""
+    """A track: when it was there, how far it went and how fast."""
 
     track_id: int
     class_name: str
     began_s: float
     ended_s: float
     distance_m: float
-    mean_speed: float
-    top_speed: float
+    mean_mps: float
+    top_mps: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,8 @@ ALWAYS = (-FAR, FAR)
 """All times, s."""
 Between = tuple[float, float]
 """From when until before when, since the run's first tick, s."""
+Moment = float | datetime
+"""Seconds since a run's first tick, or a date."""
 _LATEST_NS = 2**63 - 1
 
 
@@ -101,6 +104,13 @@ class Run(Closing):
         """Close the database, if the run opened it."""
         if self._owns:
             self.database.close()
+
+    def since(self, moment: Moment) -> float:
+        """Return the time of a moment, s; a date without a time zone is refused."""
+        if not isinstance(moment, datetime):
+            return moment
+        began = datetime.fromtimestamp(self.began_ns // 10**9, UTC)
+        return (moment - began).total_seconds() - self.began_ns % 10**9 / 1e9
 
     def ns(self, seconds: float) -> int:
         """Return the stamp of a time, ns."""

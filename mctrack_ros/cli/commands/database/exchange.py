@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from mctrack_ros.cli.options import finite, times
+from mctrack_ros.cli import options
 
 if TYPE_CHECKING:
     from mctrack_ros.recording.tracks.pitch import Pitch
@@ -32,16 +32,16 @@ def export(
     source: str = typer.Argument(
         ..., help='Database (a file, or a URL), or bag, or what `mctrack track` wrote.'
     ),
-    out: Path = typer.Argument(..., help='File to write; epts and tracab write metadata, too.'),
+    out: Path = typer.Argument(
+        ...,
+        callback=options.output_file,
+        help='File to write; epts and tracab write metadata, too.',
+    ),
     form: str = _FORMAT,
-    run: str = typer.Option('', help='Name of the run, if there are several.'),
-    began: float = typer.Option(
-        0.0, '--from', callback=finite, help="From when, since the run's first tick, s."
-    ),
-    ended: float | None = typer.Option(None, '--to', help='Until before when, s.'),
-    as_reported: bool = typer.Option(
-        False, '--as-reported', help='With the ids of the time; no correction applies backwards.'
-    ),
+    run: str = options.RUN,
+    began: Any = options.FROM,
+    ended: Any = options.TO,
+    as_reported: bool = options.AS_REPORTED,
     rate: float | None = typer.Option(
         None,
         min=0.001,
@@ -63,13 +63,10 @@ def export(
     from mctrack_ros.store.exchange import Export, export_tracks, opened_run
 
     chosen = format_of(out, form)
-    wanted = Export(
-        times(began, ended),
-        rate,
-        _pitch(pitch, _named(site)) if chosen.is_on_pitch else None,
-        _ids(away),
-    )
+    on = _pitch(pitch, _named(site)) if chosen.is_on_pitch else None
+    teams = _ids(away)
     with opened_run(source, run, View(corrected=not as_reported)) as opened:
+        wanted = Export(options.times(opened, began, ended), rate, on, teams)
         made = export_tracks(opened, out, chosen, wanted)
     files = ' and '.join(str(file) for file in made.files)
     typer.echo(f'wrote {files}: {made.positions} positions of {made.tracks} tracks')

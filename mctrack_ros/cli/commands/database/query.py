@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, make_dataclass
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any, get_type_hints
 
 import typer
 
-from mctrack_ros.cli.options import finite, times
+from mctrack_ros.cli import options
 
 app = typer.Typer(no_args_is_help=True)
 _ENDINGS = {
@@ -44,22 +44,20 @@ _FORM = typer.Option(
     help='table, json, geojson, csv or parquet; by default as --out ends, or a table.',
 )
 _OUT = typer.Option(
-    None, help='File to write: .json, .geojson, .csv, .parquet, .txt; unless given, it is printed.'
+    None,
+    callback=options.output_file,
+    help='File to write: .json, .geojson, .csv, .parquet, .txt; unless given, it is printed.',
 )
 
 
 def _common(
-    run: str = typer.Option('', help='Name of the run, if there are several.'),
-    began: float = typer.Option(
-        0.0, '--from', callback=finite, help="From when, since the run's first tick, s."
+    run: str = typer.Option(
+        '', help='Name of the run, if there are several; "match*" asks all that begin so.'
     ),
-    ended: float | None = typer.Option(None, '--to', help='Until before when, s.'),
-    as_of: float | None = typer.Option(
-        None, '--as-of', help='As it was known at that time, s; by default, as it is known now.'
-    ),
-    as_reported: bool = typer.Option(
-        False, '--as-reported', help='With the ids of the time; no correction applies backwards.'
-    ),
+    began: Any = options.FROM,
+    ended: Any = options.TO,
+    as_of: Any = options.AS_OF,
+    as_reported: bool = options.AS_REPORTED,
     form: str = _FORM,
     out: Path | None = _OUT,
 ) -> None:
@@ -76,19 +74,25 @@ def _question(ask: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(ask)
     def command(**given: Any) -> None:
         from mctrack_ros.store import View
-        from mctrack_ros.store.exchange import opened_run
+        from mctrack_ros.store.exchange import opened_runs
 
         database = given.pop('context').obj
         said = {each.name: given.pop(each.name) for each in common}
         form = _format(said['form'], said['out'])
-        between = times(said['began'], said['ended'])
-        as_of = said['as_of']
-        view = View(None if as_of is None else finite(as_of), not said['as_reported'])
-        with opened_run(database, said['run'], view) as run:
-            rows, kind = ask(run, between, **given)
+        view = View(corrected=not said['as_reported'])
+        with opened_runs(database, said['run'], view) as runs:
+            answers = {}
+            for run in runs:
+                if said['as_of'] is not None:
+                    run.view = View(run.since(said['as_of']), view.corrected)
+                between = options.times(run, said['began'], said['ended'])
+                rows, kind = ask(run, between, **given)
+                answers[run.name] = rows
             track = given.get('track')
-            if not rows and track is not None:
+            if not any(answers.values()) and track is not None and len(runs) == 1:
                 _check_track(run, track)
+        if len(answers) > 1:
+            rows, kind = _of_several(answers, kind)
         _answer(rows, kind, form, said['out'])
 
     shown = [each.replace(annotation=hints[each.name]) for each in listed]
@@ -323,7 +327,7 @@ def _points(text: str) -> list[tuple[float, float]]:
     for each in text.split():
         try:
             x, y = map(float, each.split(','))
-            found.append((finite(x), finite(y)))
+            found.append((options.finite(x), options.finite(y)))
         except ValueError as error:
             raise typer.BadParameter(f'{each!r} is no point, expected x,y') from error
     return found
@@ -342,6 +346,19 @@ def _check_track(run: Any, track: int) -> None:
         raise StoreError(
             f'track {track} is called {names} now; --as-reported takes ids of the time'
         )
+
+
+def _of_several(
+    answers: Mapping[str, Sequence[Any]], kind: type[Any]
+) -> tuple[Sequence[Any], type[Any]]:
+    """Return the answers of several runs with the run's name before each row, and their type."""
+    columns = [('run', str), *((field.name, field.type) for field in fields(kind))]
+    named = make_dataclass(kind.__name__, columns, frozen=True)
+    return [
+        named(run, *(getattr(row, field.name) for field in fields(kind)))
+        for run, rows in answers.items()
+        for row in rows
+    ], named
 
 
 def _id(text: str) -> int:

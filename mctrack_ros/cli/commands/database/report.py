@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import shlex
 from pathlib import Path
+from typing import Any
 
 import typer
 
-from mctrack_ros.cli.options import finite, times
+from mctrack_ros.cli import options
 
 _ENDINGS = ('.html', '.pdf')
 
@@ -24,14 +25,10 @@ def report(
         help='Site YAML, or the name of a shipped site, for its area and what its cameras see.',
     ),
     title: str = typer.Option('', help='Title; by default the name of the source.'),
-    run: str = typer.Option('', help='Name of the run, if there are several.'),
-    began: float = typer.Option(
-        0.0, '--from', callback=finite, help="From when, since the run's first tick, s."
-    ),
-    ended: float | None = typer.Option(None, '--to', help='Until before when, s.'),
-    as_reported: bool = typer.Option(
-        False, '--as-reported', help='With the ids of the time; no correction applies backwards.'
-    ),
+    run: str = options.RUN,
+    began: Any = options.FROM,
+    ended: Any = options.TO,
+    as_reported: bool = options.AS_REPORTED,
 ) -> None:
     """Tell of a run in a page and a PDF: who was where, how far and how fast, how good it is."""
     from mctrack_ros.cli.sites import named_site
@@ -44,17 +41,18 @@ def report(
     for file in files:
         if file.suffix.lower() not in _ENDINGS:
             raise typer.BadParameter(f'{file} ends in neither .html nor .pdf')
+        options.output_file(file)
     bag = bag_of(source)
     with opened_run(source, run, View(corrected=not as_reported)) as opened:
         story = story_of(
             opened,
-            times(began, ended),
+            options.times(opened, began, ended),
             title=title or (Path(source).resolve().name if bag else opened.name),
             bag=bag,
             site=named_site(site) if site else None,
         )
-    options = f' --site {shlex.quote(Path(site).name)}' if site else ''
-    command = f'mctrack report {shlex.quote(Path(source).name)}{options}'
+    stated = f' --site {shlex.quote(Path(site).name)}' if site else ''
+    command = f'mctrack report {shlex.quote(Path(source).name)}{stated}'
     write_run_report(story, files, command)
     for file in files:
         typer.echo(f'wrote {file}')
