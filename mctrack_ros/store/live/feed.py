@@ -112,8 +112,8 @@ class Feed:
                 count += self._write(record)
             if self._writer is not None:
                 self._writer.flush()
-            self._state.written += count
             self._spool.free(self._position)
+            self._state.written += count
 
     def close(self) -> None:
         """Finish the run if it is to be; else it can be continued."""

@@ -1,34 +1,38 @@
-"""Messages on disk until they are in the database: files that are only appended to."""
+"""Messages on disk until they are in the database: a file of SQLite."""
 
 from __future__ import annotations
 
-import fcntl
-import json
-import os
-import struct
+import sqlite3
 import threading
 import uuid
-import zlib
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
 
-import lz4.block
+import lz4.frame
 
 from mctrack_ros.recording.closing import Closing
 from mctrack_ros.store.errors import StoreError
 
-FILE_BYTES = 1 << 20
-"""Of a file of the spool: the oldest is dropped as a whole."""
+LEAST_BYTES = 4 << 20
+"""A smaller limit counts as this."""
 _MOST_UNSAVED = 64 << 20
 """Bytes that wait in memory while the disk is full."""
-_FRAME = struct.Struct('<4sIIQI')
-"""Before the records of one write: mark, bytes, checksum, number of the first record, records."""
-_MARK = b'mct1'
-_RECORD = struct.Struct('<qHI')
-"""Before a record: log time, ns, length of its topic and of its data."""
+_MOST_READ = 500
+"""Records that are read at once."""
+_DROPPED_SHARE = 64
+"""Where the limit is reached, every so manieth record is dropped at once, the oldest."""
+_OPEN = (
+    'PRAGMA auto_vacuum = FULL',
+    'PRAGMA locking_mode = EXCLUSIVE',
+    'PRAGMA journal_mode = WAL',
+    'PRAGMA secure_delete = ON',
+    'CREATE TABLE IF NOT EXISTS records'
+    ' (number INTEGER PRIMARY KEY, topic TEXT, log_ns INTEGER, data BLOB)',
+    'CREATE TABLE IF NOT EXISTS spool (source TEXT, freed INTEGER)',
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,20 +58,6 @@ class Record:
     log_ns: int
     data: bytes
 
-    def packed(self) -> bytes:
-        """Return it without its number."""
-        topic = self.topic.encode()
-        return _RECORD.pack(self.log_ns, len(topic), len(self.data)) + topic + self.data
-
-
-@dataclass(slots=True, eq=False)
-class _File:
-    """A file of the spool: number of its first record, and how many bytes of it are whole."""
-
-    path: Path
-    first: int
-    size: int = 0
-
 
 class Spool(Closing):
     """
@@ -83,7 +73,7 @@ class Spool(Closing):
     limit : int
         Bytes on disk; of more, the oldest are dropped.
     latched : str
-        Topic whose last message counts for all that follow: each file begins with it.
+        Topic whose last message counts for all that follow: it is kept, and read first.
 
     Attributes
     ----------
@@ -97,293 +87,215 @@ class Spool(Closing):
     Raises
     ------
     StoreError
-        If the folder cannot be used, or another process has it.
+        If the folder cannot be used, another process has it, or its file is damaged.
 
     """
 
     def __init__(self, folder: Path, limit: int, latched: str) -> None:
-        self._folder, self._limit, self._latched = folder, max(limit, 4 * FILE_BYTES), latched
-        self._lock = threading.Lock()
+        self._path, self._limit = folder / 'spool.db', max(limit, LEAST_BYTES)
+        self._latched = latched
+        self._memory = threading.Lock()
+        self._disk = threading.RLock()
         self._unsaved: deque[Record] = deque()
         self._unsaved_bytes = 0
-        self._last_latched: Record | None = None
-        self._out: IO[bytes] | None = None
-        self._is_dirty = False
-        self._reading: _File | None = None
-        self._damaged = 0
         self.dropped, self.failure = 0, ''
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._guard = _locked(folder)
-            paths = sorted(folder.glob('*.spool'))
-            self.source = _source(folder, is_new=not paths)
-            self._files = [_File(path, int(path.stem), path.stat().st_size) for path in paths]
-            self._next = self._read_ends()
-        except (OSError, ValueError) as error:
-            raise StoreError(f'the spool {folder} cannot be used: {error}') from error
-        self._freed = self._files[0].first - 1 if self._files else self._next - 1
+            self._file: sqlite3.Connection | None = sqlite3.connect(
+                self._path, timeout=0.0, isolation_level=None, check_same_thread=False
+            )
+            for statement in _OPEN:
+                self._file.execute(statement)
+            self.source, self._freed = self._source()
+        except (OSError, sqlite3.Error) as error:
+            raise StoreError(_reason(self._path, error)) from error
+        last = self._file.execute('SELECT max(number) FROM records').fetchone()[0] or 0
+        self._next = max(last, self._freed) + 1
+        self.size = self._used()
         self.rewind(self._freed)
-
-    @property
-    def size(self) -> int:
-        """Bytes on disk."""
-        with self._lock:
-            return sum(file.size for file in self._files)
 
     @property
     def waiting(self) -> int:
         """Records that are not freed."""
-        with self._lock:
+        with self._memory:
             return self._next - 1 - self._freed
 
     def put(self, topic: str, log_ns: int, data: bytes) -> None:
         """Take a message."""
-        with self._lock:
+        with self._memory:
             record = Record(self._next, topic, log_ns, data)
             self._next += 1
             self._unsaved.append(record)
             self._unsaved_bytes += len(data)
             while self._unsaved_bytes > _MOST_UNSAVED:
-                oldest = self._unsaved.popleft()
-                self._unsaved_bytes -= len(oldest.data)
-                self.dropped += oldest.number > self._freed
+                self.dropped += self._take_unsaved().number > self._freed
 
     def save(self) -> None:
-        """Append what has come to the files; if the disk refuses, it waits in memory."""
-        with self._lock:
+        """Write what has come into the file; if the disk refuses, it waits in memory."""
+        with self._memory:
             records = list(self._unsaved)
         if not records:
             return
+        packed = [(r.number, r.topic, r.log_ns, lz4.frame.compress(r.data)) for r in records]
         try:
-            for part in _runs_of(records):
-                self._append(part)
-                self._forget_unsaved(part[-1].number)
-        except OSError as error:
-            self.failure = f'{self._folder}: {error.strerror or error}'
-            self._leave_file()
-        else:
-            self.failure = ''
-        self._drop_oldest()
+            with self._changing() as file:
+                file.executemany('INSERT INTO records VALUES (?, ?, ?, ?)', packed)
+                dropped = self._drop_oldest(file)
+        except sqlite3.Error as error:
+            self.failure = _reason(self._path, error)
+            return
+        self.failure = ''
+        with self._memory:
+            self._forget_unsaved(records[-1].number)
+            self.dropped += max(dropped - self._freed, 0)
+            self._freed = max(self._freed, dropped)
 
     def synchronise(self) -> None:
-        """Let what is saved outlive the machine."""
-        if self._is_dirty and self._out is not None:
-            self._is_dirty = False
-            try:
-                os.fsync(self._out.fileno())
-            except OSError as error:
-                self.failure = f'{self._folder}: {error.strerror or error}'
+        """Let what is saved outlive the machine, and nothing that is freed stay."""
+        try:
+            with self._disk:
+                if self._file is not None:
+                    self._file.execute('PRAGMA wal_checkpoint(TRUNCATE)')
+        except sqlite3.Error as error:
+            self.failure = _reason(self._path, error)
 
     def rewind(self, number: int) -> None:
         """Read what comes after a record again; before it, the last latched one."""
-        self._reading, self._offset, self._read = None, 0, number
+        self._read, self._is_rewound = number, True
 
     def read(self) -> list[Record]:
-        """Return the next records, some hundreds; none: all are read. Latched ones come again."""
-        while not self._guard.closed:
-            with self._lock:
-                if self._reading not in self._files:
-                    self._reading = self._files[0] if self._files else None
-                    self._offset = 0
-                file, size = self._reading, self._reading.size if self._reading else 0
-                at = self._files.index(file) if file else 0
-                following = self._files[at + 1] if at + 1 < len(self._files) else None
-                unsaved = list(self._unsaved) if self.failure else []
-            if file is None:
-                found = unsaved
-            else:
-                found, self._offset = _records(file.path, self._offset, size)
-                if following is None:
-                    found += unsaved
-            wanted = [r for r in found if r.number > self._read or r.topic == self._latched]
-            self._read = max([self._read, *(record.number for record in wanted)])
-            if following is not None:
-                self._count_damaged(following.first - 1)
-                self._reading, self._offset = following, 0
-            if wanted or following is None:
-                return wanted
-        return []
+        """
+        Return the next records, some hundreds; none: all are read.
+
+        Raises
+        ------
+        StoreError
+            If the file is damaged.
+
+        """
+        with self._disk:
+            if self._file is None:
+                return []
+            try:
+                rows = self._file.execute(
+                    'SELECT * FROM records WHERE number > ? ORDER BY number LIMIT ?',
+                    (self._read, _MOST_READ),
+                ).fetchall()
+                if self._is_rewound:
+                    rows = (
+                        self._file.execute(
+                            'SELECT * FROM records WHERE number <= ? AND topic = ?'
+                            ' ORDER BY number DESC LIMIT 1',
+                            (self._read, self._latched),
+                        ).fetchall()
+                        + rows
+                    )
+            except sqlite3.Error as error:
+                raise StoreError(_reason(self._path, error)) from error
+        self._is_rewound = False
+        found = [
+            Record(number, topic, log_ns, lz4.frame.decompress(data))
+            for number, topic, log_ns, data in rows
+        ]
+        if self.failure and len(rows) < _MOST_READ:
+            with self._memory:
+                last = max([self._read, *(record.number for record in found)])
+                found += [record for record in self._unsaved if record.number > last]
+        self._read = max([self._read, *(record.number for record in found)])
+        return found
 
     def free(self, number: int) -> None:
         """Forget records until one: they are in the database."""
-        with self._lock:
+        with self._memory:
             self._freed = max(self._freed, number)
-            while len(self._files) > 1 and self._files[1].first <= self._freed + 1:
-                self._remove_first()
-            while self.failure and self._unsaved and self._unsaved[0].number <= self._freed:
-                self._unsaved_bytes -= len(self._unsaved.popleft().data)
+            if self.failure:
+                self._forget_unsaved(number)
+        try:
+            with self._changing() as file:
+                self._delete(file, number)
+        except sqlite3.Error as error:
+            self.failure = _reason(self._path, error)
 
     def close(self) -> None:
         """Save and synchronise what has come; leave nothing that is freed."""
         self.save()
+        self.free(self._freed)
         self.synchronise()
-        if self._freed == self._next - 1 and not self.failure:
-            try:
-                self._begin_file()
-                self.free(self._freed)
-            except OSError as error:
-                self.failure = f'{self._folder}: {error.strerror or error}'
-        self._leave_file()
-        self._guard.close()
+        with self._disk:
+            if self._file is not None:
+                self._file.close()
+                self._file = None
 
-    def _append(self, records: Sequence[Record]) -> None:
-        """Write records, whose numbers follow one another, as a frame."""
-        if self._out is None or self._files[-1].size >= FILE_BYTES:
-            self._begin_file()
-        self._write(_frame(records))
-        latched = [record for record in records if record.topic == self._latched]
-        self._last_latched = latched[-1] if latched else self._last_latched
+    def _source(self) -> tuple[str, int]:
+        """Return the name of the file, and until which record it is freed; a new one gets one."""
+        assert self._file is not None
+        found = self._file.execute('SELECT source, freed FROM spool').fetchone()
+        if found is None:
+            found = uuid.uuid4().hex, 0
+            self._file.execute('INSERT INTO spool VALUES (?, ?)', found)
+        return str(found[0]), int(found[1])
 
-    def _begin_file(self) -> None:
-        """Begin a file, with the last latched message."""
-        self._leave_file()
-        with self._lock:
-            first = self._unsaved[0].number if self._unsaved else self._next
-        path = self._folder / f'{first:020d}.spool'
-        self._out = path.open('wb', buffering=0)
-        with self._lock:
-            self._files = [each for each in self._files if each.path != path]
-            self._files.append(_File(path, first))
-        _synchronise_folder(self._folder)
-        if self._last_latched is not None:
-            self._write(_frame([self._last_latched]))
+    @contextmanager
+    def _changing(self) -> Iterator[sqlite3.Connection]:
+        """Change the file as a whole, or not at all."""
+        with self._disk:
+            if self._file is None:
+                raise sqlite3.ProgrammingError('it is closed')
+            with self._file:
+                self._file.execute('BEGIN IMMEDIATE')
+                yield self._file
+            self.size = self._used()
 
-    def _write(self, frame: bytes) -> None:
-        """Append a frame as a whole, or nothing."""
-        assert self._out is not None
-        file, rest = self._files[-1], memoryview(frame)
-        try:
-            while rest:
-                rest = rest[self._out.write(rest) :]
-        except OSError:
-            os.ftruncate(self._out.fileno(), file.size)
-            raise
-        with self._lock:
-            file.size += len(frame)
-        self._is_dirty = True
+    def _drop_oldest(self, file: sqlite3.Connection) -> int:
+        """Keep the limit; return the last record that was dropped, 0: none."""
+        last = 0
+        while self._used() > self._limit:
+            first, count = file.execute(
+                'SELECT min(number), count(*) FROM records WHERE number > ?', (last,)
+            ).fetchone()
+            if count <= 1:
+                break
+            last = first + count // _DROPPED_SHARE
+            self._delete(file, last)
+        return last
 
-    def _leave_file(self) -> None:
-        if self._out is not None:
-            self.synchronise()
-            self._out.close()
-            self._out = None
+    def _delete(self, file: sqlite3.Connection, number: int) -> None:
+        """Delete records until one, but for the last latched one."""
+        file.execute(
+            'DELETE FROM records WHERE number <= ?1 AND number IS NOT'
+            ' (SELECT max(number) FROM records WHERE number <= ?1 AND topic = ?2)',
+            (number, self._latched),
+        )
+        file.execute('UPDATE spool SET freed = max(freed, ?)', (number,))
+
+    def _used(self) -> int:
+        """Return bytes of the file that hold something; the rest goes at the end of a change."""
+        assert self._file is not None
+        pages, free, size = (
+            int(self._file.execute(f'PRAGMA {name}').fetchone()[0])
+            for name in ('page_count', 'freelist_count', 'page_size')
+        )
+        return (pages - free) * size
 
     def _forget_unsaved(self, number: int) -> None:
-        with self._lock:
-            while self._unsaved and self._unsaved[0].number <= number:
-                self._unsaved_bytes -= len(self._unsaved.popleft().data)
+        while self._unsaved and self._unsaved[0].number <= number:
+            self._take_unsaved()
 
-    def _drop_oldest(self) -> None:
-        """Keep the limit."""
-        with self._lock:
-            while sum(file.size for file in self._files) > self._limit and len(self._files) > 1:
-                last = self._files[1].first - 1
-                self.dropped += max(last - self._freed, 0)
-                self._freed = max(self._freed, last)
-                self._remove_first()
-
-    def _remove_first(self) -> None:
-        self._files.pop(0).path.unlink(missing_ok=True)
-
-    def _count_damaged(self, last: int) -> None:
-        """Count what a file should hold until a record, and does not."""
-        known = max(self._read, self._freed, self._damaged)
-        if last > known:
-            self.dropped += last - known
-            self._damaged = last
-
-    def _read_ends(self) -> int:
-        """Cut off what the last file has of a frame that was not finished; return what follows."""
-        following = 1
-        for file in self._files[-1:]:
-            records, size = _records(file.path, 0, file.size)
-            os.truncate(file.path, size)
-            file.size = size
-            following = max([file.first, *(record.number + 1 for record in records)])
-            latched = [record for record in records if record.topic == self._latched]
-            self._last_latched = latched[-1] if latched else None
-        return following
+    def _take_unsaved(self) -> Record:
+        oldest = self._unsaved.popleft()
+        self._unsaved_bytes -= len(oldest.data)
+        return oldest
 
 
-def _runs_of(records: Sequence[Record]) -> Iterator[Sequence[Record]]:
-    """Yield the records in parts of a file's size at most."""
-    start = size = 0
-    for index, record in enumerate(records):
-        if size > FILE_BYTES:
-            yield records[start:index]
-            start, size = index, 0
-        size += len(record.data)
-    yield records[start:]
-
-
-def _frame(records: Sequence[Record]) -> bytes:
-    packed: bytes = lz4.block.compress(b''.join(record.packed() for record in records))
-    first = records[0].number
-    return _FRAME.pack(_MARK, len(packed), zlib.crc32(packed), first, len(records)) + packed
-
-
-def _records(path: Path, start: int, end: int) -> tuple[list[Record], int]:
-    """Return the records of the whole frames of a part of a file, and where these end."""
-    try:
-        with path.open('rb') as file:
-            file.seek(start)
-            data = file.read(end - start)
-    except FileNotFoundError:  # dropped meanwhile
-        return [], start
-    at = 0
-    found: list[Record] = []
-    while at + _FRAME.size <= len(data):
-        mark, size, checksum, number, count = _FRAME.unpack_from(data, at)
-        packed = data[at + _FRAME.size : at + _FRAME.size + size]
-        if mark != _MARK or len(packed) != size or zlib.crc32(packed) != checksum:
-            break
-        at += _FRAME.size + size
-        found += _unpacked(lz4.block.decompress(packed), number, count)
-    return found, start + at
-
-
-def _unpacked(data: bytes, number: int, count: int) -> Iterator[Record]:
-    at = 0
-    for each in range(number, number + count):
-        log_ns, topic_size, size = _RECORD.unpack_from(data, at)
-        at += _RECORD.size
-        topic = data[at : at + topic_size].decode()
-        at += topic_size
-        yield Record(each, topic, log_ns, data[at : at + size])
-        at += size
-
-
-def _locked(folder: Path) -> IO[str]:
-    """Lock a folder for as long as the returned file is open."""
-    guard = (folder / 'lock').open('a', encoding='utf-8')
-    try:
-        fcntl.flock(guard, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
-        guard.close()
-        raise StoreError(
-            f'the spool {folder} is in use by another process: end that, or name another folder'
-        ) from error
-    return guard
-
-
-def _source(folder: Path, is_new: bool) -> str:
-    """Return the name of a spool; one without files counts from 1 and gets another."""
-    path = folder / 'source.json'
-    if not is_new:
-        try:
-            return str(json.loads(path.read_text(encoding='utf-8'))['source'])
-        except (OSError, ValueError, LookupError, TypeError) as error:
-            raise ValueError(f'{path} holds no name of a spool: delete the folder') from error
-    name = uuid.uuid4().hex
-    fresh = path.with_suffix('.new')
-    fresh.write_text(json.dumps({'source': name}), encoding='utf-8')
-    fresh.replace(path)
-    return name
-
-
-def _synchronise_folder(folder: Path) -> None:
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
+def _reason(path: Path, error: Exception) -> str:
+    """Return why a file cannot be used, and what to do."""
+    if isinstance(error, sqlite3.OperationalError) and 'locked' in str(error):
+        return (
+            f'the spool {path.parent} is in use by another process: end that, or name another '
+            'folder'
+        )
+    if isinstance(error, sqlite3.DatabaseError) and not isinstance(
+        error, sqlite3.OperationalError
+    ):
+        return f'the spool {path} is damaged: move it away ({error})'
+    return f'the spool {path.parent} cannot be used: {error}'

@@ -1,12 +1,12 @@
 """The spool gives back what was saved, whatever ended the process, and keeps its limit."""
 
-import errno
 import os
+import shutil
 
 import pytest
 
 from mctrack_ros.store import StoreError
-from mctrack_ros.store.live.spool import FILE_BYTES, Spool
+from mctrack_ros.store.live.spool import LEAST_BYTES, Spool
 
 SITE = '/site'
 
@@ -15,9 +15,10 @@ def opened(folder, limit=0):
     return Spool(folder, limit, SITE)
 
 
-def abandoned(spool):
-    """Let go of a spool as a killed process does."""
-    spool._guard.close()
+def copied(folder, name):
+    """Return the spool that the next process finds when this one is killed now."""
+    shutil.copytree(folder, folder.parent / name)
+    return opened(folder.parent / name)
 
 
 def put(spool, count, size=10):
@@ -52,12 +53,11 @@ def test_records_come_back_in_order_and_once(tmp_path):
 
 
 def test_what_was_saved_outlives_the_process(tmp_path):
-    first = opened(tmp_path)
+    first = opened(tmp_path / 'spool')
     put(first, 3)
     first.save()
     put(first, 2)
-    abandoned(first)
-    again = opened(tmp_path)
+    again = copied(tmp_path / 'spool', 'copy')
     assert again.source == first.source
     assert numbers(again) == [1, 2, 3]
     put(again, 1)
@@ -65,86 +65,79 @@ def test_what_was_saved_outlives_the_process(tmp_path):
     assert numbers(again) == [4]
 
 
-@pytest.mark.parametrize('cut', [1, 20, 40])
-def test_a_frame_that_was_not_finished_is_cut_off(tmp_path, cut):
-    spool = opened(tmp_path)
+@pytest.mark.parametrize('cut', [1, 20, 400, 4000])
+def test_a_write_that_was_not_finished_is_cut_off(tmp_path, cut):
+    spool = opened(tmp_path / 'killed')
     put(spool, 3)
     spool.save()
+    spool.synchronise()
     put(spool, 2)
     spool.save()
-    abandoned(spool)
-    (path,) = tmp_path.glob('*.spool')
-    os.truncate(path, path.stat().st_size - cut)
-    again = opened(tmp_path)
+    shutil.copytree(tmp_path / 'killed', tmp_path / 'copy')
+    log = tmp_path / 'copy' / 'spool.db-wal'
+    os.truncate(log, log.stat().st_size - cut)
+    again = opened(tmp_path / 'copy')
     put(again, 1)
     again.save()
     assert numbers(again) == [1, 2, 3, 4]
     assert again.dropped == 0
 
 
-def test_a_damaged_file_loses_what_follows_in_it_and_says_how_much(tmp_path):
+def test_a_damaged_file_is_refused(tmp_path):
     spool = opened(tmp_path)
-    put(spool, 4)
-    spool.save()
-    put(spool, 4, FILE_BYTES // 3)
-    spool.save()
-    put(spool, 4)
-    spool.save()
-    first, _ = sorted(tmp_path.glob('*.spool'))
-    data = bytearray(first.read_bytes())
-    data[-100] ^= 1
-    first.write_bytes(data)
-    assert numbers(spool) == [1, 2, 3, 4, 9, 10, 11, 12]
-    assert spool.dropped == 4
-    spool.rewind(0)
-    numbers(spool)
-    assert spool.dropped == 4
+    put(spool, 400)
+    spool.close()
+    path = tmp_path / 'spool.db'
+    path.write_bytes(b'x' * path.stat().st_size)
+    with pytest.raises(StoreError, match=r'spool.db is damaged: move it away'):
+        opened(tmp_path)
 
 
 def test_the_oldest_are_dropped_beyond_the_limit_and_counted(tmp_path):
-    spool = opened(tmp_path, 4 * FILE_BYTES)
+    spool = opened(tmp_path, LEAST_BYTES)
+    spool.put(SITE, 1, b'site')
     for _ in range(40):
-        put(spool, 10, FILE_BYTES // 40)
+        put(spool, 10, LEAST_BYTES // 160)
         spool.save()
-    assert spool.size <= 4 * FILE_BYTES
-    found = numbers(spool)
-    assert found == list(range(401 - len(found), 401))
-    assert spool.dropped == 400 - len(found) > 0
-    spool.free(400)
-    assert len(list(tmp_path.glob('*.spool'))) == 1
+        assert spool.size <= LEAST_BYTES
+    spool.rewind(0)
+    site, *records = spool.read()
+    assert (site.number, site.data) == (1, b'site')
+    found = [record.number for record in records]
+    assert found == list(range(402 - len(found), 402))
+    assert len(found) > 100
+    assert spool.dropped == 401 - len(found) == 401 - spool.waiting
+    spool.free(401)
+    assert spool.size < 1 << 16
+    assert spool.waiting == 0
 
 
-def test_every_file_begins_with_the_last_latched_message(tmp_path):
-    spool = opened(tmp_path)
+def test_the_last_latched_message_comes_before_what_follows(tmp_path):
+    spool = opened(tmp_path / 'spool')
     spool.put(SITE, 1, b'old')
     spool.put(SITE, 2, b'new')
-    for _ in range(3):
-        put(spool, 1, FILE_BYTES)
-        spool.save()
-    files = sorted(tmp_path.glob('*.spool'))
-    assert len(files) == 3
+    put(spool, 3)
+    spool.save()
+    assert [record.number for record in spool.read()] == [1, 2, 3, 4, 5]
     spool.free(3)
-    spool.rewind(3)
-    records = spool.read()
-    assert [(r.number, r.data) for r in records if r.topic == SITE] == [(2, b'new')]
-    abandoned(spool)
-    again = opened(tmp_path)
-    put(again, 1)
-    again.save()
-    again.free(5)
-    again.rewind(5)
-    assert next((r.number, r.data[:3]) for r in again.read()) == (2, b'new')
+    for each in (spool, copied(tmp_path / 'spool', 'copy')):
+        each.rewind(3)
+        records = each.read()
+        assert [record.number for record in records] == [2, 4, 5]
+        assert records[0].data == b'new'
+        assert each.read() == []
 
 
 def test_nothing_that_is_freed_stays_after_the_end(tmp_path):
     spool = opened(tmp_path)
     spool.put(SITE, 1, b'site')
-    put(spool, 5, 1000)
+    for _ in range(5):
+        spool.put('/tracks', 7, b'somebody')
     spool.save()
     numbers(spool)
     spool.free(6)
     spool.close()
-    assert sum(path.stat().st_size for path in tmp_path.glob('*.spool')) < 200
+    assert all(b'somebody' not in path.read_bytes() for path in tmp_path.iterdir())
     again = opened(tmp_path)
     put(again, 1)
     again.save()
@@ -152,24 +145,22 @@ def test_nothing_that_is_freed_stays_after_the_end(tmp_path):
     assert numbers(again) == [7]
 
 
-def test_records_wait_in_memory_while_the_disk_is_full(tmp_path, monkeypatch):
+def test_records_wait_in_memory_while_the_disk_is_full(tmp_path):
     spool = opened(tmp_path)
     put(spool, 2)
     spool.save()
-
-    def full(*_):
-        raise OSError(errno.ENOSPC, 'No space left on device')
-
-    with monkeypatch.context() as patched:
-        patched.setattr(spool, '_append', full)
-        put(spool, 2)
-        spool.save()
-        assert 'No space left' in spool.failure
-        assert numbers(spool) == [1, 2, 3, 4]
-        spool.free(3)
-        put(spool, 1)
-        spool.save()
-        assert numbers(spool) == [5]
+    pages = spool._file.execute('PRAGMA page_count').fetchone()[0]
+    spool._file.execute(f'PRAGMA max_page_count = {pages}')  # SQLite says that the disk is full
+    put(spool, 2, 1 << 16)
+    spool.save()
+    assert 'full' in spool.failure
+    assert numbers(spool) == [1, 2, 3, 4]
+    spool.free(3)
+    put(spool, 1, 1 << 16)
+    spool.save()
+    assert 'full' in spool.failure
+    assert numbers(spool) == [5]
+    spool._file.execute('PRAGMA max_page_count = 1000000')
     spool.save()
     assert spool.failure == ''
     spool.rewind(3)
@@ -190,6 +181,5 @@ def test_a_spool_whose_files_are_gone_is_another(tmp_path):
     spool = opened(tmp_path)
     put(spool, 3)
     spool.close()
-    for path in tmp_path.glob('*.spool'):
-        path.unlink()
+    (tmp_path / 'spool.db').unlink()
     assert opened(tmp_path).source != spool.source
