@@ -11,7 +11,8 @@ from mctrack_ros.codec.image_header import PNG_START, stated_size
 from mctrack_ros.codec.messages import CodecError, MessageClasses, header, stamp_ns_of
 from mctrack_ros.interfaces import Foreground
 
-_BILEVEL = [cv2.IMWRITE_PNG_BILEVEL, 1, cv2.IMWRITE_PNG_COMPRESSION, 9]
+_BILEVEL = [cv2.IMWRITE_PNG_BILEVEL, 1, cv2.IMWRITE_PNG_COMPRESSION, 1]
+"""The highest level takes five times as long for a third fewer bytes."""
 _MOST_PIXELS = 1 << 22
 """Larger masks are refused before anything is allocated for them."""
 

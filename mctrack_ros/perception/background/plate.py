@@ -26,10 +26,24 @@ def median_of_nine(images: list[Image]) -> Image:
 
 
 def spread_median(images: list[Image]) -> Image:
-    """Return the pixel-wise median of images spread over a recording, (h, w, 3) uint8."""
-    middle = len(images) // 2
-    rows = [
-        np.partition(np.stack([image[top : top + ROWS] for image in images]), middle, axis=0)
-        for top in range(0, len(images[0]), ROWS)
-    ]
-    return np.concatenate([part[middle] for part in rows])
+    """
+    Return the pixel-wise median of at most 255 images spread over a recording, (h, w, 3) uint8.
+
+    Bit by bit from the highest: the largest value that at most half of the images are below. That
+    takes a third of the time of a partial sort.
+    """
+    parts = range(0, len(images[0]), ROWS)
+    return np.concatenate(
+        [_median(np.stack([image[top : top + ROWS] for image in images])) for top in parts]
+    )
+
+
+def _median(stack: Image) -> Image:
+    """Return the element in the middle along the first axis."""
+    middle = len(stack) // 2
+    found = np.zeros(stack.shape[1:], np.uint8)
+    for bit in (128, 64, 32, 16, 8, 4, 2, 1):
+        tried = found | np.uint8(bit)
+        below = np.add.reduce((stack < tried).view(np.uint8), axis=0, dtype=np.uint8)
+        np.copyto(found, tried, where=below <= middle)
+    return found

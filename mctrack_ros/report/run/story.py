@@ -219,7 +219,7 @@ def story_of(
         times,
         tuple(events(run, between=between)),
         tuple(corrections(run, between)),
-        tuple(groups(run, between)),
+        tuple(each for each in groups(run, between) if len(each.members) > 1),
         _quality(run, times, quantiles, bag, between),
         site_coverage(site) if site else None,
         np.array(area_from(site.area).exterior.coords)[:-1] if site and site.area else None,
