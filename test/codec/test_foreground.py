@@ -1,5 +1,7 @@
 """Masks as PNG of one bit a pixel."""
 
+import pickle
+
 import cv2
 import numpy as np
 import pytest
@@ -112,3 +114,14 @@ def test_rows_still_travel_as_clouds():
 def test_what_is_no_mask_is_refused(mask):
     with pytest.raises(ValueError, match=r'expected \(height, width\) and uint8'):
         Foreground(0, mask)
+
+
+@pytest.mark.parametrize('shape', [(0, 0), (1, 1), (7, 5), (72, 90)])
+def test_a_mask_goes_to_another_process_as_it_is(shape):
+    mask = np.random.default_rng(0).integers(0, 2, shape, np.uint8) * np.uint8(255)
+    sent = pickle.dumps(Foreground(17, mask))
+    assert len(sent) < mask.size / 8 + 200
+    arrived = pickle.loads(sent)
+    assert arrived.stamp_ns == 17
+    assert np.array_equal(arrived.mask, mask)
+    assert not arrived.mask.flags.writeable
