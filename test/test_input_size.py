@@ -36,7 +36,7 @@ from mctrack_ros.streams.frames import About
         (read_lines, TABLE, TableError),
         (lambda path: read_moving_features(path, None), TABLE, TableError),
         (lambda path: read_mot_text(path, 1), TABLE, MotTextError),
-        (user_and_password, 4096, ConfigError),
+        (lambda path: user_and_password('MQTT', path), 4096, ConfigError),
     ],
 )
 def test_a_file_that_is_too_large_is_not_read(tmp_path, read, most, error):

@@ -10,7 +10,6 @@ from mctrack_ros.input_size import check_size
 
 _LARGEST = 4096
 TOKEN_VARIABLE = 'MCTRACK_STREAM_TOKEN'  # noqa: S105  its name
-USER_VARIABLE, PASSWORD_VARIABLE = 'MCTRACK_MQTT_USERNAME', 'MCTRACK_MQTT_PASSWORD'
 
 
 def stream_token(file: str) -> str:
@@ -26,9 +25,17 @@ def stream_token(file: str) -> str:
     return os.environ.get(TOKEN_VARIABLE, '') or (_lines(file)[:1] or [''])[0]
 
 
-def mqtt_credentials(file: str) -> tuple[str, str | None]:
+def user_and_password(service: str, file: str) -> tuple[str, str]:
     """
-    Return user name, empty for none, and password of a broker: of the environment, or of a file.
+    Return user name and password, empty where there is none.
+
+    Parameters
+    ----------
+    service : str
+        ``MQTT`` or ``VIDEO``: those of the environment, as ``MCTRACK_<service>_USERNAME`` and
+        ``MCTRACK_<service>_PASSWORD``, come first.
+    file : str
+        File that holds them, a line each; empty: none.
 
     Raises
     ------
@@ -36,23 +43,9 @@ def mqtt_credentials(file: str) -> tuple[str, str | None]:
         If the file cannot be read.
 
     """
-    user = os.environ.get(USER_VARIABLE, '')
+    user = os.environ.get(f'MCTRACK_{service}_USERNAME', '')
     if user:
-        return user, os.environ.get(PASSWORD_VARIABLE)
-    user, password = user_and_password(file)
-    return user, password or None
-
-
-def user_and_password(file: str) -> tuple[str, str]:
-    """
-    Return user name and password of a file, a line each; empty where there is none.
-
-    Raises
-    ------
-    ConfigError
-        If the file cannot be read.
-
-    """
+        return user, os.environ.get(f'MCTRACK_{service}_PASSWORD', '')
     lines = [*_lines(file), '', '']
     return lines[0], lines[1]
 

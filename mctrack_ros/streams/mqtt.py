@@ -9,7 +9,7 @@ from paho.mqtt.client import Client, MQTTMessageInfo
 from paho.mqtt.enums import CallbackAPIVersion
 
 from mctrack_ros.config import ConfigError, parameter
-from mctrack_ros.streams.credentials import mqtt_credentials
+from mctrack_ros.streams.credentials import user_and_password
 from mctrack_ros.streams.formats import onvif
 from mctrack_ros.streams.formats.geo import GeoReference
 from mctrack_ros.streams.frames import Frame
@@ -74,9 +74,9 @@ class MqttPublisher:
         self.left_out = 0
         self._client = Client(CallbackAPIVersion.VERSION2)
         self._client.reconnect_delay_set(*_RETRY_S)
-        user, password = mqtt_credentials(config.credentials_file)
+        user, password = user_and_password('MQTT', config.credentials_file)
         if user:
-            self._client.username_pw_set(user, password)
+            self._client.username_pw_set(user, password or None)
         if config.tls:
             try:
                 self._client.tls_set(config.ca_file or None)

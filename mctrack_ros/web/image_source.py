@@ -65,7 +65,7 @@ def read_image(
 
 
 def _from_video(path: Path) -> Image:
-    from mctrack_ros.recording.video.file import VideoError, open_video
+    from mctrack_ros.recording.video.videos import VideoError, open_video
 
     try:
         return next(open_video(path, rate_hz=1.0).images())  # whatever its times

@@ -145,15 +145,16 @@ def test_what_a_broker_misses_is_left_out(broker, publisher, frames):
 def test_user_and_password_come_from_the_environment_or_a_file(monkeypatch, tmp_path):
     file = tmp_path / 'credentials'
     file.write_text(f'{USER}\n{PASSWORD}\n')
-    assert credentials.mqtt_credentials('') == ('', None)
-    assert credentials.mqtt_credentials(str(file)) == (USER, PASSWORD)
+    assert credentials.user_and_password('MQTT', '') == ('', '')
+    assert credentials.user_and_password('MQTT', str(file)) == (USER, PASSWORD)
     assert credentials.stream_token(str(file)) == USER
     with pytest.raises(ConfigError, match='cannot be read'):
-        credentials.mqtt_credentials(str(tmp_path / 'none'))
+        credentials.user_and_password('MQTT', str(tmp_path / 'none'))
     monkeypatch.setenv('MCTRACK_MQTT_USERNAME', 'other')
     monkeypatch.setenv('MCTRACK_MQTT_PASSWORD', 'secret')
     monkeypatch.setenv('MCTRACK_STREAM_TOKEN', 'token')
-    assert credentials.mqtt_credentials(str(file)) == ('other', 'secret')
+    assert credentials.user_and_password('MQTT', str(file)) == ('other', 'secret')
+    assert credentials.user_and_password('VIDEO', str(file)) == (USER, PASSWORD)
     assert credentials.stream_token(str(file)) == 'token'
 
 

@@ -23,7 +23,9 @@ RATE = typer.Option(
 
 def import_videos(
     out: Path = typer.Argument(..., help='The bag to write.'),
-    videos: list[str] = typer.Argument(..., help='camera=file, for example north=north.mp4.'),
+    videos: list[str] = typer.Argument(
+        ..., help='camera=file, or folder of images, for example north=north.mp4.'
+    ),
     later: list[str] = LATER,
     rate: float = RATE,
     overwrite: bool = typer.Option(False, '--overwrite', help='Replace an earlier bag.'),

@@ -76,9 +76,13 @@ class Video:
         """How long the file says that it is, s; 0: it does not."""
         return max(self.end_s - self.zero_s, 0.0)
 
+    def reading(self) -> VideoReading:
+        """Begin to read the file."""
+        return VideoReading(self)
+
     def images(self) -> Iterator[NDArray[np.uint8]]:
         """Yield the (height, width, 3) images, blue, green, red."""
-        for _, image in VideoReading(self):
+        for _, image in self.reading():
             yield image
 
 
@@ -92,7 +96,7 @@ class VideoReading:
     Parameters
     ----------
     video : Video
-        As `open_video` gives it.
+        As `open_file` gives it.
 
     Attributes
     ----------
@@ -103,7 +107,7 @@ class VideoReading:
 
     def __init__(self, video: Video) -> None:
         self.video, self.count = video, 0
-        self._times = ImageTimes(1.0 / video.rate_hz, constant=video.constant)
+        self.times = ImageTimes(1.0 / video.rate_hz, constant=video.constant)
         self._undecodable, self._resized, self._end_s, self._failure = 0, 0, 0.0, ''
         self._due_s: list[float] | None = None
 
@@ -115,19 +119,28 @@ class VideoReading:
             for frame in self._frames(container):
                 own_s = frame.time if self._due_s is None else heappop(self._due_s)
                 stated_s = None if own_s is None else own_s - self.video.zero_s
-                time_s = self._times.time_of(stated_s)
+                time_s = self.times.time_of(stated_s)
                 if time_s is None:
                     continue
                 image = _image(frame, convert)
-                if image.shape[1::-1] == self.video.size:
-                    self.count += 1
+                if self.is_of_size(image):
                     yield time_s, image
-                else:
-                    self._resized += 1
+
+    def is_of_size(self, image: NDArray[np.uint8]) -> bool:
+        """Count an image; return whether it has the size of the video."""
+        is_it = image.shape[1::-1] == self.video.size
+        self.count += is_it
+        self._resized += not is_it
+        return is_it
+
+    def leave_out_undecodable(self, count: int) -> None:
+        """Count images that cannot be decoded."""
+        self._undecodable += count
+        self.times.pass_over(count)
 
     def notes(self) -> list[str]:
         """Return what was left out or made up so far, a line each."""
-        lines = self._times.notes()
+        lines = self.times.notes()
         if self._resized:
             lines.insert(0, f'images left out that have another size: {self._resized}')
         if self._undecodable:
@@ -180,8 +193,7 @@ class VideoReading:
         for _ in range(count):
             if self._due_s:
                 heappop(self._due_s)
-        self._undecodable += count
-        self._times.pass_over(count)
+        self.leave_out_undecodable(count)
 
     def _early_end(self) -> str:
         """Return why the file should go on where its packets end; empty: it need not."""
@@ -196,13 +208,13 @@ class VideoReading:
         return ''
 
 
-def open_video(path: str | Path, rate_hz: float = 0.0, later_s: float = 0.0) -> Video:
+def open_file(path: Path, rate_hz: float = 0.0, later_s: float = 0.0) -> Video:
     """
     Look into a video file.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
         The file.
     rate_hz : float
         Images a second, all as far apart; 0: at the times that the file states.
@@ -215,9 +227,6 @@ def open_video(path: str | Path, rate_hz: float = 0.0, later_s: float = 0.0) -> 
         If it is none, or neither it nor ``rate_hz`` says when its images were taken.
 
     """
-    path = Path(path)
-    if not path.is_file():
-        raise VideoError(f'{path} {"is a folder" if path.is_dir() else "does not exist"}')
     with _opened(path) as container:
         stream, flags = _stream(container), Flags(container.format.flags)
         if not rate_hz and Flags.no_timestamps in flags:

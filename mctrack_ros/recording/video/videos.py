@@ -1,4 +1,4 @@
-"""Video files as the messages of a bag, to be tracked offline."""
+"""Videos and folders of images as the messages of a bag, to be tracked offline."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import Any
 
 from mctrack_ros.codec import compressed_message, jpeg_from_image
 from mctrack_ros.recording.bags.writer import ROSBAGS_CLASSES, BagWriter
-from mctrack_ros.recording.video.file import Video, VideoError, VideoReading, open_video
+from mctrack_ros.recording.video.file import Video, VideoError, VideoReading, open_file
+from mctrack_ros.recording.video.folder import open_folder
 
 __all__ = [
     'START_NS',
@@ -49,7 +50,7 @@ class CameraVideo:
 
     def reading(self) -> VideoReading:
         """Begin to read the file."""
-        return VideoReading(self.video)
+        return self.video.reading()
 
     def messages(self, reading: VideoReading) -> Iterator[tuple[str, Any, int]]:
         """Yield topic, compressed image and stamp (ns) of all that a reading gives."""
@@ -58,6 +59,31 @@ class CameraVideo:
             stamp_ns = self.origin_ns + round((self.video.later_s + time_s) * 1e9)
             jpeg = jpeg_from_image(image)
             yield topic, compressed_message(jpeg, ROSBAGS_CLASSES, stamp_ns, frame), stamp_ns
+
+
+def open_video(path: str | Path, rate_hz: float = 0.0, later_s: float = 0.0) -> Video:
+    """
+    Look into a video file, or a folder of images.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file or folder.
+    rate_hz : float
+        Images a second, all as far apart; 0: at the times that the file, or their names, state.
+    later_s : float
+        How long after the first video it began, s.
+
+    Raises
+    ------
+    VideoError
+        If it is none, or neither it nor ``rate_hz`` says when its images were taken.
+
+    """
+    path = Path(path)
+    if not path.exists():
+        raise VideoError(f'{path} does not exist')
+    return (open_folder if path.is_dir() else open_file)(path, rate_hz, later_s)
 
 
 def together(videos: Mapping[str, Video]) -> dict[str, CameraVideo]:

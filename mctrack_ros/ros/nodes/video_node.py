@@ -1,4 +1,4 @@
-"""A video file, a camera device or a stream to images."""
+"""A video file, a folder of images, a camera device or a stream to images."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 import cv2
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.duration import Duration
 from sensor_msgs.msg import CompressedImage, Image
 
 from mctrack_ros.codec import compressed_message, image_message, jpeg_from_image
 from mctrack_ros.config import ConfigError, parameter
+from mctrack_ros.recording.video.live_video import LiveCounts, LiveVideo
+from mctrack_ros.ros.node.diagnostics import Diagnostics
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.topics import quality
@@ -27,7 +29,6 @@ from mctrack_ros.streams.credentials import user_and_password
 if TYPE_CHECKING:  # a device needs no decoder of files
     from mctrack_ros.recording.video.file import VideoReading
 
-_SILENCE_S = 1.0
 _LONG_S = 5.0
 _ARRIVAL = Duration(seconds=1)
 
@@ -38,14 +39,17 @@ class VideoNodeConfig:
 
     autostart: bool = parameter(True, AUTOSTART)
     camera: str = parameter('cam1', 'name of the camera; its topics lie below it')
-    source: str = parameter('', 'video file, device (number or path) or stream (rtsp://...)')
+    source: str = parameter(
+        '', 'video file, folder of images, device (number or path) or stream (rtsp://...)'
+    )
     credentials_file: str = parameter(
         '',
-        'file with user name and password of a stream, a line each: others read the parameters',
+        'file with user name and password of a stream, a line each; MCTRACK_VIDEO_USERNAME and '
+        'MCTRACK_VIDEO_PASSWORD in the environment go before it',
     )
     rate: float = parameter(
         0.0,
-        'images a second of a file; 0: the times that the file states [Hz]',
+        'images a second of a file or folder; 0: the times that it states [Hz]',
         minimum=0.0,
         maximum=1000.0,
     )
@@ -72,6 +76,50 @@ class VideoNodeConfig:
     depth: int = parameter(8, 'length of the queue of images', minimum=1, maximum=1000)
 
 
+@dataclass(slots=True)
+class SourceHealth:
+    """
+    State of the source: an error while a device or stream gives nothing, a warning if images drop.
+
+    Attributes
+    ----------
+    sent : int
+        Images published since the last report.
+    live : LiveCounts, optional
+        Of a device or stream.
+    dropped : int
+        Images dropped until the last report.
+
+    """
+
+    sent: int = 0
+    live: LiveCounts | None = None
+    dropped: int = 0
+
+    def report(self, name: str) -> DiagnosticStatus:
+        """Return the state of the last second."""
+        values, level = {'images': self.sent}, DiagnosticStatus.OK
+        message = 'sending' if self.sent else 'nothing was due'
+        if (live := self.live) is not None:
+            dropped = live.dropped - self.dropped
+            values |= {'opened': live.opened, 'dropped': live.dropped}
+            if dropped:
+                level, message = (
+                    DiagnosticStatus.WARN,
+                    f'{dropped} images dropped: sending is slow',
+                )
+            if not self.sent:
+                level, message = DiagnosticStatus.ERROR, live.failure or 'it gives no images'
+            self.dropped = live.dropped
+        self.sent = 0
+        return DiagnosticStatus(
+            level=level,
+            name=name,
+            message=message,
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+        )
+
+
 class VideoNode(GraphNode):
     """Publish images as they come, from a thread of its own; a file ends the process."""
 
@@ -80,6 +128,7 @@ class VideoNode(GraphNode):
 
     def __init__(self) -> None:
         super().__init__('video_node')
+        self.live: LiveVideo | None = None
 
     def open(self) -> None:
         """Open the source."""
@@ -88,19 +137,20 @@ class VideoNode(GraphNode):
         if not source:
             raise ConfigError('source is empty: name a video file, a device or a stream')
         self.is_file = '://' not in source and not source.isdigit() and '/dev/' not in source
-        if self.is_file and not Path(source).is_file():
-            raise ConfigError(f'source {source} does not exist')
         if self.is_file:
             self.open_file()
         else:
             self.address = int(source) if source.isdigit() else self.with_credentials(source)
-            self.capture = self.opened()
         topic = named_image_topic(self.config.camera, self.config.image_topic)
         self.compressed = topic.endswith('/compressed')
         kind = CompressedImage if self.compressed else Image
         qos = quality.images(self.config.reliable, self.config.depth)
         self.images = self.publisher(kind, topic, qos)
         self.ending = threading.Event()
+        self.health = SourceHealth()
+        self.diagnostics = Diagnostics(
+            self, {f'{self.config.camera} source': self.health}, (self.config.camera,)
+        )
 
     def open_file(self) -> None:
         """
@@ -112,7 +162,7 @@ class VideoNode(GraphNode):
             If it is no video, or does not say when its images were taken.
 
         """
-        from mctrack_ros.recording.video.file import VideoError, open_video
+        from mctrack_ros.recording.video.videos import VideoError, open_video
 
         try:
             self.video = open_video(self.config.source, self.config.rate)
@@ -133,42 +183,31 @@ class VideoNode(GraphNode):
         if mark and '@' in rest.partition('/')[0]:
             raise ConfigError(
                 'source holds a user name or password, which others would see: put them into '
-                'credentials_file, a line each'
+                'credentials_file, a line each, or MCTRACK_VIDEO_USERNAME and _PASSWORD'
             )
-        told = user_and_password(self.config.credentials_file)
+        told = user_and_password('VIDEO', self.config.credentials_file)
         user, password = (quote(each, safe='') for each in told)
         return f'{scheme}://{user}:{password}@{rest}' if mark and user else source
-
-    def opened(self) -> cv2.VideoCapture:
-        """
-        Open the source.
-
-        Raises
-        ------
-        ConfigError
-            If OpenCV cannot.
-
-        """
-        capture = cv2.VideoCapture(self.address)
-        if not capture.isOpened():
-            raise ConfigError(f'source {self.config.source} cannot be opened as a video')
-        return capture
 
     def start(self) -> None:
         """Begin to play."""
         self.ending.clear()
+        if not self.is_file:
+            clock, warn = self.get_clock(), self.get_logger().warning
+            self.live = LiveVideo(
+                self.address, self.config.source, lambda: clock.now().nanoseconds, warn
+            )
+            self.health.live = self.live.counts
+        self.diagnostics.begin()
         self.thread = threading.Thread(target=self.play, name='play')
         self.thread.start()
 
     def stop(self) -> None:
         """End in the middle."""
         self.ending.set()
+        if self.live is not None:
+            self.live.close()
         self.thread.join()
-
-    def close(self) -> None:
-        """Release the source."""
-        if hasattr(self, 'capture'):
-            self.capture.release()
 
     def play(self) -> None:
         """Publish until the end, then end the process."""
@@ -210,11 +249,9 @@ class VideoNode(GraphNode):
 
     def film(self) -> Iterator[tuple[int, Any]]:
         """Yield a file's images, each with its time since the first, ns; again if it loops."""
-        from mctrack_ros.recording.video.file import VideoReading
-
         round_ns = 0
         while True:
-            reading, begin_s, since_ns = VideoReading(self.video), None, round_ns
+            reading, begin_s, since_ns = self.video.reading(), None, round_ns
             for time_s, image in reading:
                 begin_s = time_s if begin_s is None else begin_s
                 since_ns = round_ns + round((time_s - begin_s) * 1e9)
@@ -232,16 +269,10 @@ class VideoNode(GraphNode):
             self.get_logger().error(reading.fault())
 
     def play_live(self) -> None:
-        """Publish what a device or stream gives; open it again when it falls silent."""
-        while not self.ending.is_set():
-            read, image = self.capture.read()
-            if read:
-                self.send(image, self.get_clock().now().nanoseconds)
-                continue
-            self.get_logger().warning(f'{self.config.source} fell silent: opening it again')
-            self.capture.release()
-            self.ending.wait(_SILENCE_S)
-            self.capture.open(self.address)
+        """Publish what a device or stream gives: the newest image, whenever the last is sent."""
+        assert self.live is not None
+        for stamp_ns, image in self.live:
+            self.send(image, stamp_ns)
 
     def send(self, image: Any, stamp_ns: int) -> None:
         """Publish one image."""
@@ -255,6 +286,7 @@ class VideoNode(GraphNode):
         else:
             message = image_message(image, RCLPY_CLASSES, stamp_ns, frame)
         self.images.publish(message)
+        self.health.sent += 1
 
 
 def main() -> int:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from films import SIZE, cut, level_image, write_film, write_steady_film
-from mctrack_ros.recording.video.file import VideoError, VideoReading, open_video
+from mctrack_ros.recording.video.file import VideoError, VideoReading
+from mctrack_ros.recording.video.videos import open_video
 
 FAULTS = 'faults/video'
 UNEVEN_S = [0.0, 0.04, 0.08, 0.2, 0.32, 0.44, 0.48, 0.52]
@@ -187,7 +188,7 @@ def test_images_of_another_size_than_the_first_are_left_out(tmp_path):
 
 
 def test_what_is_no_video_is_refused(tmp_path):
-    with pytest.raises(VideoError, match='is a folder'):
+    with pytest.raises(VideoError, match='holds no images'):
         open_video(tmp_path)
     (tmp_path / 'text.avi').write_text('no video')
     with pytest.raises(VideoError, match='does not exist'):

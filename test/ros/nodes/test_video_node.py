@@ -1,13 +1,22 @@
 """The video node: a file's images, once or again and again."""
 
+import threading
+import time
+from base64 import b64encode
+from contextlib import suppress
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import quote
 
+import cv2
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import Log
 from sensor_msgs.msg import CompressedImage, Image
 
 from films import level_image, write_film, write_steady_film
-from mctrack_ros.codec import image_from_message, stamp_ns_of
+from mctrack_ros.codec import image_from_message, jpeg_from_image, stamp_ns_of
+from mctrack_ros.recording.video.videos import open_video
 from mctrack_ros.ros.nodes.video_node import VideoNode
 from mctrack_ros.ros.topics.quality import reliable
 from walker import SIZE
@@ -77,33 +86,100 @@ def test_raw_and_scaled_images(bench, film):
     assert images[0].header.frame_id == 'cam1_optical_frame'
 
 
-def test_no_log_shows_the_password_of_a_stream(refusal, tmp_path):
+def test_no_log_shows_the_password_of_a_stream(bench, tmp_path):
     kept = tmp_path / 'camera.txt'
     kept.write_text(f'{USER}\n{PASSWORD}\n')
-    told = {'source': 'rtsp://127.0.0.1:9/stream', 'credentials_file': str(kept)}
-    lines = refusal('video_node', **told)
-    assert lines[-1].endswith('source rtsp://127.0.0.1:9/stream cannot be opened as a video')
-    lines += refusal('video_node', source=f'rtsp://{USER}:{PASSWORD}@127.0.0.1:9/stream')
+    node, _ = show(bench, 'rtsp://127.0.0.1:9/stream', credentials_file=str(kept))
+    heard = bench.messages(Log, '/rosout', reliable(100))
+    told = bench.messages(DiagnosticArray, '/diagnostics', reliable(100))
+    bench.until(lambda: len([each for each in heard if 'cannot be opened' in each.msg]) > 1)
+    bench.until(lambda: any('cannot be opened' in str(each) for each in told))
+    node.trigger_deactivate()
+    lines = [str(each) for each in (*heard, *told)]
+    assert not [line for line in lines if PASSWORD in line or quote(PASSWORD) in line]
+
+
+def test_an_address_with_a_password_is_refused(refusal):
+    lines = refusal('video_node', source=f'rtsp://{USER}:{PASSWORD}@127.0.0.1:9/stream')
     assert 'put them into credentials_file' in lines[-1]
     assert not [line for line in lines if PASSWORD in line or quote(PASSWORD) in line]
 
 
-def test_a_stream_is_given_user_and_password(bench, film, monkeypatch, tmp_path):
-    asked = []
-    monkeypatch.setattr(VideoNode, 'opened', lambda node: asked.append(node.address))
-    kept = tmp_path / 'camera.txt'
-    kept.write_text(f'{USER}\n{PASSWORD}\n')
-    source = {'source': 'rtsp://192.0.2.7/a@b', 'credentials_file': str(kept)}
-    path = bench.parameter_file('video', {'autostart': False, **source})
-    bench.open('--params-file', str(path))
-    bench.add(VideoNode()).trigger_configure()
-    assert asked == ['rtsp://some%40body:for%2Fthe%20test@192.0.2.7/a@b']
+@pytest.mark.parametrize('place', ['file', 'environment'])
+def test_a_stream_is_given_user_and_password(bench, server, tmp_path, monkeypatch, place):
+    told = {'source': server.address}
+    if place == 'file':
+        kept = tmp_path / 'camera.txt'
+        kept.write_text(f'{USER}\n{PASSWORD}\n')
+        told['credentials_file'] = str(kept)
+    else:
+        monkeypatch.setenv('MCTRACK_VIDEO_USERNAME', USER)
+        monkeypatch.setenv('MCTRACK_VIDEO_PASSWORD', PASSWORD)
+    server.wanted = 'Basic ' + b64encode(f'{USER}:{PASSWORD}'.encode()).decode()
+    node, images = show(bench, depth=200, film=told.pop('source'), **told)
+    bench.until(lambda: len(images) > 5)
+    node.trigger_deactivate()
 
 
-def test_a_stream_that_falls_silent_is_opened_again(bench, film):
-    node, images = show(bench, f'file://{film}', depth=200)
-    bench.until(lambda: len(images) > 25)
+def test_a_stream_that_breaks_off_is_opened_again(bench, server):
+    node, images = show(bench, server.address, depth=200)
+    told = bench.messages(DiagnosticArray, '/diagnostics', reliable(100))
+    bench.until(lambda: len(images) > 45)  # the server ends after 20
     assert not node.finished
+    bench.until(lambda: node.health.live.opened > 2)
     node.trigger_deactivate()
     stamps = [stamp_ns_of(image) for image in images]
-    assert stamps == sorted(stamps)
+    assert stamps == sorted(set(stamps))
+    states = [each for array in told for each in array.status if 'source' in each.name]
+    assert states[0].hardware_id == '/cam1'
+    assert any(int(value.value) > 0 for each in states for value in each.values)
+
+
+def test_a_folder_of_images_has_the_times_of_its_names(bench, tmp_path):
+    for index, time_ns in enumerate((5_000_000_000, 5_040_000_000, 5_120_000_000)):
+        level = level_image(index, SIZE)
+        cv2.imwrite(str(tmp_path / f'{1_700_000_000_000_000_000 + time_ns}.png'), level)
+    node, images = show(bench, tmp_path, start=1000.0, realtime=False)
+    bench.until(lambda: node.finished and len(images) == 3)
+    stamps = [stamp_ns_of(image) * 1e-9 - 1000.0 for image in images]
+    assert stamps == pytest.approx([0.0, 0.04, 0.12], abs=1e-6)
+
+
+class Server(ThreadingHTTPServer):
+    """Serves a film of 20 images as motion JPEG, at 50 Hz; asks for a user if one is wanted."""
+
+    daemon_threads = True
+    wanted = ''
+
+    def __init__(self, film):
+        super().__init__(('127.0.0.1', 0), Answer)
+        self.parts = [jpeg_from_image(image).tobytes() for image in open_video(film).images()]
+        self.address = f'http://127.0.0.1:{self.server_port}/film.mjpg'
+
+
+class Answer(BaseHTTPRequestHandler):
+    def do_GET(self):
+        if self.server.wanted not in ('', self.headers['Authorization']):
+            self.send_response(401)
+            self.send_header('WWW-Authenticate', 'Basic realm="camera"')
+            self.end_headers()
+            return
+        self.send_response(200)
+        self.send_header('Content-Type', 'multipart/x-mixed-replace; boundary=part')
+        self.end_headers()
+        with suppress(OSError):
+            for part in self.server.parts:
+                head = f'--part\r\nContent-Type: image/jpeg\r\nContent-Length: {len(part)}'
+                self.wfile.write(head.encode() + b'\r\n\r\n' + part + b'\r\n')
+                time.sleep(0.02)
+
+    def log_message(self, *_):
+        """Say nothing."""
+
+
+@pytest.fixture
+def server(film):
+    with Server(film) as made:
+        threading.Thread(target=made.serve_forever, daemon=True).start()
+        yield made
+        made.shutdown()
