@@ -43,6 +43,8 @@ class Parameter:
         Its range, ends included.
     choices : tuple of str
         What a string may be; empty: anything.
+    at_run_time : bool
+        Whether it may be set while the node is configured.
     is_tag : bool
         Whether it names a method, on which it depends what other parameters there are.
 
@@ -55,6 +57,7 @@ class Parameter:
     minimum: float | None
     maximum: float | None
     choices: tuple[str, ...]
+    at_run_time: bool = False
     is_tag: bool = False
 
     def explained(self) -> str:
@@ -107,6 +110,7 @@ def parameter(
     minimum: float | None = None,
     maximum: float | None = None,
     choices: tuple[str, ...] = (),
+    at_run_time: bool = False,
 ) -> Any:
     """
     Declare a field of a configuration dataclass.
@@ -121,6 +125,8 @@ def parameter(
         The range, ends included.
     choices : tuple of str, optional
         What a string may be.
+    at_run_time : bool, optional
+        Whether a node takes another value while it runs.
 
     """
     metadata = {
@@ -128,6 +134,7 @@ def parameter(
         'minimum': minimum,
         'maximum': maximum,
         'choices': choices,
+        'at_run_time': at_run_time,
     }
     return dataclasses.field(default=default, metadata=metadata)
 
@@ -191,7 +198,9 @@ class OneOf(Generic[Config]):
     def parameter(self, prefix: str = '') -> Parameter:
         """Return the parameter that names the method."""
         name, choices = prefix + self.tag, tuple(self.methods)
-        return Parameter(name, str, self.default, self.description, None, None, choices, True)
+        return Parameter(
+            name, str, self.default, self.description, None, None, choices, is_tag=True
+        )
 
 
 def parameters_of(

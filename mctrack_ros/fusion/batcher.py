@@ -112,6 +112,8 @@ class Batcher(Generic[R]):
     ahead_ns : dict of str to int
         By how much the clocks of cameras are known to be ahead, ns: that is taken from their
         stamps, and nothing else is added to them. In whole milliseconds.
+    max_wait : float
+        Longest wait for a camera after the first arrival, periods.
 
     Raises
     ------
@@ -130,7 +132,7 @@ class Batcher(Generic[R]):
             raise ValueError(f'cameras are {cameras!r}, expected distinct names')
         settings = config.batching
         self.period_ns = round(settings.period * SECOND_NS)
-        self._max_wait_ns = round(settings.max_wait * settings.period * SECOND_NS)
+        self.max_wait = settings.max_wait
         self._timeout_ns = round(settings.patience * SECOND_NS)
         self.clocks = CameraClocks(settings, cameras)
         self.ahead_ns: dict[str, int] = {}
@@ -194,6 +196,13 @@ class Batcher(Generic[R]):
         self._admit(camera, rows, now_ns, early_ns, added_ns)
         return closed + self.poll(now_ns)
 
+    def go_on_after(self, stamp_ns: int) -> None:
+        """Take what is not after the last tick of an earlier process for late."""
+        self._closed_index, self._closed_ns = stamp_ns // self.period_ns, stamp_ns
+
+    def _max_wait_ns(self) -> int:
+        return round(self.max_wait * self.period_ns)
+
     def poll(self, now_ns: int) -> list[RowsTick[R]]:
         """Return the ticks that are due by now."""
         due = [index for index in self._pending if self._is_due(index, now_ns)]
@@ -202,7 +211,7 @@ class Batcher(Generic[R]):
     def deadline_ns(self) -> int | None:
         """Return when `poll` must be called at the latest; None: nothing is pending."""
         arrivals = [pending.first_arrival_ns for pending in self._pending.values()]
-        return min(arrivals) + self._max_wait_ns if arrivals else None
+        return min(arrivals) + self._max_wait_ns() if arrivals else None
 
     def flush(self) -> list[RowsTick[R]]:
         """Close all that is pending."""
@@ -306,7 +315,7 @@ class Batcher(Generic[R]):
         return heard is not None and now_ns - heard < self._timeout_ns
 
     def _is_due(self, index: int, now_ns: int) -> bool:
-        if now_ns >= self._pending[index].first_arrival_ns + self._max_wait_ns:
+        if now_ns >= self._pending[index].first_arrival_ns + self._max_wait_ns():
             return True
         start_ns = index * self.period_ns
         return all(

@@ -25,6 +25,7 @@ class BatchingConfig:
         'Longest wait for a camera after the first arrival [periods]',
         minimum=0.0,
         maximum=100.0,
+        at_run_time=True,
     )
     camera_timeout: float = parameter(
         1.0,

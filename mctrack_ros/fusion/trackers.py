@@ -48,6 +48,9 @@ class FusionTracker(Protocol):
         """Id of the next track that begins; ids ascend."""
         ...
 
+    @next_id.setter
+    def next_id(self, next_id: int) -> None: ...
+
     @property
     def bias(self) -> CameraBias | None:
         """How the cameras disagree, in the site's order; None: that is not estimated."""

@@ -17,6 +17,7 @@ from mctrack_ros.replay.camera_source import CameraResult
 from mctrack_ros.replay.lockstep import Batches, in_order
 from mctrack_ros.replay.quality import LEFT_OUT
 from mctrack_ros.replay.stamps import Entry, judge
+from mctrack_ros.site.description import STATE
 from mctrack_ros.site.site import SiteConfig
 
 TICKS_TOPIC = '/ticks'
@@ -125,12 +126,18 @@ def settings_of(said: Mapping[str, Any]) -> tuple[tuple[str, ...], FusionConfig]
 
 
 def recorded_runs(reader: BagReader) -> list[tuple[Mapping[str, Any], Span]]:
-    """Return what ``/site`` says of each run of fusion, and when its ticks were logged."""
+    """
+    Return what ``/site`` says of each run of fusion, and when its ticks were logged.
+
+    One that goes on after a restart, or with other parameters, begins with a state.
+    """
     runs: list[tuple[int, Mapping[str, Any]]] = []
+    last: Mapping[str, Any] = {}
     if reader.count(SITE_TOPIC):
         for _, message, time_ns in reader.messages([SITE_TOPIC]):
             said = json.loads(message.data)
-            if not runs or said.get('run') != runs[-1][1].get('run'):
+            if not runs or any(said.get(key) != last.get(key) for key in ('run', STATE)):
+                last = said
                 runs.append((time_ns, said))
     bounds = [None, *(time_ns for time_ns, _ in runs[1:]), None]
     return [(said, span) for (_, said), span in zip(runs, pairwise(bounds))]

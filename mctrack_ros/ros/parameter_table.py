@@ -18,11 +18,16 @@ Every parameter of every node, with its default, its unit in square brackets, an
 The files `config/<node>.yaml` hold the same as ROS parameter files. In a site, the parameters of a
 camera stand without `settings.` (`pipeline: {tracker: {vehicles: true}}`), those of fusion under
 `fusion`; what else a site may say stands under [Site](#site). A parameter that is unknown, of the
-wrong type or out of range stops the node with one line and exit code 2. Where a parameter names a
+wrong type or out of range stops the node with one line and exit code 2. One
+that may be set at run time says so; the others may be set while the node is not configured, and a
+node that is says how. Where a parameter names a
 method (`local_tracker`, `motion.model`), only the parameters of that method exist; headings say
 which these are. `make reference` makes this page from the code; do not edit it."""
 
-
+_HEAD = (
+    '| parameter | default | description | at run time |',
+    '| --- | --- | --- | --- |',
+)
 _SITE = """## Site
 
 The keys of a site YAML. Names of files are relative to it. `cameras` maps a name to the keys of
@@ -61,10 +66,10 @@ def _tables(parameters: Iterable[Parameter], condition: str = '') -> Iterator[st
             yield f'### {group}{condition}'
         rows = [
             f'| `{one.name.rpartition(".")[2]}` | `{yaml_text(one.default)}` '
-            f'| {one.explained().replace("|", "&#124;")} |'
+            f'| {one.explained().replace("|", "&#124;")} | {"yes" if one.at_run_time else ""} |'
             for one in members
         ]
-        yield '\n'.join(['| parameter | default | description |', '| --- | --- | --- |', *rows])
+        yield '\n'.join([*_HEAD, *rows])
 
 
 if __name__ == '__main__':

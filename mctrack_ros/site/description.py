@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+from base64 import b64encode
 from collections.abc import Mapping
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from mctrack_ros.interfaces import code_tables
 
@@ -13,13 +15,36 @@ LAYOUT_VERSION = 1
 """Of the clouds' fields; counts up when a field changes its meaning."""
 
 
+STATE = 'state'
+"""Key under which the state of a tracker stands, base64."""
+
+
+class Beginning(NamedTuple):
+    """
+    How a run begins, so that it can be replayed.
+
+    Attributes
+    ----------
+    first_id : int
+        Id of the first track that may begin.
+    made_by : mapping of str to str
+        Of a live run, versions and processor.
+    state : bytes
+        Of the tracker, as `dump_state` returns it; empty: there are no tracks yet.
+
+    """
+
+    first_id: int = 1
+    made_by: Mapping[str, str] = MappingProxyType({})
+    state: bytes = b''
+
+
 def site_description(
     configuration: Mapping[str, Any],
     cameras: list[str],
     run: str,
     image_sizes: Mapping[str, tuple[int, int]],
-    first_id: int = 1,
-    made_by: Mapping[str, str] | None = None,
+    beginning: Beginning | None = None,
 ) -> str:
     """
     Return the JSON of `/site`: layout version, run, camera order, origin, codes, zones, settings.
@@ -28,20 +53,24 @@ def site_description(
     foreground mask they give its scale. ``private`` stands in it if no picture may be recorded.
     Zones and lines are relative to the origin, as positions on topics are; rows of events name
     them by index. With the id of the first track that may begin, and of a live run with the
-    versions and the processor, so that it can be replayed.
+    versions and the processor, so that it can be replayed; if it goes on where an earlier process
+    ended, or parameters were changed, with the state of the tracker from there on.
     Clock offsets, s, are those that were taken from the stamps of the cameras' detections in a
     bag.
     """
+    beginning = beginning or Beginning()
     private = {'private': True} if configuration.get('private') else {}
+    state = {STATE: b64encode(beginning.state).decode()} if beginning.state else {}
     return json.dumps(
         private
+        | state
         | {
             'layout_version': LAYOUT_VERSION,
             'run': run,
             'cameras': cameras,
             'image_sizes': image_sizes,
-            'first_id': first_id,
-            'made_by': made_by or {},
+            'first_id': beginning.first_id,
+            'made_by': dict(beginning.made_by),
             'origin': configuration['origin'],
             'codes': code_tables(),
             'zones': configuration.get('zones', []),

@@ -132,6 +132,17 @@ def kills(
 
 
 @app.command()
+def chaos(
+    domain: int = typer.Option(77, min=0, max=232, help='ROS domain that nobody else uses.'),
+    json_file: Path | None = _JSON,
+) -> None:
+    """Let everything go wrong in a live graph: what names it, which ids are kept, what is lost."""
+    from mctrack_experiments.bench.chaos.bench import bench_chaos
+
+    _tell(bench_chaos(domain, lambda line: typer.echo(line, err=True)), json_file)
+
+
+@app.command()
 def zones(
     seeds: str | None = _SEEDS,
     runs: Path = RUNS,

@@ -177,6 +177,7 @@ def play(
 def _run_nodes(nodes: Sequence[NodeSpec], namespace: str, domain: int | None) -> None:
     """Run nodes as processes until they end or a signal comes; exit with their code."""
     from mctrack_ros.ros.graph.graph import ENVIRONMENT
+    from mctrack_ros.ros.graph.process_health import ProcessHealth
     from mctrack_ros.ros.graph.supervise import Supervisor
 
     environment = dict(ENVIRONMENT)
@@ -184,12 +185,14 @@ def _run_nodes(nodes: Sequence[NodeSpec], namespace: str, domain: int | None) ->
         environment['ROS_DOMAIN_ID'] = str(domain)
     with tempfile.TemporaryDirectory(prefix='mctrack_') as directory:
         processes = [node.process(Path(directory), namespace) for node in nodes]
-        supervisor = Supervisor(processes, typer.echo, environment)
+        health = ProcessHealth(namespace, domain)
+        supervisor = Supervisor(processes, typer.echo, environment, health.look)
         if any(node.takes_keys for node in nodes) and sys.stdin.isatty():
             threading.Thread(target=_forward_keys, args=(supervisor,), daemon=True).start()
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, lambda *_: supervisor.stop())
         code = supervisor.run()
+        health.close()
     raise typer.Exit(code)
 
 

@@ -25,19 +25,25 @@ class AssociationConfig:
 
     method: str
     gate: float = parameter(
-        13.8, 'Largest squared Mahalanobis distance of a pair', minimum=0.1, maximum=1000.0
+        13.8,
+        'Largest squared Mahalanobis distance of a pair',
+        minimum=0.1,
+        maximum=1000.0,
+        at_run_time=True,
     )
     appearance_weight: float = parameter(
         24.0,
         'What the squared Hellinger distance of two templates costs, beyond the usual [-2 log]',
         minimum=0.0,
         maximum=1000.0,
+        at_run_time=True,
     )
     usual_difference: float = parameter(
         0.15,
         'Squared Hellinger distance of two templates that speaks neither for nor against',
         minimum=0.0,
         maximum=1.0,
+        at_run_time=True,
     )
 
 
@@ -51,12 +57,14 @@ class JointAssociationConfig(AssociationConfig):
         'Detections that belong to no known target, per camera and image [1/m^2]',
         minimum=1e-9,
         maximum=100.0,
+        at_run_time=True,
     )
     identity_bonus: float = parameter(
         1.0,
         'What a pair gains if the camera believes it is the same target [-2 log]',
         minimum=0.0,
         maximum=100.0,
+        at_run_time=True,
     )
 
 

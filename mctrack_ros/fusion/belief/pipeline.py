@@ -76,6 +76,10 @@ class BeliefTracker:
         """Id of the next track that begins."""
         return self._next_id
 
+    @next_id.setter
+    def next_id(self, next_id: int) -> None:
+        self._next_id = next_id
+
     def start(self, rows: Detections) -> None:
         """
         Start a target where a row is, and end the one whose id a row without position has.

@@ -23,7 +23,10 @@ class ClocksConfig:
         'A clock that is surely ahead or behind by more is a warning [s]',
         minimum=0.0,
         maximum=10.0,
+        at_run_time=True,
     )
     correct: bool = parameter(
-        False, "Take from the cameras' stamps by what their clocks turn out to be ahead, live"
+        False,
+        "Take from the cameras' stamps by what their clocks turn out to be ahead, live",
+        at_run_time=True,
     )

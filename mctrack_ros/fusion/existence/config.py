@@ -19,9 +19,10 @@ class ExistenceConfig:
         'What a detection adds to the log-odds of a track, per look',
         minimum=0.0,
         maximum=100.0,
+        at_run_time=True,
     )
     confirm_evidence: float = parameter(
-        4.0, 'Log-odds that confirm a track', minimum=0.0, maximum=100.0
+        4.0, 'Log-odds that confirm a track', minimum=0.0, maximum=100.0, at_run_time=True
     )
     coverage_prior: float = parameter(
         0.7,

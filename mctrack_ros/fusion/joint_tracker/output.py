@@ -48,12 +48,16 @@ class FusionOutput:
         What happened, sorted by code and track.
     left_out : mapping of str to str
         Cameras whose masks the tick did without, and why.
+    detections, unassigned : int
+        Detections that were associated, and how many of them no track took.
 
     """
 
     tracks: Tracks
     events: Events
     left_out: Mapping[str, str] = field(default_factory=dict)
+    detections: int = 0
+    unassigned: int = 0
 
 
 def tracks_of(

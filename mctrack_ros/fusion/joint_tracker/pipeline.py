@@ -15,7 +15,7 @@ from mctrack_ros.fusion.management import lifecycle
 from mctrack_ros.fusion.management.event_log import EventLog
 from mctrack_ros.fusion.management.manager import TrackManager
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.motion.models import motion_of
+from mctrack_ros.fusion.motion.models import motion_of, relax
 from mctrack_ros.fusion.neighbours import NearPairs, near_pairs
 from mctrack_ros.fusion.reid.clothing_clusters import ClothingClusters
 from mctrack_ros.fusion.reid.reassignment import Reassignment
@@ -26,6 +26,9 @@ from mctrack_ros.interfaces import MAX_CAMERAS, RESTART_NS, Feedback, Tick
 
 if TYPE_CHECKING:
     from mctrack_ros.fusion.explain.recorder import DecisionRecorder
+
+BLIND_S = 1.0
+"""From ticks that are farther apart nobody looked in between: tracks do not end meanwhile, s."""
 
 
 class JointTracker:
@@ -68,9 +71,14 @@ class JointTracker:
         self._clothing = ClothingClusters()
         self._manager = TrackManager(config, len(cameras), self._motion, first_id)
         self.bias = CameraBias(len(cameras))
-        self._nearby = max(config.recognition.contact_distance, config.life.merge_distance)
         self._table = TrackTable.blank(0, len(cameras), self._motion.modes)
         self._stamp_ns: int | None = None
+
+    @property
+    def _nearby(self) -> float:
+        """How near tracks are to each other that matter to each other, m."""
+        config = self._config
+        return max(config.recognition.contact_distance, config.life.merge_distance)
 
     @property
     def next_id(self) -> int:
@@ -136,6 +144,9 @@ class JointTracker:
             raise ValueError(f'the tick is stamped {stamp_ns}, expected at least {last_ns}')
         else:
             self._motion.predict(self._table, now.seconds)
+            if now.seconds > BLIND_S:
+                relax(self._table, now.seconds)
+                self._table.kept_ns += round((now.seconds - period) * 1e9)
             now.ended = self._table.select(np.zeros(len(self._table), bool))
         self._table.cameras[:] = 0
         self._table.previous_id[:] = 0
@@ -159,6 +170,7 @@ class JointTracker:
         now.left, rows, columns = match(
             self._table, batch, self._config, self._motion, now.recorder
         )
+        now.unassigned = len(now.left)
         if self._config.motion.compare_cameras:
             self.bias.learn(self._table, batch, rows, columns, stamp_ns)
         self._manager.note_groups(self._table, groups, stamp_ns, now.events)
@@ -208,7 +220,12 @@ class JointTracker:
         stamp_ns = now.tick.stamp_ns
         is_published = lifecycle.is_published(self._table, stamp_ns, self._config)
         tracks = tracks_of(self._table, is_published, now.ended, stamp_ns)
-        return FusionOutput(tracks, now.events.events(stamp_ns))
+        return FusionOutput(
+            tracks,
+            now.events.events(stamp_ns),
+            detections=len(now.batch.rows),
+            unassigned=now.unassigned,
+        )
 
 
 class _Step:
@@ -226,6 +243,8 @@ class _Step:
         The detections.
     left : (k,) int array
         Those that no track took.
+    unassigned : int
+        How many these are.
     confirmed : (n,) bool array
         The newly confirmed tracks.
     near : pair of (k,) int arrays
@@ -238,6 +257,7 @@ class _Step:
     seconds: float
     batch: Batch
     left: NDArray[np.intp]
+    unassigned: int
     confirmed: NDArray[np.bool_]
     near: NearPairs
     ended: TrackTable

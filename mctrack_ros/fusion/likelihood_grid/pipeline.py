@@ -114,6 +114,10 @@ class LikelihoodGridTracker:
         """Id of the next track that begins."""
         return self._next_id
 
+    @next_id.setter
+    def next_id(self, next_id: int) -> None:
+        self._next_id = next_id
+
     def step(
         self, tick: RowsTick[GridSighting], recorder: DecisionRecorder | None = None
     ) -> FusionOutput:

@@ -16,25 +16,39 @@ class LifeConfig(ExistenceConfig):
     """When a track begins and ends."""
 
     tentative_time: float = parameter(
-        0.15, 'A tentative track without support for so long ends [s]', minimum=0.0, maximum=100.0
+        0.15,
+        'A tentative track without support for so long ends [s]',
+        minimum=0.0,
+        maximum=100.0,
+        at_run_time=True,
     )
     report_time: float = parameter(
         0.5,
         'A track without support is published for so long at most [s]',
         minimum=0.0,
         maximum=100.0,
+        at_run_time=True,
     )
     coast_time: float = parameter(
-        1.0, 'A track without support is kept for so long [s]', minimum=0.0, maximum=1000.0
+        1.0,
+        'A track without support is kept for so long [s]',
+        minimum=0.0,
+        maximum=1000.0,
+        at_run_time=True,
     )
     most_tracks: int = parameter(
-        2000, 'So many tracks are kept at a time; no more begin', minimum=1, maximum=100000
+        2000,
+        'So many tracks are kept at a time; no more begin',
+        minimum=1,
+        maximum=100000,
+        at_run_time=True,
     )
     merge_distance: float = parameter(
         1.0,
         'Two tracks that cameras hardly tell apart become one when nearer than this [m]',
         minimum=0.0,
         maximum=100.0,
+        at_run_time=True,
     )
 
 

@@ -90,6 +90,10 @@ class VehicleTracker:
         """Id of the next track that begins."""
         return self._people.next_id
 
+    @next_id.setter
+    def next_id(self, next_id: int) -> None:
+        self._people.next_id = self._vehicles.next_id = next_id
+
     def step(
         self, tick: RowsTick[Sighting], recorder: DecisionRecorder | None = None
     ) -> FusionOutput:

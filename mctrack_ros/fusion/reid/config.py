@@ -16,10 +16,18 @@ class ReidConfig:
     """Who is who after an encounter."""
 
     contact_distance: float = parameter(
-        1.5, 'Who is nearer to another may leave as that one [m]', minimum=0.0, maximum=100.0
+        1.5,
+        'Who is nearer to another may leave as that one [m]',
+        minimum=0.0,
+        maximum=100.0,
+        at_run_time=True,
     )
     lost_time: float = parameter(
-        20.0, 'For how long one who was lost may be found again [s]', minimum=0.0, maximum=10000.0
+        20.0,
+        'For how long one who was lost may be found again [s]',
+        minimum=0.0,
+        maximum=10000.0,
+        at_run_time=True,
     )
 
 

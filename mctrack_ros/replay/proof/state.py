@@ -9,18 +9,20 @@ no objects but those of this package's classes.
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 from io import BytesIO
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.trackers import FusionTracker
 
 FORMAT = 1
 """Counts up when older states can no longer be read."""
@@ -58,13 +60,40 @@ def dump_state(tracker: object, said: dict[str, Any]) -> bytes:
         If it holds something that has no place in a state.
 
     """
+    return take_state(tracker).packed(said)
+
+
+class TakenState(NamedTuple):
+    """
+    The state of a tracker at one time; the tracker may go on.
+
+    Attributes
+    ----------
+    content : object
+        Plain values.
+    arrays : list of array
+        Copies of the arrays in it.
+
+    """
+
+    content: Any
+    arrays: list[NDArray[Any]]
+
+    def packed(self, said: dict[str, Any]) -> bytes:
+        """Return it as bytes; that takes some ten milliseconds, and may be done in a thread."""
+        content = {'format': FORMAT, 'said': said, 'tracker': self.content}
+        arrays: dict[str, Any] = {str(number): each for number, each in enumerate(self.arrays)}
+        text = np.frombuffer(json.dumps(content).encode(), np.uint8)
+        out = BytesIO()
+        np.savez_compressed(out, content=text, **arrays)
+        return out.getvalue()
+
+
+def take_state(tracker: object) -> TakenState:
+    """Copy the state of a fusion tracker, in about a millisecond; see `dump_state`."""
     dump = _Dump()
-    content = {'format': FORMAT, 'said': said, 'tracker': dump.value(tracker, 'tracker')}
-    arrays: dict[str, Any] = {str(number): array for number, array in enumerate(dump.arrays)}
-    text = np.frombuffer(json.dumps(content).encode(), np.uint8)
-    out = BytesIO()
-    np.savez_compressed(out, content=text, **arrays)
-    return out.getvalue()
+    content = dump.value(tracker, 'tracker')
+    return TakenState(content, [array.copy() for array in dump.arrays])
 
 
 def stated(data: bytes) -> dict[str, Any]:
@@ -99,6 +128,47 @@ def _read(data: bytes) -> tuple[dict[str, Any], list[NDArray[Any]]]:
     if content['format'] != FORMAT:
         raise StateError(f'the state has the format {content["format"]}, expected {FORMAT}')
     return content, arrays
+
+
+def go_on_with(tracker: FusionTracker, data: bytes, first_id: int) -> None:
+    """Give a tracker, newly opened, a state; its further tracks get ids from one on at least."""
+    restore_state(tracker, data)
+    tracker.next_id = max(tracker.next_id, first_id)
+
+
+def replace_parameters(tracker: object, before: object, after: object) -> None:
+    """
+    Give a tracker other parameters while it goes on.
+
+    Only those may differ that the tracker reads each time: the ones that may be set at run time.
+
+    Parameters
+    ----------
+    tracker : object
+        As `open_fusion` returns it.
+    before, after : FusionConfig
+        The parameters that it has, and those that it gets.
+
+    """
+    _replace(tracker, dict(_sections(before, after)), set())
+
+
+def _sections(before: object, after: object) -> Iterator[tuple[int, object]]:
+    """Yield the dataclasses in a configuration, by identity, and what takes their place."""
+    yield id(before), after
+    for field in dataclasses.fields(before):  # type: ignore[arg-type]
+        value = getattr(before, field.name)
+        if dataclasses.is_dataclass(value):
+            yield from _sections(value, getattr(after, field.name))
+
+
+def _replace(value: object, others: Mapping[int, object], seen: set[int]) -> None:
+    seen.add(id(value))
+    for name, each in _attributes(value):
+        if id(each) in others:
+            object.__setattr__(value, name, others[id(each)])
+        elif type(each).__module__.startswith(_OWN) and id(each) not in seen:
+            _replace(each, others, seen)
 
 
 class _Dump:

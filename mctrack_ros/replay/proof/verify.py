@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from base64 import b64decode
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,7 +25,7 @@ from mctrack_ros.recording.track_log.log import (
 from mctrack_ros.recording.track_log.provenance import differences, provenance
 from mctrack_ros.replay.lockstep import ReplayError
 from mctrack_ros.replay.proof.difference import Difference, first_difference, largest_difference
-from mctrack_ros.replay.proof.state import dump_state, restore_state, stated
+from mctrack_ros.replay.proof.state import dump_state, go_on_with, restore_state, stated
 from mctrack_ros.replay.recorded import (
     ALWAYS,
     Span,
@@ -33,6 +34,7 @@ from mctrack_ros.replay.recorded import (
     recorded_ticks,
     settings_of,
 )
+from mctrack_ros.site.description import STATE
 from mctrack_ros.site.portable import unpack_site
 from mctrack_ros.site.site import SiteConfig, load_site
 
@@ -276,6 +278,8 @@ class _Run:
         self.made_by = self.made_by or said.get('made_by', {})
         cameras, config = self._settings(said)
         tracker = open_fusion(config, cameras, int(said.get('first_id', 1)), self._views())
+        if STATE in said:
+            go_on_with(tracker, b64decode(said[STATE]), int(said['first_id']))
         topic = f'/{START_TOPIC}'
         if isinstance(tracker, Startable) and self._reader.count(topic):
             for rows, _ in self._reader.rows(topic, Detections, *span):

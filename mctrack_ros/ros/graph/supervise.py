@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import IO
+from typing import IO, NamedTuple
 
 from mctrack_ros.ros.graph.shared_memory import remove_leftovers
 
@@ -66,7 +66,37 @@ class _Child:
     again_s: float | None = None
     starts: int = 0
     code: int | None = None
+    said: str = ''
     threads: list[threading.Thread] = field(default_factory=list)
+
+
+class ProcessState(NamedTuple):
+    """
+    How a process is.
+
+    Attributes
+    ----------
+    name : str
+    is_running, is_awaited : bool
+        Whether it runs; if not, whether it will be started again.
+    starts : int
+        How often it was started.
+    code : int or None
+        Its last exit code; negative: the signal that ended it. None: it has not ended yet.
+    up_s : float
+        How long it has been running, s.
+    said : str
+        The last line of its output.
+
+    """
+
+    name: str
+    is_running: bool
+    is_awaited: bool
+    starts: int
+    code: int | None
+    up_s: float
+    said: str
 
 
 class Supervisor:
@@ -81,6 +111,8 @@ class Supervisor:
         Takes each line of output, the name of its process before it.
     environment : mapping of str to str, optional
         Laid over the own environment.
+    look : callable, optional
+        Told again and again how the processes are.
 
     Attributes
     ----------
@@ -94,8 +126,9 @@ class Supervisor:
         processes: Sequence[Process],
         write: Callable[[str], None],
         environment: Mapping[str, str] | None = None,
+        look: Callable[[Sequence[ProcessState]], None] = lambda states: None,
     ) -> None:
-        self._write = write
+        self._write, self._look = write, look
         own = {'PYTHONUNBUFFERED': '1', PARENT_VARIABLE: str(os.getpid())}
         self._environment = {**os.environ, **own, **(environment or {})}
         self._children = [_Child(process) for process in processes]
@@ -125,7 +158,9 @@ class Supervisor:
         try:
             self.start()
             while not self._stopping.wait(_POLL_S):
-                if not any([self._watch(child) for child in self._children]):
+                is_over = not any([self._watch(child) for child in self._children])
+                self._look(self.states())
+                if is_over:
                     break
         finally:
             self.stop_all()
@@ -138,6 +173,22 @@ class Supervisor:
     def starts(self) -> dict[str, int]:
         """Return how often each process was started."""
         return {child.process.name: child.starts for child in self._children}
+
+    def states(self) -> list[ProcessState]:
+        """Return how the processes are."""
+        now_s = time.monotonic()
+        return [
+            ProcessState(
+                child.process.name,
+                child.running is not None,
+                child.again_s is not None,
+                child.starts,
+                child.code,
+                now_s - child.began_s if child.running is not None else 0.0,
+                child.said,
+            )
+            for child in self._children
+        ]
 
     def codes(self) -> dict[str, int]:
         """Return the last exit code of each process that ended, by name."""
@@ -184,15 +235,16 @@ class Supervisor:
             return
         child.began_s, child.again_s = time.monotonic(), None
         child.starts += 1
-        arguments = (process.name, child.running.stdout)
+        arguments = (child, child.running.stdout)
         thread = threading.Thread(target=self._forward, args=arguments, daemon=True)
         thread.start()
         child.threads.append(thread)
 
-    def _forward(self, name: str, lines: IO[str]) -> None:
+    def _forward(self, child: _Child, lines: IO[str]) -> None:
         with lines:
             for line in lines:
-                self._write(f'[{name}] {line.rstrip()}')
+                child.said = line.strip() or child.said
+                self._write(f'[{child.process.name}] {line.rstrip()}')
 
     def _watch(self, child: _Child) -> bool:
         """Look after one process; false: it is done for good."""

@@ -17,6 +17,7 @@ from rclpy.lifecycle import (
 )
 from rclpy.qos import QoSProfile
 
+from mctrack_ros.config import Parameter
 from mctrack_ros.ros.node import parameters
 from mctrack_ros.ros.node.exceptions import Exceptions
 
@@ -47,6 +48,7 @@ class GraphNode(LifecycleNode):
         self.failure = ''
         self.finished = False
         self.exceptions = Exceptions()
+        self.last_words: Callable[[], None] | None = None
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.ended = False
         self._publishers_made: list[LifecyclePublisher] = []
@@ -59,7 +61,7 @@ class GraphNode(LifecycleNode):
         parameters.refuse_changes(
             self,
             self.CONFIG,
-            lambda name: self.config is not None and not self.may_change(name),
+            lambda one: self.config is not None and not self.may_change(one),
         )
         self.add_post_set_parameters_callback(self._follow)
 
@@ -70,16 +72,16 @@ class GraphNode(LifecycleNode):
         return super().set_parameters_atomically(parameter_list)
 
     def _follow(self, changes: list[Any]) -> None:
-        for change in changes:
-            if self.config is not None and self.may_change(change.name):
-                self.changed(change.name, change.value)
+        if self.config is not None:
+            before, self.config = self.config, parameters.read(self, self.CONFIG)
+            self.changed({change.name for change in changes}, before)
 
-    def may_change(self, name: str) -> bool:
-        """Tell whether a parameter may change while the node is configured; few may."""
-        return False
+    def may_change(self, parameter: Parameter) -> bool:
+        """Tell whether a parameter may change while the node is configured."""
+        return parameter.at_run_time
 
-    def changed(self, name: str, value: Any) -> None:
-        """Follow a parameter that may change and has."""
+    def changed(self, names: set[str], before: Any) -> None:
+        """Follow parameters that have changed; before that, the configuration was another."""
 
     def open(self) -> None:
         """Build the core and the publishers from ``self.config``."""
@@ -101,6 +103,8 @@ class GraphNode(LifecycleNode):
         """End the process with a reason and a failure's exit code."""
         self.failure = reason
         self.get_logger().error(reason)
+        if self.last_words is not None:
+            self.last_words()
         self.finished = True
 
     def survive(self, error: Exception) -> None:
@@ -167,9 +171,9 @@ class GraphNode(LifecycleNode):
         """Stop from whatever state, and end the process."""
         if state.label == 'active':
             self._halt()
+        self.finished = self.ended = True
         if self.config is not None:
             self._release()
-        self.finished = self.ended = True
         return super().on_shutdown(state)
 
     def _done(self, step: Callable[[], None]) -> bool:
@@ -199,7 +203,7 @@ class GraphNode(LifecycleNode):
         for publisher in self._publishers_made:
             self.destroy_lifecycle_publisher(publisher)
         self._publishers_made.clear()
-        self.config = None
+        self.config = self.last_words = None
 
 
 def one_line(error: Exception) -> str:

@@ -64,7 +64,7 @@ def read(node: Node, kind: type[Config]) -> Config:
     return config_from(kind, nested({name: values[name] for name in _known(node, kind)}))
 
 
-def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[str], bool]) -> None:
+def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[Parameter], bool]) -> None:
     """
     Let parameters change only while they are not fixed, and only to valid values.
 
@@ -77,8 +77,12 @@ def refuse_changes(node: Node, kind: type[Any], fixed: Callable[[str], bool]) ->
         for change in changes:
             if change.name not in known:
                 continue
-            if fixed(change.name):
-                reason = f'{change.name} takes effect on configuration: clean the node up first'
+            if fixed(known[change.name]):
+                reason = (
+                    f'{change.name} takes effect on configuration: clean the node up first (ros2 '
+                    f'lifecycle set {node.get_fully_qualified_name()} deactivate, then cleanup), '
+                    'set it, then configure and activate'
+                )
                 return SetParametersResult(successful=False, reason=reason)
             try:
                 known[change.name].checked(change.value)

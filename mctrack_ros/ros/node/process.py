@@ -48,7 +48,7 @@ def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -
         print(usage(program))
         return 0
     cv2.setNumThreads(1)
-    _prepare_environment()
+    prepare_environment()
     endings: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda caught, _: endings.append(caught))
@@ -66,7 +66,7 @@ def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -
         rclpy.try_shutdown()
 
 
-def _prepare_environment() -> None:
+def prepare_environment() -> None:
     """Set what ROS reads from the environment, unless it is set: where to log, how to resend."""
     if 'HOME' not in os.environ:
         os.environ.setdefault('ROS_LOG_DIR', tempfile.gettempdir())

@@ -31,10 +31,11 @@ from mctrack_ros.perception import (
 from mctrack_ros.perception.mosaic import without_faces
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
+from mctrack_ros.ros.health.stream_health import DiagnosticsConfig
 from mctrack_ros.ros.interop.boxes import BOXES_TYPE, detections_of
 from mctrack_ros.ros.interop.camera_frames import CameraFrames
 from mctrack_ros.ros.node.camera_health import ImageHealth, PoseHealth
-from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, StreamHealth
+from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, stream_health
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.loops import compile_loops
 from mctrack_ros.ros.node.process import run
@@ -67,12 +68,13 @@ class CameraNodeConfig:
     private: bool = parameter(
         False, 'publish no picture: no debug_image; masks of silhouettes go to who takes them'
     )
-    blur: bool = parameter(True, 'make people in debug_image unrecognisable')
+    blur: bool = parameter(True, 'make people in debug_image unrecognisable', at_run_time=True)
     frames: bool = parameter(
         True,
         "publish the camera's place on /tf_static and its lens on camera_info, from the "
         "calibration; false where the camera's driver or a robot description does",
     )
+    diagnostics: DiagnosticsConfig = DiagnosticsConfig()
     settings: CameraSettings = CameraSettings()
 
 
@@ -95,7 +97,7 @@ class CameraNode(GraphNode):
         self.note_calibration()
         self.forget_feedback()
         self.last_stamp_ns = -1
-        self.health = StreamHealth()
+        self.health = stream_health(self)
         self.pose = PoseHealth()
         self.watch, self.sight = ImageWatch(), ImageHealth()
         parts: dict[str, Health] = {
@@ -188,6 +190,7 @@ class CameraNode(GraphNode):
             return
         self.last_stamp_ns = stamp_ns
         self.send(self.messages[Detections.TOPIC], detections)
+        self.health.published(stamp_ns, self.get_clock().now().nanoseconds)
 
     def on_image(self, message: Any) -> None:
         """Take one image through the tracker."""
@@ -213,6 +216,7 @@ class CameraNode(GraphNode):
             self.send(self.events, output.events.at(stamp_ns))
         for topic, message in output.messages.items():
             self.send(self.messages[topic], message.at(stamp_ns))
+        self.health.published(stamp_ns, self.get_clock().now().nanoseconds)
         self.note_shift(output.shift)
         self.note_settled(output.is_settled)
         self.show(image, output)

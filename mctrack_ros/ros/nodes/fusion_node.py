@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 import uuid
@@ -25,6 +26,7 @@ from mctrack_ros.fusion import (
     FUSION,
     START_TOPIC,
     FusionConfig,
+    FusionOutput,
     Joining,
     Startable,
     Views,
@@ -49,6 +51,9 @@ from mctrack_ros.interfaces import (
     Tracks,
 )
 from mctrack_ros.recording.track_log.provenance import provenance
+from mctrack_ros.replay.proof.state import go_on_with, replace_parameters, take_state
+from mctrack_ros.ros.health.stream_health import DiagnosticsConfig
+from mctrack_ros.ros.health.tracking_health import TrackingHealth
 from mctrack_ros.ros.interop.followed import Followed
 from mctrack_ros.ros.interop.track_arrays import TrackArrays
 from mctrack_ros.ros.node.camera_agreement import MaskHealth, agreements
@@ -59,14 +64,15 @@ from mctrack_ros.ros.node.clock_health import (
     ahead_from,
     clock_message,
 )
-from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, StreamHealth
+from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, stream_health
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.loops import compile_loops
 from mctrack_ros.ros.node.process import run
-from mctrack_ros.ros.node.track_ids import TrackIds, state_path
+from mctrack_ros.ros.state.track_ids import TrackIds, state_path
+from mctrack_ros.ros.state.tracker_state import TrackerState
 from mctrack_ros.ros.topics import markers, quality
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, message_class
-from mctrack_ros.site.description import site_description
+from mctrack_ros.site.description import Beginning, site_description
 from mctrack_ros.site.names import check_camera_name
 from mctrack_ros.site.stated_origin import origin_from, origin_text
 from mctrack_ros.zones.engine import ZoneEngine
@@ -84,19 +90,30 @@ class FusionNodeConfig:
         '0,0', "x,y of the local origin, in the coordinates of the site's files [m]"
     )
     obstacle_height: float = parameter(
-        0.5, 'height of the points on /tracks/obstacles [m]', minimum=0.0, maximum=10.0
+        0.5,
+        'height of the points on /tracks/obstacles [m]',
+        minimum=0.0,
+        maximum=10.0,
+        at_run_time=True,
     )
     follow: int = parameter(
         0,
-        'id of the track whose pose is on /followed, also after corrections; 0: none; may be set '
-        'at any time',
+        'id of the track whose pose is on /followed, also after corrections; 0: none',
         minimum=0,
         maximum=0xFFFFFFFF,
+        at_run_time=True,
     )
     state_file: str = parameter(
         'auto',
         'file of the ids used so far, so that none is used again; auto: a file of this node '
         'below ROS_HOME or ~/.ros; empty: none, ids begin at 1 at each configuration',
+    )
+    resume: float = parameter(
+        10.0,
+        'a node that starts so soon after it was killed or stopped goes on with its tracks and '
+        'their ids; 0: it begins anew [s]',
+        minimum=0.0,
+        maximum=3600.0,
     )
     site: str = parameter(
         '',
@@ -111,6 +128,7 @@ class FusionNodeConfig:
         "by how much cameras' clocks are ahead, which is taken from their stamps: camera=seconds, "
         'separated by commas; the nodes of a site are given its clock_offset of each camera',
     )
+    diagnostics: DiagnosticsConfig = DiagnosticsConfig()
     fusion: FusionConfig = FUSION.field()
 
 
@@ -123,6 +141,7 @@ class FusionNode(GraphNode):
     def __init__(self) -> None:
         super().__init__('fusion_node')
         self.ids: TrackIds | None = None
+        self.run = ''
         self.image_sizes: dict[str, tuple[int, int]] = {}
 
     def open(self) -> None:
@@ -149,7 +168,9 @@ class FusionNode(GraphNode):
             ids.close(ids.first)
             raise
         self.ids = ids
-        self.health = {camera: StreamHealth() for camera in cameras}
+        self.go_on()
+        self.health = {camera: stream_health(self) for camera in cameras}
+        self.tracking = TrackingHealth(lambda: self.config.diagnostics)
         clocks, self.motion_clocks = self.batcher.clocks, self.own_motion_clocks()
         parts: dict[str, Health] = {
             **self.health,
@@ -157,6 +178,8 @@ class FusionNode(GraphNode):
             **{f'{camera} clock': ClockAgreement(self.batcher, camera) for camera in cameras},
             'clocks': ClockJumps(clocks, self.motion_clocks),
             'ids': ids,
+            'restart': self.state,
+            'tracking': self.tracking,
         }
         self.masks: dict[str, MaskHealth] = {}
         if Foreground in self.method.messages:
@@ -228,6 +251,26 @@ class FusionNode(GraphNode):
         self.image_sizes = {name: site.image_sizes[name] for name in self.config.cameras}
         return site.views()
 
+    def go_on(self) -> None:
+        """Go on with the tracks of a node that has ended just now, if there was one."""
+        assert self.ids is not None
+        config = self.config
+        fits: dict[str, Any] = {
+            'cameras': list(config.cameras),
+            'origin': config.origin,
+            'site': config.site,
+        }
+        fits |= {'fusion': json.loads(json.dumps(values_of(config.fusion)))}
+        fits |= {'made_by': dict(provenance())}
+        path = None if self.ids.path is None else self.ids.path.with_suffix('.tracker')
+        self.state = TrackerState(path, 0.0 if self.ids.began_again else config.resume, fits)
+        self.before = self.state.find()
+        self.beginning = b'' if self.before is None else self.before.data
+        self.run = '' if self.before is None else self.before.run
+        if self.before is not None:
+            go_on_with(self.tracker, self.before.data, self.ids.first)
+            self.batcher.go_on_after(self.before.stamp_ns)
+
     def open_ids(self) -> TrackIds:
         """Reserve ids that no earlier run used."""
         node, domain = self.get_fully_qualified_name(), self.context.get_domain_id()
@@ -246,17 +289,8 @@ class FusionNode(GraphNode):
             self.get_logger().info('vision_msgs is not installed: no tracks/detections')
         if any(self.origin):
             self.get_logger().info(f'positions are relative to the origin {self.config.origin}')
-        values = {
-            'cameras': list(self.config.cameras),
-            'origin': list(self.origin),
-            'fusion': values_of(self.config.fusion),
-        } | self.zones.configured()
-        values |= {'private': True} if self.config.private else {}
-        cameras, run = list(self.config.cameras), uuid.uuid4().hex
-        description = site_description(
-            values, cameras, run, self.image_sizes, self.tracker.next_id, provenance()
-        )
-        self.site.publish(String(data=description))
+        self.run = self.run if self.before is not None else uuid.uuid4().hex
+        self.describe()
         for camera in self.config.cameras:
             heard = partial(self.on_events, camera)
             self.subscribe(PointCloud2, f'{camera}/events', heard, quality.reliable(100))
@@ -274,16 +308,35 @@ class FusionNode(GraphNode):
         self.deadline = self.create_timer(3600.0, self.after_deadline, clock=self.clock)
         self.diagnostics.begin()
 
+    def describe(self) -> None:
+        """Say on /site what the run is, and with which state what follows begins."""
+        values = {
+            'cameras': list(self.config.cameras),
+            'origin': list(self.origin),
+            'fusion': values_of(self.config.fusion),
+        } | self.zones.configured()
+        values |= {'private': True} if self.config.private else {}
+        description = site_description(
+            values,
+            list(self.config.cameras),
+            self.run,
+            self.image_sizes,
+            Beginning(self.tracker.next_id, provenance(), self.beginning),
+        )
+        self.site.publish(String(data=description))
+
     def stop(self) -> None:
-        """Fuse what waits."""
+        """Fuse what waits; what follows begins with the state after that."""
         self.fuse(self.batcher.flush())
         self.destroy_guard_condition(self.after_arrivals)
+        self.beginning, self.before = take_state(self.tracker).packed({}), None
 
     def close(self) -> None:
         """Keep where the ids of the next run begin."""
         ids, self.ids = self.ids, None
         if ids is not None:
             ids.close(self.tracker.next_id)
+            self.state.close(forget=not self.ended)
             if self.motion_clocks is not None:
                 self.motion_clocks.close()
 
@@ -397,7 +450,9 @@ class FusionNode(GraphNode):
             if recorder is not None:
                 self.send(self.candidates, recorder.explanation.candidates)
                 self.send(self.decisions, recorder.explanation.decisions)
+            self.tracking.published(output, self.get_clock().now().nanoseconds)
             self.count(tick)
+            self.keep(output)
             if self.motion_clocks is not None:
                 self.motion_clocks.add(tick, output.tracks)
             self.note_masks(output.left_out)
@@ -406,13 +461,26 @@ class FusionNode(GraphNode):
             if pose := self.followed.pose(output.tracks, output.events, frame):
                 self.pose.publish(pose)
 
-    def may_change(self, name: str) -> bool:
-        """Tell whether a parameter may change while the node runs: whom to follow."""
-        return name == 'follow'
+    def keep(self, output: FusionOutput) -> None:
+        """Keep the tracker's state for a restart, and say how long the last one took."""
+        stamp_ns = output.tracks.stamp_ns
+        if self.before is not None and self.state.blind_s is None:
+            said = self.state.went_on(self.before, stamp_ns, len(output.tracks))
+            self.get_logger().warning(said)
+        self.state.keep(self.tracker, self.run, stamp_ns, at_once=len(output.events) > 0)
 
-    def changed(self, name: str, value: Any) -> None:
-        """Follow somebody else from now on."""
-        self.followed = Followed(int(value))
+    def changed(self, names: set[str], before: FusionNodeConfig) -> None:
+        """Follow somebody else, or track by other thresholds, from now on."""
+        if 'follow' in names:
+            self.followed = Followed(self.config.follow)
+        if self.config.fusion == before.fusion:
+            return
+        replace_parameters(self.tracker, before.fusion, self.config.fusion)
+        self.batcher.max_wait = self.config.fusion.batching.max_wait
+        if self.motion_clocks is not None:
+            self.motion_clocks.config = self.config.fusion.clocks
+        self.beginning = take_state(self.tracker).packed({})
+        self.describe()
 
     def note_masks(self, left_out: Mapping[str, str]) -> None:
         """Keep whose masks are left out; log when that changes, but for a camera's silence."""

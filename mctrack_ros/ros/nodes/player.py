@@ -10,14 +10,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
 from operator import itemgetter
-from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecyclePublisher
 from rosgraph_msgs.msg import Clock
 
 from mctrack_ros.codec import header
-from mctrack_ros.config import ConfigError, parameter
+from mctrack_ros.config import ConfigError, Parameter, parameter
 from mctrack_ros.recording import BagError, BagReader, CutBagWarning
 from mctrack_ros.ros.interop.made_types import serialisable
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
@@ -48,14 +47,17 @@ class PlayerConfig:
         ('',), 'topics that are played under another name, as /from:=/to; empty: none'
     )
     rate: float = parameter(
-        1.0, 'speed; 1: as recorded; may change while it plays', minimum=0.001, maximum=1000.0
+        1.0, 'speed; 1: as recorded', minimum=0.001, maximum=1000.0, at_run_time=True
     )
     paused: bool = parameter(False, 'begin paused')
     burst: int = parameter(
         1, 'messages that go at once on the service burst', minimum=1, maximum=1_000_000
     )
     position: float = parameter(
-        -1.0, 'set it while it plays to jump there; -1: nowhere [s]', minimum=-1.0
+        -1.0,
+        'set it while it plays to jump there; -1: nowhere [s]',
+        minimum=-1.0,
+        at_run_time=True,
     )
     start: float = parameter(0.0, 'where in the bag to begin [s]', minimum=0.0)
     duration: float = parameter(0.0, 'length to play; 0: all [s]', minimum=0.0)
@@ -175,16 +177,16 @@ class Player(GraphNode):
         self.thread.join()
         self.controls.close()
 
-    def may_change(self, name: str) -> bool:
+    def may_change(self, parameter: Parameter) -> bool:
         """Tell whether a parameter may change while it plays: not if stamps are to seem new."""
-        return name in ('rate', 'position') and not self.config.restamp
+        return parameter.at_run_time and not self.config.restamp
 
-    def changed(self, name: str, value: Any) -> None:
-        """Follow a parameter that may change while it plays."""
-        if name == 'rate':
-            self.transport.set_rate(value)
-        elif value >= 0.0:
-            self.jump(value)
+    def changed(self, names: set[str], before: PlayerConfig) -> None:
+        """Follow parameters that have changed while it plays."""
+        if 'rate' in names:
+            self.transport.set_rate(self.config.rate)
+        if 'position' in names and self.config.position >= 0.0:
+            self.jump(self.config.position)
 
     def jump(self, position_s: float) -> None:
         """Go on at another place, s since the beginning of the bag."""

@@ -21,7 +21,9 @@ from std_msgs.msg import String
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.recording import PARAMETERS, BagError, BagWriter, Storage
 from mctrack_ros.recording.track_log.log import RECORDING
+from mctrack_ros.ros.health.recording_health import Recorded, RecordingHealth
 from mctrack_ros.ros.interop.made_types import serialisable
+from mctrack_ros.ros.node.diagnostics import Diagnostics
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.other_parameters import NodeParameters
 from mctrack_ros.ros.node.process import run
@@ -73,7 +75,10 @@ class RecorderConfig:
         0.0, 'time after which another file is begun; 0: none is [s]', minimum=0.0
     )
     min_free_mb: float = parameter(
-        500.0, 'free disk space with which recording stops; 0: it goes on [MB]', minimum=0.0
+        500.0,
+        'free disk space with which recording stops; 0: it goes on [MB]',
+        minimum=0.0,
+        at_run_time=True,
     )
     site: str = parameter('', 'site YAML that the bag carries with its calibrations; empty: none')
     explain: bool = parameter(
@@ -126,6 +131,7 @@ class Recorder(GraphNode):
             self.writer.attach(portable_site(self.config.site), 'application/octet-stream')
             self.private |= load_site(self.config.site).private
         self.parameters = NodeParameters(self)
+        self.diagnostics = Diagnostics(self, {'recording': RecordingHealth(self.recorded)}, ())
         if self.lacks_room():
             raise BagError(f'{path} has less than {self.config.min_free_mb:g} MB left')
 
@@ -135,6 +141,7 @@ class Recorder(GraphNode):
         self.sources.clear()
         self.asked_s.clear()
         self.look()
+        self.diagnostics.begin()
         self.every(_DRAIN_S, self.drain)
         self.every(_LOOK_S, self.look)
         self.every(_FLUSH_S, self.flush)
@@ -179,9 +186,29 @@ class Recorder(GraphNode):
         if content:
             self.writer.attach({PARAMETERS: content}, 'application/yaml')
 
+    def room(self) -> int:
+        """Return how many bytes may still be written."""
+        free = shutil.disk_usage(self.config.path).free
+        return free - round(self.config.min_free_mb * _MB)
+
     def lacks_room(self) -> bool:
         """Tell whether the disk is nearly full."""
-        return shutil.disk_usage(self.config.path).free < self.config.min_free_mb * _MB
+        return self.room() < 0
+
+    def recorded(self) -> Recorded:
+        """Return how far it is."""
+        return Recorded(
+            len(self.sources),
+            self.messages,
+            self.bytes,
+            self.lost(),
+            len(self.left_out),
+            self.room(),
+        )
+
+    def lost(self) -> int:
+        """Return how many messages did not come."""
+        return sum(count['lost'] for count in self.counts().values())
 
     def report(self) -> None:
         """Say how far it is, and what it leaves out."""
@@ -189,7 +216,7 @@ class Recorder(GraphNode):
             f'{self.config.path}: {self.messages} messages of {len(self.sources)} topics, '
             f'{self.bytes / 1e6:.1f} MB'
         )
-        lost = sum(count['lost'] for count in self.counts().values())
+        lost = self.lost()
         text += f', {lost} lost' if lost else ''
         if self.left_out:
             text += f'; {len(self.left_out)} left out: {", ".join(sorted(self.left_out))}'

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from operator import itemgetter
 from pathlib import Path
+from struct import Struct
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -21,10 +22,11 @@ from std_msgs.msg import String
 
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.recording.bags.site_topic import SITE_TOPIC
-from mctrack_ros.ros.node.diagnostics import Diagnostics
+from mctrack_ros.ros.health.stream_health import DiagnosticsConfig
+from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, stream_health
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
-from mctrack_ros.ros.node.track_ids import state_path
+from mctrack_ros.ros.state.track_ids import state_path
 from mctrack_ros.ros.topics import quality
 from mctrack_ros.ros.topics.raw_source import Drained, take
 from mctrack_ros.site.names import check_camera_name
@@ -37,6 +39,7 @@ _DEPTH = 200
 """Messages of a topic that may wait for the next look."""
 _HELD_S = 2.0
 """So long messages wait for the first `/site`, which says whose they are."""
+_STAMP = Struct('<4xiI')
 _LATE_S = 3.0
 """From then on a database is behind."""
 
@@ -76,6 +79,7 @@ class StoreNodeConfig:
         'how long data is kept: 30d for all, or by kind: positions=30d,events=90d,'
         'corrections=90d,videos=30d; units s, m, h, d; empty: for ever',
     )
+    diagnostics: DiagnosticsConfig = DiagnosticsConfig()
 
 
 @dataclass(slots=True)
@@ -162,7 +166,9 @@ class StoreNode(GraphNode):
         except StoreError as error:
             raise ConfigError(str(error)) from error
         self.health = StoreHealth(self.store)
-        self.diagnostics = Diagnostics(self, {'store': self.health}, ())
+        self.tracks_health = stream_health(self)
+        parts: dict[str, Health] = {'store': self.health, 'tracks': self.tracks_health}
+        self.diagnostics = Diagnostics(self, parts, ())
 
     def spool_folder(self) -> Path:
         """Return where messages wait."""
@@ -235,6 +241,8 @@ class StoreNode(GraphNode):
         for topic, subscription in sources:
             while (taken := take(subscription)) is not None:
                 arrived.append((taken.received_ns, topic, taken.data))
+                if topic == TRACKS_TOPIC:
+                    self.note_tracks(taken.data, taken.received_ns)
         for received_ns, topic, data in sorted(arrived, key=itemgetter(0)):
             self.held.append((topic, received_ns if now_ns is None else now_ns, data))
             if topic == SITE_TOPIC:
@@ -246,6 +254,14 @@ class StoreNode(GraphNode):
                 return
         self.pass_on()
         self.tell()
+
+    def note_tracks(self, data: bytes, received_ns: int) -> None:
+        """Take notice of tracks, still serialised: of their stamp, behind four bytes."""
+        if len(data) < _STAMP.size:
+            self.tracks_health.count('refused')
+            return
+        seconds, nanoseconds = _STAMP.unpack_from(data)
+        self.tracks_health.arrived(seconds * 10**9 + nanoseconds, received_ns)
 
     def pass_on(self) -> None:
         """Hand over what has come; the first `/site` goes before what was held for it."""

@@ -16,7 +16,8 @@ from mctrack_ros.codec import CodecError, rows_from_cloud
 from mctrack_ros.codec.messages import stamp_ns_of
 from mctrack_ros.config import parameter
 from mctrack_ros.interfaces import Events, Tracks
-from mctrack_ros.ros.node.diagnostics import Diagnostics, StreamHealth
+from mctrack_ros.ros.health.stream_health import DiagnosticsConfig
+from mctrack_ros.ros.node.diagnostics import Diagnostics, stream_health
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.topics import quality
@@ -67,6 +68,7 @@ class StreamNodeConfig:
         'clockwise from north; for ONVIF; empty: not known [degrees]',
     )
     mqtt: MqttConfig = MqttConfig()
+    diagnostics: DiagnosticsConfig = DiagnosticsConfig()
 
 
 class StreamNode(GraphNode):
@@ -83,7 +85,7 @@ class StreamNode(GraphNode):
         config = self.config
         geo = GeoReference.read(config.geo)
         place = Place(config.host, config.port, stream_token(config.token_file), config.origins)
-        self.tracks_health = StreamHealth()
+        self.tracks_health = stream_health(self)
         self.about = About()
         self.assembler = Assembler(self.about)
         self.archive = Archive(config.database) if config.database else None

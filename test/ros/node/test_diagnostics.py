@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from mctrack_ros.ros.node.diagnostics import StreamHealth
+from mctrack_ros.ros.health.stream_health import StreamHealth
 
 PERIOD_NS = 40_000_000
 

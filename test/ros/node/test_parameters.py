@@ -126,9 +126,9 @@ def test_a_node_takes_what_it_told_of_its_parameters_as_param_load_hands_it_over
 @pytest.mark.live
 def test_a_node_that_is_configured_refuses_what_differs_from_its_dump(dumped):
     _, file, load = dumped(FusionNode, **TINY)
-    file.write_text(file.read_text().replace('obstacle_height: 0.5', 'obstacle_height: 0.7'))
+    file.write_text(file.read_text().replace('ground_frame: map', 'ground_frame: hall'))
     (refused,) = (result for result in load(file) if not result.successful)
-    assert 'obstacle_height takes effect on configuration' in refused.reason
+    assert 'ground_frame takes effect on configuration' in refused.reason
 
 
 @pytest.mark.live

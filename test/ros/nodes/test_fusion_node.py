@@ -40,6 +40,8 @@ CAMERAS = ['cam1', 'cam2']
 
 def seen(index, count=1):
     """Return detections of people who stand still."""
+    if not count:
+        return Detections.build(index * PERIOD_NS + PERIOD_NS // 2)
     return Detections.build(
         index * PERIOD_NS + PERIOD_NS // 2,
         position=[[10.0 * person, 5.0, 0.0] for person in range(count)],
@@ -70,14 +72,14 @@ class Cameras:
     def send(self, camera, index, count=1):
         self.detections[camera].publish(cloud(seen(index, count)))
 
-    def connect(self, index):
+    def connect(self, index, count=0):
         """Send images of nobody, from one on, until another process answers; return the next."""
         indices = itertools.count(index)
 
         def send():
-            nobody = cloud(Detections.build(seen(next(indices)).stamp_ns))
+            image = cloud(seen(next(indices), count))
             for publisher in self.detections.values():
-                publisher.publish(nobody)
+                publisher.publish(image)
 
         self.bench.answer(send, self.ticks)
         return next(indices)
@@ -223,7 +225,7 @@ def test_a_killed_node_that_starts_again_uses_no_id_twice(bench):
     bench.open()
     used = []
     for life in range(2):
-        process = bench.spawn('fusion_node', cameras=CAMERAS)
+        process = bench.spawn('fusion_node', cameras=CAMERAS, resume=0.0)
         graph = Cameras(bench)
         first = graph.connect(100 * (life + 1))
         used.append(ids_of(graph, range(first, first + 15)))
@@ -233,6 +235,56 @@ def test_a_killed_node_that_starts_again_uses_no_id_twice(bench):
     assert used[0] == {1}
     assert used[1]
     assert min(used[1]) > 1
+
+
+def test_a_killed_node_goes_on_with_its_tracks_and_says_how_long_it_was_blind(bench):
+    bench.open()
+    sites = bench.messages(String, '/site', latched())
+    reports = bench.messages(DiagnosticArray, '/diagnostics')
+
+    def told():
+        return [one for each in reports for one in each.status if one.name.endswith(': restart')]
+
+    used = []
+    for life in range(2):
+        process = bench.spawn('fusion_node', cameras=CAMERAS, resume=300.0)
+        graph = Cameras(bench)
+        index = 100 * (life + 1)
+        for _ in range(20):
+            index = graph.connect(index, count=1)
+        used.append({int(name) for rows in graph.tracks for name in rows.track_id})
+        bench.until(lambda life=life: told() and (told()[-1].level != b'\0') == life)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    assert used == [{1}, {1}]
+    assert re.match(r'was blind for \d+\.\d\d s: 1 tracks went on', told()[-1].message)
+    assert told()[-1].level == DiagnosticStatus.WARN
+    assert told()[-1].message in bench.log('fusion_node')
+    first, second = (json.loads(site.data) for site in (sites[0], sites[-1]))
+    assert first['run'] == second['run']
+    assert second['state']
+
+
+def test_thresholds_change_at_run_time_and_the_rest_is_refused_with_what_to_do(bench):
+    graph = open_fusion(bench)
+    sites = bench.messages(String, '/site', latched())
+    index = 100
+    for _ in range(20):
+        index = graph.connect(index, count=1)
+    node = bench.nodes[0]
+    changes = [Parameter('fusion.life.most_tracks', value=1)]
+    assert node.set_parameters(changes)[0].successful
+    told = [Parameter('fusion.batching.period', value=0.1)]
+    reason = node.set_parameters(told)[0].reason
+    assert 'ros2 lifecycle set /fusion_node deactivate, then cleanup' in reason
+    for _ in range(20):
+        index = graph.connect(index, count=2)
+    bench.until(lambda: len(graph.tracks) >= 40)
+    assert {int(name) for rows in graph.tracks for name in rows.track_id} == {1}
+    bench.until(lambda: len(sites) == 2)
+    first, second = (json.loads(site.data) for site in sites)
+    assert first['run'] == second['run']
+    assert second['fusion']['life']['most_tracks'] == 1
 
 
 def test_ids_begin_at_one_each_time_if_no_file_keeps_them(bench):
@@ -252,8 +304,8 @@ def test_ids_that_cannot_be_kept_are_an_error_in_the_diagnostics_and_tracking_go
     bench.nodes[0].tracker._manager.next_id = 900
     state.with_name('ids.json.new').mkdir()
     assert ids_of(graph, range(100, 115)) == {900}
-    bench.until(lambda: reports and reports[-1].status[-2].level == DiagnosticStatus.ERROR)
-    assert 'ids may be used again' in reports[-1].status[-2].message
+    bench.until(lambda: reports and reports[-1].status[-4].level == DiagnosticStatus.ERROR)
+    assert 'ids may be used again' in reports[-1].status[-4].message
     state.with_name('ids.json.new').rmdir()
     graph.both([115])
     assert json.loads(state.read_text())['next_id'] > 901
@@ -271,6 +323,8 @@ def test_diagnostics_report_each_camera(bench):
         ('/fusion_node: cam2 clock', '/cam2'),
         ('/fusion_node: clocks', '/fusion_node'),
         ('/fusion_node: ids', '/fusion_node'),
+        ('/fusion_node: restart', '/fusion_node'),
+        ('/fusion_node: tracking', '/fusion_node'),
         ('/fusion_node: exceptions', '/fusion_node'),
     ]
     assert reports[-1].status[2].message == 'its clock agrees with those of the other cameras'
@@ -337,7 +391,7 @@ def test_whom_to_follow_is_chosen_at_run_time(bench):
     assert result.successful
     graph.both(range(115, 120))
     bench.until(lambda: poses)
-    (result,) = node.set_parameters([Parameter('obstacle_height', value=1.0)])
+    (result,) = node.set_parameters([Parameter('ground_frame', value='hall')])
     assert not result.successful
 
 
@@ -363,6 +417,8 @@ def test_namespace_and_remapping_move_its_topics(bench):
         ('/hall/server: cam2 clock', '/hall/cam2'),
         ('/hall/server: clocks', '/hall/server'),
         ('/hall/server: ids', '/hall/server'),
+        ('/hall/server: restart', '/hall/server'),
+        ('/hall/server: tracking', '/hall/server'),
         ('/hall/server: exceptions', '/hall/server'),
     ]
 

@@ -33,6 +33,8 @@ class TrackIds:
 
     Attributes
     ----------
+    path : Path or None
+        The file.
     first : int
         Id with which this run begins.
     began_again : bool
@@ -46,7 +48,7 @@ class TrackIds:
     """
 
     def __init__(self, path: Path | None) -> None:
-        self._path, self._next, self._reserved = path, 1, 0
+        self.path, self._next, self._reserved = path, 1, 0
         self._failure = ''
         self._lock: IO[str] | None = None
         self.first, self.began_again = 1, False
@@ -77,20 +79,20 @@ class TrackIds:
 
         """
         self._next = next_id
-        if self._path is None or next_id + MOST_STARTS <= self._reserved:
+        if self.path is None or next_id + MOST_STARTS <= self._reserved:
             return
         try:
-            _replace(self._path, next_id + _BLOCK)
+            _replace(self.path, next_id + _BLOCK)
         except OSError as error:
-            self._failure = f'{self._path}: {error.strerror}'
+            self._failure = f'{self.path}: {error.strerror}'
             raise
         self._failure, self._reserved = '', next_id + _BLOCK
 
     def close(self, next_id: int) -> None:
         """Keep which ids were used in fact, and let others have the file."""
         try:
-            if self._path is not None:
-                _replace(self._path, next_id)
+            if self.path is not None:
+                _replace(self.path, next_id)
         finally:
             self._unlock()
 
@@ -99,9 +101,9 @@ class TrackIds:
         values = {
             'next id': str(self._next),
             'reserved below': str(self._reserved),
-            'file': str(self._path or ''),
+            'file': str(self.path or ''),
         }
-        message = 'ids are never used twice' if self._path else 'ids begin at 1 with each start'
+        message = 'ids are never used twice' if self.path else 'ids begin at 1 with each start'
         if self._failure:
             message = f'ids may be used again after a restart: {self._failure}'
         return DiagnosticStatus(

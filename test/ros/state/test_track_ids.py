@@ -8,7 +8,7 @@ import pytest
 
 from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion.management.initiation import MOST_STARTS
-from mctrack_ros.ros.node.track_ids import TrackIds, state_path
+from mctrack_ros.ros.state.track_ids import TrackIds, state_path
 
 
 @pytest.fixture

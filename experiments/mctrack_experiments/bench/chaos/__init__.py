@@ -1,0 +1,1 @@
+"""Faults in a live graph: what names them, what goes on, and what is lost."""

@@ -1,0 +1,241 @@
+"""A small live graph under its supervisor, and what is heard of it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import PointCloud2
+
+from mctrack_experiments.bench.chaos.scene import (
+    CAMERA,
+    DETECTORS,
+    PERIOD_S,
+    Feed,
+    people,
+    write_site,
+)
+from mctrack_ros.codec import rows_from_cloud
+from mctrack_ros.interfaces import Tracks
+from mctrack_ros.ros.graph.graph import (
+    ENVIRONMENT,
+    NodeSpec,
+    coverage_node,
+    recorder_node,
+    stream_node,
+)
+from mctrack_ros.ros.graph.process_health import ProcessHealth
+from mctrack_ros.ros.graph.site_graph import site_nodes
+from mctrack_ros.ros.graph.supervise import Supervisor
+from mctrack_ros.ros.topics.quality import reliable
+from mctrack_ros.site.site import load_site
+
+PATIENCE_S = 90.0
+NODES = ('fusion', f'{CAMERA}_camera', 'store', 'coverage', 'stream')
+"""The processes of the graph that are started again when they are killed."""
+RECORDED = ('/tracks', '/ticks', f'/{CAMERA}/image_raw/compressed')
+_GATE_M = 1.0
+_FRESH_S = 1.5
+
+
+class Said(NamedTuple):
+    """What `/diagnostics` said of a part, and when it was heard on the steady clock, s."""
+
+    name: str
+    level: int
+    message: str
+    at_s: float
+
+
+class LiveGraph:
+    """
+    Nodes as processes, what feeds them, and what they say.
+
+    Parameters
+    ----------
+    folder : Path
+        For all files; empty.
+    domain : int
+        ROS domain that nobody else uses.
+
+    Attributes
+    ----------
+    feed : Feed
+        Its input.
+    said : list of Said
+        All that was said on `/diagnostics`.
+    tracks : list of Tracks
+        All that were heard.
+
+    """
+
+    def __init__(self, folder: Path, domain: int) -> None:
+        self.folder, self.domain = folder, domain
+        self.said: list[Said] = []
+        self.tracks: list[Tracks] = []
+        self.lines: list[str] = []
+        self._context = rclpy.Context()
+        rclpy.init(
+            args=[],
+            context=self._context,
+            domain_id=domain,
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+        self._node = rclpy.create_node('observer', context=self._context)
+        self._node.create_subscription(PointCloud2, '/tracks', self._on_tracks, reliable(100))
+        self._node.create_subscription(
+            DiagnosticArray, '/diagnostics', self._on_diagnostics, reliable(100)
+        )
+        self.feed = Feed(self._node)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._ending = threading.Event()
+        self._spinning = threading.Thread(target=self._spin, name='observer')
+        self._spinning.start()
+        self._environment = {
+            **ENVIRONMENT,
+            'ROS_DOMAIN_ID': str(domain),
+            'ROS_HOME': str(folder / 'ros_home'),
+            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        }
+        self._health = ProcessHealth('', domain)
+        self.supervisor, self._running = self._supervised(self._specs(), self._health)
+
+    def close(self) -> None:
+        """End all."""
+        self.supervisor.stop()
+        self._running.join()
+        self._health.close()
+        self._ending.set()
+        self._spinning.join()
+        self._executor.shutdown()
+        self._node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+    def until(
+        self, condition: Callable[[], Any], what: str, patience_s: float = PATIENCE_S
+    ) -> Any:
+        """
+        Wait until something is true, and return it.
+
+        Raises
+        ------
+        RuntimeError
+            If it does not become so; says what was waited for, and what the nodes said last.
+
+        """
+        end_s = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end_s:
+            if found := condition():
+                return found
+            time.sleep(0.02)
+        last = '\n'.join(self.lines[-20:])
+        raise RuntimeError(
+            f'waited {patience_s:g} s in vain until {what}; the nodes said:\n{last}'
+        )
+
+    def ids(self) -> dict[int, int] | None:
+        """Return the id of each person's track in the last message; None: not all have one."""
+        if not self.tracks:
+            return None
+        tracks = self.tracks[-1]
+        stamp_s = tracks.stamp_ns * 1e-9
+        if time.time() - stamp_s > _FRESH_S or not len(tracks):
+            return None
+        gaps = np.linalg.norm(tracks.position[:, None, :2] - people(stamp_s), axis=2)
+        nearest = gaps.argmin(axis=0)
+        if (gaps.min(axis=0) > _GATE_M).any():
+            return None
+        return {person: int(tracks.track_id[row]) for person, row in enumerate(nearest)}
+
+    def settled(self) -> dict[int, int]:
+        """Wait until all people have a track and all processes run; return their ids."""
+
+        def found() -> dict[int, int] | None:
+            is_up = all(state.is_running for state in self.supervisor.states())
+            return self.ids() if is_up else None
+
+        ids: dict[int, int] = self.until(found, 'all are tracked')
+        return ids
+
+    def named(self, since_s: float, part: str, words: str) -> Said | None:
+        """Return the first warning or error about a part, with some words, from a time on."""
+        return next(
+            (
+                one
+                for one in self.said[:]
+                if one.at_s >= since_s and one.level and part in one.name and words in one.message
+            ),
+            None,
+        )
+
+    def kill(self, name: str) -> None:
+        """Kill a process with -9."""
+        os.kill(self.supervisor.pids()[name], signal.SIGKILL)
+
+    @contextmanager
+    def recorder(self, path: Path, **parameters: Any) -> Iterator[Supervisor]:
+        """Run a recorder under a supervisor of its own, which reports, too."""
+        values: dict[str, Any] = {'min_free_mb': 0.0} | parameters
+        health = ProcessHealth('/recording', self.domain)
+        spec = recorder_node(path, RECORDED, **values)
+        supervisor, running = self._supervised([spec], health)
+        try:
+            yield supervisor
+        finally:
+            supervisor.stop()
+            running.join()
+            health.close()
+
+    def process(self, spec: NodeSpec) -> tuple[tuple[str, ...], Mapping[str, str]]:
+        """Return the command of a node, and its environment."""
+        command = spec.process(self.folder).command
+        return command, {**os.environ, **self._environment, 'PYTHONUNBUFFERED': '1'}
+
+    def _specs(self) -> list[NodeSpec]:
+        """Return the nodes: fusion of all cameras, the node of one of them, and the others."""
+        path = write_site(self.folder)
+        fusion, camera = site_nodes(load_site(path))
+        values = dict(fusion.parameters) | {'cameras': [CAMERA, *DETECTORS], 'site': ''}
+        store = {'database': str(self.folder / 'tracks.db')}
+        return [
+            NodeSpec('fusion_node', 'fusion', values),
+            camera,
+            NodeSpec('store_node', 'store', store),
+            coverage_node(path),
+            stream_node(0),
+        ]
+
+    def _supervised(
+        self, specs: list[NodeSpec], health: ProcessHealth
+    ) -> tuple[Supervisor, threading.Thread]:
+        processes = [spec.process(self.folder) for spec in specs]
+        supervisor = Supervisor(processes, self.lines.append, self._environment, health.look)
+        thread = threading.Thread(target=supervisor.run, name='supervisor')
+        thread.start()
+        return supervisor, thread
+
+    def _spin(self) -> None:
+        while not self._ending.is_set():
+            self._executor.spin_once(timeout_sec=PERIOD_S)
+
+    def _on_tracks(self, message: PointCloud2) -> None:
+        self.tracks.append(rows_from_cloud(message, Tracks))
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        now_s = time.monotonic()
+        for status in message.status:
+            level = int.from_bytes(status.level, sys.byteorder)
+            self.said.append(Said(status.name, level, status.message, now_s))

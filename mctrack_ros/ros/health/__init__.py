@@ -1,0 +1,1 @@
+"""What `/diagnostics` says of streams, of tracking, of recording and of processes."""

@@ -1,0 +1,1 @@
+"""What lasts longer than the process of a node."""
