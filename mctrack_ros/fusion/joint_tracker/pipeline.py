@@ -15,7 +15,7 @@ from mctrack_ros.fusion.management import lifecycle
 from mctrack_ros.fusion.management.event_log import EventLog
 from mctrack_ros.fusion.management.manager import TrackManager
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.motion.models import motion_of, relax
+from mctrack_ros.fusion.motion.models import motion_of, predict_unwatched
 from mctrack_ros.fusion.neighbours import NearPairs, near_pairs
 from mctrack_ros.fusion.reid.clothing_clusters import ClothingClusters
 from mctrack_ros.fusion.reid.reassignment import Reassignment
@@ -143,10 +143,11 @@ class JointTracker:
         elif now.seconds < 0:
             raise ValueError(f'the tick is stamped {stamp_ns}, expected at least {last_ns}')
         else:
-            self._motion.predict(self._table, now.seconds)
             if now.seconds > BLIND_S:
-                relax(self._table, now.seconds)
+                predict_unwatched(self._table, now.seconds)
                 self._table.kept_ns += round((now.seconds - period) * 1e9)
+            else:
+                self._motion.predict(self._table, now.seconds)
             now.ended = self._table.select(np.zeros(len(self._table), bool))
         self._table.cameras[:] = 0
         self._table.previous_id[:] = 0

@@ -26,10 +26,13 @@ Indices = NDArray[np.intp]
 INITIAL_SPEED_SIGMA = 2.0
 """Standard deviation of the velocity of a new target, m/s: people walk, and run at twice that."""
 
-STRAIGHT_S = 1.0
+FARTHEST_M = 6.0
+"""Standard deviation of where somebody is whom nobody has watched for long, m: with more, whoever
+is there would rather be a new target."""
+STRAIGHT_S = 1.5
 """How long people keep their velocity in the mean, s. Of 25 footballers whom nobody watched for
-2.0 s, 2.5 s and 3.0 s, 25, 25 and 23 kept their ids; without it 23.3, 21.7 and 20. With 2 s: 25,
-24 and 22 (`bags/pitch5_detections`)."""
+1.5, 2.0, 2.5 and 3.0 s, 24.7, 25, 24 and 25 kept their ids, the mean of up to three gaps; in a
+straight line 24.7, 23.3, 21.7 and 20 (`bags/pitch5_detections`)."""
 
 
 class Motion(Protocol):
@@ -194,15 +197,33 @@ def motion_of(config: MotionConfig) -> Motion:
     return MODELS[config.model](config)
 
 
-def relax(table: TrackTable, seconds: float) -> None:
+def predict_unwatched(table: TrackTable, seconds: float) -> None:
     """
-    Let the velocities of predicted tracks decay over a time in which nobody looked.
+    Predict the states of all tracks over a time in which nobody looked.
 
-    Velocity is then an Ornstein-Uhlenbeck process: after seconds nobody is where a straight line
-    leads. The covariance stays that of the prediction, which is wider.
+    After seconds nobody is where a straight line leads: velocity is an Ornstein-Uhlenbeck process
+    (Uhlenbeck and Ornstein 1930) whose variance is that of a new target. The position's variance
+    then grows with time, not with its third power.
+
+    Parameters
+    ----------
+    table : TrackTable
+        Its states, and those of all modes, are moved on.
+    seconds : float
+        How long, s.
 
     """
-    left = float(np.exp(-seconds / STRAIGHT_S))
-    for state in (table.mean, table.mode_mean):
-        state[..., :2] += state[..., 2:] * (STRAIGHT_S * (1.0 - left) - seconds)
-        state[..., 2:] *= left
+    tau, left = STRAIGHT_S, float(np.exp(-seconds / STRAIGHT_S))
+    density = 2.0 * INITIAL_SPEED_SIGMA**2 / tau
+    moves = np.eye(2)
+    place = density * tau**2 * (seconds - 2 * tau * (1 - left) + tau / 2 * (1 - left**2))
+    place = min(place, FARTHEST_M**2)
+    both = density * tau**2 / 2 * (1 - left) ** 2
+    speed = density * tau / 2 * (1 - left**2)
+    transition = np.kron([[1.0, tau * (1 - left)], [0.0, left]], moves)
+    noise = np.kron([[place, both], [both, speed]], moves)
+    table.mean = table.mean @ transition.T
+    table.covariance = transition @ table.covariance @ transition.T + noise
+    if table.mode_mean.shape[1]:
+        table.mode_mean = table.mode_mean @ transition.T
+        table.mode_covariance = transition @ table.mode_covariance @ transition.T + noise

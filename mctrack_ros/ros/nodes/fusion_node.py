@@ -109,7 +109,7 @@ class FusionNodeConfig:
         'below ROS_HOME or ~/.ros; empty: none, ids begin at 1 at each configuration',
     )
     resume: float = parameter(
-        10.0,
+        20.0,
         'a node that starts so soon after it was killed or stopped goes on with its tracks and '
         'their ids; 0: it begins anew [s]',
         minimum=0.0,

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mctrack_experiments.bench.chaos.graph import LiveGraph
+from mctrack_experiments.bench.chaos.graph import RECORDED, LiveGraph
 from mctrack_experiments.bench.chaos.scene import DETECTORS, PERIOD_S, Wrong
 from mctrack_ros.interfaces import Tracks
 from mctrack_ros.recording import BagReader
@@ -85,7 +85,7 @@ def loss(graph: LiveGraph) -> Outcome:
             graph.feed.wrong[name] = Wrong(lost=0.05)
 
     try:
-        return _tried(graph, begin, 'fusion: ', ' lost')
+        return _tried(graph, begin, f'fusion: {_BEHIND}', ' lost')
     finally:
         _mend(graph)
 
@@ -99,7 +99,7 @@ def clock(graph: LiveGraph) -> Outcome:
 def full_disk(graph: LiveGraph, path: Path) -> Outcome:
     """Let the disk be full while a bag is recorded: no file may grow any more."""
     with graph.recorder(path) as supervisor:
-        _recording(graph, path)
+        _recording(graph)
         number = supervisor.pids()['recorder']
 
         def begin() -> None:
@@ -109,14 +109,14 @@ def full_disk(graph: LiveGraph, path: Path) -> Outcome:
         def is_over() -> bool:
             return 'recorder' in supervisor.codes()
 
-        found = _tried(graph, begin, 'recorder', 'File too large', is_over)
+        found = _tried(graph, begin, 'recorder: node', 'File too large', is_over)
     return _counted(found, graph, path, 0.0)
 
 
 def killed_recorder(graph: LiveGraph, path: Path) -> Outcome:
     """Kill the recorder with -9."""
     with graph.recorder(path) as supervisor:
-        _recording(graph, path)
+        _recording(graph)
         number = supervisor.pids()['recorder']
 
         def is_over() -> bool:
@@ -176,10 +176,18 @@ def _counted(found: Outcome, graph: LiveGraph, path: Path, not_flushed_s: float)
     return found._replace(lost=len(lost))
 
 
-def _recording(graph: LiveGraph, path: Path) -> None:
+def _recording(graph: LiveGraph) -> None:
     """Wait until a recording has a second of tracks on the disk."""
+    begun_s = time.monotonic()
+
+    def is_recording() -> bool:
+        said = (one for one in graph.said[:] if one.name == '/recorder: recording')
+        return any(
+            one.at_s > begun_s and one.values['topics'] == str(len(RECORDED)) for one in said
+        )
+
+    graph.until(is_recording, 'all topics are recorded')
     count = len(graph.tracks)
-    graph.until(lambda: any(each.stat().st_size > 10_000 for each in path.glob('*')), 'recorded')
     graph.until(lambda: len(graph.tracks) > count + 1.0 / PERIOD_S, 'a second was recorded')
 
 
@@ -191,7 +199,7 @@ def _tried(
     is_over: Callable[[], bool] = lambda: True,
 ) -> Outcome:
     """Begin a fault, wait until it is named and has lasted, and see who has which id then."""
-    before = graph.settled()
+    before = graph.settled_after(part)
     first, began_s = len(graph.tracks), time.monotonic()
     begin()
     said = graph.until(lambda: graph.named(began_s, part, words), f'{part} is named')

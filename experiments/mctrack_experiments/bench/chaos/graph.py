@@ -57,6 +57,7 @@ class Said(NamedTuple):
     level: int
     message: str
     at_s: float
+    values: Mapping[str, str]
 
 
 class LiveGraph:
@@ -170,13 +171,26 @@ class LiveGraph:
         ids: dict[int, int] = self.until(found, 'all are tracked')
         return ids
 
+    def settled_after(self, part: str) -> dict[int, int]:
+        """Wait until a part was well for two reports, too; return the ids."""
+
+        def is_well() -> bool:
+            last = [one.level for one in self.said[:] if one.name.endswith(part)][-2:]
+            return last == [0, 0] or not last
+
+        self.until(is_well, f'{part} is well')
+        return self.settled()
+
     def named(self, since_s: float, part: str, words: str) -> Said | None:
         """Return the first warning or error about a part, with some words, from a time on."""
         return next(
             (
                 one
                 for one in self.said[:]
-                if one.at_s >= since_s and one.level and part in one.name and words in one.message
+                if one.at_s >= since_s
+                and one.level
+                and one.name.endswith(part)
+                and words in one.message
             ),
             None,
         )
@@ -238,4 +252,5 @@ class LiveGraph:
         now_s = time.monotonic()
         for status in message.status:
             level = int.from_bytes(status.level, sys.byteorder)
-            self.said.append(Said(status.name, level, status.message, now_s))
+            values = {each.key: each.value for each in status.values}
+            self.said.append(Said(status.name, level, status.message, now_s, values))
