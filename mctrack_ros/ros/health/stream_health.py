@@ -35,37 +35,43 @@ _COUNTS = ('lost', 'late', 'refused')
 
 
 @dataclass(frozen=True, slots=True)
-class DiagnosticsConfig:
-    """From when on diagnostics warn."""
+class LatencyLevels:
+    """Latency from capture to publishing, 99 % of the last second."""
 
-    latency_warning: float = parameter(
+    warning: float = parameter(
         0.3,
         'Latency from capture to publishing, 99 % of the last second, that is a warning [s]',
         minimum=0.0,
         maximum=60.0,
         at_run_time=True,
     )
-    latency_error: float = parameter(
-        1.0,
-        'The same that is an error [s]',
-        minimum=0.0,
-        maximum=60.0,
-        at_run_time=True,
+    error: float = parameter(
+        1.0, 'The same for an error [s]', minimum=0.0, maximum=60.0, at_run_time=True
     )
-    rate_warning: float = parameter(
+
+
+@dataclass(frozen=True, slots=True)
+class RateLevels:
+    """Share of the expected rate at which messages come in."""
+
+    warning: float = parameter(
         0.9,
         'Share of the expected rate below which a stream is a warning',
         minimum=0.0,
         maximum=1.0,
         at_run_time=True,
     )
-    rate_error: float = parameter(
-        0.5,
-        'The same for an error',
-        minimum=0.0,
-        maximum=1.0,
-        at_run_time=True,
+    error: float = parameter(
+        0.5, 'The same for an error', minimum=0.0, maximum=1.0, at_run_time=True
     )
+
+
+@dataclass(frozen=True, slots=True)
+class DiagnosticsConfig:
+    """From when on diagnostics warn."""
+
+    latency: LatencyLevels = LatencyLevels()
+    rate: RateLevels = RateLevels()
 
 
 Levels = Callable[[], DiagnosticsConfig]
@@ -103,9 +109,9 @@ class Latencies:
         """Return the level, and why it is that."""
         worst_s = self.percentile(99) * 1e-9
         level = DiagnosticStatus.OK
-        if worst_s > levels.latency_warning:
+        if worst_s > levels.latency.warning:
             level = DiagnosticStatus.WARN
-        if worst_s > levels.latency_error:
+        if worst_s > levels.latency.error:
             level = DiagnosticStatus.ERROR
         return level, f'{worst_s:.2f} s behind' if level != DiagnosticStatus.OK else ''
 
@@ -266,11 +272,11 @@ class StreamHealth:
         elapsed_s = max(time.monotonic() - self._begun_s, 1e-6)
         expected = elapsed_s * 1e9 / self._interval_ns()
         share = self.received / expected
-        if self._is_new or not self.is_timed or not share < levels.rate_warning:
+        if self._is_new or not self.is_timed or not share < levels.rate.warning:
             return DiagnosticStatus.OK, ''
         if expected - self.received < _SLACK:
             return DiagnosticStatus.OK, ''
-        is_error = share < levels.rate_error
+        is_error = share < levels.rate.error
         level = DiagnosticStatus.ERROR if is_error else DiagnosticStatus.WARN
         hz = self.received / elapsed_s, expected / elapsed_s
         return level, f'{hz[0]:.1f} instead of {hz[1]:.1f} Hz'

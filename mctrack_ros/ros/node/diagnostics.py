@@ -15,6 +15,8 @@ from mctrack_ros.ros.node.lifecycle import GraphNode
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.ros.topics.quality import reliable
 
+DIAGNOSTICS = '/diagnostics'
+"""The topic."""
 _HEARD = Duration(seconds=0.3)
 """How long a node that ends waits until its last words are heard."""
 
@@ -73,7 +75,7 @@ class Diagnostics:
         node.last_words = self.say_why
         self._cameras = cameras
         self._publisher: LifecyclePublisher = node.publisher(
-            DiagnosticArray, '/diagnostics', reliable(10)
+            DiagnosticArray, DIAGNOSTICS, reliable(10)
         )
 
     def begin(self) -> None:

@@ -23,7 +23,7 @@ from mctrack_ros.recording import PARAMETERS, BagError, BagWriter, Storage
 from mctrack_ros.recording.track_log.log import RECORDING
 from mctrack_ros.ros.health.recording_health import Recorded, RecordingHealth
 from mctrack_ros.ros.interop.made_types import serialisable
-from mctrack_ros.ros.node.diagnostics import Diagnostics
+from mctrack_ros.ros.node.diagnostics import DIAGNOSTICS, Diagnostics
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.other_parameters import NodeParameters
 from mctrack_ros.ros.node.process import run
@@ -237,6 +237,8 @@ class Recorder(GraphNode):
                     continue
                 source = self.sources.get(topic)
                 count = self.count_publishers(topic)
+                if count == 1 and topic == DIAGNOSTICS:
+                    continue  # nobody but this node
                 if count and count != (len(source.offered) if source else 0):
                     self.hear(topic, kinds, source)
 
