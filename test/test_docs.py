@@ -23,6 +23,7 @@ NOTES = ROOT / 'experiments' / 'notes'
 PAGES = [
     ROOT / 'README.md',
     ROOT / 'CONTRIBUTING.md',
+    ROOT / 'QUALITY_DECLARATION.md',
     *sorted(DOCS.rglob('*.md')),
     *sorted(NOTES.rglob('*.md')),
 ]

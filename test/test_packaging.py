@@ -48,6 +48,9 @@ ROSDEP_KEY_OF_IMPORT = {
     'typer': 'python3-typer',
     'yaml': 'python3-yaml',
 }
+TEST_KEY_OF_IMPORT = {'filterpy': 'python3-filterpy-pip', 'lifecycle_msgs': 'lifecycle_msgs'}
+OF_READERS = {'floodlight', 'kloppy', 'movingpandas', 'pandas', 'pedpy'}
+"""Other people's readers, which run in an environment of their own."""
 REQUIREMENT_OF_IMPORT = {
     'cv2': 'opencv-python-headless',
     'jinja2': 'Jinja2',
@@ -55,7 +58,7 @@ REQUIREMENT_OF_IMPORT = {
     'yaml': 'PyYAML',
 }
 OF_THE_GRAPH = {'ros-jazzy-rclpy', 'ros-jazzy-common-interfaces'}
-BY_NAME = {'tf2_msgs'}
+BY_NAME = {'tf2_msgs', 'ros2launch'}
 WITHOUT_KEY = {
     'mcap',
     *('alembic', 'av', 'motmetrics', 'nicegui', 'psycopg', 'pyarrow', 'simplejpeg'),
@@ -115,6 +118,24 @@ def test_manifest_depends_on_what_is_imported_and_on_nothing_else():
     stated = {element.text for element in manifest.findall('exec_depend')}
     imported = imported_by('mctrack_ros', 'launch') - WITHOUT_KEY
     assert {ROSDEP_KEY_OF_IMPORT.get(name, name) for name in imported} == stated - BY_NAME
+
+
+def test_manifest_names_what_tests_import_beside_that():
+    manifest = ElementTree.parse(ROOT / 'package.xml').getroot()
+    stated = {element.text for element in manifest.findall('test_depend')}
+    own = {path.stem for path in (ROOT / 'test').rglob('*')}
+    imported = imported_by('test') - imported_by('mctrack_ros', 'launch') - own - OF_READERS
+    keys = {TEST_KEY_OF_IMPORT.get(name, f'python3-{name}') for name in imported}
+    assert keys == stated - {'python3-pytest-timeout'}
+
+
+def test_manifest_keeps_the_order_of_its_schema():
+    manifest = ElementTree.parse(ROOT / 'package.xml').getroot()
+    order = ('name', 'version', 'description', 'maintainer', 'license', 'exec_depend')
+    order += ('test_depend', 'export')
+    places = [order.index(element.tag) for element in manifest]
+    assert places == sorted(places)
+    assert all(element.text.strip() for element in manifest.iter() if not len(element))
 
 
 def test_every_requirement_is_imported_or_builds_and_tests():

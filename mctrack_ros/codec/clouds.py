@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from reprlib import repr as shortened
 from typing import Any, TypeVar
 
 import numpy as np
@@ -149,7 +150,9 @@ def fields_of_cloud(message: Any) -> dict[str, NDArray[Any]]:
     formats = []
     for field in message.fields:
         if int(field.datatype) not in _NUMPY_TYPES:
-            raise CodecError(f'field {field.name!r} has the unknown datatype {field.datatype}')
+            raise CodecError(
+                f'field {shortened(field.name)} has the unknown datatype {field.datatype}'
+            )
         element, count = '<' + _NUMPY_TYPES[int(field.datatype)], int(field.count)
         formats.append((str(field.name), element, (count,) if count > 1 else ()))
     try:
@@ -167,6 +170,8 @@ def _packed_array(
     if message.is_bigendian:
         raise CodecError(f'a big-endian cloud of {name} cannot be read')
     given = {str(field.name): field for field in message.fields}
+    if len(given) < len(message.fields):
+        raise CodecError(f'a cloud of {name} has two fields of one name')
     offsets, absent = [], set(late) - given.keys()
     names = [field_name for field_name in expected.names or () if field_name not in absent]
     for field_name in names:
@@ -184,6 +189,8 @@ def _packed_array(
         if field.offset + expected[field_name].itemsize > message.point_step:
             raise CodecError(f'field {field_name!r} of a cloud of {name} exceeds its point_step')
         offsets.append(int(field.offset))
+    formats = [expected[field_name] for field_name in names]
+    _check_apart(names, formats, offsets, name)
     rows = int(message.height) * int(message.width)
     if rows > MOST_ROWS:
         raise CodecError(f'a cloud of {rows} {name}, expected at most {MOST_ROWS}')
@@ -193,13 +200,31 @@ def _packed_array(
             f'a cloud of {rows} {name} holds {data.size} bytes, '
             f'expected {rows * message.point_step}'
         )
-    formats = [expected[field_name] for field_name in names]
+    if message.height > 1 and message.row_step != message.width * message.point_step:
+        raise CodecError(
+            f'a cloud of {name} has the row_step {message.row_step}, '
+            f'expected {message.width * message.point_step}'
+        )
     if not rows:
         return np.zeros(0, list(zip(names, formats)))
     step = int(message.point_step)
     return data.view(
         np.dtype({'names': names, 'formats': formats, 'offsets': offsets, 'itemsize': step})
     )
+
+
+def _check_apart(
+    names: Sequence[str], formats: Sequence[np.dtype[Any]], offsets: Sequence[int], name: str
+) -> None:
+    """Refuse fields that share bytes: at most one of them can be right."""
+    end, before = 0, ''
+    for offset, size, field_name in sorted(
+        (offset, form.itemsize, field_name)
+        for offset, form, field_name in zip(offsets, formats, names)
+    ):
+        if offset < end:
+            raise CodecError(f'fields {before!r} and {field_name!r} of a cloud of {name} overlap')
+        end, before = offset + size, field_name
 
 
 def _check_finite(name: str, column: Column, values: NDArray[Any], dense: bool) -> None:
@@ -212,7 +237,7 @@ def _check_finite(name: str, column: Column, values: NDArray[Any], dense: bool) 
         bad = ~np.isfinite(values)
     if bad.any():
         row = int(np.nonzero(bad.reshape(len(values), -1).any(axis=1))[0][0])
-        raise CodecError(f'{name} of row {row} is not finite: {values[row].tolist()!r}')
+        raise CodecError(f'{name} of row {row} is not finite: {shortened(values[row].tolist())}')
 
 
 @cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from reprlib import repr as shortened
 from typing import Any
 
 import cv2
@@ -119,7 +120,8 @@ def encoding_of(name: str) -> Encoding:
     found = ENCODINGS.get(name)
     if found is None:
         raise CodecError(
-            f'image encoding {name!r} is not known, expected one of {", ".join(ENCODINGS)}'
+            f'image encoding {shortened(name)} is not known, '
+            f'expected one of {", ".join(ENCODINGS)}'
         )
     return found
 

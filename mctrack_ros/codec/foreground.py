@@ -7,7 +7,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from mctrack_ros.codec.image_header import PNG_START, stated_size
+from mctrack_ros.codec.image_header import PNG_START, can_hold, is_whole, stated_size
 from mctrack_ros.codec.messages import CodecError, MessageClasses, header, stamp_ns_of
 from mctrack_ros.interfaces import Foreground
 
@@ -45,9 +45,10 @@ def foreground_from_png(message: Any) -> Foreground:
     data = np.frombuffer(message.data, np.uint8)
     if not data.size:
         return Foreground.build(stamp_ns_of(message))
-    stated = stated_size(memoryview(data)) if bytes(data[:8]) == PNG_START else None
-    is_whole = stated is not None and 0 < stated[0] * stated[1] <= _MOST_PIXELS
-    mask = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if is_whole else None
+    view = memoryview(data)
+    width, height = (view[:8] == PNG_START and stated_size(view)) or (0, 0)
+    is_small = 0 < width * height <= _MOST_PIXELS and can_hold(view, width * height)
+    mask = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if is_small and is_whole(view) else None
     if mask is None:
         raise CodecError(f'{data.size} bytes of a mask cannot be decompressed: expected a PNG')
     return Foreground(stamp_ns_of(message), np.where(mask > 0, np.uint8(255), np.uint8(0)))

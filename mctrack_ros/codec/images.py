@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from reprlib import repr as shortened
 from typing import Any
 
 import cv2
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.codec.encodings import encoding_of, image_from
-from mctrack_ros.codec.image_header import JPEG_START, stated_size
+from mctrack_ros.codec.image_header import JPEG_START, can_hold, is_whole, stated_size
 from mctrack_ros.codec.messages import CodecError, MessageClasses, header
 
 try:
@@ -118,28 +119,32 @@ def _decompressed(
     That is ``<encoding>; <jpeg or png> compressed <encoding of the pixels in it>``, or the codec's
     name alone.
     """
-    stated = stated_size(memoryview(data))
+    what = f'{data.size} bytes of a {shortened(name)} image'
+    view = memoryview(data)
+    stated = stated_size(view)
     if stated is None:
-        raise CodecError(
-            f'{data.size} bytes of a {name!r} image cannot be decompressed: expected JPEG or PNG'
-        )
+        raise CodecError(f'{what} cannot be decompressed: expected JPEG or PNG')
     _check_size(stated, size)
+    if not can_hold(view, stated[0] * stated[1]) or not is_whole(view):
+        raise CodecError(f'{what} cannot be decompressed: cut off or damaged')
     source, _, codec = (part.strip() for part in name.partition(';'))
     is_mosaic = source.startswith('bayer_') and not codec.endswith('compressed mono8')
-    if data[:2].tobytes() == JPEG_START and simplejpeg is not None and not is_mosaic:
-        image = _from_jpeg(data)
+    if view[:2] == JPEG_START and simplejpeg is not None:
+        values: NDArray[Any] = _from_jpeg(data, is_mosaic)
     else:
-        values = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
-        if values is None:
-            raise CodecError(f'{data.size} bytes of a {name!r} image cannot be decompressed')
-        image = _from_values(values, source if is_mosaic else '')
+        found = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+        if found is None:
+            raise CodecError(f'{what} cannot be decompressed')
+        values = np.asarray(found)
+    image = _from_values(values, source if is_mosaic else '')
     return np.ascontiguousarray(image[..., ::-1]) if 'compressed rgb' in codec else image
 
 
-def _from_jpeg(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _from_jpeg(data: NDArray[np.uint8], may_be_grey: bool) -> NDArray[np.uint8]:
     """Decompress; simplejpeg gives the same pixels as OpenCV in half the time."""
     try:
-        return np.asarray(simplejpeg.decode_jpeg(data, 'BGR'))
+        is_grey = may_be_grey and simplejpeg.decode_jpeg_header(data)[2] == 'Gray'
+        return np.asarray(simplejpeg.decode_jpeg(data, 'GRAY' if is_grey else 'BGR'))
     except ValueError as error:
         raise CodecError(f'{data.size} bytes of a JPEG image: {error}') from error
 

@@ -71,11 +71,14 @@ def recorded_ticks(
         )
     begin_ns, end_ns = span
     early_ns = None if begin_ns is None else begin_ns - EARLY_NS
+    has_ticks = reader.count(TICKS_TOPIC) > 0  # these say what was admitted: that must be there
     parts = [
         (time_ns, camera, part)
         for camera in present
         for kind in kinds
-        for part, time_ns in reader.rows(f'/{camera}/{kind.TOPIC}', kind, early_ns, end_ns)
+        for part, time_ns in reader.rows(
+            f'/{camera}/{kind.TOPIC}', kind, early_ns, end_ns, usable=has_ticks
+        )
     ]
     parts.sort(key=lambda part: part[0])
     joining = Joining(config)
@@ -84,7 +87,7 @@ def recorded_ticks(
         for time_ns, camera, part in parts
         if (whole := joining.add(camera, part)) is not None
     ]
-    if reader.count(TICKS_TOPIC):
+    if has_ticks:
         records = [rows for rows, _ in reader.rows(TICKS_TOPIC, Ticks, *span)]
         yield from _admitted(records, messages, cameras, period_ns, reader, fusion_method(config))
     else:

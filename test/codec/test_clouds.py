@@ -169,11 +169,29 @@ def fields_with(name, **changes):
         (broken(width=2), 'a cloud of 2 Detections holds'),
         (broken(data=np.zeros(3, np.uint8)), 'holds 3 bytes'),
         (broken(point_step=0), 'exceeds its point_step'),
+        (broken(fields=[*broken().fields, broken().fields[0]]), 'two fields of one name'),
+        (broken(fields=fields_with('y', offset=2)), "fields 'x' and 'y' of a cloud of .* overlap"),
+        (
+            broken(height=2, row_step=9, data=np.tile(broken().data, 2)),
+            'has the row_step 9, expected',
+        ),
     ],
 )
 def test_wrong_clouds_are_refused_with_the_reason(message, reason):
     with pytest.raises(CodecError, match=reason):
         rows_from_cloud(message, Detections)
+
+
+def test_a_refusal_is_one_short_line_whatever_the_message_holds():
+    row = Detections.build(1, position=[[0, 0, 0]], template=[[np.inf] * 48])
+    with pytest.raises(CodecError, match='template of row 0') as refusal:
+        rows_from_cloud(cloud_from_rows(row, ROSBAGS_CLASSES, 'map'), Detections)
+    assert len(str(refusal.value)) < 200
+    named = SimpleNamespace(name='a\n' * 5000, offset=0, datatype=99, count=1)
+    with pytest.raises(CodecError, match='unknown datatype') as refusal:
+        fields_of_cloud(broken(fields=[named]))
+    assert len(str(refusal.value)) < 200
+    assert '\n' not in str(refusal.value)
 
 
 @pytest.mark.parametrize('value', [np.nan, np.inf, -np.inf])

@@ -356,3 +356,60 @@ def test_a_cut_off_jpeg_is_refused():
     message = SimpleNamespace(format='jpeg', data=b'\xff\xd8\xff\xe0 cut off')
     with pytest.raises(CodecError, match=r'JPEG image|decompressed'):
         image_from_message(message)
+
+
+def sample(suffix, *options):
+    """Return the bytes of an image of 48 x 64 px."""
+    image = cv2.resize(np.random.default_rng(1).integers(0, 256, (6, 8, 3), np.uint8), (64, 48))
+    return cv2.imencode(suffix, image, options)[1].tobytes()
+
+
+@pytest.mark.parametrize('progressive', [0, 1])
+@pytest.mark.parametrize('has_simplejpeg', [True, False])
+def test_a_jpeg_cut_off_anywhere_is_refused(monkeypatch, capfd, has_simplejpeg, progressive):
+    if not has_simplejpeg:
+        monkeypatch.setattr('mctrack_ros.codec.images.simplejpeg', None)
+    data = sample('.jpg', cv2.IMWRITE_JPEG_PROGRESSIVE, progressive)
+    for end in range(0, len(data) - 1, 7):
+        with pytest.raises(CodecError):
+            image_from_message(SimpleNamespace(format='jpeg', data=data[:end]))
+    assert not capfd.readouterr().err
+
+
+def test_a_damaged_mosaic_in_a_jpeg_is_refused(capfd):
+    grey = cv2.imencode('.jpg', np.tile(np.arange(64, dtype=np.uint8), (48, 1)))[1].tobytes()
+    form = 'bayer_rggb8; jpeg compressed '
+    sound = image_from_message(SimpleNamespace(format=form, data=grey))
+    assert sound.shape == (48, 64, 3)
+    damaged = grey[:-40] + grey[-20:]
+    with pytest.raises(CodecError, match='JPEG image'):
+        image_from_message(SimpleNamespace(format=form, data=damaged))
+    assert not capfd.readouterr().err
+
+
+def test_a_png_with_any_byte_changed_or_cut_off_is_refused(capfd):
+    data = sample('.png')
+    for at in range(8, len(data), 11):
+        changed = data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
+        for kept in (changed, data[:at]):
+            with pytest.raises(CodecError):
+                image_from_message(SimpleNamespace(format='png', data=kept))
+    assert not capfd.readouterr().err
+
+
+@pytest.mark.parametrize('data', [claimed_png(11000, 11000), claimed_jpeg(11000, 11000)])
+def test_more_pixels_than_the_bytes_can_hold_are_refused(data):
+    with pytest.raises(CodecError, match='cut off or damaged'):
+        image_from_message(SimpleNamespace(format='', data=data))
+
+
+def test_a_refusal_is_one_short_line_whatever_the_message_is_called():
+    name = 'x\n' * 5000
+    for message in (
+        SimpleNamespace(encoding=name, height=1, width=1, step=1, data=bytes(1)),
+        SimpleNamespace(format=name, data=b'none'),
+    ):
+        with pytest.raises(CodecError) as refusal:
+            image_from_message(message)
+        assert len(str(refusal.value)) < 500
+        assert '\n' not in str(refusal.value)

@@ -13,9 +13,11 @@ from mctrack_ros.replay.recorded import recorded_ticks
 CAMERAS = ('one', 'two')
 
 
-def write(path, stamps, ticks=()):
+def write(path, stamps, ticks=(), broken=None):
     """Write detections, as (camera, period, offset in ns), and records of what was admitted."""
     with BagWriter(path) as bag:
+        if broken is not None:
+            bag.write_rows('/one/detections', broken, 'map', 0)
         for number, (camera, period, offset_ns) in enumerate(stamps):
             rows = detections(period * PERIOD_NS + offset_ns, [[number, 0.0]])
             bag.write_rows(f'/{camera}/detections', rows, 'map', number)
@@ -67,6 +69,18 @@ def test_detections_that_were_fused_and_not_recorded_are_missed(tmp_path):
     path = write(tmp_path / 'bag', [('one', 5, 3)], [(5 * PERIOD_NS + 3, [1, 1])])
     with pytest.raises(BagError, match='lacks detections of two that were fused'):
         given(path)
+
+
+def test_what_the_fusion_node_refused_is_passed_over_if_it_is_known_what_was_admitted(tmp_path):
+    broken = detections(5 * PERIOD_NS + 4, [[np.inf, 0.0]])
+    for name, ticks in (('ticks', [(5 * PERIOD_NS + 3, [1, 1])]), ('none', ())):
+        stamps = [('one', 5, 3), ('two', 5, 9)]
+        path = write(tmp_path / name, stamps, ticks, broken)
+        if ticks:
+            assert given(path) == [(5 * PERIOD_NS + 3, [('one', 0), ('two', 1)])]
+        else:
+            with pytest.raises(BagError, match='position of row 0 is not finite'):
+                given(path)
 
 
 def test_a_bag_of_more_cameras_than_the_site_has_is_refused(tmp_path):

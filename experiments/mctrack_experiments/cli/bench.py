@@ -22,6 +22,9 @@ _SEEDS = typer.Option(
     help='Scenes on which accuracy is measured, for example 1-3; unless given, fresh ones, and '
     'the run is kept.',
 )
+_DOMAIN = typer.Option(
+    None, min=0, max=232, help='ROS domain; unless given, that of ROS_DOMAIN_ID.'
+)
 _BENCHMARK = typer.Option(
     None, help='The benchmark; unless given, MCTRACK_BENCH or ../shared/bench.'
 )
@@ -120,9 +123,7 @@ def streams(
 def kills(
     count: int = typer.Option(50, '--kills', min=1, help='How often each is killed.'),
     seed: int = typer.Option(1, min=0, help='Of the moments.'),
-    domain: int | None = typer.Option(
-        None, min=0, max=232, help='ROS domain; unless given, that of ROS_DOMAIN_ID.'
-    ),
+    domain: int | None = _DOMAIN,
     json_file: Path | None = _JSON,
 ) -> None:
     """Kill the store, its database and the fusion node while tracks come: what is lost."""
@@ -140,6 +141,38 @@ def chaos(
     from mctrack_experiments.bench.chaos.bench import bench_chaos
 
     _tell(bench_chaos(domain, lambda line: typer.echo(line, err=True)), json_file)
+
+
+@app.command()
+def fuzz(
+    bag: Path = typer.Option(
+        Path('bags/pitch5_detections'), help='Bag of the detections that are tracked meanwhile.'
+    ),
+    decoded: int = typer.Option(100_000, min=1, help='Messages that are decoded.'),
+    sent: int = typer.Option(2000, min=1, help='Messages that are sent into a graph.'),
+    domain: int | None = _DOMAIN,
+    json_file: Path | None = _JSON,
+) -> None:
+    """Decode malformed messages and send some into a running graph: what breaks."""
+    from mctrack_experiments.bench.fuzz.bench import bench_fuzz
+    from mctrack_ros.cli.progress import progress_bar
+
+    _tell(bench_fuzz(bag, decoded, sent, domain, progress_bar), json_file)
+
+
+@app.command()
+def soak(
+    minutes: float = typer.Option(60.0, min=1.0, help='How long the site runs.'),
+    domain: int | None = _DOMAIN,
+    json_file: Path | None = _JSON,
+) -> None:
+    """Run a small site live for an hour: whether memory or latency grows."""
+    from mctrack_experiments.bench.soak import bench_soak
+    from mctrack_ros.cli.progress import progress_bar
+
+    with progress_bar('soaking, s') as progress:
+        figures = bench_soak(minutes, domain, progress)
+    _tell(figures, json_file)
 
 
 @app.command()

@@ -124,11 +124,14 @@ class BagReader(Closing):
         kind: type[AnyRows],
         start_ns: int | None = None,
         stop_ns: int | None = None,
+        *,
+        usable: bool = False,
     ) -> Iterator[tuple[AnyRows, int]]:
         """
         Yield a topic's clouds as rows, or its masks, each with its log time (ns).
 
-        Start and stop are as in `messages`.
+        Start and stop are as in `messages`. Of those ``usable`` alone, messages that a node would
+        have refused are passed over.
 
         Raises
         ------
@@ -140,6 +143,8 @@ class BagReader(Closing):
             try:
                 rows = message_from_ros(message, kind)
             except (CodecError, AttributeError) as error:
+                if usable:
+                    continue
                 raise BagError(
                     f'{self.path}: {topic} holds no {kind.__name__}: {error}'
                 ) from error

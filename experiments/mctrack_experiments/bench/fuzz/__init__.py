@@ -1,0 +1,1 @@
+"""Malformed messages, through the codec and into a running graph."""
