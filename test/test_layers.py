@@ -100,7 +100,7 @@ STAGES = {
         ('management',),
         ('joint_tracker',),
         ('occupancy',),
-        ('likelihood_grid', 'belief'),
+        ('likelihood_grid', 'belief', 'cells'),
         ('explain',),
         ('trackers',),
     ),

@@ -10,6 +10,10 @@ from mctrack_ros.fusion.batcher import Batcher
 from mctrack_ros.fusion.belief.config import BeliefConfig
 from mctrack_ros.fusion.belief.pipeline import BeliefTracker
 from mctrack_ros.fusion.belief.sighting import BeliefSighting
+from mctrack_ros.fusion.cells.config import CellsConfig
+from mctrack_ros.fusion.cells.pipeline import CellTracker
+from mctrack_ros.fusion.cells.report import CellReport
+from mctrack_ros.fusion.cells.report import unusable_count as unusable_tracks
 from mctrack_ros.fusion.config import FusionConfig
 from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
@@ -36,6 +40,7 @@ from mctrack_ros.interfaces import (
     Rows,
     RowsTick,
     Stamped,
+    Tracks,
 )
 from mctrack_ros.interfaces.rows import MOST_WAITING
 
@@ -110,6 +115,8 @@ class FusionMethod(NamedTuple):
         Message type of its feedback, on the topic of that type.
     recorder : callable, optional
         Makes what takes down why a tick is decided as it is; None: this tracker does not say.
+    are_stamps_right : bool
+        Whether the stamps have been set right already: nothing is added to them.
 
     """
 
@@ -120,6 +127,7 @@ class FusionMethod(NamedTuple):
     unusable: Callable[[Any], int]
     feedback: type[Rows] = Feedback
     recorder: Callable[[], DecisionRecorder] | None = None
+    are_stamps_right: bool = False
 
 
 def _open_occupancy(
@@ -170,13 +178,22 @@ TRACKERS: dict[str, FusionMethod] = {
         lambda sighting: 0,
         Belief,
     ),
+    'cells': FusionMethod(
+        CellsConfig,
+        lambda config, cells, first_id, _: CellTracker(config, cells, first_id),
+        (Tracks, Feedback),
+        CellReport,
+        unusable_tracks,
+        are_stamps_right=True,
+    ),
 }
 FUSION: OneOf[FusionConfig] = OneOf(
     'tracker',
     'joint',
     'Fusion tracker: joint (from detections), occupancy (people from masks), vehicles (vehicles '
-    'from masks, people from detections), likelihood_grid (from edges and masks) or belief (from '
-    'particles in each view); a site that names none gets the one that suits its calibrations',
+    'from masks, people from detections), likelihood_grid (from edges and masks), belief (from '
+    'particles in each view) or cells (from the tracks of other fusion nodes, which `cameras` '
+    'names); a site that names none gets the one that suits its calibrations',
     TRACKERS,
 )
 """The choice of fusion's tracker, with its parameters."""
@@ -235,7 +252,11 @@ def open_fusion(
 
 def open_batcher(config: FusionConfig, cameras: tuple[str, ...]) -> Batcher[Any]:
     """Return what sorts the cameras' messages into the ticks of a tracker; see `Batcher`."""
-    return Batcher(config, cameras, fusion_method(config).unusable)
+    method = fusion_method(config)
+    batcher: Batcher[Any] = Batcher(config, cameras, method.unusable)
+    if method.are_stamps_right:
+        batcher.ahead_ns = dict.fromkeys(cameras, 0)
+    return batcher
 
 
 def open_recorder(config: FusionConfig) -> DecisionRecorder | None:

@@ -35,7 +35,7 @@ class Tracks(Rows):
     group : (n,) uint32 array
         Group that the track is in; 0: none.
     cameras : (n,) uint32 array
-        Bits of the cameras that saw it this tick.
+        Bits of the cameras that saw it this tick; of the cells, where these are fused.
     member_count : (n,) uint8 array
         Physical targets that the track stands for.
     status : (n,) uint8 array
@@ -47,6 +47,7 @@ class Tracks(Rows):
 
     """
 
+    TOPIC: ClassVar[str] = 'tracks'
     COLUMNS: ClassVar[dict[str, Column]] = {
         'position': POSITION,
         'velocity': Column('f4', (2,)),

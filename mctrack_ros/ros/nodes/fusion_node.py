@@ -190,7 +190,7 @@ class FusionNode(GraphNode):
         self.jump: Jump | None = None
         self.diagnostics = Diagnostics(self, parts, cameras)
         cloud, reliable = PointCloud2, quality.reliable
-        self.tracks = self.publisher(cloud, 'tracks', reliable(10))
+        self.tracks = self.publisher(cloud, Tracks.TOPIC, reliable(10))
         self.feedback = self.publisher(cloud, self.method.feedback.TOPIC, reliable(10))
         self.events = self.publisher(cloud, 'events', reliable(100))
         self.ticks = self.publisher(cloud, 'ticks', reliable(100))
