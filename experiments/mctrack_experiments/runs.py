@@ -35,6 +35,7 @@ SEEDS: Mapping[str, int] = {
     'belief': 20,
     'bench_fusion': 24,
     'bench_zones': 8,
+    'bench_cells': 6,
 }
 """How many seeds a run of each experiment has."""
 SEEDS_APART = 1000

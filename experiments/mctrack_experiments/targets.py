@@ -356,6 +356,18 @@ TARGETS = (
            most=1, anchor='99 of 100 ticks: `tick.p99_ms`'),
     Target('bench_zones', 'crossings.wrong_share', 'crossings of lines counted beside the true '
            'ones, wrong, share', None, 0.05, 'without hysteresis: `crossings.raw_wrong_share`'),
+    Target('bench_cells', 'cells.overlap.kept', 'site of 100 cameras in 4 to 8 cells, ids kept '
+           'where cells overlap', 0.95, None, 'one fusion node: `one.overlap.kept`'),
+    Target('bench_cells', 'cells.gap.kept', 'the same, across a strip of 2 m that nobody sees',
+           None, None, 'one fusion node: `one.gap.kept`'),
+    Target('bench_cells', 'cells.kept', 'the same, all borders', 0.95, None,
+           'one fusion node: `one.kept`'),
+    Target('bench_cells', 'cells.mota', 'the same, MOTA at 1 m', None, None,
+           'one fusion node: `one.mota`'),
+    Target('bench_cells', 'cells.idf1', 'the same, IDF1', None, None,
+           'one fusion node: `one.idf1`'),
+    Target('bench_cells', 'site.core', 'the same, share of a core that fusion of the cells takes',
+           None, None, 'a cell: `cell.core`; one fusion node: `one.core`'),
     Target('bench_map', 'core_share', 'live map, 25 tracks at 10 Hz, one browser: share of a core '
            'that the server takes', None, 0.15),
     Target('bench_map', 'frames_per_s', 'the same, frames that the page draws a second'),

@@ -199,6 +199,25 @@ def zones(
 
 
 @app.command()
+def cells(
+    seeds: str | None = _SEEDS,
+    runs: Path = RUNS,
+    json_file: Path | None = _JSON,
+) -> None:
+    """Follow people from cell to cell on a site of a hundred cameras: ids kept, load, accuracy."""
+    from mctrack_experiments.bench.cells.bench import bench_cells
+    from mctrack_experiments.runs import measured
+    from mctrack_ros.cli.progress import progress_bar
+
+    def measure(seeds: Sequence[int]) -> Figures:
+        return bench_cells(seeds, progress_bar)
+
+    figures, spread = measured('bench_cells', seeds, runs, measure)
+    _tell(figures, json_file)
+    typer.echo(f'\n{spread}')
+
+
+@app.command()
 def replay(
     bag: Path = typer.Option(
         Path('bags/pitch5_detections'), help='Bag of the detections that are fused.'
