@@ -145,7 +145,7 @@ def _joined(messages: Sequence[CameraDetections], joined: Any, stamp_ns: int) ->
     """Join the messages of cameras that count as one, side by side in one wide image."""
     images = []
     for index in range(JOINED):
-        parts = [messages[camera].rows for camera in np.flatnonzero(joined == index)]
+        parts = [messages[camera].rows for camera in np.flatnonzero(joined == index).tolist()]
         apart = [
             rows.replace(box=rows.box + np.array([IMAGE_PX * place, 0, 0, 0], np.float32))
             for place, rows in enumerate(parts)
