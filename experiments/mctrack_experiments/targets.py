@@ -387,6 +387,22 @@ TARGETS = (
     Target('bench_recording', 'recorder.missing', 'the same, messages not recorded', most=0),
     Target('bench_recording', 'player.spacing_p99_ms',
            'player at rate 1, spacing of messages off by, 99 of 100, ms', most=2),
+    Target('bench_fuzz', 'codec.faults', 'malformed clouds and images through the codec, crashes '
+           'and wrong results', most=0, anchor='of `codec.messages`; refused: `codec.refused`; '
+           'longest, ms: `codec.worst_ms`'),
+    Target('bench_fuzz', 'live.uncounted', 'malformed clouds and images by DDS into a running '
+           'graph, not counted as refused', most=0, anchor='of `live.messages`; exceptions: '
+           '`live.exceptions`; nodes started again: `live.restarts`'),
+    Target('bench_fuzz', 'live.same_tracks', "the same, the other cameras' tracks as without them",
+           1),
+    Target('bench_soak', 'memory.growth', 'small site live, growth of memory after the first ten '
+           'minutes, of the process that grows most', most=0.01,
+           anchor='fusion, cameras: `memory.fusion.growth`, `memory.cam1_camera.growth`; store, '
+           'recorder: `memory.store.growth`, `memory.recorder.growth`'),
+    Target('bench_soak', 'latency.p99_ratio', 'the same, 99 of 100 ticks, latency over that of '
+           'the first ten minutes', most=1.1, anchor='ms: `latency.rest.p99_ms` over '
+           '`latency.first.p99_ms`; medians: `latency.rest.p50_ms` over '
+           '`latency.first.p50_ms`'),
     Target('bench_occupancy', 'square.p99_ms', 'occupancy, 40 x 40 m, 8 cameras, 20 people, '
            '99 of 100 ticks, ms', most=100, anchor='mean: `square.mean_ms`'),
     Target('bench_occupancy', 'square.gate_half_metre.mota', 'the same, MOTA at 0.5 m', None, None,
