@@ -93,3 +93,4 @@ class McapFile:
                 self._stream.close()
             raise
         self._stream.close()
+        self._writer = None  # its index of all chunks was for the end of the file

@@ -12,6 +12,7 @@ import hashlib
 import json
 import struct
 import zlib
+from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
@@ -150,7 +151,7 @@ class MessageLog:
     def __init__(self, made_by: Mapping[str, str] | None = None) -> None:
         self._made_by = provenance() if made_by is None else made_by
         self.hashes: dict[str, tuple[int, bytes]] = {}
-        self._rows: dict[tuple[str, tuple[str, ...]], list[tuple[int, ...]]] = {}
+        self._rows: dict[tuple[str, tuple[str, ...]], array[int]] = {}
         self._count = 0
 
     @property
@@ -165,15 +166,15 @@ class MessageLog:
             count, before = self.hashes.get(topic, (0, EMPTY))
             after = chained(before, message.stamp_ns, message.fields)
             self.hashes[topic] = count + 1, after
-        row = (time_ns, message.stamp_ns, *message.checksums())
-        self._rows.setdefault((topic, tuple(message.fields)), []).append(row)
+        rows = self._rows.setdefault((topic, tuple(message.fields)), array('q'))
+        rows.extend((time_ns, message.stamp_ns, *message.checksums()))
         self._count += 1
 
     def take_checksums(self) -> dict[str, list[Checksums]]:
         """Return the checksums since the last call, by topic; of each, one for its fields."""
         taken: dict[str, list[Checksums]] = {}
         for (topic, fields), rows in self._rows.items():
-            table = np.array(rows, np.int64)
+            table = np.frombuffer(rows, np.int64).reshape(-1, 2 + len(fields))
             values = table[:, 2:].astype(np.uint32)
             sums = Checksums(fields, table[:, 0].copy(), table[:, 1].copy(), values)
             taken.setdefault(topic, []).append(sums)

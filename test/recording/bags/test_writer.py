@@ -4,6 +4,7 @@ import json
 import shutil
 import subprocess
 import sys
+import tracemalloc
 import warnings
 
 import numpy as np
@@ -97,6 +98,19 @@ def test_each_file_of_a_split_bag_begins_with_what_is_latched(tmp_path, kind, li
     with BagReader(bag) as reader:
         assert reader.count('/site') == len(files)
         assert reader.duration_s == pytest.approx(1.1)
+
+
+def test_finished_files_of_a_split_bag_take_no_memory(tmp_path):
+    used = {}
+    tracemalloc.start()
+    with BagWriter(tmp_path / 'bag', storage=Storage('mcap', True, 30_000)) as bag:
+        for index in range(1000):
+            bag.write_rows('/tracks', tracks(index), 'map', index)
+            bag.flush()
+            used[index] = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert len(list((tmp_path / 'bag').glob('*.mcap'))) > 10
+    assert used[999] - used[300] < 300_000
 
 
 def test_a_bag_that_is_cut_anywhere_in_its_last_chunk_is_read_and_repaired_up_to_that_chunk(
