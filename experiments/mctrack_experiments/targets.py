@@ -352,6 +352,16 @@ TARGETS = (
                    'find', None, 0),
         )
     ),
+    Target('bench_chaos', 'worst.named_s', 'twelve faults in a live graph (nodes killed, cameras '
+           'silent, late, lossy, with a wrong clock, disks full and read-only), seconds until '
+           '/diagnostics names it, the worst', None, 2.0,
+           'each: `FAULT.named_s`, a status comes once a second'),
+    Target('bench_chaos', 'worst.ids_kept', 'the same, people with the same id afterwards, share, '
+           'the worst', 1.0, None, 'fusion was away for `killed_fusion.pause_s`'),
+    Target('bench_chaos', 'worst.lost', 'the same, recorded tracks that are missing', None, 0,
+           'recorder killed, disk full'),
+    Target('bench_chaos', 'worst.shutdown_s', 'SIGINT and SIGTERM to each node, seconds until it '
+           'has ended, the worst', None, 1.0, 'each: `shutdown.NODE.SIGNAL_s`'),
     Target('bench_zones', 'tick.p50_ms', 'zone events, 25 tracks, 10 zones, 4 lines, median, ms',
            most=1, anchor='99 of 100 ticks: `tick.p99_ms`'),
     Target('bench_zones', 'crossings.wrong_share', 'crossings of lines counted beside the true '

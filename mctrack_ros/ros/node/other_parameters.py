@@ -44,6 +44,10 @@ class NodeParameters:
                 answer = self._waiting.pop(full).call_async(ListParameters.Request())
                 answer.add_done_callback(partial(self._listed, full))
 
+    def begin(self) -> None:
+        """Count all that is known as news."""
+        self._has_news = bool(self._values)
+
     def news(self) -> bytes:
         """Return all parameters as a ROS parameter file if some are new, else nothing."""
         if not self._has_news:

@@ -100,6 +100,7 @@ class Recorder(GraphNode):
 
     def __init__(self) -> None:
         super().__init__('recorder')
+        self.parameters = NodeParameters(self)
 
     def open(self) -> None:
         """Create the bag."""
@@ -130,7 +131,7 @@ class Recorder(GraphNode):
 
             self.writer.attach(portable_site(self.config.site), 'application/octet-stream')
             self.private |= load_site(self.config.site).private
-        self.parameters = NodeParameters(self)
+        self.parameters.begin()
         self.diagnostics = Diagnostics(self, {'recording': RecordingHealth(self.recorded)}, ())
         if self.lacks_room():
             raise BagError(f'{path} has less than {self.config.min_free_mb:g} MB left')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import resource
 import signal
@@ -57,10 +58,10 @@ class Outcome(NamedTuple):
 
 def kill(graph: LiveGraph, node: str) -> Outcome:
     """Kill a node with -9; its supervisor starts it again."""
-    starts = graph.supervisor.starts()[node]
+    active = graph.activations(node)
 
     def is_back() -> bool:
-        return graph.supervisor.starts()[node] > starts
+        return graph.activations(node) > active
 
     return _tried(graph, lambda: graph.kill(node), f'supervisor: {node}', 'ended with -9', is_back)
 
@@ -78,14 +79,15 @@ def delay(graph: LiveGraph) -> Outcome:
 
 
 def loss(graph: LiveGraph) -> Outcome:
-    """Lose 5 % of the messages of every camera."""
+    """Lose 5 % of the messages of a camera."""
 
     def begin() -> None:
-        for name in DETECTORS:
-            graph.feed.wrong[name] = Wrong(lost=0.05)
+        graph.feed.lost_s = math.inf
+        graph.feed.wrong[_BEHIND] = Wrong(lost=0.05)
+        graph.until(lambda: math.isfinite(graph.feed.lost_s), 'a message is lost')
 
     try:
-        return _tried(graph, begin, f'fusion: {_BEHIND}', ' lost')
+        return _tried(graph, begin, f'fusion: {_BEHIND}', ' lost', since=lambda: graph.feed.lost_s)
     finally:
         _mend(graph)
 
@@ -139,9 +141,14 @@ def read_only_disk(graph: LiveGraph) -> Outcome:
         def is_over() -> bool:
             return 'recorder' in supervisor.codes()
 
-        return _tried(
-            graph, lambda: None, 'recording/supervisor: recorder', str(_REFUSING), is_over
-        )
+        def refused() -> None:
+            graph.until(is_over, 'the recorder ends')
+
+        def said_s() -> float:
+            return graph.said_s(str(_REFUSING))
+
+        part = 'recording/supervisor: recorder'
+        return _tried(graph, refused, part, str(_REFUSING), since=said_s)
 
 
 def is_there_a_read_only_disk() -> bool:
@@ -157,12 +164,12 @@ def is_there_a_read_only_disk() -> bool:
 def shutdown_s(graph: LiveGraph, node: str, number: signal.Signals) -> float:
     """Return how long a process of the graph takes to end after a signal, s; it comes back."""
     process = graph.supervisor.pids()[node]
-    starts = graph.supervisor.starts()[node]
+    active = graph.activations(node)
     began_s = time.monotonic()
     os.kill(process, number)
     graph.until(lambda: graph.supervisor.pids().get(node) != process, f'{node} ends')
     ended_s = time.monotonic() - began_s
-    graph.until(lambda: graph.supervisor.starts()[node] > starts, f'{node} is started again')
+    graph.until(lambda: graph.activations(node) > active, f'{node} is active again')
     return ended_s
 
 
@@ -197,19 +204,26 @@ def _tried(
     part: str,
     words: str,
     is_over: Callable[[], bool] = lambda: True,
+    since: Callable[[], float] | None = None,
 ) -> Outcome:
-    """Begin a fault, wait until it is named and has lasted, and see who has which id then."""
+    """
+    Begin a fault, wait until it is named and has lasted, and see who has which id then.
+
+    Unless it is told since when the fault is there, that is since it was begun.
+
+    """
     before = graph.settled_after(part)
     first, began_s = len(graph.tracks), time.monotonic()
     begin()
-    said = graph.until(lambda: graph.named(began_s, part, words), f'{part} is named')
+    fault_s = began_s if since is None else since()
+    said = graph.until(lambda: graph.named(fault_s, part, words), f'{part} is named')
     graph.until(lambda: time.monotonic() - began_s > _LASTS_S and is_over(), 'it is over')
     _mend(graph)
     after = graph.settled()
     stamps = np.array([rows.stamp_ns for rows in graph.tracks[max(first - 1, 0) :]])
     kept = sum(after[person] == name for person, name in before.items()) / len(before)
     pause_s = float(np.diff(stamps).max(initial=0)) * 1e-9
-    return Outcome(said.at_s - began_s, kept, pause_s, 0, f'{said.name}: {said.message}')
+    return Outcome(said.at_s - fault_s, kept, pause_s, 0, f'{said.name}: {said.message}')
 
 
 @contextmanager

@@ -48,6 +48,8 @@ NODES = ('fusion', f'{CAMERA}_camera', 'store', 'coverage', 'stream')
 RECORDED = ('/tracks', '/ticks', f'/{CAMERA}/image_raw/compressed')
 _GATE_M = 1.0
 _FRESH_S = 1.5
+_STEADY_S = 2.0
+"""So long ids must have been the same before something goes wrong, s."""
 
 
 class Said(NamedTuple):
@@ -87,6 +89,7 @@ class LiveGraph:
         self.said: list[Said] = []
         self.tracks: list[Tracks] = []
         self.lines: list[str] = []
+        self._times_s: list[float] = []
         self._context = rclpy.Context()
         rclpy.init(
             args=[],
@@ -172,14 +175,25 @@ class LiveGraph:
         return ids
 
     def settled_after(self, part: str) -> dict[int, int]:
-        """Wait until a part was well for two reports, too; return the ids."""
+        """Wait until a part was well for two reports, and ids for a while; return these."""
 
         def is_well() -> bool:
             last = [one.level for one in self.said[:] if one.name.endswith(part)][-2:]
             return last == [0, 0] or not last
 
         self.until(is_well, f'{part} is well')
-        return self.settled()
+        ids, since_s = self.settled(), time.monotonic()
+        while time.monotonic() < since_s + _STEADY_S:
+            time.sleep(PERIOD_S)
+            if (now := self.settled()) != ids:
+                ids, since_s = now, time.monotonic()
+        return ids
+
+    def activations(self, name: str) -> int:
+        """Return how often a node of the graph has become active."""
+        return sum(
+            line.startswith(f'[{name}]') and line.endswith(': active') for line in self.lines
+        )
 
     def named(self, since_s: float, part: str, words: str) -> Said | None:
         """Return the first warning or error about a part, with some words, from a time on."""
@@ -236,10 +250,18 @@ class LiveGraph:
         self, specs: list[NodeSpec], health: ProcessHealth
     ) -> tuple[Supervisor, threading.Thread]:
         processes = [spec.process(self.folder) for spec in specs]
-        supervisor = Supervisor(processes, self.lines.append, self._environment, health.look)
+        supervisor = Supervisor(processes, self._write, self._environment, health.look)
         thread = threading.Thread(target=supervisor.run, name='supervisor')
         thread.start()
         return supervisor, thread
+
+    def said_s(self, words: str) -> float:
+        """Return when a process first said some words, on the steady clock, s."""
+        return next(at_s for at_s, line in zip(self._times_s, self.lines) if words in line)
+
+    def _write(self, line: str) -> None:
+        self._times_s.append(time.monotonic())
+        self.lines.append(line)
 
     def _spin(self) -> None:
         while not self._ending.is_set():

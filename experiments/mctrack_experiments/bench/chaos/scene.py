@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 import time
 from collections.abc import Callable
@@ -97,12 +98,14 @@ class Feed:
     ----------
     wrong : dict of str to Wrong
         What is wrong, by detector.
+    lost_s : float
+        When the first message was lost, on the steady clock, s.
 
     """
 
     def __init__(self, node: Node) -> None:
         self.wrong = {name: Wrong() for name in DETECTORS}
-        self._node = node
+        self._node, self.lost_s = node, math.inf
         self._random = random.Random(1)
         self._noise = np.random.default_rng(1)
         self._waiting: list[tuple[float, Callable[[], None]]] = []
@@ -124,7 +127,10 @@ class Feed:
         frame = f'{CAMERA}_optical_frame'
         self._images.publish(compressed_message(jpeg, RCLPY_CLASSES, stamp_ns, frame))
         for name, wrong in self.wrong.items():
-            if wrong.is_silent or self._random.random() < wrong.lost:
+            if wrong.is_silent:
+                continue
+            if self._random.random() < wrong.lost:
+                self.lost_s = min(self.lost_s, time.monotonic())
                 continue
             message = self._message(stamp_ns, stamp_ns + round(wrong.ahead_s * 1e9))
             publisher: Any = self._detections[name]
