@@ -161,7 +161,7 @@ def crossings_of(site: CellSite) -> dict[str, Indices]:
         before, after = cell[first : tick + 1, person], cell[tick + 1 : last, person]
         if (before == before[0]).all() and (after == after[0]).all():
             x = site.paths[[tick, tick + 1], person, 0]
-            kind = 'gap' if x.min() < gap_m <= x.max() else 'overlap'
+            kind = 'gap' if x.min() <= gap_m < x.max() else 'overlap'
             found[kind].append((tick + 1, person))
     return {kind: np.array(each, np.intp).reshape(-1, 2) for kind, each in found.items()}
 
