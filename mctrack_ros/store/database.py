@@ -179,7 +179,7 @@ def _set_up_sqlite(connection: Any, _: object) -> None:
     cursor.execute('PRAGMA synchronous=NORMAL')
     cursor.execute('PRAGMA foreign_keys=ON')
     cursor.execute('PRAGMA secure_delete=ON')
-    cursor.execute('PRAGMA cache_size=-65536')
+    cursor.execute('PRAGMA cache_size=-4096')  # of a store's process; files are mapped beside it
     cursor.execute(f'PRAGMA mmap_size={_MAPPED}')
     cursor.close()
 
