@@ -1,0 +1,93 @@
+"""The launch files: XML that says the same as Python, and nodes as their arguments ask for."""
+
+import ast
+from pathlib import Path
+from xml.etree.ElementTree import parse
+
+import pytest
+
+from mctrack_ros.cli import launch_files
+from mctrack_ros.cli.launch_files import (
+    GRAPH,
+    REPLAY,
+    SIMULATION,
+    SITE,
+    replay_specs,
+    simulation_specs,
+    site_specs,
+)
+from mctrack_ros.cli.launch_xml import FILES, write_launch_xml
+from mctrack_ros.config import ConfigError
+
+LAUNCH = Path(__file__).resolve().parents[2] / 'launch'
+
+
+def given(arguments, **values):
+    return {name: default for name, (default, _) in arguments.items()} | values
+
+
+def test_xml_files_are_as_they_are_made(tmp_path):
+    made = write_launch_xml(tmp_path)
+    assert {path.name for path in made} == {path.name for path in LAUNCH.glob('*.xml')}
+    for path in made:
+        assert path.read_text() == (LAUNCH / path.name).read_text(), (
+            'run python -m mctrack_ros.cli.launch_xml launch'
+        )
+
+
+@pytest.mark.parametrize('name', FILES)
+def test_xml_passes_every_argument_to_a_python_file_that_is_there(name):
+    root = parse(LAUNCH / f'{name}.launch.xml').getroot()
+    include = root.find('include')
+    folder, file = include.get('file').split('/')
+    assert folder == '$(dirname)'
+    source = (LAUNCH / file).read_text()
+    functions = [each.name for each in ast.parse(source).body if isinstance(each, ast.FunctionDef)]
+    assert functions == ['generate_launch_description']
+    declared = [each.get('name') for each in root.findall('arg')]
+    passed = {each.get('name'): each.get('value') for each in include.findall('arg')}
+    assert passed == {each: f'$(var {each})' for each in declared}
+    assert declared == list(FILES[name])
+
+
+def test_all_that_start_a_graph_have_the_usual_arguments():
+    for arguments, without in ((SITE, set()), (REPLAY, {'use_sim_time'})):
+        assert {'site', *GRAPH} - without <= arguments.keys()
+    assert GRAPH.keys() - {'use_sim_time'} <= SIMULATION.keys()
+
+
+def test_a_site_has_a_store_and_a_stream_where_they_are_asked_for(tmp_path):
+    specs, why = site_specs(given(SITE, site='pitch5'))
+    names = [spec.name for spec in specs]
+    assert names == ['fusion', *(f'cam{k}_camera' for k in range(1, 6)), 'coverage']
+    assert 'tracker' in why
+    values = given(
+        SITE, site='pitch5', store=str(tmp_path / 'a.db'), stream='8090', use_sim_time='yes'
+    )
+    specs, _ = site_specs(values)
+    assert [spec.name for spec in specs][-2:] == ['store', 'stream']
+    assert all(spec.parameters['use_sim_time'] is True for spec in specs)
+    assert specs[-1].parameters['port'] == 8090
+
+
+def test_a_replay_plays_the_images_alone(tmp_path):
+    specs, _ = replay_specs(given(REPLAY, site='pitch5', bag=str(tmp_path), rate='2'))
+    *nodes, player = specs
+    assert all(spec.parameters['use_sim_time'] for spec in nodes)
+    assert player.parameters['rate'] == 2.0
+    assert player.ends
+    assert r'/cam1/image_raw/compressed' in player.parameters['topics']
+    assert not any('tracks' in each for each in player.parameters['topics'][:-1])
+
+
+def test_a_simulation_has_its_seed():
+    specs, _ = simulation_specs(given(SIMULATION, seed='7'))
+    assert specs[-1].executable == 'simulator_node'
+    assert specs[-1].parameters['seed'] == 7
+
+
+@pytest.mark.parametrize(('name', 'value'), [('stream', 'http'), ('use_sim_time', 'maybe')])
+def test_a_wrong_value_names_its_argument(name, value):
+    with pytest.raises(ConfigError, match=f"{name} is '{value}'"):
+        site_specs(given(SITE, site='pitch5') | {name: value})
+    assert launch_files.number_of('rate', '0.5') == 0.5
