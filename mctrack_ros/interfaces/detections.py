@@ -62,14 +62,14 @@ class Detections(Rows):
         'area': Column('f4'),
         'score': Column('f4', (), 1.0),
         'extent': Column('f4', (2,), float('nan'), is_late=True),
-        'template': Column('f4', (TEMPLATE_SIZE,)),
-        'local_id': Column('u4'),
-        'track_id': Column('u4'),
-        'members': Column('u4', (MEMBERS,)),
-        'member_count': Column('u1', (), 1),
-        'truncated': Column('u1'),
-        'class_id': Column('u1'),
-        'kit': Column('u1'),
+        'template': Column('f4', (TEMPLATE_SIZE,), is_late=True),
+        'local_id': Column('u4', is_late=True),
+        'track_id': Column('u4', is_late=True),
+        'members': Column('u4', (MEMBERS,), is_late=True),
+        'member_count': Column('u1', (), 1, is_late=True),
+        'truncated': Column('u1', is_late=True),
+        'class_id': Column('u1', is_late=True),
+        'kit': Column('u1', is_late=True),
     }
 
     position: NDArray[np.float32]

@@ -24,7 +24,7 @@ class Column:
     fill : float
         What a column is filled with where nothing is known.
     is_late : bool
-        Added after the first recordings, which lack it: there nothing is known.
+        A cloud may lack it, as old recordings and other people's detectors do: it is filled.
 
     """
 

@@ -238,6 +238,19 @@ def test_further_fields_are_passed_over():
     assert rows_from_cloud(wider, Tracks).track_id.tolist() == [9]
 
 
+def test_detections_need_only_what_a_detector_knows():
+    known = {'x', 'y', 'z', 'covariance', 'box', 'area', 'score'}
+    row = Detections.build(
+        5, position=[[1, 2, 0]], covariance=[np.eye(2) * 0.04], box=[[3, 4, 20, 60]], score=[0.5]
+    )
+    written = cloud_from_rows(row, ROSBAGS_CLASSES, 'map')
+    members = {name: getattr(written, name) for name in written.__dataclass_fields__}
+    members['fields'] = [field for field in written.fields if field.name in known]
+    read = rows_from_cloud(SimpleNamespace(**members), Detections)
+    for name in Detections.COLUMNS:
+        np.testing.assert_array_equal(getattr(read, name), getattr(row, name))
+
+
 @pytest.mark.parametrize(
     ('rows', 'late'),
     [
