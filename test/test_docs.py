@@ -112,12 +112,16 @@ def test_every_column_is_documented_and_every_documented_one_is_read(name, colum
 
 
 @pytest.mark.parametrize(
-    ('page', 'example'),
-    [('own_detector.md', 'detector_node.py'), ('follow_a_person.md', 'follow_person.py')],
+    ('page', 'examples'),
+    [
+        ('own_detector.md', ('detector_node.py', 'position_node.py')),
+        ('follow_a_person.md', ('follow_person.py',)),
+    ],
 )
-def test_the_code_of_a_tutorial_is_that_of_its_example(page, example):
+def test_the_code_of_a_tutorial_is_that_of_its_examples(page, examples):
     blocks = re.findall(r'```python\n(.*?)```', (DOCS / 'tutorials' / page).read_text(), re.DOTALL)
-    lines = [line.strip() for line in (DOCS / 'examples' / example).read_text().splitlines()]
+    text = '\n'.join((DOCS / 'examples' / each).read_text() for each in examples)
+    lines = [line.strip() for line in text.splitlines()]
     assert blocks
     for block in blocks:
         wanted = [line.strip() for line in block.splitlines()]

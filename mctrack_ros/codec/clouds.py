@@ -94,7 +94,7 @@ def rows_from_cloud(message: Any, kind: type[AnyRows]) -> AnyRows:
     Returns
     -------
     Rows
-        Of that type; further fields of the message are passed over, late ones may be absent.
+        Of that type; further fields of the message are passed over, optional ones may be absent.
 
     Raises
     ------
@@ -105,19 +105,19 @@ def rows_from_cloud(message: Any, kind: type[AnyRows]) -> AnyRows:
     """
     hashable: Any = kind
     layout = _layout(hashable)
-    late = [name for name, column in kind.COLUMNS.items() if column.is_late]
-    packed = _packed_array(message, layout.dtype, kind.__name__, late)
+    optional = [name for name, column in kind.COLUMNS.items() if column.absent is not None]
+    packed = _packed_array(message, layout.dtype, kind.__name__, optional)
     columns: dict[str, NDArray[Any]] = {}
     for name, column in kind.COLUMNS.items():
         if name == 'position':
             values = np.stack([packed[axis] for axis in 'xyz'], axis=1)
+        elif name not in (packed.dtype.names or ()):
+            values = np.full((len(packed), *column.shape), column.absent, column.dtype)
         elif name in layout.triangles:
             upper, right = layout.triangles[name]
             values = np.empty((len(packed), *column.shape), column.dtype)
             values[:, upper, right] = packed[name]
             values[:, right, upper] = packed[name]
-        elif column.is_late and name not in (packed.dtype.names or ()):
-            values = np.full((len(packed), *column.shape), column.fill, column.dtype)
         else:
             values = np.ascontiguousarray(packed[name])
         _check_finite(name, column, values, bool(message.is_dense))
@@ -164,15 +164,15 @@ def fields_of_cloud(message: Any) -> dict[str, NDArray[Any]]:
 
 
 def _packed_array(
-    message: Any, expected: np.dtype[np.void], name: str, late: Sequence[str] = ()
+    message: Any, expected: np.dtype[np.void], name: str, optional: Sequence[str] = ()
 ) -> NDArray[Any]:
-    """Return a structured view of a cloud's data, checked; late fields may be absent."""
+    """Return a structured view of a cloud's data, checked; optional fields may be absent."""
     if message.is_bigendian:
         raise CodecError(f'a big-endian cloud of {name} cannot be read')
     given = {str(field.name): field for field in message.fields}
     if len(given) < len(message.fields):
         raise CodecError(f'a cloud of {name} has two fields of one name')
-    offsets, absent = [], set(late) - given.keys()
+    offsets, absent = [], set(optional) - given.keys()
     names = [field_name for field_name in expected.names or () if field_name not in absent]
     for field_name in names:
         element, shape = expected[field_name].subdtype or (expected[field_name], ())

@@ -59,7 +59,7 @@ class Events(Rows):
         'new_id': Column('u4'),
         'local_id': Column('u4'),
         'others': Column('u4', (MEMBERS,)),
-        'other_tracks': Column('u4', (MEMBERS,), is_late=True),
+        'other_tracks': Column('u4', (MEMBERS,), absent=0),
         'zone': Column('u4'),
         'event': Column('u2'),
         'camera': Column('u2', (), NO_CAMERA),

@@ -170,8 +170,8 @@ class Decisions(Rows):
         'cameras': Column('u4'),
         'status': Column('u1'),
         'reason': Column('u1'),
-        'missed': Column('f4', is_late=True),
-        'is_published': Column('u1', (), 1, is_late=True),
+        'missed': Column('f4', absent=0.0),
+        'is_published': Column('u1', (), 1, absent=1),
     }
 
     position: NDArray[np.float32]

@@ -23,15 +23,15 @@ class Column:
         Shape of one row's value; ``()`` for a number.
     fill : float
         What a column is filled with where nothing is known.
-    is_late : bool
-        A cloud may lack it, as old recordings and other people's detectors do: it is filled.
+    absent : number or nested tuple, optional
+        Each row's value where a message lacks the column; None: every message must have it.
 
     """
 
     dtype: str
     shape: tuple[int, ...] = ()
     fill: float = 0.0
-    is_late: bool = False
+    absent: Any = None
 
 
 AnyRows = TypeVar('AnyRows', bound='Rows')

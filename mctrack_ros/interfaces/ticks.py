@@ -84,9 +84,9 @@ class Ticks(Rows):
         'feedback_missed': Column('u4'),
         'missing': Column('u1'),
         'alive': Column('u1'),
-        'left_out': Column('u4', is_late=True),
-        'added_ms': Column('i4', is_late=True),
-        'age_us': Column('u4', is_late=True),
+        'left_out': Column('u4', absent=0),
+        'added_ms': Column('i4', absent=0),
+        'age_us': Column('u4', absent=0),
     }
 
     position: NDArray[np.float32]

@@ -11,6 +11,7 @@ from mctrack_ros.codec import (
     fields_of_cloud,
     rows_from_cloud,
 )
+from mctrack_ros.fusion.measurements.admission import usable_rows
 from mctrack_ros.interfaces import Detections, Events, Feedback, Ticks, Tracks
 from mctrack_ros.recording import ROSBAGS_CLASSES
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
@@ -134,6 +135,25 @@ def test_fields_of_earlier_versions_are_passed_over():
         np.testing.assert_array_equal(getattr(back, name), getattr(rows, name))
 
 
+def test_a_detection_needs_a_position_and_a_score_alone():
+    step, names = 16, ('x', 'y', 'z', 'score')
+    fields = [
+        ROSBAGS_CLASSES.field(name=name, offset=4 * k, datatype=7, count=1)
+        for k, name in enumerate(names)
+    ]
+    data = np.array([[1, 2, 0, 0.5], [3, 4, 0, 0.75]], np.float32)
+    message = broken(fields=fields, width=2, point_step=step, row_step=2 * step)
+    message.data = data.view(np.uint8).reshape(-1)
+    rows = rows_from_cloud(message, Detections)
+    np.testing.assert_array_equal(rows.position, data[:, :3])
+    np.testing.assert_array_equal(rows.score, data[:, 3])
+    np.testing.assert_allclose(rows.covariance, np.array([np.eye(2)] * 2) * 0.09)
+    assert np.isnan(rows.extent).all()
+    assert rows.member_count.tolist() == [1, 1]
+    assert not rows.template.any()
+    assert usable_rows(rows).all()
+
+
 def broken(**changes):
     """Return a good cloud of one detection with some members exchanged."""
     row = Detections.build(1, position=[[0, 0, 0]])
@@ -160,7 +180,7 @@ def fields_with(name, **changes):
 @pytest.mark.parametrize(
     ('message', 'reason'),
     [
-        (broken(fields=fields_without('box')), "lacks the field 'box'"),
+        (broken(fields=fields_without('score')), "lacks the field 'score'"),
         (broken(fields=fields_with('box', datatype=8)), 'is 4 x f8, expected 4 x f4'),
         (broken(fields=fields_with('box', datatype=99)), 'is 4 x unknown'),
         (broken(fields=fields_with('box', count=2)), 'is 2 x f4, expected 4 x f4'),

@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 from sensor_msgs.msg import CompressedImage
 
 from conftest import ROOT
@@ -55,3 +56,17 @@ def test_boxes_of_an_own_detector_are_published_and_tracked(bench, projection, t
         assert rows.score[0] == np.float32(0.9)
     bench.until(lambda: any(len(rows) for rows in tracks))
     assert bench.processes[0].poll() is None, (tmp_path / 'detector.log').read_text()
+
+
+def test_positions_with_scores_alone_are_tracked_and_tracks_are_heard(bench, tmp_path):
+    bench.make(FusionNode, cameras=['north'])
+    tracks = bench.rows(Tracks, '/tracks')
+    command = [sys.executable, ROOT / 'docs' / 'examples' / 'position_node.py', 'north']
+    path = tmp_path / 'sensor.log'
+    with path.open('w') as log:
+        bench.processes.append(subprocess.Popen(command, cwd=ROOT, stdout=log, stderr=log))
+    bench.until(lambda: ' is at ' in path.read_text(), PATIENCE_S)
+    bench.until(lambda: any(len(rows) for rows in tracks))
+    rows = next(each for each in reversed(tracks) if len(each))
+    assert np.hypot(*rows.position[0, :2]) == pytest.approx(3.0, abs=0.5)
+    assert f'{rows.track_id[0]} is at ' in path.read_text()

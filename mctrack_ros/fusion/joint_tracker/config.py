@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mctrack_ros.config import tag
+from mctrack_ros.config import parameter, tag
 from mctrack_ros.fusion.association.config import ASSOCIATION, AssociationConfig
 from mctrack_ros.fusion.columns import Column, Columns
 from mctrack_ros.fusion.config import FusionConfig
@@ -20,6 +20,11 @@ class JointConfig(FusionConfig):
     """Parameters of `JointTracker`."""
 
     tracker: str = tag('joint')
+    untrusted: str = parameter(
+        '',
+        'Cameras, separated by commas, whose detections start no track; they support those that '
+        'others started',
+    )
     motion: MotionConfig = MOTION.field()
     association: AssociationConfig = ASSOCIATION.field()
     life: LifeConfig = LifeConfig()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion.existence.evidence import Evidence
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput, feedback_of, tracks_of
@@ -65,6 +66,7 @@ class JointTracker:
             raise ValueError(f'cameras are {cameras!r}, expected at most {MAX_CAMERAS}, distinct')
         self._config = config
         self._index = {name: index for index, name in enumerate(cameras)}
+        self._may_start = _trusted(config.untrusted, cameras)
         self._motion = motion_of(config.motion)
         self._existence = Evidence(len(cameras), config)
         self._reid = Reassignment(config)
@@ -183,6 +185,8 @@ class JointTracker:
             last = np.zeros(len(self._index), np.intp)
             last[batch.cameras] = np.arange(count)
             now.left = now.left[batch.image[now.left] == last[batch.camera[now.left]]]
+        if not self._may_start.all():
+            now.left = now.left[self._may_start[batch.camera[now.left]]]
         self._manager.begin(self._table, batch, now.left, self._reid, now.tick.stamp_ns)
         if now.recorder is not None:
             now.recorder.left(now.left, self._table, batch)
@@ -273,3 +277,13 @@ def _seeing(tick: Tick) -> Tick:
         return tick
     seeing = tuple(message for message in tick.messages if not message.rows.is_blind)
     return replace(tick, messages=seeing)
+
+
+def _trusted(untrusted: str, cameras: tuple[str, ...]) -> NDArray[np.bool_]:
+    """Return which cameras, (n,), may start tracks."""
+    named = {each.strip() for each in untrusted.split(',')} - {''}
+    if unknown := sorted(named - set(cameras)):
+        raise ConfigError(
+            f'untrusted names {", ".join(unknown)}, expected cameras of {", ".join(cameras)}'
+        )
+    return np.array([name not in named for name in cameras], np.bool_)

@@ -20,7 +20,12 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from mctrack_ros.codec import cloud_from_rows, message_from_ros, rows_from_cloud
+from mctrack_ros.codec import (
+    cloud_from_rows,
+    further_fields,
+    message_from_ros,
+    rows_from_cloud,
+)
 from mctrack_ros.config import ConfigError, parameter, values_of
 from mctrack_ros.fusion import (
     FUSION,
@@ -168,6 +173,7 @@ class FusionNode(GraphNode):
             ids.close(ids.first)
             raise
         self.ids = ids
+        self.described: set[str] = set()
         self.go_on()
         self.health = {camera: stream_health(self) for camera in cameras}
         self.tracking = TrackingHealth(lambda: self.config.diagnostics)
@@ -367,6 +373,8 @@ class FusionNode(GraphNode):
         except ValueError as error:
             self.refuse(camera, f'{kind.TOPIC} of {camera} refused: {error}')
             return
+        if camera not in self.described:
+            self.note_fields(camera, kind, message)
         parts = self.joining.add(camera, part)
         if parts is None:
             return
@@ -376,6 +384,15 @@ class FusionNode(GraphNode):
         self.note_clock(camera)
         self.note_left_out()
         self.set_deadline()
+
+    def note_fields(self, camera: str, kind: type[Any], message: Any) -> None:
+        """Say once which fields of a camera are not known: a name may be misspelt."""
+        self.described.add(camera)
+        if issubclass(kind, Rows) and (further := further_fields(message, kind)):
+            self.get_logger().warning(
+                f'{camera}/{kind.TOPIC}: fields that are not known are left out: '
+                f'{", ".join(further)}'
+            )
 
     def arrival_ns(self, info: dict[str, int]) -> tuple[int, int]:
         """

@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
+from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion import JointConfig, JointTracker
 from mctrack_ros.fusion.management.config import LifeConfig
 from mctrack_ros.fusion.management.initiation import MOST_TOGETHER
@@ -655,3 +656,19 @@ def test_whom_a_slow_camera_alone_sees_is_published_without_a_break(every):
     ids = {track_id for output in outputs[first:] for track_id in published(output)}
     assert len(ids) == 1
     assert np.mean([len(published(output)) for output in outputs[first:]]) > 0.9
+
+
+def test_an_untrusted_camera_starts_nobody_but_keeps_whom_others_started():
+    pipeline = JointTracker(JointConfig(untrusted='two'), ('one', 'two'))
+    place = np.array([[0.0, 0.0]])
+    for index in range(30):
+        output = pipeline.step(tick(index, {'one': place[:0], 'two': place}))
+    assert not len(output.tracks)
+    for index in range(30, 60):
+        output = pipeline.step(tick(index, {'one': place, 'two': place}))
+    assert output.tracks.track_id.tolist() == [1]
+    for index in range(60, 120):
+        output = pipeline.step(tick(index, {'two': place}))
+    assert output.tracks.track_id.tolist() == [1]
+    with pytest.raises(ConfigError, match='untrusted names three, expected cameras of one, two'):
+        JointTracker(JointConfig(untrusted='two, three'), ('one', 'two'))

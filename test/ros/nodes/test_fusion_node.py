@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseArray, PoseStamped
+from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
@@ -30,7 +31,7 @@ from mctrack_ros.interfaces import (
 )
 from mctrack_ros.ros.nodes.fusion_node import FusionNode
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
-from mctrack_ros.ros.topics.quality import latched
+from mctrack_ros.ros.topics.quality import latched, reliable
 
 pytestmark = pytest.mark.live
 
@@ -109,6 +110,21 @@ def test_people_become_tracks_that_are_fed_back(bench):
     assert graph.feedback[-1].track_id.tolist() == graph.tracks[-1].track_id.tolist()
 
 
+def test_a_misspelt_field_is_left_out_and_said_once(bench):
+    graph = open_fusion(bench)
+    heard = bench.messages(Log, '/rosout', reliable(100))
+    bench.until(lambda: bench.observer.count_publishers('/rosout') > 1)
+    for index in (100, 101):
+        message = copy.deepcopy(cloud(seen(index)))
+        message.fields[-1].name = 'clas_id'
+        graph.detections['cam1'].publish(message)
+    health, last_ns = bench.nodes[0].health['cam1'], seen(101).stamp_ns
+    bench.until(lambda: health.last_stamp_ns == last_ns)
+    bench.until(lambda: any('clas_id' in each.msg for each in heard))
+    said = [each.msg for each in heard if 'clas_id' in each.msg]
+    assert said == ['cam1/detections: fields that are not known are left out: clas_id']
+
+
 def test_late_data_are_dropped_and_counted(bench):
     graph = open_fusion(bench)
     graph.both(range(100, 105))
@@ -152,7 +168,7 @@ def test_missed_feedback_is_on_ticks(bench):
 
 def broken_clouds():
     lacking = cloud(seen(101))
-    lacking.fields = lacking.fields[:-1]
+    lacking.fields = [field for field in lacking.fields if field.name != 'score']
     cut = cloud(seen(101))
     cut.data = cut.data[:-8]
     wrong = copy.deepcopy(cloud(seen(101)))
@@ -314,8 +330,10 @@ def test_ids_that_cannot_be_kept_are_an_error_in_the_diagnostics_and_tracking_go
 def test_diagnostics_report_each_camera(bench):
     graph = open_fusion(bench)
     reports = bench.messages(DiagnosticArray, '/diagnostics')
-    graph.both(range(100, 103))
-    bench.until(lambda: reports and reports[-1].status[0].message == 'receiving')
+    index = 100
+    while not (reports and reports[-1].status[0].message == 'receiving'):
+        graph.both([index])  # who has been silent for long when the second ends is not receiving
+        index += 1
     assert [(status.name, status.hardware_id) for status in reports[-1].status] == [
         ('/fusion_node: cam1', '/cam1'),
         ('/fusion_node: cam2', '/cam2'),
