@@ -28,7 +28,7 @@ CASES = {
         'fusion_node',
         {'fusion': {'tracker': 'none'}},
         "fusion.tracker is 'none', expected one of "
-        "['joint', 'occupancy', 'vehicles', 'likelihood_grid', 'belief']",
+        "['joint', 'occupancy', 'vehicles', 'likelihood_grid', 'belief', 'cells']",
     ),
     'wrong type': ('camera_node', {'depth': 'many'}, "depth is 'many', expected a whole number"),
     'out of range': ('camera_node', {'period': -1.0}, 'period is -1.0, expected 0.001 to 10.0'),
