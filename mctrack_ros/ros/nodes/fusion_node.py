@@ -8,6 +8,7 @@ import time
 import uuid
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -56,7 +57,12 @@ from mctrack_ros.interfaces import (
     Tracks,
 )
 from mctrack_ros.recording.track_log.provenance import provenance
-from mctrack_ros.replay.proof.state import go_on_with, replace_parameters, take_state
+from mctrack_ros.replay.proof.state import (
+    StateError,
+    go_on_with,
+    replace_parameters,
+    take_state,
+)
 from mctrack_ros.ros.health.stream_health import DiagnosticsConfig
 from mctrack_ros.ros.health.tracking_health import TrackingHealth
 from mctrack_ros.ros.interop.followed import Followed
@@ -335,7 +341,9 @@ class FusionNode(GraphNode):
         """Fuse what waits; what follows begins with the state after that."""
         self.fuse(self.batcher.flush())
         self.destroy_guard_condition(self.after_arrivals)
-        self.beginning, self.before = take_state(self.tracker).packed({}), None
+        self.before, self.beginning = None, b''
+        with suppress(StateError):  # a tracker of somebody else's may have none
+            self.beginning = take_state(self.tracker).packed({})
 
     def close(self) -> None:
         """Keep where the ids of the next run begin."""

@@ -103,9 +103,14 @@ class TrackerState:
         self._is_due |= at_once or abs(stamp_ns - self._kept_ns) >= _KEEP_NS
         if self._is_due and (self._writing is None or self._writing.done()):
             self._is_due = False
+            try:
+                taken = take_state(tracker)
+            except StateError as error:  # of a tracker of somebody else's
+                self._failure, self._path = str(error), None
+                return
             said = {'run': run, 'stamp_ns': stamp_ns, 'time_s': time.time(), 'fits': self._fits}
             self._kept_ns = stamp_ns
-            self._writing = self._writer.submit(self._write, take_state(tracker), said)
+            self._writing = self._writer.submit(self._write, taken, said)
 
     def close(self, forget: bool) -> None:
         """End the thread; forget the state if the next process is not to go on with it."""
