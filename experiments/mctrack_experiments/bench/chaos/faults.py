@@ -9,7 +9,7 @@ import signal
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -137,19 +137,17 @@ def killed_recorder(graph: LiveGraph, path: Path) -> Outcome:
 
 def read_only_disk(graph: LiveGraph) -> Outcome:
     """Record to a disk that takes nothing."""
-    with graph.recorder(_REFUSING / 'mctrack_bag') as supervisor:
+    with ExitStack() as stack:
 
-        def is_over() -> bool:
-            return 'recorder' in supervisor.codes()
-
-        def refused() -> None:
-            graph.until(is_over, 'the recorder ends')
+        def begin() -> None:
+            supervisor = stack.enter_context(graph.recorder(_REFUSING / 'mctrack_bag'))
+            graph.until(lambda: 'recorder' in supervisor.codes(), 'the recorder ends')
 
         def said_s() -> float:
             return graph.said_s(str(_REFUSING))
 
         part = 'recording/supervisor: recorder'
-        return _tried(graph, refused, part, str(_REFUSING), since=said_s)
+        return _tried(graph, begin, part, str(_REFUSING), since=said_s)
 
 
 def is_there_a_read_only_disk() -> bool:

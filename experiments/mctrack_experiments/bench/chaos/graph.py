@@ -49,7 +49,7 @@ RECORDED = ('/tracks', '/ticks', f'/{CAMERA}/image_raw/compressed')
 _GATE_M = 1.0
 _FRESH_S = 1.5
 _STEADY_S = 2.0
-"""So long ids must have been the same before something goes wrong, s."""
+"""So long all must have been well before something goes wrong, s."""
 
 
 class Said(NamedTuple):
@@ -140,7 +140,7 @@ class LiveGraph:
             If it does not become so; says what was waited for, and what the nodes said last.
 
         """
-        end_s = time.monotonic() + PATIENCE_S
+        end_s = time.monotonic() + patience_s
         while time.monotonic() < end_s:
             if found := condition():
                 return found
@@ -175,11 +175,15 @@ class LiveGraph:
         return ids
 
     def settled_after(self, part: str) -> dict[int, int]:
-        """Wait until a part was well for two reports, and ids for a while; return these."""
+        """Wait until nothing bad is said of a part, and ids are the same, for a while."""
 
         def is_well() -> bool:
-            last = [one.level for one in self.said[:] if one.name.endswith(part)][-2:]
-            return last == [0, 0] or not last
+            since_s = time.monotonic() - _STEADY_S
+            return not any(
+                one.level
+                for one in self.said[:]
+                if one.at_s > since_s and one.name.endswith(part)
+            )
 
         self.until(is_well, f'{part} is well')
         ids, since_s = self.settled(), time.monotonic()
