@@ -6,7 +6,8 @@ for each rule and data set: the score with all rules, and what changes without t
 means over runs in which every detection is moved a little at random; a change of less than two or
 three of its standard errors is luck. ``--closed-loop`` runs the cameras, too, with each rule and
 without, where feedback matters; ``--cameras`` does so for the rules of cameras, there also on
-disturbed matches (``robustness``) and on changing views (``views``).
+disturbed matches (``robustness``) and on changing views (``views``). ``--gap 5`` leaves out 5 s of
+every 10 s of the stored detections: what is lost while nobody looks.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from mctrack_experiments.datasets.stored import blinded
 from mctrack_experiments.papers.event_tracking.robustness import (
     DISTURBANCES,
     STEPPED,
@@ -47,6 +49,7 @@ from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.fusion.association import likelihood
 from mctrack_ros.fusion.existence import evidence
 from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
+from mctrack_ros.fusion.joint_tracker import pipeline as joint_pipeline
 from mctrack_ros.fusion.management import initiation, lifecycle
 from mctrack_ros.fusion.reid import lost_targets, reassignment
 from mctrack_ros.fusion.update import hidden_members, update
@@ -60,6 +63,8 @@ from mctrack_ros.replay import camera_source, workers
 
 SEEDS = range(1, 4)
 ROBUSTNESS_SEEDS, ROBUSTNESS_S = (1,), 16.0
+FIRST_GAP_S, LATER_GAP_S = 3.0, 1.7
+"""When nobody looks for the first time, and how much later in each further run, s."""
 CLOSED_PITCH = 2
 """So many matches are tracked in a closed loop."""
 
@@ -140,6 +145,9 @@ RULES = {
         'who looks like nobody decides nothing', patches={(reassignment, 'STRANGE'): 1000.0}
     ),
     'keep': Rule('an id is kept in doubt', patches={(reassignment, 'KEEP'): 0.0}),
+    'blind time': Rule(
+        'tracks outlast a time without ticks', patches={(joint_pipeline, 'BLIND_S'): math.inf}
+    ),
 }
 
 CAMERA_RULES = {
@@ -191,12 +199,14 @@ class DataSet:
     figures: Sequence[str] = FIGURES
 
 
-def stored_sets(data: Path) -> dict[str, DataSet]:
-    """Return the real data sets whose detections others made, by name."""
+def stored_sets(data: Path, gap_s: float = 0.0) -> dict[str, DataSet]:
+    """Return the real data sets whose detections others made, by name, with gaps of so many s."""
 
     def stored(each: StoredSet) -> DataSet:
         def scores(extra: Mapping[str, Any], seed: int) -> Scores:
             moved = replace(each.disturbed(seed), first=0)
+            begin_s = FIRST_GAP_S + LATER_GAP_S * seed
+            moved = replace(moved, scene=blinded(moved.scene, gap_s, begin_s))
             scored = moved.scores(moved.tracks(extra))
             return {name: float(getattr(scored, name)) for name in FIGURES}
 
@@ -378,6 +388,7 @@ def main() -> None:
     parser.add_argument('--cameras', action='store_true', help='the rules of cameras')
     parser.add_argument('--only', nargs='*', help='rules, by name')
     parser.add_argument('--on', nargs='*', help='data sets, by name')
+    parser.add_argument('--gap', type=float, default=0.0, help='nobody looks for so long, s')
     parser.add_argument('--json', type=Path, help='also write the figures here')
     arguments = parser.parse_args()
     all_rules = CAMERA_RULES if arguments.cameras else RULES
@@ -390,7 +401,7 @@ def main() -> None:
         rules = {name: rule for name, rule in rules.items() if rule.feeds_back or arguments.only}
         data_sets = closed_loops(arguments.data, arguments.cache)
     else:
-        data_sets = stored_sets(arguments.data)
+        data_sets = stored_sets(arguments.data, arguments.gap)
         if arguments.cache:
             data_sets |= pixel_sets(arguments.data, arguments.cache)
     data_sets = {

@@ -16,6 +16,9 @@ Floats = NDArray[np.float64]
 Area = tuple[tuple[float, float], tuple[float, float]]
 """The least and the largest x, and the same of y, m."""
 
+GAP_EVERY_S = 10.0
+"""From one time in which nobody looks to the next, s."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class StoredScene:
@@ -29,7 +32,7 @@ class StoredScene:
     rate : float
         Instants a second.
     detections : dict of str to list of Detections
-        By camera, one for each instant; stamped with the middle of its period.
+        By camera, one for each instant that was seen; stamped with the middle of its period.
     truth : Trajectories
         Only for the evaluation.
 
@@ -47,8 +50,9 @@ class StoredScene:
 
     def ticks(self, cameras: Iterable[str]) -> Iterator[Tick]:
         """Yield what fusion is given of some cameras, instant by instant."""
-        for index in range(len(self.frame)):
-            yield Tick.of(CameraDetections(name, self.detections[name][index]) for name in cameras)
+        names = tuple(cameras)
+        for images in zip(*(self.detections[name] for name in names), strict=True):
+            yield Tick.of(map(CameraDetections, names, images))
 
 
 def inside(position: Floats, area: Area) -> NDArray[np.bool_]:
@@ -87,6 +91,27 @@ def disturbed(scene: StoredScene, sigma: float, seed: int) -> StoredScene:
 
     moved_all = {camera: [moved(one) for one in rows] for camera, rows in scene.detections.items()}
     return replace(scene, detections=moved_all)
+
+
+def blinded(scene: StoredScene, gap_s: float, begin_s: float) -> StoredScene:
+    """
+    Take out all that was seen in a time, again and again, and the truth of that time.
+
+    Parameters
+    ----------
+    scene : StoredScene
+        As it is.
+    gap_s : float
+        How long nobody looks each time, s.
+    begin_s : float
+        When nobody looks for the first time, after the scene's start, s; then every 10 s.
+
+    """
+    after_s = np.arange(len(scene.frame)) / scene.rate - begin_s
+    is_seen = (after_s < 0) | (after_s % GAP_EVERY_S >= gap_s)
+    seen = np.flatnonzero(is_seen)
+    detections = {camera: [rows[i] for i in seen] for camera, rows in scene.detections.items()}
+    return replace(scene, detections=detections, truth=scene.truth.at_frames(scene.frame[is_seen]))
 
 
 def stamp_of(index: int, rate: float) -> int:

@@ -28,8 +28,9 @@ from mctrack_ros.interfaces import MAX_CAMERAS, RESTART_NS, Feedback, Tick
 if TYPE_CHECKING:
     from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 
-BLIND_S = 1.0
-"""From ticks that are farther apart nobody looked in between: tracks do not end meanwhile, s."""
+BLIND_S = 4.0
+"""Tracks outlast a time without ticks that is longer than this, s; after a shorter one the usual
+prediction tells who is still there from who is new."""
 
 
 class JointTracker:
@@ -145,7 +146,7 @@ class JointTracker:
         elif now.seconds < 0:
             raise ValueError(f'the tick is stamped {stamp_ns}, expected at least {last_ns}')
         else:
-            if now.seconds > BLIND_S:
+            if now.seconds > BLIND_S + period:
                 predict_unwatched(self._table, now.seconds)
                 self._table.kept_ns += round((now.seconds - period) * 1e9)
             else:

@@ -29,10 +29,10 @@ INITIAL_SPEED_SIGMA = 2.0
 FARTHEST_M = 6.0
 """Standard deviation of where somebody is whom nobody has watched for long, m: with more, whoever
 is there would rather be a new target."""
-STRAIGHT_S = 1.5
-"""How long people keep their velocity in the mean, s. Of 25 footballers whom nobody watched for
-1.5, 2.0, 2.5 and 3.0 s, 24.7, 25, 24 and 25 kept their ids, the mean of up to three gaps; in a
-straight line 24.7, 23.3, 21.7 and 20 (`bags/pitch5_detections`)."""
+STRAIGHT_S = 2.5
+"""How long people keep their velocity in the mean, s."""
+WALKING_SPEED = 1.0
+"""Standard deviation of each part of a person's velocity, m/s."""
 
 
 class Motion(Protocol):
@@ -202,7 +202,7 @@ def predict_unwatched(table: TrackTable, seconds: float) -> None:
     Predict the states of all tracks over a time in which nobody looked.
 
     After seconds nobody is where a straight line leads: velocity is an Ornstein-Uhlenbeck process
-    (Uhlenbeck and Ornstein 1930) whose variance is that of a new target. The position's variance
+    (Uhlenbeck and Ornstein 1930) with the variance of somebody who walks. The position's variance
     then grows with time, not with its third power.
 
     Parameters
@@ -214,7 +214,7 @@ def predict_unwatched(table: TrackTable, seconds: float) -> None:
 
     """
     tau, left = STRAIGHT_S, float(np.exp(-seconds / STRAIGHT_S))
-    density = 2.0 * INITIAL_SPEED_SIGMA**2 / tau
+    density = 2.0 * WALKING_SPEED**2 / tau
     moves = np.eye(2)
     place = density * tau**2 * (seconds - 2 * tau * (1 - left) + tau / 2 * (1 - left**2))
     place = min(place, FARTHEST_M**2)

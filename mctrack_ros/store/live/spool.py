@@ -22,8 +22,8 @@ _MOST_UNSAVED = 64 << 20
 """Bytes that wait in memory while the disk is full."""
 _MOST_READ = 500
 """Records that are read at once."""
-_DROPPED_SHARE = 64
-"""Where the limit is reached, every so manieth record is dropped at once, the oldest."""
+_DROPPED_PARTS = 64
+"""Where the limit is reached, the oldest of so many parts is dropped at once."""
 _OPEN = (
     'PRAGMA auto_vacuum = FULL',
     'PRAGMA locking_mode = EXCLUSIVE',
@@ -255,7 +255,7 @@ class Spool(Closing):
             ).fetchone()
             if count <= 1:
                 break
-            last = first + count // _DROPPED_SHARE
+            last = first + count // _DROPPED_PARTS
             self._delete(file, last)
         return last
 

@@ -180,9 +180,7 @@ class LiveGraph:
         def is_well() -> bool:
             since_s = time.monotonic() - _STEADY_S
             return not any(
-                one.level
-                for one in self.said[:]
-                if one.at_s > since_s and one.name.endswith(part)
+                one.level for one in self.said[:] if one.at_s > since_s and one.name.endswith(part)
             )
 
         self.until(is_well, f'{part} is well')
