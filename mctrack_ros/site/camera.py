@@ -41,8 +41,14 @@ class CameraSettings:
     )
     boxes_topic: str = parameter(
         '',
-        'topic of vision_msgs/Detection2DArray, named likewise, whose boxes a live camera node '
-        'puts on the ground in place of looking at images; empty: images',
+        'topic, named likewise, of boxes that a live camera node puts on the ground in place of '
+        'looking at images; empty: images',
+    )
+    boxes_type: str = parameter(
+        'Detection2DArray',
+        'message of boxes_topic: vision_msgs/Detection2DArray, or sensor_msgs/PointCloud2 with '
+        'the fields box (left, top, width, height, px) and score',
+        choices=('Detection2DArray', 'PointCloud2'),
     )
     image_width: int = parameter(768, 'width of the images [px]', minimum=16, maximum=16384)
     image_height: int = parameter(576, 'height of the images [px]', minimum=16, maximum=16384)

@@ -32,7 +32,7 @@ from mctrack_ros.perception.mosaic import without_faces
 from mctrack_ros.perception.output import CameraOutput
 from mctrack_ros.perception.overlay import Overlay
 from mctrack_ros.ros.health.stream_health import DiagnosticsConfig
-from mctrack_ros.ros.interop.boxes import BOXES_TYPE, detections_of
+from mctrack_ros.ros.interop.boxes import BOXES
 from mctrack_ros.ros.interop.camera_frames import CameraFrames
 from mctrack_ros.ros.node.camera_health import ImageHealth, PoseHealth
 from mctrack_ros.ros.node.diagnostics import Diagnostics, Health, stream_health
@@ -153,8 +153,9 @@ class CameraNode(GraphNode):
         self.subscribe(PointCloud2, feedback, self.on_feedback, quality.reliable(10))
         images, received = quality.images(self.config.reliable, self.config.depth), self.on_image
         if self.config.settings.boxes_topic:
-            topic, kind = self.boxes_topic(), message_class(BOXES_TYPE)
-            received, self.mapping = self.on_boxes, self.config.settings.mapping()
+            topic, received = self.boxes_topic(), self.on_boxes
+            name, self.detections_of = BOXES[self.config.settings.boxes_type]
+            kind, self.mapping = message_class(name), self.config.settings.mapping()
         self.create_subscription(kind, topic, received, images)
         before_ns = self.health.last_stamp_ns
         warn_of_silence(self, topic, lambda: self.health.last_stamp_ns != before_ns)
@@ -184,7 +185,7 @@ class CameraNode(GraphNode):
         self.health.arrived(stamp_ns, self.get_clock().now().nanoseconds)
         try:
             self.check_stamp(stamp_ns)
-            detections = detections_of(message, self.mapping)
+            detections = self.detections_of(message, self.mapping)
         except ValueError as error:
             self.refuse(f'boxes refused: {error}')
             return
