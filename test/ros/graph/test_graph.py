@@ -30,6 +30,7 @@ from mctrack_ros.ros.graph.graph import (
 )
 from mctrack_ros.ros.graph.site_graph import awaited_topics, site_nodes
 from mctrack_ros.ros.graph.supervise import Supervisor
+from mctrack_ros.ros.nodes.fusion_node import FusionNode
 from mctrack_ros.ros.nodes.simulator_node import SimulatorNode
 from mctrack_ros.site.site import load_site
 from walker import PERIOD_NS, SIZE, walker_message
@@ -139,6 +140,16 @@ def test_what_is_neither_true_nor_false_is_refused(text):
 
 def test_own_detections_need_no_camera_nodes(site):
     assert [node.name for node in site_nodes(site, own_detections=True)] == ['fusion']
+
+
+@pytest.mark.live
+def test_a_parameter_file_that_is_given_goes_before_what_the_site_says(bench, site, tmp_path):
+    own = tmp_path / 'own.yaml'
+    own.write_text(yaml.safe_dump({'/**': {'ros__parameters': {'obstacle_height': 1.75}}}))
+    written = site_nodes(site)[0].write(tmp_path)
+    bench.open('--params-file', str(written), '--params-file', str(own))
+    config = bench.add(FusionNode()).config
+    assert (config.obstacle_height, config.cameras) == (1.75, CAMERAS)
 
 
 @pytest.mark.live

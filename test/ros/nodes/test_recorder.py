@@ -4,21 +4,24 @@ import json
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 import rclpy
 import yaml
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Goals
+from rcl_interfaces.srv import SetParameters
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import QosHistory
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 from std_msgs.msg import String
 
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
-from mctrack_ros.interfaces import Detections
+from mctrack_ros.interfaces import Detections, Ticks
 from mctrack_ros.recording import PARAMETERS, BagReader, attachments
 from mctrack_ros.recording.track_log.log import RECORDING
 from mctrack_ros.replay.proof.verify import verify_bag
@@ -352,6 +355,56 @@ def test_a_recorded_graph_is_replayed_to_the_same_tracks(bench, tmp_path):
     assert verdict.compared == verdict.ticks
     parameters = attachments(bag)[PARAMETERS].decode()
     assert 'cameras:' in parameters
+
+
+def test_a_graph_is_replayed_to_the_same_over_a_restart_of_fusion_and_another_threshold(
+    bench, tmp_path
+):
+    bench.make(Recorder, path=str(tmp_path / 'bag'))
+    (recorder,) = bench.nodes
+    ticks, sites = bench.rows(Ticks, '/ticks'), bench.messages(String, '/site', latched())
+    names, index = ('one', 'two'), 0
+    publishers = [
+        bench.observer.create_publisher(PointCloud2, f'/{name}/detections', 10) for name in names
+    ]
+
+    def walk():
+        nonlocal index
+        place = [[0.04 * index, 2.0, 0.0], [5.0, -0.02 * index, 0.0]]
+        stamp_ns = 1_700_000_000 * 10**9 + index * 40_000_000
+        rows = Detections.build(stamp_ns, position=place, covariance=[[[0.01, 0], [0, 0.01]]] * 2)
+        index += 1
+        for publisher in publishers:
+            publisher.publish(cloud_from_rows(rows, RCLPY_CLASSES, 'map'))
+
+    def heard(topic):
+        return recorder.sources[topic].received if topic in recorder.sources else 0
+
+    def follow():
+        for _ in range(30):
+            bench.answer(walk, ticks)
+
+    for life in range(2):
+        process = bench.spawn('fusion_node', cameras=list(names), resume=300.0)
+        bench.until(lambda life=life: heard('/site') == len(sites) == 1 + 2 * life)
+        listened = time.monotonic() + 1.0  # to /ticks, too
+        bench.until(lambda listened=listened: time.monotonic() > listened)
+        follow()
+        parameter = Parameter('fusion.life.report_time', value=0.3 + 0.1 * life).to_parameter_msg()
+        client = bench.observer.create_client(SetParameters, '/fusion_node/set_parameters')
+        assert client.wait_for_service(30.0)
+        answer = client.call_async(SetParameters.Request(parameters=[parameter]))
+        bench.until(answer.done)
+        assert answer.result().results[0].successful
+        bench.until(lambda life=life: len(sites) == 2 + 2 * life)
+        follow()
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    bench.until(lambda: heard('/ticks') == len(ticks))
+    recorder.trigger_shutdown()
+    verdict, _ = verify_bag(tmp_path / 'bag')
+    assert verdict.is_same, verdict.line()
+    assert verdict.compared == verdict.ticks == len(ticks)
 
 
 def attached(recorder):
