@@ -7,7 +7,8 @@ means over runs in which every detection is moved a little at random; a change o
 three of its standard errors is luck. ``--closed-loop`` runs the cameras, too, with each rule and
 without, where feedback matters; ``--cameras`` does so for the rules of cameras, there also on
 disturbed matches (``robustness``) and on changing views (``views``). ``--gap 5`` leaves out 5 s of
-every 10 s of the stored detections: what is lost while nobody looks.
+every 10 s of the stored detections: what is lost while nobody looks. ``--cells`` is about the
+fusion of cells: the cameras of the stored detections in two cells, and simulated sites.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from mctrack_experiments.bench.cells.bench import site_figures
 from mctrack_experiments.datasets.stored import blinded
 from mctrack_experiments.papers.event_tracking.robustness import (
     DISTURBANCES,
@@ -43,10 +45,13 @@ from mctrack_experiments.pixel_scenes import (
     terrace_videos,
 )
 from mctrack_experiments.pixel_scenes import disturbed as disturbed_ticks
+from mctrack_experiments.real.stored_cells import track_in_cells
 from mctrack_experiments.real.stored_detections import DATA_SETS, DISTURBANCE_M, StoredSet
 from mctrack_experiments.scenarios.changing_views import SCENES, score, tracked
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.fusion.association import likelihood
+from mctrack_ros.fusion.cells import links, members
+from mctrack_ros.fusion.cells import pipeline as cell_pipeline
 from mctrack_ros.fusion.existence import evidence
 from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
 from mctrack_ros.fusion.joint_tracker import pipeline as joint_pipeline
@@ -65,6 +70,8 @@ SEEDS = range(1, 4)
 ROBUSTNESS_SEEDS, ROBUSTNESS_S = (1,), 16.0
 FIRST_GAP_S, LATER_GAP_S = 3.0, 1.7
 """When nobody looks for the first time, and how much later in each further run, s."""
+CELL_SEEDS = range(1, 4)
+"""Of simulated sites of cells; `bench cells` has others."""
 CLOSED_PITCH = 2
 """So many matches are tracked in a closed loop."""
 
@@ -174,6 +181,26 @@ CAMERA_RULES = {
     'first pass': Rule(
         'the background of a recording is learned beforehand',
         patches={(camera_source, 'plate_of'): lambda task: None},
+    ),
+}
+
+CELL_RULES = {
+    'hold': Rule("a link of a cell's track is kept in doubt", patches={(links, 'HOLD'): 0.0}),
+    'memory': Rule('the evidence of a link is averaged', patches={(links, 'MEMORY_S'): 1e-6}),
+    'decide': Rule(
+        'who comes up beside known targets waits until it is decided who it is',
+        patches={(links, 'DECIDE_S'): 0.0},
+    ),
+    'limit': Rule('one bad state decides nothing', patches={(links, 'LIMIT'): 400.0}),
+    'suspects': Rule(
+        'a cell whose track has jumped is the first to be wrong',
+        patches={(links, 'SUSPECT_S'): 0.0},
+    ),
+    'speed error': Rule(
+        'velocities of cells err beyond their covariance', patches={(members, 'SPEED_SIGMA'): 0.0}
+    ),
+    'joining': Rule(
+        'two targets of one person become one', patches={(cell_pipeline, 'JOIN_M'): 0.0}
     ),
 }
 
@@ -290,6 +317,26 @@ def changing_scenes() -> dict[str, DataSet]:
     }
 
 
+def cell_sets(data: Path) -> dict[str, DataSet]:
+    """Return sites of cells: the real data sets with their cameras in two, and simulated ones."""
+
+    def stored(each: StoredSet) -> DataSet:
+        def scores(_: Mapping[str, Any], seed: int) -> Scores:
+            moved = replace(each.disturbed(seed), first=0)
+            tracks = track_in_cells(moved.scene).at_frames(moved.scene.truth.frame)
+            scored = moved.scores(tracks.select(moved.counts(tracks.position)))
+            return {name: float(getattr(scored, name)) for name in FIGURES}
+
+        return DataSet(SEEDS, scores)
+
+    def simulated(_: Mapping[str, Any], seed: int) -> Scores:
+        values = site_figures(seed)
+        return {name: values[f'cells.{name}'] for name in FIGURES}
+
+    found = {f'{name}, two cells': stored(open_set(data)) for name, open_set in DATA_SETS.items()}
+    return found | {'sites of 4 to 8 cells': DataSet(CELL_SEEDS, simulated)}
+
+
 @contextlib.contextmanager
 def left_out(rule: Rule) -> Iterator[Mapping[str, Any]]:
     """Leave a rule out, in processes that are forked, too; yield the settings that do so."""
@@ -386,17 +433,20 @@ def main() -> None:
     parser.add_argument('--cache', type=Path, help='folder for what cameras make of pixels')
     parser.add_argument('--closed-loop', action='store_true', help='run the cameras each time')
     parser.add_argument('--cameras', action='store_true', help='the rules of cameras')
+    parser.add_argument('--cells', action='store_true', help='the rules of the fusion of cells')
     parser.add_argument('--only', nargs='*', help='rules, by name')
     parser.add_argument('--on', nargs='*', help='data sets, by name')
     parser.add_argument('--gap', type=float, default=0.0, help='nobody looks for so long, s')
     parser.add_argument('--json', type=Path, help='also write the figures here')
     arguments = parser.parse_args()
-    all_rules = CAMERA_RULES if arguments.cameras else RULES
+    all_rules = CAMERA_RULES if arguments.cameras else CELL_RULES if arguments.cells else RULES
     rules = {
         name: rule for name, rule in all_rules.items() if name in (arguments.only or all_rules)
     }
     if arguments.cameras:
         data_sets = closed_loops(arguments.data, arguments.cache) | changing_scenes()
+    elif arguments.cells:
+        data_sets = cell_sets(arguments.data)
     elif arguments.closed_loop:
         rules = {name: rule for name, rule in rules.items() if rule.feeds_back or arguments.only}
         data_sets = closed_loops(arguments.data, arguments.cache)

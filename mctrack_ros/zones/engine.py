@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from base64 import b64decode, b64encode
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,13 +53,26 @@ class ZoneEngine:
     """
 
     def __init__(self, zones: Zones) -> None:
-        self._sides = Sides(zones)
+        self._sides, self._described = Sides(zones), zones.described()
         self._zones, self._lines = len(zones.zones), len(zones.lines)
         self._dwell_ns = np.array([round(1e9 * each.dwell_s) for each in zones.zones], np.int64)
         self._limit = np.array([each.limit for each in zones.zones], np.int64)
         self._lives = _blank(self._zones, self._lines)
         self._counts = np.zeros(self._zones, np.int64)
         self._stamp_ns = 0
+
+    def memory(self) -> dict[str, Any]:
+        """Return all that is known of tracks, as plain values; see `remember`."""
+        lives = b64encode(self._lives.tobytes()).decode()
+        return {'zones': self._described, 'stamp_ns': self._stamp_ns, 'lives': lives}
+
+    def remember(self, memory: Mapping[str, Any]) -> None:
+        """Go on with what another engine knew of tracks; if it had other zones, with nothing."""
+        if memory['zones'] != self._described:
+            return
+        known = np.frombuffer(b64decode(memory['lives']), self._lives.dtype)
+        self._lives, self._stamp_ns = known.copy(), int(memory['stamp_ns'])
+        self._counts = (known['inside'] == 1).sum(axis=0)
 
     def added(self, tracks: Tracks, events: Events) -> Events:
         """Return fusion's events of a tick, and behind them its zone events; see `step`."""

@@ -1,5 +1,6 @@
 """Zone events tick after tick."""
 
+import json
 from itertools import pairwise
 
 import numpy as np
@@ -312,3 +313,20 @@ def test_a_decided_side_is_the_true_one_while_noise_is_within_the_band(seed):
     if len(sure):
         ends = np.sign(truth[sure[[0, -1]]])
         assert len(crossed) % 2 == int(ends[0] != ends[1])
+
+
+def test_an_engine_that_remembers_what_another_knew_tells_what_that_one_would():
+    site = Site()
+    for x in (-1.0, -0.2, 0.2, 3.0):
+        site.step({7: x, 8: -x})
+    memory = json.loads(json.dumps(site.engine.memory()))
+    later, other = Site(), Site(Zones((Zone('yard', SQUARE),)))
+    for each in (later, other):
+        each.engine.remember(memory)
+        each.tick = site.tick
+    for x in (4.0, 1.0, -1.0, -2.0):
+        assert site.step({7: x, 8: -x}) == later.step({7: x, 8: -x})
+        other.step({7: x, 8: -x})
+    assert ('LEAVE_ZONE', 7, 1) in later.told
+    assert ('ENTER_ZONE', 7, 1) not in later.told
+    assert ('ENTER_ZONE', 7, 1) in other.told

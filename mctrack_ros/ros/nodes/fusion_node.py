@@ -32,7 +32,6 @@ from mctrack_ros.fusion import (
     FUSION,
     START_TOPIC,
     FusionConfig,
-    FusionOutput,
     Joining,
     Startable,
     Views,
@@ -281,6 +280,7 @@ class FusionNode(GraphNode):
         self.run = '' if self.before is None else self.before.run
         if self.before is not None:
             go_on_with(self.tracker, self.before.data, self.ids.first)
+            self.zone_engine.remember(self.before.zones)
             self.batcher.go_on_after(self.before.stamp_ns)
 
     def open_ids(self) -> TrackIds:
@@ -477,7 +477,7 @@ class FusionNode(GraphNode):
                 self.send(self.decisions, recorder.explanation.decisions)
             self.tracking.published(output, self.get_clock().now().nanoseconds)
             self.count(tick)
-            self.keep(output)
+            self.keep(output.tracks, at_once=len(events) > 0)
             if self.motion_clocks is not None:
                 self.motion_clocks.add(tick, output.tracks)
             self.note_masks(output.left_out)
@@ -486,13 +486,13 @@ class FusionNode(GraphNode):
             if pose := self.followed.pose(output.tracks, output.events, frame):
                 self.pose.publish(pose)
 
-    def keep(self, output: FusionOutput) -> None:
-        """Keep the tracker's state for a restart, and say how long the last one took."""
-        stamp_ns = output.tracks.stamp_ns
+    def keep(self, tracks: Tracks, at_once: bool) -> None:
+        """Keep the state for a restart, and say how long the last one took."""
+        stamp_ns = tracks.stamp_ns
         if self.before is not None and self.state.blind_s is None:
-            said = self.state.went_on(self.before, stamp_ns, len(output.tracks))
+            said = self.state.went_on(self.before, stamp_ns, len(tracks))
             self.get_logger().warning(said)
-        self.state.keep(self.tracker, self.run, stamp_ns, at_once=len(output.events) > 0)
+        self.state.keep(self.tracker, self.zone_engine, self.run, stamp_ns, at_once)
 
     def changed(self, names: set[str], before: FusionNodeConfig) -> None:
         """Follow somebody else, or track by other thresholds, from now on."""

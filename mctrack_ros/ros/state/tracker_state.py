@@ -14,6 +14,7 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from mctrack_ros.fusion.trackers import FusionTracker
 from mctrack_ros.replay.proof.state import StateError, TakenState, stated, take_state
+from mctrack_ros.zones.engine import ZoneEngine
 
 _KEEP_NS = 500_000_000
 """So old is what is kept at most, if nothing happens: people walk 0.7 m in that time."""
@@ -34,12 +35,15 @@ class Kept:
         What the run was called.
     stamp_ns : int
         Of its last tick, ns.
+    zones : dict
+        What was known of tracks in zones, as `ZoneEngine.memory` returns it.
 
     """
 
     data: bytes
     run: str
     stamp_ns: int
+    zones: dict[str, Any]
 
 
 class TrackerState:
@@ -86,7 +90,7 @@ class TrackerState:
             age_s = time.time() - float(said['time_s'])
             if said['fits'] != self._fits or not -1.0 <= age_s <= self._longest_s:
                 return None
-            return Kept(data, str(said['run']), int(said['stamp_ns']))
+            return Kept(data, str(said['run']), int(said['stamp_ns']), said['zones'])
         except (OSError, StateError, LookupError, TypeError, ValueError):
             return None  # there is none that can be read: a new run begins
 
@@ -96,7 +100,9 @@ class TrackerState:
         self._went_on_s, self._tracks = time.monotonic(), tracks
         return self._told()
 
-    def keep(self, tracker: FusionTracker, run: str, stamp_ns: int, at_once: bool) -> None:
+    def keep(
+        self, tracker: FusionTracker, zones: ZoneEngine, run: str, stamp_ns: int, at_once: bool
+    ) -> None:
         """Keep the state after a tick: now and then, or at once."""
         if self._path is None:
             return
@@ -109,6 +115,7 @@ class TrackerState:
                 self._failure, self._path = str(error), None
                 return
             said = {'run': run, 'stamp_ns': stamp_ns, 'time_s': time.time(), 'fits': self._fits}
+            said |= {'zones': zones.memory()}
             self._kept_ns = stamp_ns
             self._writing = self._writer.submit(self._write, taken, said)
 

@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 import pytest
+import yaml
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseArray, PoseStamped
 from rcl_interfaces.msg import Log
@@ -253,8 +254,12 @@ def test_a_killed_node_that_starts_again_uses_no_id_twice(bench):
     assert min(used[1]) > 1
 
 
-def test_a_killed_node_goes_on_with_its_tracks_and_says_how_long_it_was_blind(bench):
+def test_a_killed_node_goes_on_with_its_tracks_and_says_how_long_it_was_blind(bench, tmp_path):
     bench.open()
+    site = tmp_path / 'site.yaml'
+    corners = [[-5, 0], [5, 0], [5, 9], [-5, 9]]
+    site.write_text(yaml.safe_dump({'zones': {'hall': {'corners': corners}}}))
+    told_of = bench.rows(Events, '/events')
     sites = bench.messages(String, '/site', latched())
     reports = bench.messages(DiagnosticArray, '/diagnostics')
 
@@ -263,7 +268,7 @@ def test_a_killed_node_goes_on_with_its_tracks_and_says_how_long_it_was_blind(be
 
     used = []
     for life in range(2):
-        process = bench.spawn('fusion_node', cameras=CAMERAS, resume=300.0)
+        process = bench.spawn('fusion_node', cameras=CAMERAS, resume=300.0, site=str(site))
         graph = Cameras(bench)
         index = 100 * (life + 1)
         for _ in range(20):
@@ -273,6 +278,8 @@ def test_a_killed_node_goes_on_with_its_tracks_and_says_how_long_it_was_blind(be
         process.send_signal(signal.SIGKILL)
         process.wait()
     assert used == [{1}, {1}]
+    entered = [rows.event == EventCode.ENTER_ZONE for rows in told_of]
+    assert sum(each.sum() for each in entered) == 1  # it knows who was in the zone, too
     assert re.match(r'was blind for \d+\.\d\d s: 1 tracks went on', told()[-1].message)
     assert told()[-1].level == DiagnosticStatus.WARN
     assert told()[-1].message in bench.log('fusion_node')

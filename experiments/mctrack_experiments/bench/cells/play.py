@@ -94,10 +94,10 @@ def play_cells(site: CellSite, seed: int) -> tuple[list[Process], list[Arrival]]
     return processes, sorted(arrivals, key=lambda each: (each.arrival_ns, each.cell))
 
 
-def play_site(arrivals: Sequence[Arrival], cells: int) -> Process:
-    """Let the fusion of cells track what they report."""
-    names = tuple(f'cell{cell}' for cell in range(cells))
-    fused, batcher = _process(CellsConfig(), names), open_batcher(CellsConfig(), names)
+def play_site(arrivals: Sequence[Arrival], cells: int, tick_s: float = TICK_S) -> Process:
+    """Let the fusion of cells track what they report, at ticks so far from each other, s."""
+    names, config = tuple(f'cell{cell}' for cell in range(cells)), timed(CellsConfig(), tick_s)
+    fused, batcher = Process(open_fusion(config, names)), open_batcher(config, names)
     for each in arrivals:
         now_ns = each.arrival_ns
         for tick in batcher.add(names[each.cell], each.report, now_ns, now_ns):
@@ -125,9 +125,13 @@ def play_one(site: CellSite, seed: int) -> Process:
     return process
 
 
+def timed(config: FusionConfig, tick_s: float = TICK_S) -> FusionConfig:
+    """Return parameters with ticks so far from each other, s."""
+    return replace(config, batching=replace(config.batching, period=tick_s))
+
+
 def _process(config: FusionConfig, names: tuple[str, ...]) -> Process:
-    timed = replace(config, batching=replace(config.batching, period=TICK_S))
-    return Process(open_fusion(timed, names))
+    return Process(open_fusion(timed(config), names))
 
 
 def _cameras(site: CellSite, cell: int, seed: int) -> SyntheticCameras:
