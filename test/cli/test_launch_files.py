@@ -18,6 +18,8 @@ from mctrack_ros.cli.launch_files import (
 )
 from mctrack_ros.cli.launch_xml import FILES, write_launch_xml
 from mctrack_ros.config import ConfigError
+from mctrack_ros.resources import config_file
+from mctrack_ros.ros.graph.launch_actions import moved_topics
 
 LAUNCH = Path(__file__).resolve().parents[2] / 'launch'
 
@@ -84,6 +86,15 @@ def test_a_simulation_has_its_seed():
     specs, _ = simulation_specs(given(SIMULATION, seed='7'))
     assert specs[-1].executable == 'simulator_node'
     assert specs[-1].parameters['seed'] == 7
+
+
+def test_rviz_shows_the_topics_of_a_namespace():
+    view = config_file('mctrack.rviz').read_text()
+    moved = dict(moved_topics(view, '/hall'))
+    assert moved['/tf_static'] == '/hall/tf_static'
+    assert moved['/tracks/markers'] == '/hall/tracks/markers'
+    assert moved['/cam1/debug_image'] == '/hall/cam1/debug_image'
+    assert moved_topics(view, '') == []
 
 
 @pytest.mark.parametrize(('name', 'value'), [('stream', 'http'), ('use_sim_time', 'maybe')])

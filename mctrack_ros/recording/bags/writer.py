@@ -45,7 +45,7 @@ ROSBAGS_CLASSES = MessageClasses(
 
 _SUFFIXES = {'mcap': '.mcap', 'sqlite3': '.db3'}
 _LATCHED_KEPT = 10
-"""So many messages of a latched topic are repeated where nobody knows how many it keeps."""
+"""So many messages of a latched topic are repeated of a publisher that does not say its depth."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +85,14 @@ class _Topic:
     offered: list[Qos]
     kept: deque[bytes] | None
     count: int = 0
+
+    def follow(self, offered: Sequence[Qos]) -> None:
+        """Keep as many messages as all publishers of the topic do together, now that they are."""
+        if self.kept is None:
+            return
+        depth = sum(each.depth or _LATCHED_KEPT for each in offered)
+        if depth > (self.kept.maxlen or 0):
+            self.kept = deque(self.kept, maxlen=depth)
 
 
 class BagWriter(Closing):
@@ -189,8 +197,8 @@ class BagWriter(Closing):
         definition : TypeDefinition, optional
             Of its type; unless given, what rosbags knows.
         offered : sequence of Qos
-            What the topic's publishers offer; as the definition, it counts with the topic's first
-            message.
+            What the topic's publishers offer. What is stated of the topic is that of its first
+            message; of a latched one, as much is repeated as all publishers keep.
 
         Raises
         ------
@@ -204,6 +212,7 @@ class BagWriter(Closing):
         known = self._topics.get(topic)
         if known is None:
             known = self._add(topic, kind, definition, offered)
+        known.follow(offered)
         if self._is_full(time_ns):
             self._split(time_ns)
         self._put(topic, known, time_ns, data)
@@ -283,8 +292,7 @@ class BagWriter(Closing):
         if self._definitions.setdefault(kind, definition) != definition:
             raise BagError(f'{self.path}: {topic} has another definition of {kind!r}')
         is_latched = any(each.durability is QosDurability.TRANSIENT_LOCAL for each in offered)
-        depth = max((each.depth for each in offered), default=0) or _LATCHED_KEPT
-        kept = deque[bytes](maxlen=depth) if is_latched and self._splits else None
+        kept = deque[bytes](maxlen=0) if is_latched and self._splits else None
         known = _Topic(kind, definition, list(offered), kept)
         self._topics[topic] = known
         return known

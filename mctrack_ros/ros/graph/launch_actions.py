@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from mctrack_ros.resources import config_file
 from mctrack_ros.ros.graph.graph import ENVIRONMENT, NodeSpec, truth_of
+from mctrack_ros.ros.graph.supervise import BAD_CONFIGURATION
 from mctrack_ros.site.names import namespace_of
 
 Arguments = Mapping[str, tuple[str | None, str]]
@@ -68,8 +71,13 @@ def _performed(arguments: Arguments, context: Any) -> dict[str, str]:
 
 
 def _actions(specs: list[NodeSpec], why: str, values: Values) -> list[Any]:
-    """Return the actions that start nodes; the launch ends with a node that ends the graph."""
-    from launch.actions import LogInfo, Shutdown
+    """
+    Return the actions that start nodes.
+
+    The launch ends with a node that ends the graph, and with one whose configuration is wrong: no
+    further start would help.
+    """
+    from launch.actions import LogInfo
     from launch.logging import launch_config
     from launch_ros.actions import Node
 
@@ -92,11 +100,35 @@ def _actions(specs: list[NodeSpec], why: str, values: Values) -> list[Any]:
                 ros_arguments=['--log-level', values['log_level']],
                 respawn=respawn and spec.restart,
                 respawn_delay=1.0,
-                on_exit=[Shutdown()] if spec.ends else None,
+                on_exit=partial(_after, spec),
                 output='screen',
             )
         )
     if truth_of('rviz', values['rviz']):
-        view = ['-d', str(config_file('mctrack.rviz'))]
-        made.append(Node(package='rviz2', executable='rviz2', namespace=namespace, arguments=view))
+        view = config_file('mctrack.rviz')
+        made.append(
+            Node(
+                package='rviz2',
+                executable='rviz2',
+                namespace=namespace,
+                arguments=['-d', str(view)],
+                parameters=[{'use_sim_time': bool(specs[0].parameters.get('use_sim_time'))}],
+                remappings=moved_topics(view.read_text('utf-8'), namespace),
+            )
+        )
     return made
+
+
+def moved_topics(view: str, namespace: str) -> list[tuple[str, str]]:
+    """Return the topics that a view of RViz shows, and their names in a namespace."""
+    topics = ['/tf', '/tf_static', *re.findall(r'Value: (/\S+)', view)] if namespace else []
+    return [(topic, f'{namespace}{topic}') for topic in topics]
+
+
+def _after(spec: NodeSpec, event: Any, _: Any) -> list[Any]:
+    """Return what follows the end of a node's process."""
+    from launch.actions import Shutdown
+
+    if event.returncode == BAD_CONFIGURATION:
+        return [Shutdown(reason=f'{spec.name} cannot start: see what it says')]
+    return [Shutdown()] if spec.ends else []

@@ -1,4 +1,4 @@
-"""A camera's place and lens as other packages know them: ``/tf_static`` and ``camera_info``."""
+"""A camera's place and lens as other packages know them: ``tf_static`` and ``camera_info``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mctrack_ros.ros.topics.quality import latched
 
 Floats = NDArray[np.float64]
 
-TF_STATIC, TF_TYPE = '/tf_static', 'tf2_msgs/msg/TFMessage'
+TF_STATIC, TF_TYPE = 'tf_static', 'tf2_msgs/msg/TFMessage'
 OPTICAL_IN_LINK = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """Axes of an optical frame (right, down, forward) in a body's (forward, left, up): REP-103."""
 
@@ -26,8 +26,9 @@ class CameraFrames:
     """
     Publishes where a camera stands and what its lens does, once, for those that come later too.
 
-    ``/tf_static`` leads from the ground frame to ``<camera>_link`` and on to
-    ``<camera>_optical_frame``, the frame of its images.
+    ``tf_static`` leads from the ground frame to ``<camera>_link`` and on to
+    ``<camera>_optical_frame``, the frame of its images. It is in the node's namespace: two sites
+    may have cameras of the same names, and each has its own ground.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ class CameraNodeConfig:
     blur: bool = parameter(True, 'make people in debug_image unrecognisable', at_run_time=True)
     frames: bool = parameter(
         True,
-        "publish the camera's place on /tf_static and its lens on camera_info, from the "
+        "publish the camera's place on tf_static and its lens on camera_info, from the "
         "calibration; false where the camera's driver or a robot description does",
     )
     diagnostics: DiagnosticsConfig = DiagnosticsConfig()

@@ -26,17 +26,17 @@ def tracks(index):
     return Tracks.build(index * STEP_NS, position=rng.normal(size=(2, 3)), track_id=[1, index + 2])
 
 
+def said(text):
+    """Return the type of a text's message, and its bytes."""
+    size = (len(text) + 1).to_bytes(4, 'little')
+    return 'std_msgs/msg/String', b'\0\1\0\0' + size + text.encode() + b'\0'
+
+
 def write(path, count, storage=PACKED):
     """Write a latched text and then tracks, each second of them flushed."""
     with BagWriter(path, storage=storage) as writer:
         writer.attach({'notes/one.txt': b'one'}, 'text/plain')
-        writer.write_serialized(
-            '/site',
-            'std_msgs/msg/String',
-            b'\0\1\0\0\2\0\0\0{\0',
-            0,
-            offered=[reliable(1, latched=True)],
-        )
+        writer.write_serialized('/site', *said('{'), 0, offered=[reliable(1, latched=True)])
         for index in range(count):
             writer.write_rows('/tracks', tracks(index), 'map')
             if index % 2:
@@ -98,6 +98,20 @@ def test_each_file_of_a_split_bag_begins_with_what_is_latched(tmp_path, kind, li
     with BagReader(bag) as reader:
         assert reader.count('/site') == len(files)
         assert reader.duration_s == pytest.approx(1.1)
+
+
+def test_what_each_of_many_publishers_has_latched_begins_each_file(tmp_path):
+    with BagWriter(tmp_path / 'bag', storage=Storage('mcap', True, most_ns=STEP_NS)) as bag:
+        offered = []
+        for camera in range(12):
+            offered.append(reliable(1, latched=True))
+            bag.write_serialized('/frames', *said(f'cam{camera:02}'), camera, offered=offered)
+        for index in range(3):
+            bag.write_rows('/tracks', tracks(index), 'map', 100 + index * STEP_NS)
+    *_, last = sorted((tmp_path / 'bag').glob('bag_*'))
+    with BagReader(last) as reader:
+        names = [message.data for _, message, _ in reader.messages(['/frames'])]
+    assert names == [f'cam{camera:02}' for camera in range(12)]
 
 
 def test_finished_files_of_a_split_bag_take_no_memory(tmp_path):

@@ -96,7 +96,7 @@ def loss(graph: LiveGraph) -> Outcome:
 def clock(graph: LiveGraph) -> Outcome:
     """Set a camera's clock back by 1 s."""
     with _wrong(graph, Wrong(ahead_s=-1.0)) as begin:
-        return _tried(graph, begin, f'fusion: {_BEHIND}', '')
+        return _tried(graph, begin, f'fusion: {_BEHIND} clock', '')
 
 
 def full_disk(graph: LiveGraph, path: Path) -> Outcome:
@@ -113,26 +113,30 @@ def full_disk(graph: LiveGraph, path: Path) -> Outcome:
             return 'recorder' in supervisor.codes()
 
         found = _tried(graph, begin, 'recorder: node', 'File too large', is_over)
-    return _counted(found, graph, path, 0.0)
+    return _counted(found, graph, path, graph.said_s('File too large'))
 
 
 def killed_recorder(graph: LiveGraph, path: Path) -> Outcome:
     """Kill the recorder with -9."""
     with graph.recorder(path) as supervisor:
         _recording(graph)
-        number = supervisor.pids()['recorder']
+        number, killed_s = supervisor.pids()['recorder'], list[float]()
+
+        def begin() -> None:
+            killed_s.append(time.monotonic())
+            os.kill(number, signal.SIGKILL)
 
         def is_over() -> bool:
             return 'recorder' in supervisor.codes()
 
         found = _tried(
             graph,
-            lambda: os.kill(number, signal.SIGKILL),
+            begin,
             'recording/supervisor: recorder',
             'ended with -9',
             is_over,
         )
-    return _counted(found, graph, path, _FLUSHED_S)
+    return _counted(found, graph, path, killed_s[0])
 
 
 def read_only_disk(graph: LiveGraph) -> Outcome:
@@ -172,15 +176,15 @@ def shutdown_s(graph: LiveGraph, node: str, number: signal.Signals) -> float:
     return ended_s
 
 
-def _counted(found: Outcome, graph: LiveGraph, path: Path, not_flushed_s: float) -> Outcome:
-    """Count what a bag lacks of the tracks that others heard while it was recorded."""
+def _counted(found: Outcome, graph: LiveGraph, path: Path, ended_s: float) -> Outcome:
+    """Count what a bag lacks of the tracks that others heard until shortly before its end."""
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', CutBagWarning)  # it was cut on purpose
         bag = BagReader(path)
     with bag:
         stamps = {rows.stamp_ns for rows, _ in bag.rows('/tracks', Tracks)}
     heard = [rows.stamp_ns for rows in graph.tracks[:]]
-    last_ns = max(stamps) - round(not_flushed_s * 1e9)
+    last_ns = time.time_ns() - round((time.monotonic() - ended_s + _FLUSHED_S) * 1e9)
     lost = [each for each in heard if min(stamps) <= each <= last_ns and each not in stamps]
     return found._replace(lost=len(lost))
 
