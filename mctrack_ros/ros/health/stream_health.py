@@ -64,6 +64,13 @@ class RateLevels:
     error: float = parameter(
         0.5, 'The same for an error', minimum=0.0, maximum=1.0, at_run_time=True
     )
+    expected: float = parameter(
+        0.0,
+        'Rate that is expected; 0: the highest that the stream has kept so far [Hz]',
+        minimum=0.0,
+        maximum=1000.0,
+        at_run_time=True,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +146,8 @@ class StreamHealth:
         The same at the last report.
     disorder : dict of str to int
         Messages since the start that came twice, or after later ones.
+    shortest_ns : float
+        Interval of the stream at its fastest, ns; NaN: not known yet.
     arrival, publishing : Latencies
         From capture until a message came in, and until what was made of it was published.
 
@@ -154,6 +163,7 @@ class StreamHealth:
     totals: dict[str, int] = field(default_factory=dict)
     reported: dict[str, int] = field(default_factory=dict)
     disorder: dict[str, int] = field(default_factory=lambda: {'duplicate': 0, 'out of order': 0})
+    shortest_ns: float = math.nan
     arrival: Latencies = field(default_factory=Latencies)
     publishing: Latencies = field(default_factory=Latencies)
     _heard_s: float | None = None
@@ -201,6 +211,11 @@ class StreamHealth:
         interval_ns = float(median(self.gaps_ns))
         return interval_ns if self._is_regular(interval_ns) else math.nan
 
+    def _expected_ns(self) -> float:
+        """Return the interval that is expected, ns; NaN: it is not known yet."""
+        stated = self.levels().rate.expected
+        return 1e9 / stated if stated else self.shortest_ns
+
     def _interval_text(self) -> str:
         """Return the interval of the stream in milliseconds, if it has one."""
         if len(self.gaps_ns) < _FEWEST_GAPS:
@@ -219,9 +234,11 @@ class StreamHealth:
         A warning if anything went wrong in it, an error if nothing could be used.
         """
         mean_ns = self.latency_ns / max(self.received, 1)
+        if len(self.gaps_ns) == _GAPS:
+            self.shortest_ns = float(np.fmin(self.shortest_ns, self._interval_ns()))
         values = {
             'rate [Hz]': f'{self.received / PERIOD_S:.1f}',
-            'expected rate [Hz]': f'{1e9 / self._interval_ns():.1f}',
+            'expected rate [Hz]': f'{1e9 / self._expected_ns():.1f}',
             'mean latency [ms]': f'{mean_ns / 1e6:.1f}',
             'worst latency [ms]': f'{self.worst_ns / 1e6:.1f}',
             **self.arrival.values('latency'),
@@ -270,7 +287,7 @@ class StreamHealth:
     def _judged_rate(self, levels: DiagnosticsConfig) -> tuple[bytes, str]:
         """Return the level of the rate, and why; of the first second nothing is said."""
         elapsed_s = max(time.monotonic() - self._begun_s, 1e-6)
-        expected = elapsed_s * 1e9 / self._interval_ns()
+        expected = elapsed_s * 1e9 / self._expected_ns()
         share = self.received / expected
         if self._is_new or not self.is_timed or not share < levels.rate.warning:
             return DiagnosticStatus.OK, ''

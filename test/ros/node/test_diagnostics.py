@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from mctrack_ros.ros.health.stream_health import StreamHealth
+from mctrack_ros.fusion import FusionOutput
+from mctrack_ros.interfaces import Events, Tracks
+from mctrack_ros.ros.health import stream_health
+from mctrack_ros.ros.health.recording_health import Recorded, RecordingHealth
+from mctrack_ros.ros.health.stream_health import (
+    DiagnosticsConfig,
+    LatencyLevels,
+    RateLevels,
+    StreamHealth,
+)
+from mctrack_ros.ros.health.tracking_health import TrackingHealth
 
 PERIOD_NS = 40_000_000
 
@@ -119,3 +129,88 @@ def test_what_went_wrong_in_the_last_second_is_a_warning_and_nothing_usable_an_e
     assert second(0, 9) == (DiagnosticStatus.OK, 'receiving')
     assert second(0, 15) == (DiagnosticStatus.WARN, 'receiving; 3 lost')
     assert health.report('camera').level == DiagnosticStatus.STALE
+
+
+class Stream:
+    """A camera that is heard for seconds of which a clock of our own says when they are over."""
+
+    def __init__(self, monkeypatch, levels=None):
+        self.now_s, self.index = 100.0, 0
+        monkeypatch.setattr(stream_health.time, 'monotonic', lambda: self.now_s)
+        self.health = StreamHealth(lambda: levels or DiagnosticsConfig())
+
+    def second(self, rate, age_s=0.0):
+        """Let a second pass with messages at a rate; return level, message and values."""
+        for step in range(rate):
+            stamp_ns = round((self.now_s + step / rate) * 1e9)
+            self.health.arrived(stamp_ns, stamp_ns + round(age_s * 1e9))
+        self.now_s += 1.0
+        self.health._heard_s = self.now_s
+        report = self.health.report('camera')
+        return report.level, report.message, {one.key: one.value for one in report.values}
+
+
+def test_a_rate_that_falls_stays_a_warning_for_ever(monkeypatch):
+    stream = Stream(monkeypatch)
+    for _ in range(4):
+        level, _, values = stream.second(25)
+    assert (level, values['expected rate [Hz]']) == (DiagnosticStatus.OK, '25.0')
+    for _ in range(20):
+        level, message, values = stream.second(15)
+    assert (level, message) == (DiagnosticStatus.WARN, 'receiving; 15.0 instead of 25.0 Hz')
+    assert stream.second(10)[0] == DiagnosticStatus.ERROR
+    assert stream.second(25)[0] == DiagnosticStatus.OK
+
+
+def test_the_rate_that_is_stated_is_expected_from_the_first_message_on(monkeypatch):
+    levels = DiagnosticsConfig(rate=RateLevels(warning=0.8, error=0.4, expected=30.0))
+    stream = Stream(monkeypatch, levels)
+    stream.second(25)
+    assert stream.second(25)[0] == DiagnosticStatus.OK
+    assert stream.second(20)[:2] == (
+        DiagnosticStatus.WARN,
+        'receiving; 20.0 instead of 30.0 Hz',
+    )
+    assert stream.second(10)[0] == DiagnosticStatus.ERROR
+
+
+def test_old_messages_are_a_warning_and_then_an_error_by_their_levels(monkeypatch):
+    levels = DiagnosticsConfig(latency=LatencyLevels(warning=0.1, error=0.5))
+    stream = Stream(monkeypatch, levels)
+    ages_s = (0.05, 0.2, 0.7)
+    found = [stream.second(25, age_s) for age_s in ages_s]
+    assert [level for level, *_ in found] == [
+        DiagnosticStatus.OK,
+        DiagnosticStatus.WARN,
+        DiagnosticStatus.ERROR,
+    ]
+    assert found[2][1] == 'receiving; 0.70 s behind'
+    assert found[1][2]['latency p99 [ms]'] == '200.0'
+
+
+def test_tracking_says_how_late_it_is_and_what_its_gates_let_through():
+    health = TrackingHealth(DiagnosticsConfig)
+    assert health.report('tracking').level == DiagnosticStatus.STALE
+    tracks = Tracks.build(10**9, position=np.zeros((3, 3)), track_id=[1, 2, 3])
+    output = FusionOutput(tracks, Events.build(10**9), detections=8, unassigned=2)
+    for age_s, level in ((0.1, DiagnosticStatus.OK), (0.4, DiagnosticStatus.WARN)):
+        health.published(output, round((1.0 + age_s) * 1e9))
+        report = health.report('tracking')
+        found = {one.key: one.value for one in report.values}
+        assert report.level == level
+        assert found['assigned to tracks [%]'] == '75.0'
+        assert found['publish latency p50 [ms]'] == f'{age_s * 1e3:.1f}'
+
+
+def test_a_recording_warns_of_lost_messages_and_of_a_disk_that_is_nearly_full():
+    now = Recorded(topics=2, messages=10, size=0, lost=0, left_out=0, room=10**9)
+    health = RecordingHealth(lambda: now)
+    assert health.report('recording').level == DiagnosticStatus.OK
+    now = now._replace(messages=20, size=10**6, lost=3)
+    report = health.report('recording')
+    assert (report.level, report.message) == (
+        DiagnosticStatus.WARN,
+        'recording; 3 messages were lost',
+    )
+    now = now._replace(size=3 * 10**6, room=10**8)
+    assert health.report('recording').message == 'recording; the disk will be full in 50 s'

@@ -23,8 +23,9 @@ from mctrack_ros.recording import BagReader, CutBagWarning
 _BEHIND = 'north'
 """The detector with which something is wrong."""
 _LASTS_S = 3.0
-_FLUSHED_S = 0.5
-"""So much of a recording may be lost when the recorder is killed, s."""
+_FLUSHED_S, _LATENCY_S = 0.5, 0.2
+"""So much of a recording may be lost when the recorder ends, and so much older than their arrival
+are tracks at most, s."""
 _ROOM = 40_000
 """Bytes that a disk takes before it is full."""
 _REFUSING = Path('/sys')
@@ -184,7 +185,7 @@ def _counted(found: Outcome, graph: LiveGraph, path: Path, ended_s: float) -> Ou
     with bag:
         stamps = {rows.stamp_ns for rows, _ in bag.rows('/tracks', Tracks)}
     heard = [rows.stamp_ns for rows in graph.tracks[:]]
-    last_ns = time.time_ns() - round((time.monotonic() - ended_s + _FLUSHED_S) * 1e9)
+    last_ns = time.time_ns() - round((time.monotonic() - ended_s + _FLUSHED_S + _LATENCY_S) * 1e9)
     lost = [each for each in heard if min(stamps) <= each <= last_ns and each not in stamps]
     return found._replace(lost=len(lost))
 
@@ -218,7 +219,7 @@ def _tried(
     Unless it is told since when the fault is there, that is since it was begun.
 
     """
-    before = graph.settled_after(part)
+    before = graph.settled_after(part, words)
     first, began_s = len(graph.tracks), time.monotonic()
     begin()
     fault_s = began_s if since is None else since()

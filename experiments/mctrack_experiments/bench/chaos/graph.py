@@ -174,14 +174,11 @@ class LiveGraph:
         ids: dict[int, int] = self.until(found, 'all are tracked')
         return ids
 
-    def settled_after(self, part: str) -> dict[int, int]:
-        """Wait until nothing bad is said of a part, and ids are the same, for a while."""
+    def settled_after(self, part: str, words: str) -> dict[int, int]:
+        """Wait until a part has no such fault, and ids are the same, for a while."""
 
         def is_well() -> bool:
-            since_s = time.monotonic() - _STEADY_S
-            return not any(
-                one.level for one in self.said[:] if one.at_s > since_s and one.name.endswith(part)
-            )
+            return self.named(time.monotonic() - _STEADY_S, part, words) is None
 
         self.until(is_well, f'{part} is well')
         ids, since_s = self.settled(), time.monotonic()
