@@ -138,14 +138,20 @@ class CameraClocks:
     """
 
     def __init__(self, config: BatchingConfig, cameras: Sequence[str]) -> None:
-        self._limit_ns = round(config.time_sync_limit * SECOND_NS)
-        wait_ns = round(config.max_wait * config.period * SECOND_NS)
-        self._tolerated_ns = min(wait_ns, MOST_TOLERATED_NS)
+        self._stated = config
+        self.keep_pace(1.0)
         self._patience_ns = round(config.patience * SECOND_NS)
         self._clocks = {camera: _Clock() for camera in cameras}
         self._now_ns = 0
         self._unsure_since_ns: int | None = None
         self.jump: Jump | None = None
+
+    def keep_pace(self, pace: float) -> None:
+        """Take notice that time goes so many times too fast: delays seem longer by that."""
+        config = self._stated
+        self._limit_ns = round(config.time_sync_limit * SECOND_NS * pace)
+        wait_ns = config.max_wait * config.period * SECOND_NS
+        self._tolerated_ns = round(min(wait_ns, MOST_TOLERATED_NS) * pace)
 
     def judge(self, camera: str, stamp_ns: int, arrival_ns: int) -> Verdict:
         """

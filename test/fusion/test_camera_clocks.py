@@ -176,3 +176,15 @@ def test_a_stall_of_all_cameras_leaves_nobody_out():
     ]
     ticks, _, _ = fused(sorted(sent), tuple(clocks), 0.04)
     assert sum(int(tick.record.left_out.sum()) for tick in ticks) == 0
+
+
+@pytest.mark.parametrize('pace', [1.0, 8.0])
+def test_a_bag_that_is_played_fast_has_longer_delays_and_no_worse_clocks(pace):
+    clocks, added = CameraClocks(BatchingConfig(), ('one', 'two')), set()
+    clocks.keep_pace(pace)
+    for index in range(50):
+        for camera, delay_s in (('one', 0.005), ('two', 0.015)):
+            stamp_ns = START_NS + index * 40 * MS
+            arrival_ns = stamp_ns + round(8.0 * delay_s * SECOND_NS)
+            added.add(clocks.judge(camera, stamp_ns, arrival_ns).added_ns)
+    assert (added == {0}) == (pace == 8.0)

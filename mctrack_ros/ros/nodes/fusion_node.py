@@ -142,6 +142,10 @@ class FusionNodeConfig:
     fusion: FusionConfig = FUSION.field()
 
 
+_PACE_NS = 200_000_000
+"""So long the pace of simulated time is measured each time, ns."""
+
+
 class FusionNode(GraphNode):
     """The server of the event-tracking paper, section 4.3, as a node."""
 
@@ -197,6 +201,7 @@ class FusionNode(GraphNode):
             self.masks = {camera: MaskHealth() for camera in cameras}
             parts |= {f'{camera} mask': health for camera, health in self.masks.items()}
         self.left_out: set[str] = set()
+        self.paced_ns = 0, 0
         self.unexplained: Counter[str] = Counter()
         self.jump: Jump | None = None
         self.diagnostics = Diagnostics(self, parts, cameras)
@@ -411,9 +416,21 @@ class FusionNode(GraphNode):
         """
         now_ns = int(self.clock.now().nanoseconds)
         if self.clock.clock_type != ClockType.STEADY_TIME:
+            self.note_pace(now_ns)
             return now_ns, now_ns
         received_ns = info['received_timestamp']
         return now_ns - max(time.time_ns() - received_ns, 0), received_ns
+
+    def note_pace(self, now_ns: int) -> None:
+        """Measure how fast simulated time goes, and wait as long as ever on the real clock."""
+        steady_ns, (begin_ns, began_ns) = time.monotonic_ns(), self.paced_ns
+        if steady_ns - began_ns < _PACE_NS:
+            return
+        self.paced_ns = now_ns, steady_ns
+        if began_ns:
+            pace = max((now_ns - begin_ns) / (steady_ns - began_ns), 1.0)
+            self.batcher.clocks.keep_pace(pace)
+            self.batcher.max_wait = self.config.fusion.batching.max_wait * pace
 
     def note_clock(self, camera: str) -> None:
         """Log when a camera is left out because of its clock, and when it is back."""
