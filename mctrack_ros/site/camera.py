@@ -41,13 +41,11 @@ class CameraSettings:
     )
     boxes_topic: str = parameter(
         '',
-        'topic, named likewise, of boxes that a live camera node puts on the ground in place of '
-        'looking at images; empty: images',
+        'topic of boxes, named likewise, which a live node takes in place of images; empty: none',
     )
     boxes_type: str = parameter(
         'Detection2DArray',
-        'message of boxes_topic: vision_msgs/Detection2DArray, or sensor_msgs/PointCloud2 with '
-        'the fields box (left, top, width, height, px) and score',
+        'message of boxes_topic; a cloud has box and score',
         choices=('Detection2DArray', 'PointCloud2'),
     )
     image_width: int = parameter(768, 'width of the images [px]', minimum=16, maximum=16384)

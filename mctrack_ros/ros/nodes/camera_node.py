@@ -61,7 +61,7 @@ class CameraNodeConfig:
     reliable: bool = parameter(False, 'reliable transport: lost images are sent again')
     depth: int = parameter(
         2,
-        'length of the queue of images; when the node falls behind, the oldest are dropped',
+        'length of the queue of images; of more, the oldest are dropped',
         minimum=1,
         maximum=1000,
     )
