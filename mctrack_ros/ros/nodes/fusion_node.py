@@ -422,7 +422,7 @@ class FusionNode(GraphNode):
         return now_ns - max(time.time_ns() - received_ns, 0), received_ns
 
     def note_pace(self, now_ns: int) -> None:
-        """Measure how fast simulated time goes, and wait as long as ever on the real clock."""
+        """Measure how fast simulated time goes: a bag may be played fast."""
         steady_ns, (begin_ns, began_ns) = time.monotonic_ns(), self.paced_ns
         if steady_ns - began_ns < _PACE_NS:
             return
@@ -430,7 +430,6 @@ class FusionNode(GraphNode):
         if began_ns:
             pace = max((now_ns - begin_ns) / (steady_ns - began_ns), 1.0)
             self.batcher.clocks.keep_pace(pace)
-            self.batcher.max_wait = self.config.fusion.batching.max_wait * pace
 
     def note_clock(self, camera: str) -> None:
         """Log when a camera is left out because of its clock, and when it is back."""

@@ -114,8 +114,13 @@ class TrackerState:
             except StateError as error:  # of a tracker of somebody else's
                 self._failure, self._path = str(error), None
                 return
-            said = {'run': run, 'stamp_ns': stamp_ns, 'time_s': time.time(), 'fits': self._fits}
-            said |= {'zones': zones.memory()}
+            said = {
+                'run': run,
+                'stamp_ns': stamp_ns,
+                'time_s': time.time(),
+                'fits': self._fits,
+                'zones': zones.memory(),
+            }
             self._kept_ns = stamp_ns
             self._writing = self._writer.submit(self._write, taken, said)
 

@@ -114,7 +114,7 @@ def full_disk(graph: LiveGraph, path: Path) -> Outcome:
             return 'recorder' in supervisor.codes()
 
         found = _tried(graph, begin, 'recorder: node', 'File too large', is_over)
-    return _counted(found, graph, path, graph.said_s('File too large'))
+    return _counted(found, graph, path, 0.0, graph.said_s('File too large'))
 
 
 def killed_recorder(graph: LiveGraph, path: Path) -> Outcome:
@@ -137,7 +137,7 @@ def killed_recorder(graph: LiveGraph, path: Path) -> Outcome:
             'ended with -9',
             is_over,
         )
-    return _counted(found, graph, path, killed_s[0])
+    return _counted(found, graph, path, _FLUSHED_S, killed_s[0])
 
 
 def read_only_disk(graph: LiveGraph) -> Outcome:
@@ -177,15 +177,22 @@ def shutdown_s(graph: LiveGraph, node: str, number: signal.Signals) -> float:
     return ended_s
 
 
-def _counted(found: Outcome, graph: LiveGraph, path: Path, ended_s: float) -> Outcome:
-    """Count what a bag lacks of the tracks that others heard until shortly before its end."""
+def _counted(
+    found: Outcome, graph: LiveGraph, path: Path, not_flushed_s: float, ended_s: float
+) -> Outcome:
+    """
+    Count what a bag lacks of the tracks that others heard while it was recorded.
+
+    It must hold all up to its last ones, and up to shortly before the recorder's end.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', CutBagWarning)  # it was cut on purpose
         bag = BagReader(path)
     with bag:
         stamps = {rows.stamp_ns for rows, _ in bag.rows('/tracks', Tracks)}
     heard = [rows.stamp_ns for rows in graph.tracks[:]]
-    last_ns = time.time_ns() - round((time.monotonic() - ended_s + _FLUSHED_S + _LATENCY_S) * 1e9)
+    ago_s = time.monotonic() - ended_s + _FLUSHED_S + _LATENCY_S
+    last_ns = max(max(stamps) - round(not_flushed_s * 1e9), time.time_ns() - round(ago_s * 1e9))
     lost = [each for each in heard if min(stamps) <= each <= last_ns and each not in stamps]
     return found._replace(lost=len(lost))
 
