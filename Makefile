@@ -12,9 +12,13 @@ COMPILE := import mctrack_ros.perception.silhouettes; \
 	from mctrack_ros.cli.live import prepare_nodes; prepare_nodes()
 LOCK := $(BIN)/uv pip compile --universal --python-version 3.11 --generate-hashes --upgrade \
 	--no-header --no-emit-index-url --no-emit-find-links -q
+COLCON := COLCON_LOG_PATH=build/colcon/log PYTHONPATH=$(CURDIR)/.colcon $(BIN)/python -m colcon
+IN_BUILD := --build-base build/colcon/build --install-base build/colcon/install --base-paths .
+LEFT_OUT := pytest pytest-cov pytest-repeat pytest-rerunfailures coverage setuptools packaging pyparsing \
+	python-dateutil iniconfig pluggy pygments docutils tzdata
 RESULTS := lab6p cmc wildtrack pets defaults terrace street cameras
 
-.PHONY: all demo test check unit quick jazzy readers audit same lock results reference clean help
+.PHONY: all demo test check unit quick jazzy readers colcon audit same lock results reference clean help
 
 all: $(VENV)/.package ## install into .venv
 
@@ -42,6 +46,13 @@ jazzy: ## the tests on the versions of Ubuntu 24.04, which ROS 2 Jazzy is built 
 
 readers: .venv-readers/.requirements ## other people's readers, which the tests let read exported tracks
 
+colcon: all .colcon/.requirements ## colcon build and test, the latter the quick ones, and the nodes that ros2 run finds
+	$(COLCON) list --base-paths . | grep -q 'mctrack_ros.*(ros.ament_python)'
+	$(COLCON) build $(IN_BUILD) --packages-select mctrack_ros
+	. build/colcon/install/setup.sh && $$(ls -d $$AMENT_PREFIX_PATH/lib/mctrack_ros)/fusion_node --help >/dev/null
+	$(COLCON) test $(IN_BUILD) --packages-select mctrack_ros --pytest-args $(QUICK)
+	$(COLCON) test-result --test-result-base build/colcon/build --verbose
+
 audit: ## known vulnerabilities of the locked packages, from an advisory database in the network
 	$(PYTHON) -m venv .venv-audit
 	.venv-audit/bin/pip install -q --disable-pip-version-check 'pip-audit>=2.9,<3'
@@ -64,13 +75,14 @@ reference: all ## write the parameter files and the references of parameters and
 	$(BIN)/python -m typer mctrack_ros.cli.main utils docs --name mctrack \
 		--output docs/reference/command_line.md
 
-lock: all ## resolve requirements.in and test/readers.in again
+lock: all ## resolve requirements.in, test/readers.in and test/colcon.in again
 	$(BIN)/pip install -q uv
 	$(LOCK) requirements.in -o requirements.lock
 	$(LOCK) test/readers.in -o test/readers.txt
+	$(LOCK) $(addprefix --no-emit-package ,$(LEFT_OUT)) test/colcon.in -o test/colcon.txt
 
 clean: ## remove what make made
-	rm -rf $(VENV) .venv-readers .venv-audit build out *.egg-info experiments/build experiments/*.egg-info
+	rm -rf $(VENV) .venv-readers .venv-audit .colcon build out *.egg-info experiments/build experiments/*.egg-info
 
 help: ## this list
 	@grep -E '^[a-z]+:.*##' Makefile | sed 's/:.*## /\t/'
@@ -86,6 +98,13 @@ $(VENV)/.requirements: requirements.lock
 	@echo "installing other people's readers into .venv-readers: about half a minute"
 	$(PYTHON) -m venv .venv-readers
 	.venv-readers/bin/pip install -q --disable-pip-version-check --require-hashes -r test/readers.txt
+	touch $@
+
+.colcon/.requirements: test/colcon.txt $(VENV)/.requirements
+	@echo "installing colcon into .colcon"
+	rm -rf .colcon
+	$(BIN)/pip install -q --disable-pip-version-check --no-deps --require-hashes --target .colcon \
+		-r test/colcon.txt
 	touch $@
 
 $(VENV)/.package: $(VENV)/.requirements $(SOURCES)

@@ -9,6 +9,7 @@ from nav_msgs.msg import OccupancyGrid
 
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.ground.coverage.coverage import CoverageConfig
+from mctrack_ros.ros.node.diagnostics import Diagnostics
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.topics import quality
@@ -49,9 +50,11 @@ class CoverageNode(GraphNode):
         self.raster = raster.moved([-along for along in site.origin])
         self.seen = self.publisher(OccupancyGrid, 'coverage', quality.latched())
         self.error = self.publisher(OccupancyGrid, 'coverage/error', quality.latched())
+        self.diagnostics = Diagnostics(self, {}, ())
 
     def start(self) -> None:
         """Say it."""
+        self.diagnostics.begin()
         self.seen.publish(seen_grid(self.raster, self.frame))
         self.error.publish(error_grid(self.raster, self.frame))
 

@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 import warnings
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
@@ -18,7 +19,9 @@ from rosgraph_msgs.msg import Clock
 from mctrack_ros.codec import header
 from mctrack_ros.config import ConfigError, Parameter, parameter
 from mctrack_ros.recording import BagError, BagReader, CutBagWarning
+from mctrack_ros.ros.health.schedule_health import ScheduleHealth
 from mctrack_ros.ros.interop.made_types import serialisable
+from mctrack_ros.ros.node.diagnostics import DIAGNOSTICS, Diagnostics
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.playback.controls import Controls
@@ -140,6 +143,8 @@ class Player(GraphNode):
         self.ending = threading.Event()
         self.transport = Transport(self.config.rate, self.config.paused)
         self.controls = Controls(self, self.transport, self.config.burst, self.jump)
+        self.health = ScheduleHealth(self.doing)
+        self.diagnostics = Diagnostics(self, {'playing': self.health}, ())
 
     def add(self, topic: str, kind: str) -> None:
         """Create the publisher of one topic, unless its type is not there as it was recorded."""
@@ -165,6 +170,7 @@ class Player(GraphNode):
     def start(self) -> None:
         """Begin to play."""
         self.ending.clear()
+        self.diagnostics.begin()
         if not self.config.restamp:
             self.controls.open()
         self.thread = threading.Thread(target=self.play, name='play')
@@ -196,6 +202,12 @@ class Player(GraphNode):
         """Close the bag."""
         if hasattr(self, 'bag'):
             self.bag.close()
+
+    def doing(self) -> str:
+        """Return what it does now, as `/diagnostics` says it."""
+        if not self.health.sent:
+            return 'waiting for subscribers'
+        return 'paused' if self.transport.is_paused else 'playing'
 
     def play(self) -> None:
         """Wait for those who listen, play, and end the process."""
@@ -251,7 +263,8 @@ class Player(GraphNode):
     def warn_of_others(self) -> None:
         """Say which topics somebody else publishes, too: those who listen get both."""
         names = [played.publisher.topic_name for played in self.played.values()]
-        shared = [name for name in names if self.count_publishers(name) > 1]
+        own = Counter([*names, DIAGNOSTICS])
+        shared = [name for name in names if self.count_publishers(name) > own[name]]
         if shared:
             self.get_logger().warning(
                 f'others publish {", ".join(shared)}, too, and both are received: play only what '
@@ -313,12 +326,14 @@ class Player(GraphNode):
                 self.transport.begin(pace)
             if self.transport.wait(time_ns, step_ns, self.send_clock) is not Due.NOW:
                 return last_ns
-            self.worst_ns = max(self.worst_ns, self.transport.behind_ns(time_ns))
+            behind_ns = self.transport.behind_ns(time_ns)
+            self.worst_ns = max(self.worst_ns, behind_ns)
             played = self.played[topic]
             if self.config.restamp and played.stamped:
                 data = shifted(data, pace.shift_ns)
             self.send_clock(time_ns)
             played.publisher.publish(data)
+            self.health.add(behind_ns)
             self.count, last_ns = self.count + 1, time_ns
         return last_ns
 

@@ -13,6 +13,8 @@ from std_msgs.msg import String
 from mctrack_ros.codec import cloud_from_rows, compressed_message, jpeg_from_image
 from mctrack_ros.config import ConfigError, parameter
 from mctrack_ros.interfaces import Rows
+from mctrack_ros.ros.health.schedule_health import ScheduleHealth
+from mctrack_ros.ros.node.diagnostics import Diagnostics
 from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.topics import quality
@@ -126,11 +128,14 @@ class SimulatorNode(GraphNode):
             }
         self.watch_anew()
         self.ending = threading.Event()
-        self.shown = self.skipped = self.step = 0
+        self.step = 0
+        self.health = ScheduleHealth(lambda: 'showing')
+        self.diagnostics = Diagnostics(self, {'images': self.health}, ())
 
     def start(self) -> None:
         """Begin to show."""
         self.ending.clear()
+        self.diagnostics.begin()
         self.every(_REPORT_S, self.report)
         self.thread = threading.Thread(target=self.show, name='show')
         self.thread.start()
@@ -143,7 +148,7 @@ class SimulatorNode(GraphNode):
 
     def report(self) -> None:
         """Say whether rendering keeps up."""
-        self.get_logger().info(f'{self.shown} periods shown, {self.skipped} skipped')
+        self.get_logger().info(f'{self.health.sent} periods shown, {self.health.skipped} skipped')
 
     def show(self) -> None:
         """Show each period in its middle; periods that cannot be kept up with are skipped."""
@@ -155,12 +160,13 @@ class SimulatorNode(GraphNode):
                 now_ns = self.get_clock().now().nanoseconds
                 index = (now_ns + period_ns // 2) // period_ns
                 if last is not None:
-                    self.skipped += max(index - last - 1, 0)
+                    self.health.skipped += max(index - last - 1, 0)
                     index = max(index, last + 1)
                 stamp_ns = index * period_ns + period_ns // 2
                 if self.ending.wait(max(stamp_ns - now_ns, 0) * 1e-9):
                     return
                 self.show_step(index % scenario.steps, stamp_ns)
+                self.health.add(self.get_clock().now().nanoseconds - stamp_ns)
                 last = index
         except Exception as error:
             self.fail(str(error))
@@ -176,7 +182,6 @@ class SimulatorNode(GraphNode):
             jpeg = jpeg_from_image(image, self.config.quality)
             frame = f'{name}_optical_frame'
             self.images[name].publish(compressed_message(jpeg, RCLPY_CLASSES, stamp_ns, frame))
-        self.shown += 1
         if self.config.truth:
             self.send(self.true_tracks, true_tracks(self.world, step), stamp_ns)
             views_of = {camera.name: camera for camera in self.world.views(step)}

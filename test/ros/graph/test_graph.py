@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import CompressedImage
 
 from far_hall import write_far_hall
@@ -269,8 +270,10 @@ def test_simulator_shows_the_car_park_too(bench):
     )
     images = bench.messages(CompressedImage, '/cam1/image_raw/compressed')
     seen = bench.rows(Detections, '/truth/cam1/detections')
+    reports = bench.messages(DiagnosticArray, '/diagnostics')
     bench.add(SimulatorNode())
-    bench.until(lambda: len(images) >= 3 and seen)
+    bench.until(lambda: len(images) >= 3 and seen and reports)
+    assert reports[0].status[0].name == '/simulator_node: images'
     assert image_from_message(images[0]).shape == (480, 640, 3)
     stamps = np.diff([stamp_ns_of(image) for image in images])
     assert (stamps % 250_000_000 == 0).all()

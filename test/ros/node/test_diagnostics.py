@@ -8,6 +8,7 @@ from mctrack_ros.fusion import FusionOutput
 from mctrack_ros.interfaces import Events, Tracks
 from mctrack_ros.ros.health import stream_health
 from mctrack_ros.ros.health.recording_health import Recorded, RecordingHealth
+from mctrack_ros.ros.health.schedule_health import ScheduleHealth
 from mctrack_ros.ros.health.stream_health import (
     DiagnosticsConfig,
     LatencyLevels,
@@ -214,3 +215,21 @@ def test_a_recording_warns_of_lost_messages_and_of_a_disk_that_is_nearly_full():
     )
     now = now._replace(size=3 * 10**6, room=10**8)
     assert health.report('recording').message == 'recording; the disk will be full in 50 s'
+
+
+def test_a_schedule_that_is_not_kept_is_a_warning_of_its_second():
+    health = ScheduleHealth(lambda: 'playing')
+    health.add(20_000_000)
+    health.add(5_000_000)
+    first = health.report('player')
+    assert first.level == DiagnosticStatus.OK
+    assert first.message == 'playing'
+    assert {each.key: each.value for each in first.values} == {
+        **{'rate [Hz]': '2.0', 'sent': '2', 'skipped': '0', 'worst delay [ms]': '20.0'}
+    }
+    health.add(250_000_000)
+    health.skipped += 3
+    second = health.report('player')
+    assert second.level == DiagnosticStatus.WARN
+    assert second.message == 'playing; 3 skipped; 250 ms late'
+    assert health.report('player').level == DiagnosticStatus.OK

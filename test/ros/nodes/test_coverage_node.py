@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import yaml
+from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import OccupancyGrid
 
 from far_hall import write_far_hall
@@ -36,7 +37,8 @@ def test_late_comers_get_both_grids(bench, site):
     bench.heard('/coverage')
     seen = bench.messages(OccupancyGrid, '/coverage', latched())
     error = bench.messages(OccupancyGrid, '/coverage/error', latched())
-    bench.until(lambda: seen and error)
+    reports = bench.messages(DiagnosticArray, '/diagnostics')
+    bench.until(lambda: seen and error and reports)
     raster = site_coverage(load_site(site)).raster
     info = seen[0].info
     assert seen[0].header.frame_id == 'hall'

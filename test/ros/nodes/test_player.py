@@ -4,6 +4,7 @@ import re
 import time
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import OccupancyGrid
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter
@@ -98,6 +99,23 @@ def test_topics_that_others_publish_are_warned_of_once(bench, walker_bag, capfd)
     bench.until(lambda: player.finished and all(heard))
     (line,) = [line for line in capfd.readouterr().err.splitlines() if '--topic' in line]
     assert f'others publish {TOPICS[1]}, too' in line
+
+
+@pytest.mark.live
+def test_diagnostics_say_what_it_waits_for_and_how_it_plays(bench, walker_bag):
+    parameters = {'path': str(walker_bag), 'settle': 0.0, 'wait': 60.0, 'loop': True}
+    bench.open('--params-file', str(bench.parameter_file('player', parameters)))
+    reports = bench.messages(DiagnosticArray, '/diagnostics', reliable(10))
+    bench.add(Player())
+
+    def is_said(message):
+        said = [each for report in reports for each in report.status]
+        return any(each.name == '/player: playing' and each.message == message for each in said)
+
+    bench.until(lambda: is_said('waiting for subscribers'))
+    for topic in TOPICS:
+        bench.messages(CompressedImage, topic, reliable(200))
+    bench.until(lambda: is_said('playing'))
 
 
 @pytest.mark.live
