@@ -1,10 +1,12 @@
 """The video node: a file's images, once or again and again."""
 
+import subprocess
 import threading
 import time
 from base64 import b64encode
 from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from urllib.parse import quote
 
 import cv2
@@ -23,6 +25,9 @@ from walker import SIZE
 
 pytestmark = pytest.mark.live
 USER, PASSWORD = 'some@body', 'for/the test'
+RTSP_CAMERA = Path(__file__).resolve().parents[2] / 'rtsp_camera.py'
+SYSTEM_PYTHON = '/usr/bin/python3'
+GSTREAMER = "import gi; gi.require_version('GstRtspServer', '1.0')"
 
 
 @pytest.fixture
@@ -118,6 +123,55 @@ def test_a_stream_is_given_user_and_password(bench, server, tmp_path, monkeypatc
     server.wanted = 'Basic ' + b64encode(f'{USER}:{PASSWORD}'.encode()).decode()
     node, images = show(bench, depth=200, film=told.pop('source'), **told)
     bench.until(lambda: len(images) > 5)
+    node.trigger_deactivate()
+
+
+@pytest.fixture
+def rtsp_camera():
+    """Return a function that starts an RTSP camera at a port, and gives process and port."""
+    found = subprocess.run([SYSTEM_PYTHON, '-c', GSTREAMER], capture_output=True, check=False)
+    if found.returncode:
+        pytest.skip('no RTSP server: GStreamer and its bindings for the system Python are missing')
+    started = []
+
+    def start(port=0):
+        command = [SYSTEM_PYTHON, str(RTSP_CAMERA), str(port), USER, PASSWORD]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={})
+        started.append(process)
+        return process, int(process.stdout.readline())
+
+    yield start
+    for process in started:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+def test_an_rtsp_camera_shows_its_images_to_who_knows_the_password_and_may_restart(
+    bench, rtsp_camera, tmp_path
+):
+    camera, port = rtsp_camera()
+    address = f'rtsp://127.0.0.1:{port}/stream'
+    kept = tmp_path / 'camera.txt'
+    kept.write_text(f'{USER}\n{PASSWORD}\n')
+    node, images = show(bench, address, depth=200, credentials_file=str(kept))
+    bench.until(lambda: len(images) > 20)
+    assert image_from_message(images[0]).shape == (240, 320, 3)
+    camera.kill()
+    camera.wait()
+    bench.until(lambda: node.health.live.failure)
+    count = len(images)
+    rtsp_camera(port)
+    bench.until(lambda: len(images) > count + 5)
+    assert node.health.live.opened == 2
+    node.trigger_deactivate()
+
+
+def test_an_rtsp_camera_shows_nothing_without_its_password(bench, rtsp_camera):
+    _, port = rtsp_camera()
+    node, images = show(bench, f'rtsp://127.0.0.1:{port}/stream')
+    bench.until(lambda: 'cannot be opened' in node.health.live.failure)
+    assert not images
     node.trigger_deactivate()
 
 
