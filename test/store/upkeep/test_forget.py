@@ -1,5 +1,7 @@
 """What is deleted is gone with all its traces, and nothing else is."""
 
+from concurrent.futures import ThreadPoolExecutor, wait
+
 import numpy as np
 import pytest
 
@@ -263,3 +265,14 @@ def test_the_commands_check_and_forget(place, tracked):
     assert ask('forget', place, '--keep', 'positions=1d')[0] == 0
     assert ask('forget', place, '--whole-run', '--run', 'match') == (0, ['deleted run match'])
     assert ask('store-check', place)[0] == 0
+
+
+def test_who_forgets_while_another_writes_is_told_that_this_takes_a_while(place, tracked):
+    assert mctrack('store', tracked, place, '--run', 'match')[0] == 0
+    with Database(place) as database, ThreadPoolExecutor() as pool:
+        with database.alone():
+            asked = pool.submit(mctrack, 'forget', place, '--whole-run')
+            assert wait([asked], timeout=3.5).not_done
+        code, output, errors = asked.result()
+    assert (code, output) == (0, 'deleted run match\n')
+    assert 'who else writes now is waited for' in errors

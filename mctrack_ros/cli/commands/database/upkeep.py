@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Timer
 
 import typer
 
@@ -43,7 +46,7 @@ def forget(
 
     if (track is not None) + whole_run + bool(keep) != 1:
         raise typer.BadParameter('give one of --track, --whole-run and --keep')
-    with Database(database) as opened:
+    with _said_if_slow(), Database(database) as opened:
         if track is not None:
             found = forget_track(opened, track, run)
             typer.echo(f'deleted track {track}: {found.rows} rows, {found.events} events')
@@ -63,3 +66,15 @@ def forget(
             for kind, count in forgotten.items():
                 typer.echo(f'deleted {count} {kind}')
         opened.release()
+
+
+@contextmanager
+def _said_if_slow() -> Iterator[None]:
+    """Say after two seconds what may take so long."""
+    line = 'still at it: who else writes now is waited for, at most 30 s, and much takes its time'
+    timer = Timer(2.0, typer.echo, [line], {'err': True})
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
