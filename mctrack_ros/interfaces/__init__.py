@@ -19,7 +19,7 @@ from mctrack_ros.interfaces.events import NO_CAMERA, Events
 from mctrack_ros.interfaces.explanation import Candidates, Decisions, Explanation
 from mctrack_ros.interfaces.feedback import Feedback
 from mctrack_ros.interfaces.foreground import Foreground
-from mctrack_ros.interfaces.likelihood import Likelihood
+from mctrack_ros.interfaces.likelihood import NO_EDGE, Likelihood
 from mctrack_ros.interfaces.limits import (
     LARGEST_DISTANCE,
     LARGEST_EXTENT,
@@ -40,6 +40,7 @@ __all__ = [
     'MAX_CAMERAS',
     'MEMBERS',
     'NO_CAMERA',
+    'NO_EDGE',
     'PAUSE_NS',
     'REPORTED',
     'RESTART_NS',

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from mctrack_ros.interfaces.rows import POSITION, Column, Rows
 
+NO_EDGE = -4.5
+"""Log-likelihood where an outline meets no edge: -D_max^2 / 2 R^2 with D_max = 3 R."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Likelihood(Rows):

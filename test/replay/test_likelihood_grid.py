@@ -1,5 +1,7 @@
 """People are tracked by the likelihoods of a bag's cameras, and again from what was recorded."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
@@ -104,6 +106,42 @@ def test_by_edges_alone_no_calibrations_are_needed(tracked):
     people = walkers(last.stamp_ns * 1e-9 - 1000)
     gaps = np.linalg.norm(last.position[:, None, :2] - people, axis=2)
     assert gaps.min(axis=0).max() < 0.6
+
+
+def test_a_dazzled_camera_s_edges_do_not_count_either(tracked):
+    bag, site, _ = tracked
+    mask = np.full((120, 160), 255, np.uint8)
+
+    def dazzled(ticks, is_told):
+        for tick in ticks:
+            messages = []
+            for each in tick.messages:
+                if each.camera == 'north' and len(each.rows):
+                    nobody = each.rows.likelihood.select(np.arange(0))
+                    everybody = each.rows.likelihood.replace(
+                        log_likelihood=np.zeros(len(each.rows), np.float32)
+                    )
+                    rows = replace(
+                        each.rows,
+                        likelihood=everybody if is_told else nobody,
+                        foreground=Foreground(each.rows.stamp_ns, mask),
+                    )
+                    each = replace(each, rows=rows)
+                messages.append(each)
+            yield replace(tick, messages=tuple(messages))
+
+    found = []
+    for is_told in (True, False):
+        with BagReader(bag) as reader:
+            ticks = recorded_ticks(reader, site.camera_names, site.fusion)
+            given = dazzled(ticks, is_told)
+            driven = drive(site.fusion, site.camera_names, given, views=site.views)
+            out = [each.output for each in driven]
+        assert out[-1].left_out.keys() == {'north'}
+        found.append([each.tracks for each in out])
+    for with_edges, without in zip(*found):
+        assert with_edges.track_id.tolist() == without.track_id.tolist()
+        np.testing.assert_array_equal(with_edges.position, without.position)
 
 
 def test_a_site_without_an_area_or_with_other_cameras_is_refused(tracked):

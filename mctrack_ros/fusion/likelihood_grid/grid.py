@@ -8,12 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.interfaces import Likelihood
+from mctrack_ros.interfaces import NO_EDGE, Likelihood
 
 Floats = NDArray[np.float64]
 
-NOTHING = -4.5
-"""Log-likelihood where an outline meets no edge: -D_max^2 / 2 R^2 with D_max = 3 R."""
 SIGMA_M = 0.1
 """Of the smoothing (equation 5): about a cell of the paper's finest grid."""
 APART_M = 0.4
@@ -67,7 +65,7 @@ class JointGrid:
         seen = np.isfinite(every)
         count = seen.sum(axis=0)
         total = np.where(seen, every, 0.0).sum(axis=0)
-        mean = np.where(count >= LEAST_CAMERAS, total / np.maximum(count, 1), NOTHING)
+        mean = np.where(count >= LEAST_CAMERAS, total / np.maximum(count, 1), NO_EDGE)
         self._cameras = len(told)
         self.mean: Floats = mean.reshape(rows, columns)
         place = first.position[:, :2].astype(np.float64).reshape(rows, columns, 2)

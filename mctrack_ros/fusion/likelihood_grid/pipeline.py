@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.likelihood_grid.config import LikelihoodGridConfig
-from mctrack_ros.fusion.likelihood_grid.grid import NOTHING, JointGrid
+from mctrack_ros.fusion.likelihood_grid.grid import JointGrid
 from mctrack_ros.fusion.likelihood_grid.sighting import GridSighting
 from mctrack_ros.fusion.likelihood_grid.targets import (
     NOISE_M,
@@ -20,10 +21,11 @@ from mctrack_ros.fusion.likelihood_grid.targets import (
     predicted,
 )
 from mctrack_ros.fusion.occupancy.config import PeopleConfig
-from mctrack_ros.fusion.occupancy.masks import OLDEST_NS, Masks, prior_of
+from mctrack_ros.fusion.occupancy.masks import OLDEST_NS, Masks, Unusable, prior_of
 from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.fusion.views import OpenViews
 from mctrack_ros.interfaces import (
+    NO_EDGE,
     RESTART_NS,
     TEMPLATE_SIZE,
     CameraRows,
@@ -134,12 +136,12 @@ class LikelihoodGridTracker:
         """
         reset, seconds = self._begin(tick)
         targets = predicted(self._targets, seconds)
-        grid = self._joint_grid(tick)
-        left_out: dict[str, str] = {}
+        left_out = {} if self._scene is None else self._left_out(tick)
+        grid = self._joint_grid(tick, left_out)
         if self._scene is None:
             position, noise = self._maxima(grid)
         else:
-            position, noise, left_out = self._explained(self._scene, grid, targets, tick)
+            position, noise = self._explained(self._scene, grid, targets, left_out)
         measured = Measured(position, noise, _colours(position, tick))
         targets = matched(targets, measured, seconds, self._config.targets)
         lives = targets.counter_s > LEAST_S
@@ -153,7 +155,7 @@ class LikelihoodGridTracker:
         now = self._targets.select(self._targets.confirmed)
         risen = now.select(~np.isin(now.track_id, known))
         events = _events(risen, ended, tick.stamp_ns)
-        return FusionOutput(self._tracks(ended, tick.stamp_ns), events, left_out)
+        return FusionOutput(self._tracks(ended, tick.stamp_ns), events, dict(left_out))
 
     def feedback(self) -> Feedback:
         """Return what the cameras are told after the last tick: every confirmed target."""
@@ -178,8 +180,16 @@ class LikelihoodGridTracker:
             return ended, period
         return Targets(), float(np.clip((tick.stamp_ns - last_ns) * 1e-9, 0.0, LONGEST_S))
 
-    def _joint_grid(self, tick: RowsTick[GridSighting]) -> JointGrid | None:
-        """Return the likelihoods of all cameras that know any."""
+    def _left_out(self, tick: RowsTick[GridSighting]) -> dict[str, Unusable]:
+        """Take the masks; return which cameras do not count, and why: their edges lie, too."""
+        told = [CameraRows(each.camera, each.rows.foreground) for each in tick.messages]
+        self._masks.take(told, tick.stamp_ns)
+        return self._masks.left_out(tick.stamp_ns)
+
+    def _joint_grid(
+        self, tick: RowsTick[GridSighting], left_out: Container[str]
+    ) -> JointGrid | None:
+        """Return the likelihoods of the cameras that know any, but for those left out."""
         for message in tick.messages:
             if message.camera not in self._cameras:
                 known = list(self._cameras)
@@ -189,6 +199,7 @@ class LikelihoodGridTracker:
             self._last[camera]
             for camera in self._cameras
             if camera in self._last
+            and camera not in left_out
             and len(self._last[camera])
             and tick.stamp_ns - self._last[camera].stamp_ns <= OLDEST_NS
         ]
@@ -202,18 +213,18 @@ class LikelihoodGridTracker:
         return found.position, np.tile(NOISE_M**2 * np.eye(2), (len(found.position), 1, 1))
 
     def _explained(
-        self, scene: Scene, grid: JointGrid | None, targets: Targets, tick: RowsTick[GridSighting]
-    ) -> tuple[Floats, Floats, dict[str, str]]:
-        """Return where people are by masks and edges, and whose masks do not count."""
-        told = [CameraRows(each.camera, each.rows.foreground) for each in tick.messages]
-        self._masks.take(told, tick.stamp_ns)
-        left_out = self._masks.left_out(tick.stamp_ns)
+        self,
+        scene: Scene,
+        grid: JointGrid | None,
+        targets: Targets,
+        left_out: dict[str, Unusable],
+    ) -> tuple[Floats, Floats]:
+        """Return where people are by masks and edges, (n, 2) m, and covariances, (n, 2, 2) m²."""
         prior = prior_of(targets.mean[targets.confirmed, :2], scene.position)
         if grid is not None:
-            prior += EDGE_GAIN * (1 - grid.at(scene.position) / NOTHING - USUAL_EDGES)
-        people = self._masks.explained(left_out, prior, tick.stamp_ns)
-        noise = people.covariance + NOISE_M**2 * np.eye(2)
-        return people.mean, noise, dict(left_out)
+            prior += EDGE_GAIN * (1 - grid.at(scene.position) / NO_EDGE - USUAL_EDGES)
+        people = self._masks.explained(left_out, prior, self._stamp_ns or 0)
+        return people.mean, people.covariance + NOISE_M**2 * np.eye(2)
 
     def _tracks(self, ended: Targets, stamp_ns: int) -> Tracks:
         """Return all targets, and once those that ended."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
+from mctrack_ros.interfaces import NO_EDGE
 from mctrack_ros.perception.likelihood_grid.contours import POINTS, cylinder_contours
 from mctrack_ros.perception.likelihood_grid.edges import ORIENTATIONS
 from mctrack_ros.perception.likelihood_grid.oriented_distance import MARGIN_PX, NONE
@@ -25,8 +26,6 @@ LEAST_SEEN = 0.5
 DEVIATIONS_PX = (5.0, 4.0, 2.5)
 """Standard deviation R of an edge off the outline (equation 4) on each grid: those of coarse cells
 are off by more."""
-NOTHING = -4.5
-"""Log-likelihood where no edge of an outline is found: -D_max^2 / 2 R^2."""
 
 
 class Grid(NamedTuple):
@@ -138,11 +137,11 @@ class TemplateHierarchy:
         Returns
         -------
         (n,) float32 array
-            `NOTHING` to 0; NaN where too little of a person would be in the image.
+            `NO_EDGE` to 0; NaN where too little of a person would be in the image.
 
         """
         flat = distance.ravel()
-        likely = np.full(len(self._levels[0].place), NOTHING, np.float32)
+        likely = np.full(len(self._levels[0].place), NO_EDGE, np.float32)
         chosen = np.flatnonzero(self._levels[0].seen)
         for number, level in enumerate(self._levels):
             if number:
@@ -152,7 +151,7 @@ class TemplateHierarchy:
                 chosen = np.flatnonzero(above[level.parent] & (level.seen > 0))
             seen = level.seen[chosen]
             penalty = self._tables[number][flat[level.place[chosen]]].sum(axis=1)
-            outside = (POINTS - seen) * np.float32(NOTHING)
+            outside = (POINTS - seen) * np.float32(NO_EDGE)
             likely[chosen] = (penalty - outside) / seen
         likely[~self.is_seen] = np.nan
         return likely
@@ -173,7 +172,7 @@ def _penalties(deviation_px: float) -> Singles:
     """Return the term of equation 4 for each distance, (256,)."""
     distance = np.minimum(np.arange(256.0), 3 * deviation_px)
     table = -(distance**2) / (2 * deviation_px**2)
-    assert table[NONE] == NOTHING
+    assert table[NONE] == NO_EDGE
     return np.asarray(table, np.float32)
 
 

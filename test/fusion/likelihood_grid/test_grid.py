@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mctrack_ros.fusion.likelihood_grid.grid import NOTHING, JointGrid
-from mctrack_ros.interfaces import Likelihood
+from mctrack_ros.fusion.likelihood_grid.grid import JointGrid
+from mctrack_ros.interfaces import NO_EDGE, Likelihood
 
 CELLS = 40
 AXES = [(np.arange(CELLS) + 0.5) * side / CELLS for side in (6.0, 4.2)]
@@ -16,7 +16,7 @@ CENTRES = np.stack(np.meshgrid(*AXES), axis=-1).reshape(-1, 2)
 def likelihood(places, unseen=(), height=-1.0, width=0.15):
     """Return what a camera tells that sees people as bumps."""
     position = np.column_stack([CENTRES, np.zeros(len(CENTRES))])
-    told = np.full(len(CENTRES), NOTHING)
+    told = np.full(len(CENTRES), NO_EDGE)
     for place in places:
         squared = ((CENTRES - place) ** 2).sum(axis=1) / width**2
         told = np.maximum(told, height - np.minimum(squared, 7.0) / 2)
@@ -49,7 +49,7 @@ def test_a_camera_that_does_not_see_a_cell_says_nothing_of_it():
     blind = likelihood([], unseen=range(len(CENTRES)))
     np.testing.assert_allclose(JointGrid([*seen, blind]).mean, JointGrid(seen).mean)
     alone = JointGrid([seen[0], blind])
-    assert (alone.mean == NOTHING).all()
+    assert (alone.mean == NO_EDGE).all()
 
 
 def test_values_between_cells_are_interpolated():

@@ -3,11 +3,11 @@
 import cv2
 import numpy as np
 
+from mctrack_ros.interfaces import NO_EDGE
 from mctrack_ros.perception.likelihood_grid.contours import cylinder_contours
 from mctrack_ros.perception.likelihood_grid.edges import EdgeBackground, Edges, gradient_of
 from mctrack_ros.perception.likelihood_grid.oriented_distance import OrientedDistance
 from mctrack_ros.perception.likelihood_grid.templates import (
-    NOTHING,
     Grid,
     TemplateHierarchy,
     _parents,
@@ -56,13 +56,13 @@ def test_the_likeliest_cell_is_where_a_person_stands(mapping):
         best = GRID.centres()[int(np.nanargmax(found))]
         assert np.linalg.norm(best - place) < 0.11
         assert np.nanmax(found) > -0.5
-        assert np.nanmin(found) == NOTHING
+        assert np.nanmin(found) == NO_EDGE
 
 
 def test_without_edges_nobody_is_likely_anywhere(mapping):
     hierarchy = templates(mapping)
     found = hierarchy.log_likelihood(OrientedDistance(SIZE).transform(edges_around(mapping, [])))
-    assert (found[hierarchy.is_seen] == NOTHING).all()
+    assert (found[hierarchy.is_seen] == NO_EDGE).all()
     assert np.isnan(found[~hierarchy.is_seen]).all()
 
 
