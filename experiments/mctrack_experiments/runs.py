@@ -26,6 +26,7 @@ SEEDS: Mapping[str, int] = {
     'silhouettes': 4,
     'classes': 4,
     'grey_carpark': 5,
+    'grid': 3,
     'scenarios': 50,
     'consistency': 50,
     'biased': 8,

@@ -77,6 +77,7 @@ _SIMULATED = {
     Experiment.DEMO: 'live_demo',
     Experiment.MOVING_CAMERA: 'papers.belief.moving_camera',
     Experiment.BELIEF: 'papers.belief.comparison',
+    Experiment.GRID: 'papers.likelihood_grid.experiment',
 }
 """Modules of the experiments whose scenes come from seeds."""
 _COUNTED = (
@@ -216,10 +217,6 @@ def _experiment(
 
         with progress_bar('data sets') as progress:
             return reproduce_defaults(data_folder(data), progress)
-    if experiment is Experiment.GRID:
-        from mctrack_experiments.papers.likelihood_grid import reproduce_grid
-
-        return reproduce_grid(data_folder(data), progress=_tell)
     return _real_experiment(experiment)(data_folder(data))
 
 
@@ -232,7 +229,7 @@ def _on_seeds(
     module = import_module(f'mctrack_experiments.{_SIMULATED[experiment]}')
     run = getattr(module, f'reproduce_{experiment}')
     places = []
-    if experiment in (Experiment.COVERING, Experiment.BELIEF, Experiment.CLOCKS):
+    if experiment in (Experiment.COVERING, Experiment.BELIEF, Experiment.CLOCKS, Experiment.GRID):
         places = [data_folder(data)]
     if experiment is Experiment.BIASED:
         from mctrack_experiments.bench.fusion import toolkit_folder
