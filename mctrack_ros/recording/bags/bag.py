@@ -73,6 +73,11 @@ class BagReader(Closing):
         """Log time of the first message, ns."""
         return int(min(s.start_time for s in self._storages if s.message_count))
 
+    @property
+    def end_ns(self) -> int:
+        """Log time of the last message, ns."""
+        return int(max(s.end_time for s in self._storages if s.message_count)) - 1
+
     def count(self, topic: str) -> int:
         """Return how many messages a topic holds."""
         return sum(c.msgcount for c in self._connections(topic))

@@ -142,7 +142,7 @@ class Player(GraphNode):
             self.clock = self.publisher(Clock, '/clock', quality.reliable(10))
         self.ending = threading.Event()
         self.transport = Transport(self.config.rate, self.config.paused)
-        self.controls = Controls(self, self.transport, self.config.burst, self.jump)
+        self.controls = Controls(self, self.transport, self.config.burst, self.seek)
         self.health = ScheduleHealth(self.doing)
         self.diagnostics = Diagnostics(self, {'playing': self.health}, ())
 
@@ -192,11 +192,21 @@ class Player(GraphNode):
         if 'rate' in names:
             self.transport.set_rate(self.config.rate)
         if 'position' in names and self.config.position >= 0.0:
-            self.jump(self.config.position)
+            self.seek(self.bag.begin_ns + round(self.config.position * 1e9))
 
-    def jump(self, position_s: float) -> None:
-        """Go on at another place, s since the beginning of the bag."""
-        self.transport.jump(self.bag.begin_ns + round(position_s * 1e9))
+    def seek(self, time_ns: int) -> bool:
+        """Go on at another place, by log time, ns; tell whether that is in what is played."""
+        if not self.first_ns <= time_ns <= self.last_ns:
+            first, asked, last = (
+                f'{each // SECOND_NS}.{each % SECOND_NS:09}'
+                for each in (self.first_ns, time_ns, self.last_ns)
+            )
+            self.get_logger().warning(
+                f'no jump to {asked} s: what is played of the bag lasts from {first} to {last} s'
+            )
+            return False
+        self.transport.jump(time_ns)
+        return True
 
     def close(self) -> None:
         """Close the bag."""
@@ -218,6 +228,7 @@ class Player(GraphNode):
                 self.play_once()
                 if not self.config.loop:
                     break
+            self.transport.end()
             self.wait_for_arrival()
         except Exception as error:
             self.fail(str(error))
@@ -286,9 +297,7 @@ class Player(GraphNode):
         they were recorded.
 
         """
-        until_ns = None
-        if self.config.duration:
-            until_ns = self.first_ns + round(self.config.duration * 1e9) + 1
+        until_ns = self.last_ns + 1 if self.config.duration else None
         stored = self.bag.serialized(list(self.played), from_ns, until_ns)
         for time_ns, same in groupby(stored, key=itemgetter(3)):
             for topic, _, data, _ in sorted(same, key=itemgetter(0)):
@@ -298,6 +307,13 @@ class Player(GraphNode):
     def first_ns(self) -> int:
         """Log time at which playing begins, ns."""
         return self.bag.begin_ns + round(self.config.start * 1e9)
+
+    @property
+    def last_ns(self) -> int:
+        """Log time at which playing ends, ns."""
+        if not self.config.duration:
+            return self.bag.end_ns
+        return min(self.bag.end_ns, self.first_ns + round(self.config.duration * 1e9))
 
     def play_once(self) -> None:
         """Play the bag from its start, and say how well time was kept."""

@@ -7,20 +7,23 @@ import sys
 import termios
 import threading
 import tty
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from types import ModuleType
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.service import Service
 from std_srvs.srv import Trigger
 
-from mctrack_ros.ros.playback.pacing import Transport
+from mctrack_ros.ros.playback.pacing import SECOND_NS, Transport
 
 KEYS = 'space: pause, n: next message, +: faster, -: slower'
 _FACTOR = 1.1
 """By so much a key changes the speed, as in rosbag2."""
+_ALL = 2**63
+"""More messages than a bag holds: rosbag2 asks for all by 0."""
 
 
 class Controls:
@@ -37,16 +40,16 @@ class Controls:
     transport : Transport
         What is set.
     burst : int
-        Messages that go at once where the service does not say how many.
-    jump : callable
-        Goes to a time since the beginning of the bag, s.
+        Messages that go at once where the service has no field for how many.
+    seek : callable
+        Goes to a log time, ns; tells whether that is in what is played.
 
     """
 
     def __init__(
-        self, node: Node, transport: Transport, burst: int, jump: Callable[[float], None]
+        self, node: Node, transport: Transport, burst: int, seek: Callable[[int], bool]
     ) -> None:
-        self._node, self._transport, self._burst, self._jump = node, transport, burst, jump
+        self._node, self._transport, self._burst, self._seek = node, transport, burst, seek
         self._services: list[Service[Any, Any]] = []
 
     def open(self) -> None:
@@ -55,10 +58,10 @@ class Controls:
         self._offer('pause', 'Pause', lambda _: own.pause(True))
         self._offer('resume', 'Resume', lambda _: own.pause(False))
         self._offer('toggle_paused', 'TogglePaused', lambda _: own.pause(not own.is_paused))
-        self._offer('play_next', 'PlayNext', lambda _: own.step(1))
+        self._offer('play_next', 'PlayNext', lambda _: self._gone(own.burst(1)))
         self._offer('burst', 'Burst', self._on_burst)
         if rosbag2 is not None:
-            self._offer('set_rate', 'SetRate', lambda request: own.set_rate(request.rate))
+            self._offer('set_rate', 'SetRate', self._on_set_rate)
             self._offer('seek', 'Seek', self._on_seek)
         self._keys = _KeyInput()
         threading.Thread(target=self._listen, name='keys', daemon=True).start()
@@ -71,25 +74,41 @@ class Controls:
             self._node.destroy_service(service)
         self._services.clear()
 
-    def _offer(self, name: str, kind: str, act: Callable[[Any], None]) -> None:
+    def _offer(self, name: str, kind: str, act: Callable[[Any], Mapping[str, Any] | None]) -> None:
+        """Offer a service that does something; that returns what is not simply a success."""
         rosbag2 = _rosbag2()
         of_kind = Trigger if rosbag2 is None else getattr(rosbag2, kind)
 
         def answer(request: Any, response: Any) -> Any:
-            act(request)
-            for field in ('success', 'paused'):
+            for field, value in {'success': True, **(act(request) or {})}.items():
                 if hasattr(response, field):
-                    setattr(response, field, field == 'success' or self._transport.is_paused)
+                    setattr(response, field, value)
             return response
 
         service = self._node.create_service(of_kind, f'~/{name}', answer)
         self._services.append(service)
 
-    def _on_burst(self, request: Any) -> None:
-        self._transport.step(int(getattr(request, 'num_messages', 0)) or self._burst)
+    def _on_burst(self, request: Any) -> dict[str, Any]:
+        count = int(getattr(request, 'num_messages', self._burst))
+        return self._gone(self._transport.burst(count or _ALL))
 
-    def _on_seek(self, request: Any) -> None:
-        self._jump(request.time.sec + request.time.nanosec * 1e-9)
+    def _gone(self, count: int) -> dict[str, Any]:
+        """Return an answer that tells how many messages went."""
+        told = f'messages that went: {count}'
+        return {'success': count > 0, 'message': told, 'actually_burst': count}
+
+    def _on_set_rate(self, request: Any) -> dict[str, Any]:
+        return {'success': self._set_rate(request.rate)}
+
+    def _set_rate(self, rate: float) -> bool:
+        """Set the parameter `rate`, which the speed follows; say why not."""
+        (result,) = self._node.set_parameters([Parameter('rate', value=float(rate))])
+        if not result.successful:
+            self._node.get_logger().warning(f'the speed stays: {result.reason}')
+        return bool(result.successful)
+
+    def _on_seek(self, request: Any) -> dict[str, Any]:
+        return {'success': self._seek(request.time.sec * SECOND_NS + request.time.nanosec)}
 
     def _listen(self) -> None:
         """Follow keys until the input ends."""
@@ -104,7 +123,7 @@ class Controls:
         elif key == 'n':
             own.step(1)
         elif key in '+-':
-            own.set_rate(own.rate * (_FACTOR if key == '+' else 1 / _FACTOR))
+            self._set_rate(own.rate * (_FACTOR if key == '+' else 1 / _FACTOR))
 
 
 class _KeyInput:

@@ -11,6 +11,8 @@ from enum import Enum
 
 SECOND_NS = 1_000_000_000
 
+_STALL_S, _PATIENCE_S = 1.0, 10.0
+"""A burst that does not go on for so long is over, and so is one that takes so long."""
 _STAMP_OFFSET = 4
 """A header's stamp follows the four bytes that open every serialised message."""
 
@@ -90,7 +92,7 @@ class Transport:
         self._changed = threading.Condition()
         self._pace: Pace | None = None
         self._at_ns = 0
-        self._steps = 0
+        self._steps = self._stepped = 0
         self._target_ns: int | None = None
         self._has_ended = False
 
@@ -111,7 +113,7 @@ class Transport:
         with self._changed:
             if is_paused != self.is_paused:
                 self._at_ns = self.at_ns
-                self.is_paused = is_paused
+                self.is_paused, self._steps = is_paused, 0
                 self._go_on_from(self._at_ns)
 
     def set_rate(self, rate: float) -> None:
@@ -124,13 +126,38 @@ class Transport:
         """Let so many messages go although it is paused."""
         with self._changed:
             self._steps += count if self.is_paused else 0
-            self._changed.notify()
+            self._changed.notify_all()
+
+    def burst(self, count: int) -> int:
+        """
+        Let so many messages go although it is paused; return how many went.
+
+        Fewer go where playing goes on or ends meanwhile, or where they do not go within 10 s; not
+        paused: none.
+
+        """
+        with self._changed:
+            first, end = self._stepped, time.monotonic() + _PATIENCE_S
+            self._steps += count if self.is_paused else 0
+            self._changed.notify_all()
+            while self._steps and not self._has_ended and time.monotonic() < end:
+                if not self._goes_on():
+                    break
+            self._steps = 0
+            return self._stepped - first
+
+    def _goes_on(self) -> bool:
+        """Wait until a step is done, or all are off; tell whether that happened."""
+        before = self._stepped
+        return self._changed.wait_for(
+            lambda: self._stepped > before or not self._steps or self._has_ended, _STALL_S
+        )
 
     def jump(self, time_ns: int) -> None:
         """Go on at another place, by log time, ns."""
         with self._changed:
             self._target_ns = time_ns
-            self._changed.notify()
+            self._changed.notify_all()
 
     def taken_jump(self) -> int | None:
         """Return where it was to jump to, once."""
@@ -142,7 +169,7 @@ class Transport:
         """Let nothing wait any longer."""
         with self._changed:
             self._has_ended = True
-            self._changed.notify()
+            self._changed.notify_all()
 
     def wait(self, time_ns: int, step_ns: int, tell: Callable[[int], None]) -> Due:
         """
@@ -167,6 +194,8 @@ class Transport:
                     return Due.JUMP
                 if self.is_paused and self._steps:
                     self._steps -= 1
+                    self._stepped += 1
+                    self._changed.notify_all()
                     self._at_ns = time_ns
                     return Due.NOW
                 wait_ns = self._pace.due_ns(time_ns) - time.monotonic_ns()
@@ -186,4 +215,4 @@ class Transport:
         if self._pace is not None:
             shift_ns = self._pace.shift_ns
             self._pace = Pace(at_ns, self.rate, time.monotonic_ns(), shift_ns)
-        self._changed.notify()
+        self._changed.notify_all()

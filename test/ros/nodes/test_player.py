@@ -1,9 +1,13 @@
 """The player: all of a bag, in its order, at its pace."""
 
 import re
+import sys
 import time
+from dataclasses import field, make_dataclass
+from types import ModuleType
 
 import pytest
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import OccupancyGrid
 from rclpy.duration import Duration
@@ -294,3 +298,116 @@ def test_a_player_is_paused_stepped_and_moved_by_services_parameters_and_keys(be
     ask('toggle_paused')
     bench.until(lambda: player.finished)
     bench.until(lambda: said() == [str(index) for index in (*range(5), *range(95, 100))])
+
+
+SERVICES = {
+    'Burst': ({'num_messages': int}, {'actually_burst': int}),
+    'Pause': ({}, {}),
+    'PlayNext': ({}, {'success': bool}),
+    'Resume': ({}, {}),
+    'Seek': ({'time': Time}, {'success': bool}),
+    'SetRate': ({'rate': float}, {'success': bool}),
+    'TogglePaused': ({}, {}),
+}
+"""Fields of requests and responses as rosbag2_interfaces of Jazzy defines them."""
+
+
+@pytest.fixture
+def rosbag2(monkeypatch):
+    """
+    Return a player that is asked by classes with the fields of rosbag2's services.
+
+    The wheels lack rosbag2_interfaces, and DDS takes no service without type support: the
+    callbacks that the player offers are called as rclpy calls them.
+    """
+    stood_in, offered = ModuleType('rosbag2_interfaces.srv'), {}
+    for name, fields in SERVICES.items():
+        parts = [
+            make_dataclass(
+                part, [(*each, field(default_factory=each[1])) for each in named.items()]
+            )
+            for part, named in zip(('Request', 'Response'), fields)
+        ]
+        setattr(stood_in, name, type(name, (), dict(zip(('Request', 'Response'), parts))))
+    monkeypatch.setitem(sys.modules, 'rosbag2_interfaces', ModuleType('rosbag2_interfaces'))
+    monkeypatch.setitem(sys.modules, 'rosbag2_interfaces.srv', stood_in)
+
+    class Asked(Player):
+        def create_service(self, kind, name, callback, **options):
+            if kind not in vars(stood_in).values():
+                return super().create_service(kind, name, callback, **options)
+            offered[name] = kind, callback
+            return None
+
+        def ask(self, name, **fields):
+            kind, callback = offered[f'~/{name}']
+            return callback(kind.Request(**fields), kind.Response())
+
+    return Asked
+
+
+def open_paused(bench, tmp_path, kind, begin_s, **parameters):
+    """Open a paused player of hundred words, 0.1 s apart; return it and what is heard."""
+    begin_ns = round(begin_s * 1e9)
+    items = [('/words', begin_ns + index * 10**8, str(index)) for index in range(100)]
+    bag = words_bag(tmp_path / 'bag', items)
+    parameters = {'path': str(bag), 'settle': 0.0, 'paused': True, 'wait': 0.0} | parameters
+    bench.open('--params-file', str(bench.parameter_file('player', parameters)))
+    heard = bench.messages(String, '/words')
+    player = bench.add(kind())
+    bench.until(lambda: player.played['/words'].publisher.get_subscription_count() == 1)
+    return player, lambda: [int(message.data) for message in heard]
+
+
+@pytest.mark.live
+def test_rosbag2s_seek_goes_to_an_absolute_time_or_says_why_not(bench, tmp_path, rosbag2, capfd):
+    player, said = open_paused(bench, tmp_path, rosbag2, 1.7e9, start=2.0, duration=6.0)
+    assert player.ask('seek', time=Time(sec=1_700_000_005, nanosec=100_000_000)).success
+    assert player.ask('play_next').success
+    assert player.ask('seek', time=Time(sec=1_700_000_002)).success
+    assert player.ask('play_next').success
+    bench.until(lambda: said() == [51, 20])
+    for second in (3, 1_700_000_001, 1_700_000_009):
+        assert not player.ask('seek', time=Time(sec=second)).success
+    player.set_parameters([Parameter('position', value=9.0)])
+    logged = capfd.readouterr().err
+    assert 'no jump to 3.000000000 s: what is played of the bag lasts from' in logged
+    assert 'from 1700000002.000000000 to 1700000008.000000000 s' in logged
+    assert logged.count('no jump to') == 4
+    assert player.ask('play_next').success
+    assert player.ask('seek', time=Time(sec=1_700_000_008)).success
+    assert player.ask('play_next').success
+    bench.until(lambda: player.finished and said() == [51, 20, 21, 80])
+
+
+@pytest.mark.live
+def test_rosbag2s_burst_says_how_many_messages_went(bench, tmp_path, rosbag2):
+    player, said = open_paused(bench, tmp_path, rosbag2, 0.0, loop=True)
+    assert player.ask('burst', num_messages=7).actually_burst == 7
+    bench.until(lambda: said() == [*range(7)])
+    player.ask('resume')
+    assert not player.transport.is_paused
+    assert not player.ask('play_next').success
+    assert player.ask('burst', num_messages=3).actually_burst == 0
+    player.ask('toggle_paused')
+    assert player.transport.is_paused
+
+
+@pytest.mark.live
+def test_rosbag2s_burst_of_0_is_of_the_whole_bag(bench, tmp_path, rosbag2):
+    player, said = open_paused(bench, tmp_path, rosbag2, 0.0)
+    assert player.ask('burst').actually_burst == 100
+    bench.until(lambda: player.finished and said() == [*range(100)])
+    assert not player.ask('play_next').success
+
+
+@pytest.mark.live
+def test_rosbag2s_set_rate_sets_the_parameter_and_refuses_what_is_no_speed(
+    bench, tmp_path, rosbag2, capfd
+):
+    player, _ = open_paused(bench, tmp_path, rosbag2, 0.0)
+    assert player.ask('set_rate', rate=2.5).success
+    for rate in (0.0, -1.0, float('nan'), float('inf'), 1e9):
+        assert not player.ask('set_rate', rate=rate).success
+    assert player.transport.rate == player.get_parameter('rate').value == 2.5
+    assert capfd.readouterr().err.count('the speed stays: ') == 5

@@ -89,3 +89,17 @@ def test_the_speed_changes_from_there_on_and_a_player_ends_in_the_middle():
     assert transport.at_ns >= at_ns
     seconds = played.gone[10][1] - played.gone[1][1]
     assert seconds >= 0.004
+
+
+def test_a_burst_says_how_many_went_and_takes_back_the_rest():
+    transport = Transport(1.0, True)
+    assert transport.burst(2) == 0  # nothing plays yet
+    played = Played(transport, count=6)
+    assert transport.burst(2) == 2
+    transport.pause(False)
+    assert transport.burst(2) == 0
+    transport.pause(True)
+    ended = threading.Thread(target=lambda: (played.thread.join(), transport.end()))
+    ended.start()
+    assert 2 <= transport.burst(100) <= 4
+    assert sorted(set(played.indices())) == [*range(6)]
