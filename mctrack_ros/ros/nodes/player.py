@@ -142,7 +142,7 @@ class Player(GraphNode):
             self.clock = self.publisher(Clock, '/clock', quality.reliable(10))
         self.ending = threading.Event()
         self.transport = Transport(self.config.rate, self.config.paused)
-        self.controls = Controls(self, self.transport, self.config.burst, self.seek)
+        self.controls = Controls(self, self.transport, self.config.burst, self.seek, self.skip)
         self.health = ScheduleHealth(self.doing)
         self.diagnostics = Diagnostics(self, {'playing': self.health}, ())
 
@@ -207,6 +207,11 @@ class Player(GraphNode):
             return False
         self.transport.jump(time_ns)
         return True
+
+    def skip(self, seconds: float) -> None:
+        """Go on so much later, or earlier, at most to where playing ends or begins, s."""
+        time_ns = self.transport.next_ns + round(seconds * 1e9)
+        self.seek(min(max(time_ns, self.first_ns), self.last_ns))
 
     def close(self) -> None:
         """Close the bag."""

@@ -19,9 +19,14 @@ from std_srvs.srv import Trigger
 
 from mctrack_ros.ros.playback.pacing import SECOND_NS, Transport
 
-KEYS = 'space: pause, n: next message, +: faster, -: slower'
 _FACTOR = 1.1
 """By so much a key changes the speed, as in rosbag2."""
+_SKIP_S = {'left': -5.0, 'right': 5.0}
+"""So far these keys jump, s."""
+_ESCAPE, _OPENINGS, _FIRST_END, _LAST_END = '\x1b', ('[', 'O'), '@', '~'
+"""Of a key's escape sequence (ECMA-48): how it opens, and between what its end lies."""
+_ARROWS = {'C': 'right', 'D': 'left'}
+"""How the escape sequences of keys end."""
 _ALL = 2**63
 """More messages than a bag holds: rosbag2 asks for all by 0."""
 
@@ -43,13 +48,21 @@ class Controls:
         Messages that go at once where the service has no field for how many.
     seek : callable
         Goes to a log time, ns; tells whether that is in what is played.
+    skip : callable
+        Goes so many seconds on, or back.
 
     """
 
     def __init__(
-        self, node: Node, transport: Transport, burst: int, seek: Callable[[int], bool]
+        self,
+        node: Node,
+        transport: Transport,
+        burst: int,
+        seek: Callable[[int], bool],
+        skip: Callable[[float], None],
     ) -> None:
-        self._node, self._transport, self._burst, self._seek = node, transport, burst, seek
+        self._node, self._transport, self._burst = node, transport, burst
+        self._seek, self._skip = seek, skip
         self._services: list[Service[Any, Any]] = []
 
     def open(self) -> None:
@@ -122,6 +135,8 @@ class Controls:
             own.pause(not own.is_paused)
         elif key == 'n':
             own.step(1)
+        elif key in _SKIP_S:
+            self._skip(_SKIP_S[key])
         elif key in '+-':
             self._set_rate(own.rate * (_FACTOR if key == '+' else 1 / _FACTOR))
 
@@ -140,9 +155,18 @@ class _KeyInput:
             self._number = -1
 
     def next(self) -> str:
-        """Return the next key; empty: there are no more."""
+        """Return the next key: a character or `left`, `right`, `other`; empty: no more."""
         if self._number < 0 or (self._modes is None and os.isatty(self._number)):
             return ''
+        key = self._character()
+        if key != _ESCAPE or (key := self._character()) not in _OPENINGS:
+            return key
+        while (end := self._character()) and not _FIRST_END <= end <= _LAST_END:
+            pass  # numbers, of a key with shift for example
+        return end and _ARROWS.get(end, 'other')
+
+    def _character(self) -> str:
+        """Return one character; empty: there are no more."""
         try:
             return os.read(self._number, 1).decode(errors='replace')
         except OSError:

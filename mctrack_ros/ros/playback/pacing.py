@@ -103,6 +103,12 @@ class Transport:
             return self._at_ns
         return self._pace.bag_ns(time.monotonic_ns())
 
+    @property
+    def next_ns(self) -> int:
+        """Where it is in the bag, or will be after a jump that is asked for, ns."""
+        with self._changed:
+            return self.at_ns if self._target_ns is None else self._target_ns
+
     def begin(self, pace: Pace) -> None:
         """Let the first message of a passage be due as a pace says."""
         with self._changed:
@@ -163,6 +169,9 @@ class Transport:
         """Return where it was to jump to, once."""
         with self._changed:
             target_ns, self._target_ns = self._target_ns, None
+            if target_ns is not None:
+                self._at_ns = target_ns
+                self._go_on_from(target_ns)
             return target_ns
 
     def end(self) -> None:

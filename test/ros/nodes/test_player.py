@@ -1,5 +1,6 @@
 """The player: all of a bag, in its order, at its pace."""
 
+import os
 import re
 import sys
 import time
@@ -411,3 +412,26 @@ def test_rosbag2s_set_rate_sets_the_parameter_and_refuses_what_is_no_speed(
         assert not player.ask('set_rate', rate=rate).success
     assert player.transport.rate == player.get_parameter('rate').value == 2.5
     assert capfd.readouterr().err.count('the speed stays: ') == 5
+
+
+@pytest.mark.live
+def test_arrow_keys_jump_five_seconds_within_what_is_played(bench, tmp_path, monkeypatch):
+    read_end, write_end = os.pipe()
+    with open(read_end) as pipe, open(write_end, 'wb', buffering=0) as pressed:
+        monkeypatch.setattr(sys, 'stdin', pipe)
+        player, said = open_paused(bench, tmp_path, Player, 1.7e9, start=1.0)
+        bench.until(lambda: player.transport.next_ns)
+        words = []
+        for keys, word in (
+            (b'n', 10),
+            (b'\x1b[Cn', 60),
+            (b'\x1bODn', 10),  # as keypads say it
+            (b'\x1b[1;5C\x1b[A\x1b[15~n', 60),  # with Ctrl; up and F5 are no keys here
+            (b'\x1b[D\x1b[Dn', 10),
+            (b'\x1bn', 11),
+            (b'\x1b[C\x1b[Cn', 99),
+        ):
+            pressed.write(keys)
+            words.append(word)
+            bench.until(lambda: said() == words)
+        bench.until(lambda: player.finished)
