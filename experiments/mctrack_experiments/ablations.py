@@ -50,7 +50,7 @@ from mctrack_experiments.real.stored_detections import DATA_SETS, DISTURBANCE_M,
 from mctrack_experiments.scenarios.changing_views import SCENES, score, tracked
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.fusion.association import likelihood
-from mctrack_ros.fusion.cells import links, members
+from mctrack_ros.fusion.cells import links
 from mctrack_ros.fusion.cells import pipeline as cell_pipeline
 from mctrack_ros.fusion.existence import evidence
 from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
@@ -195,9 +195,6 @@ CELL_RULES = {
     'suspects': Rule(
         'a cell whose track has jumped is the first to be wrong',
         patches={(links, 'SUSPECT_S'): 0.0},
-    ),
-    'speed error': Rule(
-        'velocities of cells err beyond their covariance', patches={(members, 'SPEED_SIGMA'): 0.0}
     ),
     'joining': Rule(
         'two targets of one person become one', patches={(cell_pipeline, 'JOIN_M'): 0.0}

@@ -18,8 +18,6 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-SPEED_SIGMA = 0.5
-"""Error of a cell's velocity beside its covariance, m/s: filters lag behind who turns."""
 OLDEST_S = 1e9
 """No track is older, s."""
 SEEN = (TrackStatus.CONFIRMED, TrackStatus.GROUPED)
@@ -120,7 +118,7 @@ def members_of(cell: int, report: CellReport, sigma: float) -> Members:
     state = np.column_stack([tracks.position[:, :2], tracks.velocity]).astype(np.float64)
     spread = tracks.covariance.astype(np.float64)
     spread = (spread + spread.swapaxes(1, 2)) / 2
-    shared = np.array([sigma, sigma, SPEED_SIGMA, SPEED_SIGMA]) ** 2
+    shared = np.array([sigma, sigma, 0.0, 0.0]) ** 2
     template = np.zeros((count, TEMPLATE_SIZE), np.float32)
     place = {name: row for row, name in enumerate(report.feedback.track_id.tolist())}
     rows = np.array([place.get(name, -1) for name in tracks.track_id.tolist()], np.intp)
