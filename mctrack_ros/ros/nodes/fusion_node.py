@@ -17,8 +17,10 @@ import numpy as np
 from geometry_msgs.msg import PoseArray, PoseStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecyclePublisher
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from mctrack_ros.codec import (
@@ -302,6 +304,7 @@ class FusionNode(GraphNode):
     def start(self) -> None:
         """Subscribe to every camera, and say what the site is."""
         self.after_arrivals = self.create_guard_condition(self.on_overdue)
+        self.choice = self.create_service(Trigger, '~/follow_next', self.on_follow_next)
         if self.arrays is None:
             self.get_logger().info('vision_msgs is not installed: no tracks/detections')
         if any(self.origin):
@@ -346,6 +349,8 @@ class FusionNode(GraphNode):
         """Fuse what waits; what follows begins with the state after that."""
         self.fuse(self.batcher.flush())
         self.destroy_guard_condition(self.after_arrivals)
+        self.destroy_service(self.choice)
+        self.followed = Followed(self.config.follow)
         self.before, self.beginning = None, b''
         with suppress(StateError):  # a tracker of somebody else's may have none
             self.beginning = take_state(self.tracker).packed({})
@@ -501,6 +506,21 @@ class FusionNode(GraphNode):
             frame = self.config.ground_frame
             if pose := self.followed.pose(output.tracks, output.events, frame):
                 self.pose.publish(pose)
+            if self.followed.track_id != self.config.follow:
+                self.follow(self.followed.track_id)  # the id was corrected
+
+    def follow(self, track_id: int) -> None:
+        """Set whom to follow, and show it as the parameter."""
+        self.set_parameters([Parameter('follow', value=track_id)])
+
+    def on_follow_next(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Follow the next person by id."""
+        track_id = self.followed.next_id()
+        response.success, response.message = track_id > 0, 'nobody is tracked'
+        if response.success:
+            self.follow(track_id)
+            response.message = str(track_id)
+        return response
 
     def keep(self, tracks: Tracks, at_once: bool) -> None:
         """Keep the state for a restart, and say how long the last one took."""
@@ -513,7 +533,7 @@ class FusionNode(GraphNode):
     def changed(self, names: set[str], before: FusionNodeConfig) -> None:
         """Follow somebody else, or track by other thresholds, from now on."""
         if 'follow' in names:
-            self.followed = Followed(self.config.follow)
+            self.followed.choose(self.config.follow)
         if self.config.fusion == before.fusion:
             return
         replace_parameters(self.tracker, before.fusion, self.config.fusion)

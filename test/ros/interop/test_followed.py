@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.interfaces import EventCode, Events, Tracks, TrackStatus
+from mctrack_ros.interfaces import ClassCode, EventCode, Events, Tracks, TrackStatus
 from mctrack_ros.ros.interop.followed import Followed
 
 NOTHING = Events.build(0)
@@ -39,3 +39,23 @@ def test_nobody_and_who_has_left_have_no_pose():
     assert Followed(0).pose(tracks(0), NOTHING, 'map') is None
     assert Followed(12).pose(tracks(12, status=TrackStatus.DELETED), NOTHING, 'map') is None
     assert Followed(12).pose(tracks(13), NOTHING, 'map') is None
+
+
+def test_next_comes_the_confirmed_person_of_the_next_higher_id_and_after_the_last_the_first():
+    status = [
+        *(TrackStatus.CONFIRMED, TrackStatus.TENTATIVE, TrackStatus.COASTING),
+        *(TrackStatus.DELETED, TrackStatus.GROUPED, TrackStatus.CONFIRMED),
+    ]
+    several = Tracks.build(
+        0, position=np.zeros((6, 3)), track_id=range(3, 9), status=status,
+        class_id=[ClassCode.PERSON] * 5 + [ClassCode.VEHICLE],
+    )  # fmt: skip
+    followed, seen = Followed(0), []
+    assert followed.next_id() == 0
+    followed.pose(several, NOTHING, 'map')
+    for _ in range(4):
+        followed.choose(followed.next_id())
+        seen.append(followed.track_id)
+    assert seen == [3, 5, 7, 3]
+    followed.choose(4000)
+    assert followed.next_id() == 3

@@ -16,6 +16,7 @@ from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from mctrack_ros.codec import cloud_from_rows
@@ -418,6 +419,34 @@ def test_whom_to_follow_is_chosen_at_run_time(bench):
     bench.until(lambda: poses)
     (result,) = node.set_parameters([Parameter('ground_frame', value='hall')])
     assert not result.successful
+
+
+def test_a_service_follows_one_person_after_another_and_the_parameter_says_whom(bench):
+    graph = open_fusion(bench)
+    node = bench.nodes[0]
+    client = bench.observer.create_client(Trigger, '/fusion_node/follow_next')
+    bench.until(client.service_is_ready)
+
+    def ask():
+        answer = client.call_async(Trigger.Request())
+        bench.until(answer.done)
+        return answer.result().success, answer.result().message
+
+    assert ask() == (False, 'nobody is tracked')
+    assert node.get_parameter('follow').value == 0
+    for index in range(100, 130):
+        for camera in CAMERAS:
+            graph.send(camera, index, count=3)
+        bench.until(lambda sent=index: len(graph.ticks) > sent - 100)
+    bench.until(lambda: len(graph.tracks) == 30)
+    ids = sorted(graph.tracks[-1].track_id.tolist())
+    assert len(ids) == 3
+    for track_id in (*ids, ids[0]):
+        assert ask() == (True, str(track_id))
+        assert node.get_parameter('follow').value == track_id
+    node.followed.track_id = ids[1]  # as a correction does
+    graph.both([130])
+    bench.until(lambda: node.get_parameter('follow').value == ids[1])
 
 
 def test_namespace_and_remapping_move_its_topics(bench):
