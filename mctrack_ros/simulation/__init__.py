@@ -4,7 +4,7 @@ from mctrack_ros.simulation.cameras import Camera, pitch5_cameras
 from mctrack_ros.simulation.carpark import CarParkScenario, CarParkWorld, GreyCarParkScenario
 from mctrack_ros.simulation.difficulty import Difficulty, DifficultyMeter
 from mctrack_ros.simulation.happenings import EventWatcher
-from mctrack_ros.simulation.indoor import IndoorScenario
+from mctrack_ros.simulation.indoor import HallScenario, IndoorScenario
 from mctrack_ros.simulation.pitch.field import LENGTH_M, WIDTH_M, landmarks, painted_lines
 from mctrack_ros.simulation.pitch.ptz import PtzCamera, PtzScenario, ptz_cameras
 from mctrack_ros.simulation.pitch.staging import Walk, placed, staged
@@ -14,6 +14,7 @@ from mctrack_ros.simulation.scenario import Scenario
 from mctrack_ros.simulation.scenes import (
     CARPARK,
     GREY_CARPARK,
+    HALL,
     INDOOR,
     PITCH5,
     PTZ,
@@ -34,6 +35,7 @@ from mctrack_ros.simulation.world import World
 __all__ = [
     'CARPARK',
     'GREY_CARPARK',
+    'HALL',
     'INDOOR',
     'LENGTH_M',
     'PITCH5',
@@ -49,6 +51,7 @@ __all__ = [
     'EventWatcher',
     'Figured',
     'GreyCarParkScenario',
+    'HallScenario',
     'IndoorScenario',
     'PtzCamera',
     'PtzScenario',

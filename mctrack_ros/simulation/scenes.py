@@ -23,9 +23,15 @@ from mctrack_ros.simulation.carpark import (
 )
 from mctrack_ros.simulation.difficulty import DifficultyMeter
 from mctrack_ros.simulation.indoor import (
+    HallRenderer,
+    HallScenario,
     IndoorMeter,
     IndoorRenderer,
     IndoorScenario,
+    hall,
+    hall_cameras,
+    hall_landmarks,
+    hall_world,
     indoor_world,
 )
 from mctrack_ros.simulation.indoor import layout as room
@@ -167,7 +173,19 @@ GREY_CARPARK = Scene(
     cell_m=5.0,
 )
 
-SCENES = {scene.name: scene for scene in (PITCH5, PTZ, CARPARK, INDOOR, GREY_CARPARK)}
+HALL = Scene(
+    name='hall',
+    scenario=HallScenario,
+    world=hall_world,
+    renderer=HallRenderer,
+    meter=IndoorMeter,
+    cameras=hall_cameras,
+    landmarks=hall_landmarks,
+    extent_m=(hall.LENGTH_M, hall.WIDTH_M),
+    cell_m=1.0,
+)
+
+SCENES = {scene.name: scene for scene in (PITCH5, PTZ, CARPARK, INDOOR, GREY_CARPARK, HALL)}
 
 
 def scene_of(scenario: Scenario) -> Scene:

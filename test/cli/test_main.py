@@ -75,7 +75,7 @@ def test_echo_prints_json_without_nan(tracked):
         (['track', '{bag}', '--out', '{out}', '--site', '{site}'], 'exists already'),
         (
             ['track', '{bag}', '--out', 'x', '--site', 'atlantis'],
-            "no site 'atlantis' is shipped, only carpark, grey_carpark, indoor, pitch5",
+            "no site 'atlantis' is shipped, only carpark, grey_carpark, hall, indoor, pitch5",
         ),
         (['track', '{bag}', '--out', 'x'], 'its cameras are north, south; give the site'),
         (['echo', '/nothing', '--bag', '{bag}'], 'has no topic /nothing'),

@@ -39,6 +39,7 @@ class SceneName(StrEnum):
     CARPARK = 'carpark'
     INDOOR = 'indoor'
     GREY_CARPARK = 'grey_carpark'
+    HALL = 'hall'
 
 
 def simulate(
@@ -46,13 +47,13 @@ def simulate(
     scene: SceneName = typer.Option(
         SceneName.PITCH5,
         help='Five cameras around a football pitch, two beside it that pan, tilt and zoom, '
-        'one over a car park, four in a room, or four around a grey car park.',
+        'one over a car park, four in a room, around a grey car park, or in a hall with one door.',
     ),
     seconds: float | None = typer.Option(
         None,
         min=0.04,
         help='Length, s; unless given, 120 of the match, 600 of the car park, 23.6 of the room, '
-        '60 of the grey car park.',
+        '60 of the grey car park, 55 of the hall.',
     ),
     seed: int = typer.Option(1, min=0, help='Seed; the same seed gives the same bytes.'),
     cameras: int | None = typer.Option(None, min=1, max=5, help='How many of the cameras.'),
@@ -62,7 +63,7 @@ def simulate(
     shadows: bool | None = typer.Option(
         None,
         '--shadows/--no-shadows',
-        help='Whether to draw shadows; by default only on car parks.',
+        help='Whether to draw shadows; by default only on car parks and in the hall.',
     ),
     distortion: float | None = typer.Option(
         None, min=-0.5, max=0.5, help='First radial coefficient of the lenses; indoor: -0.05.'
@@ -95,7 +96,7 @@ def simulate(
     ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the difficulty here.'),
 ) -> None:
-    """Render the five-camera football pitch, a car park or the room, with truth, into a bag."""
+    """Render the five-camera football pitch, a car park or a room, with truth, into a bag."""
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.evaluation.figures import Figures
     from mctrack_ros.simulation import SCENES

@@ -36,8 +36,9 @@ class SimulatorNodeConfig:
         'scene; for carpark set cameras [cam1], rate 4, shadows true, noise 2.6 and '
         'lighting_drift 0.06, as the silhouettes paper has it; for indoor cameras [cam1, cam2, '
         'cam3, cam4], duration 23.6 and distortion -0.05; for grey_carpark these cameras, rate '
-        '12.5 and the rest as for carpark; for ptz cameras [cam1, cam2]',
-        choices=('pitch5', 'ptz', 'carpark', 'indoor', 'grey_carpark'),
+        '12.5 and the rest as for carpark; for hall these cameras, rate 12.5, duration 55 and '
+        'shadows true; for ptz cameras [cam1, cam2]',
+        choices=('pitch5', 'ptz', 'carpark', 'indoor', 'grey_carpark', 'hall'),
     )
     cameras: tuple[str, ...] = parameter(
         ('cam1', 'cam2', 'cam3', 'cam4', 'cam5'), 'cameras that this node renders'

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,7 +48,7 @@ def indoor_world(scenario: IndoorScenario) -> World:
     return World(
         scenario=scenario,
         motion=motion,
-        appearance=_dressed(scenario),
+        appearance=street_clothes(scenario.seed, scenario.people),
         cameras=cameras,
         feet_in_view=feet_in_view(motion.position, cameras) & active[:, None],
         active=active,
@@ -55,10 +57,10 @@ def indoor_world(scenario: IndoorScenario) -> World:
     )
 
 
-def _dressed(scenario: IndoorScenario) -> Appearance:
+def street_clothes(seed: int, count: int) -> Appearance:
     """Dress everybody for the street; two may well look alike."""
-    rng = np.random.default_rng([scenario.seed, 23])
-    palette = np.zeros((scenario.people, len(Cloth), 3))
+    rng = np.random.default_rng([seed, 23])
+    palette = np.zeros((count, len(Cloth), 3))
     for person in palette:
         shirt, trousers = _COLOURS[rng.integers(len(_COLOURS), size=2)]
         person[Cloth.SHIRT] = person[Cloth.SLEEVE] = shirt * rng.uniform(0.8, 1.1)
@@ -67,9 +69,9 @@ def _dressed(scenario: IndoorScenario) -> Appearance:
         person[Cloth.SHOE] = (30, 30, 34)
         person[Cloth.SKIN] = _SKIN[rng.integers(len(_SKIN))]
         person[Cloth.HAIR] = _HAIR[rng.integers(len(_HAIR))]
-    height = rng.uniform(*_HEIGHT_M, scenario.people)
+    height = rng.uniform(*_HEIGHT_M, count)
     colours = np.clip(np.round(palette), 0, 255).astype(np.uint8)
-    return Appearance(colours, height, np.zeros(scenario.people, np.uint8))
+    return Appearance(colours, height, np.zeros(count, np.uint8))
 
 
 def _motion(scenario: IndoorScenario) -> tuple[Motion, NDArray[np.bool_]]:
@@ -78,24 +80,60 @@ def _motion(scenario: IndoorScenario) -> tuple[Motion, NDArray[np.bool_]]:
     count, steps, period = scenario.people, scenario.steps, scenario.period_s
     first = EMPTY_STEPS + np.round(np.arange(count) * _ENTER_EVERY_S / period).astype(int)
     present = np.arange(steps)[:, None] >= first
+    phase = rng.uniform(0, 2 * np.pi, count)
+    group = _Group(count, rng)
+
+    def walk(step: int, place: Floats) -> Floats:
+        spots = group.spots(step * period, present[step])
+        return np.clip(spots, (0.25, 0.25), (LENGTH_M - 0.25, WIDTH_M - 0.25))
+
+    return walked(np.tile(np.array(DOOR), (count, 1)), phase, present, period, walk), present
+
+
+def walked(
+    place: Floats,
+    phase: Floats,
+    present: NDArray[np.bool_],
+    period: float,
+    targets: Callable[[int, Floats], Floats],
+    limited: Callable[[Floats], Floats] = lambda place: place,
+) -> Motion:
+    """
+    Return how people walk who step aside for one another.
+
+    Parameters
+    ----------
+    place : (n, 2) array
+        Where they begin, m.
+    phase : (n,) array
+        Phases of their gaits at first, rad.
+    present : (steps, n) bool array
+        Who is there.
+    period : float
+        Between steps, s.
+    targets : callable
+        Step and places, (n, 2) m, to where everybody wants to be.
+    limited : callable
+        Places to places where one can be, (n, 2) m.
+
+    """
+    steps, count = present.shape
     position, velocity = np.tile(_NOWHERE, (steps, count, 1)), np.zeros((steps, count, 2))
     heading, stride = np.zeros((steps, count)), np.zeros((steps, count))
-    place, speed = np.tile(np.array(DOOR), (count, 1)), np.zeros((count, 2))
-    facing, phase = np.zeros(count), rng.uniform(0, 2 * np.pi, count)
-    group = _Group(count, rng)
+    speed, facing = np.zeros((count, 2)), np.zeros(count)
     for step in range(steps):
         here = present[step]
-        wanted = _walk(place, group.spots(step * period, here)) + _stepping_aside(place, here)
+        wanted = _walk(place, targets(step, place)) + _stepping_aside(place, here)
         change = np.clip(wanted - speed, -_ACCELERATION * period, _ACCELERATION * period)
         speed = np.where(here[:, None], speed + change, 0.0)
-        place = _apart(place + speed * period, here)
+        place = limited(_apart(place + speed * period, here))
         pace = np.hypot(*speed.T)
         turn = np.angle(np.exp(1j * (np.arctan2(speed[:, 1], speed[:, 0]) - facing)))
         facing = facing + turn * np.clip(pace - 0.2, 0, 1) * min(4 * period, 1)
         phase = phase + 2 * np.pi * np.where(pace > 0.2, 0.7 + 0.12 * pace, 0) * period
         position[step, here], velocity[step, here] = place[here], speed[here]
         heading[step], stride[step] = facing, phase
-    return Motion(position, velocity, heading, stride), present
+    return Motion(position, velocity, heading, stride)
 
 
 class _Group:
@@ -132,7 +170,7 @@ class _Group:
 
 def _walk(place: Floats, target: Floats) -> Floats:
     """Return the velocities that bring people to their targets, m/s."""
-    gap = np.clip(target, (0.25, 0.25), (LENGTH_M - 0.25, WIDTH_M - 0.25)) - place
+    gap = target - place
     distance = np.linalg.norm(gap, axis=1, keepdims=True)
     return np.asarray(gap / np.maximum(distance, 1e-9) * np.minimum(1.5 * distance, _SPEED))
 

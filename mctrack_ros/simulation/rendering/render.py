@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mctrack_ros.simulation.pitch.stadium import empty_image, seat_crowd
 from mctrack_ros.simulation.rendering.light import brightness, gain
 from mctrack_ros.simulation.rendering.noise import SensorNoise
-from mctrack_ros.simulation.rendering.sight import Sight, View
+from mctrack_ros.simulation.rendering.sight import Layers, Sight, View
 from mctrack_ros.simulation.world import World
 
 Image = NDArray[np.uint8]
@@ -47,7 +47,7 @@ class CameraRenderer:
         scenario = self._world.scenario
         image = self._empty_at(step)
         if scenario.shadows:
-            self._darken(image, step)
+            darken(image, self._sight.shadows(step))
         layers = self._sight.layers(step)
         for person, shape in layers:
             mask = shape.cloth > 0
@@ -75,12 +75,14 @@ class CameraRenderer:
         turned = camera.warp_from(self._camera.mosaic)
         return np.asarray(cv2.warpPerspective(self._empty, turned, camera.size), np.uint8)
 
-    def _darken(self, image: Image, step: int) -> None:
-        """Darken the ground where bodies keep the sun off."""
-        shade = np.zeros(image.shape[:2], np.uint8)
-        for _, shape in self._sight.shadows(step):
-            shade[shape.window] |= shape.cloth
-        image[shade > 0] = (image[shade > 0] * _SHADOW).astype(np.uint8)
+
+def darken(image: Image, shadows: Layers, floor: NDArray[np.bool_] | None = None) -> None:
+    """Darken the ground, or its part that is floor, where bodies keep the sun off; in place."""
+    shade = np.zeros(image.shape[:2], np.uint8)
+    for _, shape in shadows:
+        shade[shape.window] |= shape.cloth
+    dark = shade > 0 if floor is None else (shade > 0) & floor
+    image[dark] = (image[dark] * _SHADOW).astype(np.uint8)
 
 
 def _scale(image: Image, factor: float) -> None:

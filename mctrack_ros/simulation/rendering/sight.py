@@ -90,11 +90,11 @@ class Sight:
         """Return everybody in the image, index and silhouette drawn alone, far ones first."""
         return self._drawn(self._pose(step), self._camera.at(step))
 
-    def shadows(self, step: int) -> Layers:
-        """Return the silhouettes of everybody's shadow on the ground."""
+    def shadows(self, step: int, sun: NDArray[np.float64] = _SUN) -> Layers:
+        """Return everybody's shadow on the ground, given that of something 1 m high, (2,) m."""
         pose = self._pose(step)
         ends = pose.ends.copy()
-        ends[..., :2] += ends[..., 2:] * _SUN
+        ends[..., :2] += ends[..., 2:] * sun
         ends[..., 2] = 0
         return self._drawn(replace(pose, ends=ends), self._camera.at(step))
 
