@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from dataclasses import dataclass
 from itertools import chain, count
 from typing import Any
@@ -9,7 +11,15 @@ from typing import Any
 from sqlalchemy import Connection, Row, Table, insert, select
 
 from mctrack_ros.store.errors import StoreError
-from mctrack_ros.store.schema import CAMERAS, PROGRESS, RUN_CAMERAS, RUNS, SITES, upsert
+from mctrack_ros.store.schema import (
+    CAMERAS,
+    DESCRIPTIONS,
+    PROGRESS,
+    RUN_CAMERAS,
+    RUNS,
+    SITES,
+    upsert,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +123,28 @@ def newest_run(connection: Connection) -> str:
     if found is None:
         raise StoreError('the database has no run with tracks yet')
     return str(found)
+
+
+def runs_that_say(connection: Connection, said: str, name: str) -> list[int]:
+    """Return the runs of a name, with a number behind it or not, that `/site` gives another."""
+    asked = (
+        select(RUNS.c.run_id, RUNS.c.name, DESCRIPTIONS.c.text)
+        .join(DESCRIPTIONS, DESCRIPTIONS.c.run_id == RUNS.c.run_id)
+        .where(RUNS.c.name.startswith(name, autoescape=True))
+    )
+    numbered, found = re.compile(rf'{re.escape(name)}(-\d+)?'), set()
+    for row in connection.execute(asked):
+        if numbered.fullmatch(row.name) and _run_said(row.text) == said:
+            found.add(row.run_id)
+    return sorted(found)
+
+
+def _run_said(text: str) -> Any:
+    """Return what a text of `/site` calls its run; a stranger's may say anything."""
+    try:
+        return dict(json.loads(text)).get('run')
+    except (ValueError, TypeError):
+        return None
 
 
 def number_of(connection: Connection, table: Table, values: dict[str, Any]) -> int:

@@ -1,5 +1,6 @@
 import json
 import re
+import shutil
 import subprocess
 import sys
 
@@ -9,7 +10,10 @@ from typer.testing import CliRunner
 from command_line import mctrack
 from drawn_hall import write_hall
 from mctrack_ros import __version__
+from mctrack_ros.cli.commands.database.store import store_results
 from mctrack_ros.cli.main import app
+from mctrack_ros.recording import BagReader, BagWriter
+from mctrack_ros.store import Database, runs
 
 COMMANDS = [command.name for command in app.registered_commands]
 pytestmark = pytest.mark.xdist_group('replay')
@@ -51,6 +55,47 @@ def test_track_says_which_site_it_takes_if_none_is_given(tracked, tmp_path):
     code, _, errors = mctrack('track', tracked / 'bag', '--out', tmp_path / 'out')
     assert code == 1
     assert '--site is not given: the shipped pitch5 is taken' in errors
+
+
+def runs_in(database):
+    with Database(database) as opened:
+        return [each.run for each in runs(opened)]
+
+
+def test_a_run_is_called_as_the_folder_of_its_results_with_a_number_if_that_is_taken(
+    tracked, tmp_path
+):
+    database = tmp_path / 'hall.db'
+    for names in (['out'], ['out', 'out-2']):
+        store_results(tracked / 'out', database, 'hall', overwrite=False)
+        assert sorted(runs_in(database)) == names
+    store_results(tracked / 'out', database, 'hall', overwrite=True)
+    assert runs_in(database) == ['out']
+    other = tmp_path / 'out'
+    shutil.copytree(tracked / 'out', other)
+    with BagReader(tracked / 'out/bag') as bag, BagWriter(other / 'bag', overwrite=True) as copy:
+        for topic, message, log_ns in bag.messages(['/tracks']):
+            copy.write(topic, message, log_ns)
+    store_results(other, database, 'hall', overwrite=True)
+    assert sorted(runs_in(database)) == ['out', 'out-2']  # that of another folder is kept
+
+
+def test_track_names_the_run_and_says_before_the_work_that_there_is_one(tracked, tmp_path):
+    database, out = tmp_path / 'hall.db', tmp_path / 'again'
+    command = ['track', tracked / 'bag', '--out', out, '--site', tracked / 'site.yaml']
+    assert mctrack(*command, '--run', 'final')[0] == 2
+    command += ['--store', database]
+    for further in ([], ['--overwrite']):
+        code, output, errors = mctrack(*command, '--run', 'final', *further)
+        assert code == 0, errors
+        assert re.search(f'stored run final in .*{database.name}', output)
+        assert runs_in(database) == ['final']
+    shutil.rmtree(out)
+    code, _, errors = mctrack(*command, '--run', 'final')
+    assert code == 1
+    assert 'run final is in' in errors
+    assert not out.exists()
+    assert mctrack('query', database, 'tracks', '--run', 'final')[0] == 0
 
 
 def test_echo_prints_a_cloud_of_a_bag_as_a_table(tracked):

@@ -55,7 +55,7 @@ def demo(
     _remove_database(options.database)
     if offline:
         wall_seconds = _track_offline(options, site)
-        store_results(options.recorded, options.database, site.name, overwrite=False)
+        store_results(out, options.database, site.name, overwrite=False)
     else:
         _track_live(options, site, domain, show_map)
     mappings = [settings.mapping() for settings in site.cameras.values()]

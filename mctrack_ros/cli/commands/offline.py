@@ -182,6 +182,11 @@ def track(
         help='Also write tracks and events into this trajectory database: a file, made unless it '
         'is there, or a URL such as postgresql://user@host/name.',
     ),
+    run: str = typer.Option(
+        '',
+        help='What the run is called in the database; by default as the folder of --out, with a '
+        'number behind it if that is taken.',
+    ),
     json_file: Path | None = typer.Option(None, '--json', help='Also write the figures here.'),
 ) -> None:
     """Track a bag, or video files, offline, in lock step; the same input gives the same bytes."""
@@ -195,11 +200,13 @@ def track(
         raise ValueError('--namespace is for bags, which have topics: videos have none')
     if out is None:
         raise typer.BadParameter('name a folder for the results', param_hint='--out')
+    if run and not store:
+        raise typer.BadParameter('it names a run in a database: give --store', param_hint='--run')
     config = _site(site)
     if store:
-        from mctrack_ros.store import Database
+        from mctrack_ros.cli.commands.database.store import check_database
 
-        Database(store, create=True).close()  # what is wrong with it is said before the work
+        check_database(store, run, overwrite=overwrite)
     processes = processes or len(config.cameras)
     started = time.perf_counter()
     with progress_bar('tracking') as progress:
@@ -218,7 +225,7 @@ def track(
     if store:
         from mctrack_ros.cli.commands.database.store import store_results
 
-        store_results(out / 'bag', store, config.name, overwrite=overwrite)
+        store_results(out, store, config.name, run, overwrite=overwrite)
     if json_file is not None:
         figures.write(json_file)
     for note in summary.notes:

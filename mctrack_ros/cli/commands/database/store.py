@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import typer
@@ -51,20 +52,54 @@ def store(
     typer.echo(f'stored run {new.name} in {opened.name}')
 
 
-def store_results(bag: Path, database: str | Path, site: str, *, overwrite: bool) -> None:
-    """Write what was tracked into a database; an earlier run of that name may be replaced."""
-    from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.store import Database, forget_run, run_of_bag, store_bag
+def check_database(database: str, run: str, *, overwrite: bool) -> None:
+    """Say before the work what is wrong with a database, and that it has a run already."""
+    from mctrack_ros.store import Database, StoreError
     from mctrack_ros.store.runs import run_number
 
-    run = run_of_bag(bag, site=site)
+    with Database(database, create=True) as opened, opened.connected() as connection:
+        if run and not overwrite and run_number(connection, run) is not None:
+            raise StoreError(
+                f'run {run} is in {opened.name} already: give another --run, or --overwrite'
+            )
+
+
+def store_results(
+    folder: Path, database: str | Path, site: str, run: str = '', *, overwrite: bool
+) -> None:
+    """
+    Write what was tracked into a database.
+
+    Parameters
+    ----------
+    folder : Path
+        With the results, in ``bag``.
+    database, site : str or Path, str
+        Where they go, and the name of the site.
+    run : str
+        What the run is called; unless given, as the folder, with a number if that is taken.
+    overwrite : bool
+        Whether a run of that name is replaced; without a name, one of the same results alone.
+
+    """
+    from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.store import Database, forget_run, run_of_bag, store_bag
+    from mctrack_ros.store.runs import free_name, run_number, runs_that_say
+
+    said = run_of_bag(folder / 'bag', site=site)
     with Database(database, create=True) as opened, progress_bar('storing') as progress:
         with opened.alone() as connection:
-            number = run_number(connection, run.name) if overwrite else None
-            if number is not None:
+            name = run or folder.resolve().name
+            if run:
+                number = run_number(connection, run)
+                before = [] if number is None else [number]
+            else:
+                before = runs_that_say(connection, said.name, name)
+            for number in before if overwrite else ():
                 forget_run(connection, number)
-        store_bag(bag, opened, run=run, progress=progress)
-    typer.echo(f'stored run {run.name} in {opened.name}')
+            name = run or free_name(connection, name)
+        store_bag(folder / 'bag', opened, run=replace(said, name=name), progress=progress)
+    typer.echo(f'stored run {name} in {opened.name}')
 
 
 def export_bag(
