@@ -58,12 +58,17 @@ from mctrack_ros.fusion.joint_tracker import pipeline as joint_pipeline
 from mctrack_ros.fusion.management import initiation, lifecycle
 from mctrack_ros.fusion.reid import lost_targets, reassignment
 from mctrack_ros.fusion.update import hidden_members, update
-from mctrack_ros.interfaces import Tick
+from mctrack_ros.interfaces import Detections, Tick
 from mctrack_ros.perception.background import model
 from mctrack_ros.perception.background.light import Light
 from mctrack_ros.perception.background.noise import NoiseMap
 from mctrack_ros.perception.background.shadows import Shadows
+from mctrack_ros.perception.blobs import extraction
+from mctrack_ros.perception.event_tracker import tracker
+from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.local_tracks import table
+from mctrack_ros.perception.local_tracks.occluded_feet import OccludedFeet
+from mctrack_ros.perception.local_tracks.table import LocalTracks
 from mctrack_ros.replay import camera_source, workers
 
 SEEDS = range(1, 4)
@@ -181,6 +186,36 @@ CAMERA_RULES = {
     'first pass': Rule(
         'the background of a recording is learned beforehand',
         patches={(camera_source, 'plate_of'): lambda task: None},
+    ),
+    'fragments': Rule(
+        'pieces the size of one person are joined',
+        patches={(extraction, 'joined'): lambda box, *_: box},
+    ),
+    'touching': Rule(
+        'who touches another is a group with him',
+        patches={(tracker, 'contacts'): lambda box, *_: np.arange(len(box))},
+    ),
+    'group detections': Rule(
+        'of a group with hidden members there is one detection',
+        patches={(tracker, 'merged_detections'): lambda view, part, shown: shown.select([])},
+    ),
+    'missed detections': Rule(
+        'where a target should be seen and is not, that is said',
+        patches={(tracker, 'missed_detections'): lambda *given: Detections.build(given[-1])},
+    ),
+    'begun by feedback': Rule(
+        'members of groups whom fusion alone knows have tracks',
+        patches={(tracker, 'begin_hidden'): lambda *_: None},
+    ),
+    'occluded feet': Rule(
+        'feet behind what always hides them are looked for',
+        patches={(OccludedFeet, 'reach'): lambda *_: None},
+    ),
+    'foot noise': Rule(
+        'errors of feet are learned', patches={(LocalTracks, 'follow_noise'): lambda *_: None}
+    ),
+    'sizes': Rule(
+        'how tall people look is learned', patches={(SizeTable, 'learn'): lambda *_: None}
     ),
 }
 

@@ -200,11 +200,19 @@ def zones(
 
 @app.command()
 def cells(
+    live: bool = typer.Option(
+        False, '--live', help='One site, its cells and itself as nodes: load of each process.'
+    ),
     seeds: str | None = _SEEDS,
     runs: Path = RUNS,
     json_file: Path | None = _JSON,
 ) -> None:
     """Follow people from cell to cell on a site of a hundred cameras: ids kept, load, accuracy."""
+    if live:
+        from mctrack_experiments.bench.cells.live import bench_cells_live
+
+        _tell(bench_cells_live(progress=lambda line: typer.echo(line, err=True)), json_file)
+        return
     from mctrack_experiments.bench.cells.bench import bench_cells
     from mctrack_experiments.runs import measured
     from mctrack_ros.cli.progress import progress_bar

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from mctrack_experiments.bench.cells import bench, play, site
+from mctrack_experiments.bench.cells.live import bench_cells_live
 from mctrack_experiments.bench.cells.site import TICK_S, CellSite, cell_site
+from ros_domains import free_domain
 
 
 def ticks(seconds):
@@ -56,3 +58,16 @@ def test_a_site_in_cells_is_tracked_with_one_id_for_each(monkeypatch):
     ids = bench.ids_of(made.paths, fused.tracks)
     assert all(len(set(column[column > 0].tolist())) <= 1 for column in ids.T)
     assert (ids[-5:] > 0).any()
+
+
+@pytest.mark.live
+def test_ids_are_kept_between_cells_that_are_processes_and_the_load_of_each_is_told(monkeypatch):
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    with free_domain() as domain:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+        figures = bench_cells_live().figures
+    assert figures['ticks'] > 400
+    assert figures['kept'] > 0.7
+    loads = {name: value for name, value in figures.items() if 'core' in name}
+    assert loads.keys() >= {'cell.core', 'cell.core_worst', 'site.core', 'player.core'}
+    assert all(0 < value < 1 for value in loads.values())

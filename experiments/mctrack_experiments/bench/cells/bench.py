@@ -125,7 +125,7 @@ def site_figures(seed: int) -> dict[str, float]:
             for name, within_s in (('kept', LATE_S), ('at_once', LONG_S)):
                 kept = float(is_kept(ids, crossings, within_s).sum())
                 figures[f'count.{who}.{border}.{name}_crossings'] = kept
-        figures |= {f'{who}.{name}': value for name, value in _scores(site, tracks).items()}
+        figures |= {f'{who}.{name}': value for name, value in scores_of(site, tracks).items()}
     for who, processes in (('cell', cells), ('site', [fused]), ('one', [one])):
         times = [np.array(process.milliseconds) for process in processes]
         loads = [each.sum() / 1e3 / SECONDS for each in times]
@@ -194,7 +194,7 @@ def _usual(ids: Indices) -> int:
     return max(sorted(counts), key=counts.__getitem__, default=0)
 
 
-def _scores(site: CellSite, instants: Sequence[Tracks]) -> dict[str, float]:
+def scores_of(site: CellSite, instants: Sequence[Tracks]) -> dict[str, float]:
     """Return scores on the ground after the warm-up."""
     last = [each for each in instants if each.stamp_ns // PERIOD_NS - 1 >= WARM_UP]
     tracks = Trajectories.from_tracks(last, PERIOD_NS, PERIOD_NS)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -72,11 +72,16 @@ class Arrival:
     report: CellReport
 
 
-def play_cells(site: CellSite, seed: int) -> tuple[list[Process], list[Arrival]]:
+def play_cells(
+    site: CellSite,
+    seed: int,
+    hear: Callable[[int, CameraDetections], None] = lambda cell, message: None,
+) -> tuple[list[Process], list[Arrival]]:
     """
     Let cells track; return their processes, and what arrives at the site, in order.
 
-    Every second cell has half the others' rate; what they publish arrives late.
+    Every second cell has half the others' rate; what they publish arrives late. Told is, cell by
+    cell, what the cameras of each tell.
     """
     rng = np.random.default_rng([seed, 53])
     arrivals, processes = [], []
@@ -86,6 +91,8 @@ def play_cells(site: CellSite, seed: int) -> tuple[list[Process], list[Arrival]]
         delay_ms = rng.uniform(*DELAY_MS)
         for frame in range(0, len(site.paths), 1 + cell % 2):
             messages = cameras.messages(frame, process.on_its_way[0])
+            for message in messages:
+                hear(cell, message)
             feedback = process.step(Tick.of(messages))
             late_ns = round((delay_ms + rng.uniform(0, JITTER_MS)) * 1e6)
             report = CellReport(process.tracks[-1], feedback)
