@@ -20,7 +20,7 @@ two of them (108 px, .30): .72 instead of .52. Two of the pitch (31 px): -.26, j
 PERSON_M = 1.75
 
 
-def with_tracker(site: SiteConfig) -> tuple[SiteConfig, str]:
+def with_tracker(site: SiteConfig, own_detections: bool = False) -> tuple[SiteConfig, str]:
     """
     Return a site with the tracker that suits it, and why.
 
@@ -34,11 +34,18 @@ def with_tracker(site: SiteConfig) -> tuple[SiteConfig, str]:
     ----------
     site : SiteConfig
         As it was read.
+    own_detections : bool
+        Whether detectors of others send detections in place of the site's camera nodes.
 
     """
     if site.names_tracker or type(site.fusion) is not JointConfig or len(site.cameras) < 2:
         return site, ''
-    obstacle = next(filter(None, map(_obstacle, site.cameras.values())), '')
+    obstacles = (_obstacle(name, camera) for name, camera in site.cameras.items())
+    obstacle = next(filter(None, obstacles), '')
+    if own_detections:
+        obstacle = 'masks, which own detections do not have'
+    elif site.fusion.untrusted:
+        obstacle = 'cameras that may all start tracks, not untrusted ones'
     if obstacle:
         return site, f'tracker joint: occupancy needs {obstacle}'
     values = {each.name: getattr(site.fusion, each.name) for each in fields(JointConfig)}
@@ -66,10 +73,12 @@ def with_tracker(site: SiteConfig) -> tuple[SiteConfig, str]:
     return replace(site, fusion=fusion) if suits else site, why
 
 
-def _obstacle(camera: CameraSettings) -> str:
+def _obstacle(name: str, camera: CameraSettings) -> str:
     """Return what a camera lacks to publish masks from a known pose; empty: nothing."""
     if not isinstance(camera.pipeline, EventTrackerConfig):
         return 'pipeline.local_tracker: groups in every camera'
+    if camera.boxes_topic:
+        return f'masks, which {name} does not send, as it has a boxes_topic'
     has_pose = camera.method == 'fitted' if camera.grid else holds_camera(camera.calibration)
     return '' if has_pose else "every camera's pose, not homographies or grids of cells alone"
 

@@ -19,7 +19,7 @@ from mctrack_ros.ground import CalibrationError
 from mctrack_ros.ground.coverage.coverage import area_from
 from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
 from mctrack_ros.ground.yaml_files import read_yaml_file
-from mctrack_ros.interfaces import MAX_CAMERAS
+from mctrack_ros.interfaces import MAX_CAMERAS, Detections
 from mctrack_ros.perception import CAMERA, camera_method
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.description import offline_run, site_description
@@ -293,6 +293,12 @@ def _check_messages(cameras: Mapping[str, CameraSettings], fusion: FusionConfig)
             raise ConfigError(
                 f'cameras.{name}.pipeline.local_tracker is {camera.pipeline.local_tracker}, which '
                 f'publishes {topics}; fusion.tracker {fusion.tracker} takes {taken}'
+            )
+        if camera.boxes_topic and wanted != (Detections,):
+            taken = ' and '.join(kind.TOPIC for kind in wanted)
+            raise ConfigError(
+                f'cameras.{name}.boxes_topic gives {Detections.TOPIC} alone; fusion.tracker '
+                f'{fusion.tracker} takes {taken}: name joint'
             )
 
 

@@ -7,6 +7,7 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
+from mctrack_ros.config import ConfigError
 from mctrack_ros.ground.xml_files import tag, write_lines
 from mctrack_ros.site.choice import with_tracker
 from mctrack_ros.site.site import load_site
@@ -40,12 +41,13 @@ def write_camera(path, at):
 def site(tmp_path):
     """Return what writes and reads a site of two cameras that look at one place."""
 
-    def read(away=8.0, height=3.0, pipeline=None, **fusion):
+    def read(away=8.0, height=3.0, pipeline=None, own=None, **fusion):
         cameras = {}
         for name, at in {'east': (away, 0.5, height), 'south': (0.3, -away, height)}.items():
             write_camera(tmp_path / f'{name}.xml', at)
             cameras[name] = {'calibration': f'{name}.xml'}
             cameras[name] |= {'image_width': SIZE[0], 'image_height': SIZE[1]}
+        cameras['east'] |= own or {}
         content = {'cameras': cameras, 'fusion': fusion, 'pipeline': pipeline or {}}
         (tmp_path / 'site.yaml').write_text(yaml.safe_dump(content))
         return load_site(tmp_path / 'site.yaml')
@@ -84,8 +86,11 @@ def test_a_named_tracker_stays(site):
     [
         ({'away': 40.0, 'height': 15.0}, 'people are about'),
         ({'pipeline': {'local_tracker': 'silhouettes'}}, 'local_tracker: groups'),
+        ({'own': {'boxes_topic': 'boxes'}}, 'masks, which east does not send'),
+        ({'untrusted': 'east'}, 'not untrusted ones'),
+        ({'untrusted': 'east', 'pipeline': {'tracker': {'vehicles': True}}}, 'not untrusted ones'),
     ],
-    ids=['distant people', 'silhouettes'],
+    ids=['distant people', 'silhouettes', 'boxes', 'untrusted', 'untrusted, vehicles'],
 )
 def test_what_masks_do_not_suit_keeps_the_joint_tracker(site, settings, reason):
     given = site(**settings)
@@ -93,6 +98,22 @@ def test_what_masks_do_not_suit_keeps_the_joint_tracker(site, settings, reason):
     assert chosen is given
     assert 'tracker joint' in why
     assert reason in why
+
+
+def test_own_detections_are_no_masks(site):
+    given = site()
+    assert with_tracker(given)[0].fusion.tracker == 'occupancy'
+    chosen, why = with_tracker(given, own_detections=True)
+    assert chosen is given
+    assert why == 'tracker joint: occupancy needs masks, which own detections do not have'
+
+
+@pytest.mark.parametrize('tracker', ['occupancy', 'vehicles', 'likelihood_grid', 'belief'])
+def test_a_named_tracker_that_takes_more_than_boxes_is_refused(site, tracker):
+    with pytest.raises(ConfigError, match=r'cameras\.east\.\S* .*\bdetections') as refused:
+        site(own={'boxes_topic': 'boxes'}, tracker=tracker)
+    assert f'fusion.tracker {tracker} takes detections and' in str(refused.value)
+    assert '\n' not in str(refused.value)
 
 
 def test_cameras_that_look_apart_keep_the_joint_tracker(site, tmp_path):

@@ -55,9 +55,7 @@ def run(
     from mctrack_ros.ros.graph.site_graph import site_nodes, store_node
     from mctrack_ros.site.choice import with_tracker
 
-    config, why = named_site(site), ''
-    if not own_detections:
-        config, why = with_tracker(config)
+    config, why = with_tracker(named_site(site), own_detections)
     if why:
         typer.echo(why, err=True)
     nodes = site_nodes(config, use_sim_time, own_detections)

@@ -23,7 +23,7 @@ class JointConfig(FusionConfig):
     untrusted: str = parameter(
         '',
         'Cameras, separated by commas, whose detections start no track; they support those that '
-        'others started',
+        'others started; joint alone takes it',
     )
     motion: MotionConfig = MOTION.field()
     association: AssociationConfig = ASSOCIATION.field()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
@@ -59,6 +60,8 @@ class OccupancyTracker:
 
     Raises
     ------
+    ConfigError
+        If cameras are untrusted.
     ValueError
         If there are too many cameras or a name occurs twice.
 
@@ -74,6 +77,11 @@ class OccupancyTracker:
         scene: Scene | VehicleScene,
         cost: float,
     ) -> None:
+        if config.untrusted:
+            raise ConfigError(
+                f'untrusted is {config.untrusted!r}, but tracker {config.tracker} starts tracks '
+                'by the masks of all cameras together: leave it empty, or name joint'
+            )
         self._cameras, self._scene = cameras, scene
         self._masks = Masks(cameras, scene, cost)
         self._joint = JointTracker(config, (ALL,), first_id)

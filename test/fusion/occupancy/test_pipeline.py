@@ -6,7 +6,7 @@ import pytest
 from masks import AREA, MAPPINGS, SHAPE, foreground_of
 from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion import open_fusion
-from mctrack_ros.fusion.occupancy.config import OccupancyConfig, PeopleConfig
+from mctrack_ros.fusion.occupancy.config import OccupancyConfig, PeopleConfig, VehicleConfig
 from mctrack_ros.fusion.occupancy.masks import Unusable
 from mctrack_ros.fusion.occupancy.sighting import Sighting
 from mctrack_ros.fusion.views import Views
@@ -55,6 +55,12 @@ def check_found(output, people=PLACES):
 
 def all_white(stamp_ns):
     return Foreground(stamp_ns, np.full(SHAPE, 255, np.uint8))
+
+
+@pytest.mark.parametrize('config', [OccupancyConfig, VehicleConfig])
+def test_untrusted_cameras_are_refused_with_the_remedy(config):
+    with pytest.raises(ConfigError, match=r'^untrusted is .* name joint$'):
+        open_fusion(config(untrusted=NAMES[0]), NAMES, views=views)
 
 
 def test_people_are_tracked_by_their_masks_alone():
