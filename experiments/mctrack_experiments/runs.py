@@ -27,6 +27,7 @@ SEEDS: Mapping[str, int] = {
     'classes': 4,
     'grey_carpark': 5,
     'grid': 3,
+    'hall': 3,
     'scenarios': 50,
     'consistency': 50,
     'biased': 8,

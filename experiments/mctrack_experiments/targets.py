@@ -265,6 +265,19 @@ TARGETS = (
     Target('grey_carpark', 'vehicles.mota', 'the same, cars, MOTA at 2.5 m', 0.85),
     Target('grey_carpark', 'vehicles.idf1', 'the same, IDF1'),
     *(
+        Target('hall', f'{kind}.{figure}', f'hall, {words}: {label}')
+        for kind, words in (('shadows', 'with shadows'), ('plain', 'without shadows'))
+        for figure, label in (
+            ('mota_0.5m', 'MOTA at 0.5 m'), ('idf1_0.5m', 'IDF1 at 0.5 m'),
+            ('mota_1m', 'MOTA at 1 m'),
+            ('feet.median_m', 'feet of the camera they fall towards, median error, m'),
+            ('delay.median_s', 'from the door to a track, median, s'),
+            ('delay.p95_s', 'the same, 95 %, s'),
+            ('entering.tracks_per_person', 'tracks a person while groups come in'),
+            ('left_over_s_per_min', 'false tracks left over, s a minute'),
+        )
+    ),
+    *(
         Target('covering', f'{scene}.{tracker}.mota', f'{place}, {words}, MOTA')
         for scene, place in (
             ('pitch', 'pitch, one camera'), ('carpark', 'car park'),

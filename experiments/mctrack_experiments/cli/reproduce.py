@@ -40,6 +40,7 @@ class Experiment(StrEnum):
     SILHOUETTES = 'silhouettes'
     CLASSES = 'classes'
     GREY_CARPARK = 'grey_carpark'
+    HALL = 'hall'
     TABLE4 = 'table4'
     FIG14 = 'fig14'
     FIG16 = 'fig16'
@@ -68,6 +69,7 @@ _SIMULATED = {
     Experiment.SILHOUETTES: 'papers.silhouettes.table1',
     Experiment.CLASSES: 'papers.silhouettes.classes',
     Experiment.GREY_CARPARK: 'scenarios.grey_carpark',
+    Experiment.HALL: 'scenarios.hall',
     Experiment.COVERING: 'papers.covering.experiment',
     Experiment.SCENARIOS: 'scenarios.reproduce',
     Experiment.CONSISTENCY: 'scenarios.consistency',
@@ -83,6 +85,7 @@ _SIMULATED = {
 _COUNTED = (
     *(Experiment.SCENARIOS, Experiment.CONSISTENCY, Experiment.BIASED, Experiment.CLOCKS),
     *(Experiment.SILHOUETTES, Experiment.CLASSES, Experiment.GREY_CARPARK, Experiment.BELIEF),
+    Experiment.HALL,
 )
 """Those that tell how many scenes of how many are done; the others tell lines."""
 DRAWN = (
