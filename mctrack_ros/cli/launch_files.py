@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from mctrack_ros.config import ConfigError
+from mctrack_ros.interfaces import Detections
 from mctrack_ros.ros.graph.graph import (
     NodeSpec,
     coverage_node,
@@ -30,18 +31,20 @@ GRAPH: Arguments = {
 SITE: Arguments = {
     'site': (None, 'site YAML, or the name of a shipped site'),
     **GRAPH,
+    'own_detections': ('false', 'no camera nodes: own detectors send <camera>/detections'),
     'store': ('', 'trajectory database, a file or a URL; empty: none'),
     'stream': ('', 'port on which other programs get the tracks; empty: none'),
 }
 REPLAY: Arguments = {
     **{name: SITE[name] for name in SITE if name != 'use_sim_time'},
-    'bag': (None, 'bag with the images of the cameras'),
+    'bag': (None, 'bag with the images of the cameras; with own_detections, their detections'),
     'rate': ('1.0', 'speed; 1: as recorded'),
     'start': ('0.0', 'where in the bag to begin, s'),
     'loop': ('false', 'begin again at the end'),
 }
+_NOT_SIMULATED = ('site', 'use_sim_time', 'own_detections')
 SIMULATION: Arguments = {
-    **{name: SITE[name] for name in SITE if name not in ('site', 'use_sim_time')},
+    **{name: SITE[name] for name in SITE if name not in _NOT_SIMULATED},
     'seed': ('1', 'the same seed gives the same match'),
 }
 CALIBRATION: Arguments = {
@@ -61,9 +64,9 @@ def site_specs(values: Values) -> tuple[list[NodeSpec], str]:
     from mctrack_ros.site.site import load_site
 
     path = site_path(values['site'])
-    site, why = with_tracker(load_site(path))
-    simulated = truth_of('use_sim_time', values['use_sim_time'])
-    nodes = [*site_nodes(site, simulated), coverage_node(path, simulated)]
+    simulated, own = (truth_of(name, values[name]) for name in ('use_sim_time', 'own_detections'))
+    site, why = with_tracker(load_site(path), own)
+    nodes = [*site_nodes(site, simulated, own), coverage_node(path, simulated)]
     if values['store']:
         nodes.append(store_node(values['store'], site, simulated))
     if values['stream']:
@@ -73,18 +76,23 @@ def site_specs(values: Values) -> tuple[list[NodeSpec], str]:
 
 
 def replay_specs(values: Values) -> tuple[list[NodeSpec], str]:
-    """Return the nodes of a site and a player of the images of its cameras."""
+    """Return the nodes of a site and a player of what its cameras, or own detectors, recorded."""
     from mctrack_ros.cli.sites import named_site
 
     site = named_site(values['site'])
     nodes, why = site_specs({**values, 'use_sim_time': 'true'})
-    images = [
-        re.escape(resolved(named_image_topic(name, one.image_topic)))
+    taken = [
+        named_image_topic(name, one.boxes_topic or one.image_topic)
         for name, one in site.cameras.items()
     ]
+    if truth_of('own_detections', values['own_detections']):
+        kinds = (Detections.TOPIC, 'events')
+        taken = [f'{name}/{kind}' for name in site.cameras for kind in kinds]
+    topics = [re.escape(resolved(topic)) for topic in taken]
     player = player_node(
         Path(values['bag']).absolute(),
-        topics=[*images, '/truth/.*'],
+        topics=[*topics, '/truth/.*'],
+        wait_for=[f'.*{topic}' for topic in topics],
         rate=number_of('rate', values['rate']),
         start=number_of('start', values['start']),
         loop=truth_of('loop', values['loop']),
@@ -94,7 +102,8 @@ def replay_specs(values: Values) -> tuple[list[NodeSpec], str]:
 
 def simulation_specs(values: Values) -> tuple[list[NodeSpec], str]:
     """Return the nodes of the shipped pitch, and its simulated cameras."""
-    nodes, why = site_specs({**values, 'site': 'pitch5', 'use_sim_time': 'false'})
+    fixed = {'site': 'pitch5', 'use_sim_time': 'false', 'own_detections': 'false'}
+    nodes, why = site_specs({**values, **fixed})
     seed = int(number_of('seed', values['seed']))
     return [*nodes, NodeSpec('simulator_node', 'simulator', {'seed': seed})], why
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from xml.etree.ElementTree import parse
 
 import pytest
+import yaml
 
 from mctrack_ros.cli import launch_files
 from mctrack_ros.cli.launch_files import (
@@ -20,6 +21,7 @@ from mctrack_ros.cli.launch_xml import FILES, write_launch_xml
 from mctrack_ros.config import ConfigError
 from mctrack_ros.resources import config_file
 from mctrack_ros.ros.graph.launch_actions import moved_topics
+from mctrack_ros.site.site import FILES as CAMERA_FILES
 
 LAUNCH = Path(__file__).resolve().parents[2] / 'launch'
 
@@ -80,6 +82,34 @@ def test_a_replay_plays_the_images_alone(tmp_path):
     assert player.ends
     assert r'/cam1/image_raw/compressed' in player.parameters['topics']
     assert not any('tracks' in each for each in player.parameters['topics'][:-1])
+
+
+def test_own_detections_need_no_camera_nodes(tmp_path):
+    specs, why = site_specs(given(SITE, site='hall', own_detections='true'))
+    assert [spec.name for spec in specs] == ['fusion', 'coverage']
+    assert 'own detections' in why
+    assert specs[0].parameters['fusion']['tracker'] == 'joint'
+    values = given(REPLAY, site='pitch5', bag=str(tmp_path), own_detections='true')
+    (*nodes, player), _ = replay_specs(values)
+    assert [spec.name for spec in nodes] == ['fusion', 'coverage']
+    topics = player.parameters['topics']
+    assert {'/cam1/detections', '/cam1/events', '/cam5/detections'} <= set(topics)
+    assert not any('image' in each for each in topics)
+    assert '.*/cam1/detections' in player.parameters['wait_for']
+
+
+def test_a_replay_plays_the_boxes_that_cameras_take(tmp_path):
+    folder = Path(config_file('hall.yaml')).parent
+    site = yaml.safe_load((folder / 'hall.yaml').read_text())
+    for camera in site['cameras'].values():
+        camera |= {each: str(folder / camera[each]) for each in set(CAMERA_FILES) & camera.keys()}
+    name = min(site['cameras'])
+    site['cameras'][name]['boxes_topic'] = 'boxes'
+    (tmp_path / 'site.yaml').write_text(yaml.safe_dump(site))
+    specs, _ = replay_specs(given(REPLAY, site=str(tmp_path / 'site.yaml'), bag=str(tmp_path)))
+    topics = specs[-1].parameters['topics']
+    assert f'/{name}/boxes' in topics
+    assert not any(each.startswith(f'/{name}/image') for each in topics)
 
 
 def test_a_simulation_has_its_seed():

@@ -84,6 +84,19 @@ def test_a_replay_tracks_a_bag_and_ends_with_it(bench, launched, tmp_path, form)
     assert has_people(tracks)
 
 
+@pytest.mark.parametrize('form', ['py', 'xml'])
+def test_recorded_detections_are_fused_without_camera_nodes(bench, launched, form):
+    bench.open()
+    tracks = bench.rows(Tracks, '/tracks')
+    bag = LAUNCH.parent / 'bags' / 'pitch5_detections'
+    process = launched(f'replay.launch.{form}', site='pitch5', bag=bag, own_detections='true')
+    bench.until(lambda: process.poll() is not None)
+    said = bench.log('launch')
+    assert process.returncode == 0, said
+    assert 'camera_node' not in said
+    assert has_people(tracks)
+
+
 def test_a_site_whose_parameters_are_refused_ends_with_the_reason(bench, launched, tmp_path):
     write_hall(tmp_path, seconds=0.1)
     own = tmp_path / 'own.yaml'
