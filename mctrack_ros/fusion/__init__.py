@@ -4,7 +4,7 @@ from mctrack_ros.fusion.batcher import Batcher
 from mctrack_ros.fusion.config import FusionConfig
 from mctrack_ros.fusion.explain.recorder import DecisionRecorder
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
-from mctrack_ros.fusion.joint_tracker.output import FusionOutput
+from mctrack_ros.fusion.joint_tracker.output import FusionOutput, Gates
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.fusion.trackers import (
     FUSION,
@@ -28,6 +28,7 @@ __all__ = [
     'FusionConfig',
     'FusionOutput',
     'FusionTracker',
+    'Gates',
     'Joining',
     'JointConfig',
     'JointTracker',

@@ -62,6 +62,8 @@ class JointAssociation:
     ----------
     consumed : (0,) int array
         No detections start no track but those that are paired.
+    gated : (k,) int array
+        The detections of all pairs in the gate, after `solve`.
 
     """
 
@@ -89,6 +91,7 @@ class JointAssociation:
         for _ in range(SWEEPS):
             self._judged_by = self._probability
             reported, near, pairs = self._near()
+            self.gated = self._single[pairs.detection]
             chosen = self._associator.probabilities(pairs)
             self._probability, is_settled = _settled(self._judged_by, near, chosen)
             if is_settled:

@@ -36,6 +36,41 @@ STATUS = list(Tracks.COLUMNS).index('status')
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Gates:
+    """
+    What became of a tick's detections, counted by camera in the site's order.
+
+    Attributes
+    ----------
+    detections, in_no_gate, taken_by_others : (cameras,) int arrays
+        All; those that lie in the gate of no track; and those whose tracks took others.
+
+    """
+
+    detections: Indices
+    in_no_gate: Indices
+    taken_by_others: Indices
+
+
+def gates_of(camera: Indices, left: Indices, is_gated: NDArray[np.bool_], cameras: int) -> Gates:
+    """
+    Count what became of detections.
+
+    Parameters
+    ----------
+    camera : (m,) int array
+        Which of so many cameras each is of.
+    left : (k,) int array
+        Those that no track took.
+    is_gated : (k,) bool array
+        Which of these lie in the gate of a track.
+
+    """
+    rows = camera, camera[left[~is_gated]], camera[left[is_gated]]
+    return Gates(*(np.bincount(each, minlength=cameras) for each in rows))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class FusionOutput:
     """
     What one tick yields, all stamped with it.
@@ -48,16 +83,15 @@ class FusionOutput:
         What happened, sorted by code and track.
     left_out : mapping of str to str
         Cameras whose masks the tick did without, and why.
-    detections, unassigned : int
-        Detections that were associated, and how many of them no track took.
+    gates : Gates, optional
+        What became of the detections, where they are associated.
 
     """
 
     tracks: Tracks
     events: Events
     left_out: Mapping[str, str] = field(default_factory=dict)
-    detections: int = 0
-    unassigned: int = 0
+    gates: Gates | None = None
 
 
 def tracks_of(

@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion.existence.evidence import Evidence
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
-from mctrack_ros.fusion.joint_tracker.output import FusionOutput, feedback_of, tracks_of
+from mctrack_ros.fusion.joint_tracker.output import (
+    FusionOutput,
+    Gates,
+    feedback_of,
+    gates_of,
+    tracks_of,
+)
 from mctrack_ros.fusion.management import lifecycle
 from mctrack_ros.fusion.management.event_log import EventLog
 from mctrack_ros.fusion.management.manager import TrackManager
@@ -171,10 +177,10 @@ class JointTracker:
     def _associate_and_update(self, now: _Step) -> None:
         """Associate all images with the tracks, update these, and note who is in a group."""
         batch, groups, stamp_ns = now.batch, self._table.group.copy(), now.tick.stamp_ns
-        now.left, rows, columns = match(
+        now.left, is_gated, rows, columns = match(
             self._table, batch, self._config, self._motion, now.recorder
         )
-        now.unassigned = len(now.left)
+        now.gates = gates_of(batch.camera, now.left, is_gated, len(self._index))
         if self._config.motion.compare_cameras:
             self.bias.learn(self._table, batch, rows, columns, stamp_ns)
         self._manager.note_groups(self._table, groups, stamp_ns, now.events)
@@ -226,12 +232,7 @@ class JointTracker:
         stamp_ns = now.tick.stamp_ns
         is_published = lifecycle.is_published(self._table, stamp_ns, self._config)
         tracks = tracks_of(self._table, is_published, now.ended, stamp_ns)
-        return FusionOutput(
-            tracks,
-            now.events.events(stamp_ns),
-            detections=len(now.batch.rows),
-            unassigned=now.unassigned,
-        )
+        return FusionOutput(tracks, now.events.events(stamp_ns), gates=now.gates)
 
 
 class _Step:
@@ -249,8 +250,8 @@ class _Step:
         The detections.
     left : (k,) int array
         Those that no track took.
-    unassigned : int
-        How many these are.
+    gates : Gates
+        What became of them all.
     confirmed : (n,) bool array
         The newly confirmed tracks.
     near : pair of (k,) int arrays
@@ -263,7 +264,7 @@ class _Step:
     seconds: float
     batch: Batch
     left: NDArray[np.intp]
-    unassigned: int
+    gates: Gates
     confirmed: NDArray[np.bool_]
     near: NearPairs
     ended: TrackTable

@@ -114,6 +114,7 @@ class VehicleTracker:
             tracks.select(np.argsort(tracks.track_id, kind='stable')),
             events.select(order),
             vehicles.left_out,
+            output.gates,
         )
 
     def feedback(self) -> Feedback:

@@ -109,6 +109,11 @@ class CoveringAssociation:
         )
 
     @property
+    def gated(self) -> Indices:
+        """Return the detections (k,) of all pairs."""
+        return self._single[self._pairs.detection]
+
+    @property
     def consumed(self) -> Indices:
         """Return the detections (k,) in the gate of tracks whose primary sensor is another."""
         return self._single[self._pairs.detection[~flags(self._pairs)]]

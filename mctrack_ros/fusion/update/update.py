@@ -47,7 +47,7 @@ def match(
     config: JointConfig,
     motion: Motion,
     recorder: DecisionRecorder | None = None,
-) -> tuple[Indices, Indices, Indices]:
+) -> tuple[Indices, NDArray[np.bool_], Indices, Indices]:
     """
     Associate the images of a tick with the tracks and update these.
 
@@ -68,6 +68,8 @@ def match(
     -------
     left : (k,) array
         The single detections that no track took, and that may start one.
+    is_gated : (k,) bool array
+        Which of these lie in the gate of a track, which took another.
     rows, columns : (n,) arrays
         The tracks and the detections that are each other's.
 
@@ -86,7 +88,10 @@ def match(
         free = np.ones((len(batch.seconds), len(table)), bool)
         free[batch.image[columns], rows] = False
         keep_members(table, batch, free, config, motion, recorder)
-    return _left(batch.single, len(batch.rows), columns, association.consumed), rows, columns
+    left = _left(batch.single, len(batch.rows), columns, association.consumed)
+    is_gated = np.zeros(len(batch.rows), np.bool_)
+    is_gated[association.gated] = True
+    return left, is_gated[left], rows, columns
 
 
 @compiled(types.i8[::1](INTS_1D, types.i8, INTS_1D, INTS_1D))

@@ -187,7 +187,7 @@ class FusionNode(GraphNode):
         self.described: set[str] = set()
         self.go_on()
         self.health = {camera: stream_health(self) for camera in cameras}
-        self.tracking = TrackingHealth(lambda: self.config.diagnostics)
+        self.tracking = TrackingHealth(lambda: self.config.diagnostics, cameras)
         clocks, self.motion_clocks = self.batcher.clocks, self.own_motion_clocks()
         parts: dict[str, Health] = {
             **self.health,

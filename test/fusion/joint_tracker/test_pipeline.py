@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion import JointConfig, JointTracker
+from mctrack_ros.fusion.association.config import ASSOCIATION
 from mctrack_ros.fusion.management.config import LifeConfig
 from mctrack_ros.fusion.management.initiation import MOST_TOGETHER
 from mctrack_ros.fusion.measurements.admission import MOST_DETECTIONS, Admitted, usable_rows
@@ -672,3 +673,18 @@ def test_an_untrusted_camera_starts_nobody_but_keeps_whom_others_started():
     assert output.tracks.track_id.tolist() == [1]
     with pytest.raises(ConfigError, match='untrusted names three, expected cameras of one, two'):
         JointTracker(JointConfig(untrusted='two, three'), ('one', 'two'))
+
+
+@pytest.mark.parametrize('method', ['weighed_gnn', 'covering_graph'])
+def test_detections_in_no_gate_are_told_from_those_whose_tracks_took_others(method):
+    kind = ASSOCIATION.methods[method]
+    pipeline = JointTracker(JointConfig(association=kind(method)), CAMERAS)
+    first, *_ = run(lambda index: {name: walkers(index, 2) for name in CAMERAS}, 25, pipeline)
+    assert first.gates.in_no_gate.tolist() == [2, 2]
+    two = walkers(25, 2)
+    seen = [*two, two[0] + (0.2, 0.0), two[1] + (0.0, 0.2), two[0] - (0.0, 9.0)]
+    gates = pipeline.step(tick(25, {'one': seen})).gates
+    assert gates.detections.tolist() == [5, 0]
+    assert gates.in_no_gate.tolist() == [1, 0]
+    assert gates.taken_by_others.tolist() == [2, 0]
+    assert pipeline.step(tick(26, {})).gates.detections.tolist() == [0, 0]

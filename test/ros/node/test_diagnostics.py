@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from mctrack_ros.fusion import FusionOutput
+from mctrack_ros.fusion import FusionOutput, Gates
 from mctrack_ros.interfaces import Events, Tracks
 from mctrack_ros.ros.health import stream_health
 from mctrack_ros.ros.health.recording_health import Recorded, RecordingHealth
@@ -190,16 +190,22 @@ def test_old_messages_are_a_warning_and_then_an_error_by_their_levels(monkeypatc
 
 
 def test_tracking_says_how_late_it_is_and_what_its_gates_let_through():
-    health = TrackingHealth(DiagnosticsConfig)
+    health = TrackingHealth(DiagnosticsConfig, ('cam1', 'cam2', 'cam3'))
     assert health.report('tracking').level == DiagnosticStatus.STALE
     tracks = Tracks.build(10**9, position=np.zeros((3, 3)), track_id=[1, 2, 3])
-    output = FusionOutput(tracks, Events.build(10**9), detections=8, unassigned=2)
+    gates = Gates(np.array([3, 5, 0]), np.array([0, 1, 0]), np.array([0, 2, 0]))
+    output = FusionOutput(tracks, Events.build(10**9), gates=gates)
     for age_s, level in ((0.1, DiagnosticStatus.OK), (0.4, DiagnosticStatus.WARN)):
-        health.published(output, round((1.0 + age_s) * 1e9))
+        for _ in range(2):
+            health.published(output, round((1.0 + age_s) * 1e9))
         report = health.report('tracking')
         found = {one.key: one.value for one in report.values}
         assert report.level == level
-        assert found['assigned to tracks [%]'] == '75.0'
+        assert found['detections a tick'] == '8.0'
+        assert found['assigned to tracks [%]'] == '62.5'
+        assert (found['in no gate a tick'], found['taken by others a tick']) == ('1.0', '2.0')
+        shares = [found[f'cam{number} assigned [%]'] for number in (1, 2, 3)]
+        assert shares == ['100.0', '40.0', 'nan']
         assert found['publish latency p50 [ms]'] == f'{age_s * 1e3:.1f}'
 
 

@@ -87,14 +87,14 @@ class Cameras:
         self.bench.answer(send, self.ticks)
         return next(indices)
 
-    def both(self, indices):
+    def both(self, indices, count=1):
         """Send both cameras' detections tick by tick, each fused before the next."""
         told = self.detections.values()
         self.bench.until(lambda: all(one.get_subscription_count() for one in told))
         for index in indices:
             before = len(self.ticks)
             for camera in CAMERAS:
-                self.send(camera, index)
+                self.send(camera, index, count)
             self.bench.until(lambda before=before: len(self.ticks) > before)
 
 
@@ -432,20 +432,23 @@ def test_a_service_follows_one_person_after_another_and_the_parameter_says_whom(
         bench.until(answer.done)
         return answer.result().success, answer.result().message
 
-    assert ask() == (False, 'nobody is tracked')
+    nobody = []
+    bench.answer(
+        lambda: client.call_async(Trigger.Request()).add_done_callback(nobody.append), nobody
+    )
+    assert nobody[0].result().message == 'nobody is tracked'
+    assert not nobody[0].result().success
     assert node.get_parameter('follow').value == 0
-    for index in range(100, 130):
-        for camera in CAMERAS:
-            graph.send(camera, index, count=3)
-        bench.until(lambda sent=index: len(graph.ticks) > sent - 100)
-    bench.until(lambda: len(graph.tracks) == 30)
+    first = graph.connect(100)
+    graph.both(range(first, first + 30), count=3)
+    bench.until(lambda: graph.tracks[-1].stamp_ns == seen(first + 29).stamp_ns)
     ids = sorted(graph.tracks[-1].track_id.tolist())
     assert len(ids) == 3
     for track_id in (*ids, ids[0]):
         assert ask() == (True, str(track_id))
         assert node.get_parameter('follow').value == track_id
     node.followed.track_id = ids[1]  # as a correction does
-    graph.both([130])
+    graph.both([first + 30], count=3)
     bench.until(lambda: node.get_parameter('follow').value == ids[1])
 
 
