@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from mctrack_ros.config import ConfigError
-from mctrack_ros.interfaces import Detections
+from mctrack_ros.interfaces import Detections, Feedback, Tracks
 from mctrack_ros.ros.graph.graph import (
     NodeSpec,
     coverage_node,
@@ -66,7 +66,9 @@ def site_specs(values: Values) -> tuple[list[NodeSpec], str]:
     path = site_path(values['site'])
     simulated, own = (truth_of(name, values[name]) for name in ('use_sim_time', 'own_detections'))
     site, why = with_tracker(load_site(path), own)
-    nodes = [*site_nodes(site, simulated, own), coverage_node(path, simulated)]
+    nodes = site_nodes(site, simulated, own)
+    if site.cameras:
+        nodes.append(coverage_node(path, simulated))
     if values['store']:
         nodes.append(store_node(values['store'], site, simulated))
     if values['stream']:
@@ -88,6 +90,7 @@ def replay_specs(values: Values) -> tuple[list[NodeSpec], str]:
     if truth_of('own_detections', values['own_detections']):
         kinds = (Detections.TOPIC, 'events')
         taken = [f'{name}/{kind}' for name in site.cameras for kind in kinds]
+    taken += [f'{cell}/{kind}' for cell in site.cells for kind in (Tracks.TOPIC, Feedback.TOPIC)]
     topics = [re.escape(resolved(topic)) for topic in taken]
     player = player_node(
         Path(values['bag']).absolute(),

@@ -98,6 +98,10 @@ def _examine_camera(name: str, camera: CameraSettings) -> Iterator[Finding]:
 
 def examine_bag(path: str | Path, site: SiteConfig, namespace: str = '') -> Iterator[Finding]:
     """Yield what is wrong with a bag that is to be tracked with a site."""
+    if site.cells:
+        what = 'it has cells, no cameras: no bag is tracked with it'
+        yield Finding(Severity.ERROR, site.name, what, 'examine the site of each cell')
+        return
     topics: dict[str, str] = {}
     kinds = fusion_method(site.fusion).messages
     tasks = [

@@ -31,6 +31,8 @@ class ReplayError(RuntimeError):
 
 def camera_tasks(bag: str | Path, site: SiteConfig, namespace: str = '') -> list[CameraTask]:
     """Return the tasks of a site's cameras over a bag."""
+    if site.cells:
+        raise ReplayError(f'the site {site.name} has cells, no cameras: track the site of each')
     period_ns, delay_ns = tick_ns(site)
     kinds = fusion_method(site.fusion).messages
     return [

@@ -19,7 +19,7 @@ from mctrack_ros.ground import CalibrationError
 from mctrack_ros.ground.coverage.coverage import area_from
 from mctrack_ros.ground.coverage.field_of_view import FieldOfViewError
 from mctrack_ros.ground.yaml_files import read_yaml_file
-from mctrack_ros.interfaces import MAX_CAMERAS, Detections
+from mctrack_ros.interfaces import MAX_CAMERAS, Detections, Tracks
 from mctrack_ros.perception import CAMERA, camera_method
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.description import offline_run, site_description
@@ -73,6 +73,8 @@ class SiteConfig:
         Whether no picture leaves the camera nodes or enters a bag.
     blur : bool
         Whether people in debug images are made unrecognisable.
+    cells : tuple of str
+        Namespaces of other fusion nodes, whose tracks it fuses; then it has no cameras.
 
     """
 
@@ -91,11 +93,12 @@ class SiteConfig:
     floor_plan: FloorPlan | None = None
     private: bool = False
     blur: bool = True
+    cells: tuple[str, ...] = ()
 
     @property
     def camera_names(self) -> tuple[str, ...]:
-        """Names in the order of the camera bits."""
-        return tuple(self.cameras)
+        """Names of the cameras, or else of the cells, in the order of the camera bits."""
+        return self.cells or tuple(self.cameras)
 
     @property
     def own_zones(self) -> Zones:
@@ -136,6 +139,7 @@ class SiteConfig:
             'name': self.name,
             'ground_frame': self.ground_frame,
             'cameras': {name: _without_paths(camera) for name, camera in self.cameras.items()},
+            **({'cells': list(self.cells)} if self.cells else {}),
             'feedback_delay': self.feedback_delay,
             'origin': list(self.origin),
             'fusion': values_of(self.fusion),
@@ -217,7 +221,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     content : object
         A mapping with ``name``, ``ground_frame``, ``feedback_delay``, ``area``, ``origin``,
         ``plan``, ``private``, ``blur``, ``fusion``, ``zones``, ``lines``, ``cameras`` and
-        ``pipeline``, the         settings that all cameras share.
+        ``pipeline``, the settings that all cameras share; or with ``cells`` in place of both.
     directory : Path
         What paths are relative to.
 
@@ -231,7 +235,15 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         raise ConfigError('expected a mapping with the key cameras')
     values = dict(content)
     cameras, shared = values.pop('cameras', None), values.pop('pipeline', {})
-    if not isinstance(cameras, Mapping) or not cameras:
+    cells = values.pop('cells', None)
+    if cells is not None:
+        if cameras is not None or shared:
+            raise ConfigError('cells stand in place of cameras and pipeline: name the ones')
+        cells, cameras = _cells(cells), {}
+        given = values.get('fusion', {})
+        if isinstance(given, Mapping):
+            values['fusion'] = {FUSION.tag: 'cells', **given}
+    elif not isinstance(cameras, Mapping) or not cameras:
         raise ConfigError('cameras is missing or empty: name at least one camera')
     if not isinstance(shared, Mapping):
         raise ConfigError(f'pipeline is {shared!r}, expected a mapping')
@@ -253,7 +265,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
             raise ConfigError(f'cameras.{name}.origin: the origin is one for the whole site')
         camera = config_from(CameraSettings, merged, f'cameras.{name}.')
         settings[name] = _with_paths(camera, directory)
-    _check_messages(settings, scalars.fusion)
+    _check_messages(settings, scalars.fusion, cells is not None)
     stated = scalars.origin
     origin = origin_from(stated) if stated else chosen_origin(_places(settings.values()))
     check_zones_near(zones, origin)
@@ -278,12 +290,29 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         floor_plan=floor_plan(scalars.plan, directory),
         private=scalars.private,
         blur=scalars.blur,
+        cells=cells or (),
     )
 
 
-def _check_messages(cameras: Mapping[str, CameraSettings], fusion: FusionConfig) -> None:
-    """Refuse cameras that do not publish what the tracker of fusion takes."""
+def _cells(names: Any) -> tuple[str, ...]:
+    """Return the namespaces of cells, sorted as cameras are."""
+    if not isinstance(names, list) or not names:
+        raise ConfigError(f'cells is {names!r}, expected a list of the namespaces of cells')
+    for name in names:
+        check_camera_name(name)
+    if len(set(names)) < len(names) or len(names) > MAX_CAMERAS:
+        raise ConfigError(f'cells is {names!r}, expected at most {MAX_CAMERAS} different names')
+    return tuple(sorted(names))
+
+
+def _check_messages(
+    cameras: Mapping[str, CameraSettings], fusion: FusionConfig, has_cells: bool
+) -> None:
+    """Refuse cameras, or cells, that do not publish what the tracker of fusion takes."""
     wanted = fusion_method(fusion).messages
+    if has_cells is not (Tracks in wanted):
+        given, other = ('cells', 'cameras') if has_cells else ('cameras', 'cells')
+        raise ConfigError(f'fusion.tracker {fusion.tracker} takes {other}, the site has {given}')
     for name, camera in cameras.items():
         published = camera_method(camera.pipeline).messages
         if not set(wanted) <= set(published):

@@ -98,6 +98,22 @@ def test_own_detections_need_no_camera_nodes(tmp_path):
     assert '.*/cam1/detections' in player.parameters['wait_for']
 
 
+def test_a_site_of_cells_is_one_fusion_node(tmp_path):
+    path = tmp_path / 'halls.yaml'
+    path.write_text(yaml.safe_dump({'cells': ['north', 'south'], 'origin': '5,6'}))
+    specs, why = site_specs(given(SITE, site=str(path), store=str(tmp_path / 'a.db')))
+    assert [spec.name for spec in specs] == ['fusion', 'store']
+    assert why == ''
+    fusion, store = (spec.parameters for spec in specs)
+    assert list(fusion['cameras']) == store['cameras'] == ['north', 'south']
+    assert fusion['fusion']['tracker'] == 'cells'
+    assert fusion['site'] == str(path)
+    assert fusion['origin'] == '5,6'
+    (*nodes, player), _ = replay_specs(given(REPLAY, site=str(path), bag=str(tmp_path)))
+    assert [spec.name for spec in nodes] == ['fusion']
+    assert {'/north/tracks', '/south/feedback'} <= set(player.parameters['topics'])
+
+
 def test_a_replay_plays_the_boxes_that_cameras_take(tmp_path):
     folder = Path(config_file('hall.yaml')).parent
     site = yaml.safe_load((folder / 'hall.yaml').read_text())

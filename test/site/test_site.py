@@ -11,7 +11,11 @@ from mctrack_ros.config import ConfigError
 from mctrack_ros.ground import read_grid, write_grid
 from mctrack_ros.interfaces import MAX_CAMERAS
 from mctrack_ros.perception import EventTrackerConfig
+from mctrack_ros.replay.doctor import examine_bag, examine_site
+from mctrack_ros.replay.lockstep import ReplayError, camera_tasks
+from mctrack_ros.site.choice import with_tracker
 from mctrack_ros.site.site import load_site
+from mctrack_ros.web.live.backdrop import backdrop
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 HOMOGRAPHY = 'image_from_ground: [[20, 1, 300], [0.5, -8, 400], [0, 0.02, 1]]'
@@ -37,6 +41,45 @@ def test_the_shipped_site_has_five_cameras_that_all_read():
     for camera in pitch.cameras.values():
         assert camera.mapping().image_size == (768, 576)
         assert camera.ignore_mask() is None
+
+
+def test_cells_stand_in_place_of_cameras(tmp_path):
+    path = tmp_path / 'site.yaml'
+    zone = {'gate': {'corners': [[0, 0], [4, 0], [4, 3]]}}
+    content = {'cells': ['south', 'north'], 'origin': '10,0', 'zones': zone}
+    path.write_text(yaml.safe_dump(content | {'fusion': {'cell_sigma': 0.3}}))
+    loaded = load_site(path)
+    assert loaded.camera_names == ('north', 'south')
+    assert not loaded.cameras
+    assert (loaded.fusion.tracker, loaded.fusion.cell_sigma) == ('cells', 0.3)
+    assert loaded.origin == (10.0, 0.0)
+    assert with_tracker(loaded) == (loaded, '')
+    assert loaded.values()['cells'] == ['north', 'south']
+    assert backdrop(loaded)['cameras'] == []
+    assert list(examine_site(loaded)) == []
+    with pytest.raises(ReplayError, match='has cells, no cameras'):
+        camera_tasks('bag', loaded)
+    assert [each.severity for each in examine_bag('bag', loaded)] == ['error']
+
+
+@pytest.mark.parametrize(
+    ('content', 'reason'),
+    [
+        ({'cells': []}, 'expected a list of the namespaces'),
+        ({'cells': 'north'}, 'expected a list of the namespaces'),
+        ({'cells': ['north', 'north']}, 'different names'),
+        ({'cells': ['no/rth']}, "'no/rth'"),
+        ({'cells': ['north'], 'pipeline': {'reduction': 2}}, 'in place of cameras and pipeline'),
+        ({'cells': ['north'], 'cameras': {'cam1': {}}}, 'in place of cameras and pipeline'),
+        ({'cells': ['north'], 'fusion': {'tracker': 'joint'}}, 'joint takes cameras'),
+        ({'cells': ['north'], 'fusion': 5}, 'fusion'),
+        ({'cameras': {'cam1': {}}, 'fusion': {'tracker': 'cells'}}, 'cells takes cells'),
+    ],
+)
+def test_what_are_no_cells_is_refused_with_the_reason(tmp_path, content, reason):
+    (tmp_path / 'site.yaml').write_text(yaml.safe_dump(content))
+    with pytest.raises(ConfigError, match=reason):
+        load_site(tmp_path / 'site.yaml')
 
 
 def test_cameras_are_sorted_and_share_settings_that_they_may_override(site):

@@ -46,7 +46,8 @@ def doctor(
         typer.echo(f'{"":8}-> {finding.remedy}')
     counts = Counter(finding.severity for finding in findings)
     summary = ', '.join(f'{counts[each]} {each}{"s" * (counts[each] != 1)}' for each in order)
-    looked = f'{len(config.cameras)} cameras' + (f' and {bag}' if bag else '')
+    what = 'cells' if config.cells else 'cameras'
+    looked = f'{len(config.camera_names)} {what}' + (f' and {bag}' if bag else '')
     typer.echo(f'{looked}: {summary}')
     if json_file is not None:
         json_file.write_text(json.dumps([one._asdict() for one in findings], indent=1) + '\n')

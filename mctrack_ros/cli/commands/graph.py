@@ -49,7 +49,7 @@ def run(
     ),
     domain: int | None = _DOMAIN,
 ) -> None:
-    """Run the graph of a site: a node a camera, fusion and coverage. Ctrl-C stops it."""
+    """Run the graph of a site: a node a camera, fusion and coverage; of cells, fusion alone."""
     from mctrack_ros.cli.sites import named_site, site_path
     from mctrack_ros.ros.graph.graph import coverage_node, stream_node
     from mctrack_ros.ros.graph.site_graph import site_nodes, store_node
@@ -59,7 +59,8 @@ def run(
     if why:
         typer.echo(why, err=True)
     nodes = site_nodes(config, use_sim_time, own_detections)
-    nodes.append(coverage_node(site_path(site), use_sim_time))
+    if config.cameras:
+        nodes.append(coverage_node(site_path(site), use_sim_time))
     if stream is not None:
         nodes.append(stream_node(stream, use_sim_time, geo=config.geo))
     if store:

@@ -21,6 +21,8 @@ def site_nodes(
     """
     Return a site's fusion node and, but for own detections, a camera node for each camera.
 
+    A site of cells has no cameras.
+
     Raises
     ------
     ConfigError
@@ -28,7 +30,7 @@ def site_nodes(
 
     """
     tracker = site.fusion.tracker
-    if own_detections and fusion_method(site.fusion).messages != (Detections,):
+    if own_detections and not site.cells and fusion_method(site.fusion).messages != (Detections,):
         raise ConfigError(f'fusion.tracker {tracker} takes more than own detections: name joint')
     clock = {'use_sim_time': use_sim_time}
     fusion = FusionNodeConfig(

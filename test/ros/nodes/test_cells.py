@@ -1,11 +1,15 @@
 """Two cells and the fusion of them, live: three fusion nodes, each a process."""
 
+import subprocess
+import sys
+
 import pytest
+import yaml
 from sensor_msgs.msg import PointCloud2
 
 from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.codec import cloud_from_rows
-from mctrack_ros.interfaces import Tracks, TrackStatus
+from mctrack_ros.interfaces import EventCode, Events, Tracks, TrackStatus
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 
 pytestmark = pytest.mark.live
@@ -24,10 +28,18 @@ def start_cell(bench, cell, life=1):
     return bench.processes[-1]
 
 
-def test_a_person_keeps_an_id_from_cell_to_cell_and_when_a_cell_comes_back(bench):
+def test_a_person_keeps_an_id_from_cell_to_cell_and_when_a_cell_comes_back(
+    bench, tmp_path, monkeypatch
+):
+    monkeypatch.setenv('ROS_HOME', str(tmp_path / 'ros_home'))
     bench.open()
     first = {cell: start_cell(bench, cell) for cell in CELLS}
-    bench.spawn('fusion_node', name='site', cameras=list(CELLS), fusion={'tracker': 'cells'})
+    zone = {'all': {'corners': [[-9, -9], [9, -9], [9, 9], [-9, 9]]}}
+    site = tmp_path / 'halls.yaml'
+    site.write_text(yaml.safe_dump({'cells': list(CELLS), 'zones': zone}))
+    command = [sys.executable, '-m', 'mctrack_ros.cli.main', 'run', str(site)]
+    bench.processes.append(subprocess.Popen(command))
+    entered = bench.rows(Events, '/events')
     tracks = bench.rows(Tracks, '/tracks')
     senders = {
         (cell, camera): bench.publisher(PointCloud2, f'/{cell}/{camera}/detections')
@@ -81,4 +93,5 @@ def test_a_person_keeps_an_id_from_cell_to_cell_and_when_a_cell_comes_back(bench
     back = walk(4.0, -4.0)
     assert {name for name, _ in back} == {1}
     assert south[-1].stamp_ns > 0
+    assert any((rows.event == EventCode.ENTER_ZONE).any() for rows in entered)
     assert all(name > 1 for rows in south for name in rows.track_id.tolist())
