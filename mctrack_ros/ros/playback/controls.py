@@ -76,6 +76,8 @@ class Controls:
         if rosbag2 is not None:
             self._offer('set_rate', 'SetRate', self._on_set_rate)
             self._offer('seek', 'Seek', self._on_seek)
+            self._offer('get_rate', 'GetRate', lambda _: {'rate': own.rate})
+            self._offer('is_paused', 'IsPaused', lambda _: {'paused': own.is_paused})
         self._keys = _KeyInput()
         threading.Thread(target=self._listen, name='keys', daemon=True).start()
 

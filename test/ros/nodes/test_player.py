@@ -303,6 +303,8 @@ def test_a_player_is_paused_stepped_and_moved_by_services_parameters_and_keys(be
 
 SERVICES = {
     'Burst': ({'num_messages': int}, {'actually_burst': int}),
+    'GetRate': ({}, {'rate': float}),
+    'IsPaused': ({}, {'paused': bool}),
     'Pause': ({}, {}),
     'PlayNext': ({}, {'success': bool}),
     'Resume': ({}, {}),
@@ -411,6 +413,10 @@ def test_rosbag2s_set_rate_sets_the_parameter_and_refuses_what_is_no_speed(
     for rate in (0.0, -1.0, float('nan'), float('inf'), 1e9):
         assert not player.ask('set_rate', rate=rate).success
     assert player.transport.rate == player.get_parameter('rate').value == 2.5
+    assert player.ask('get_rate').rate == 2.5
+    assert player.ask('is_paused').paused
+    player.ask('resume')
+    assert not player.ask('is_paused').paused
     assert capfd.readouterr().err.count('the speed stays: ') == 5
 
 
