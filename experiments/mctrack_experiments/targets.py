@@ -265,7 +265,8 @@ TARGETS = (
     Target('grey_carpark', 'vehicles.mota', 'the same, cars, MOTA at 2.5 m', 0.85),
     Target('grey_carpark', 'vehicles.idf1', 'the same, IDF1'),
     *(
-        Target('hall', f'{kind}.{figure}', f'hall, {words}: {label}')
+        Target('hall', f'{kind}.{figure}', f'hall, {words}: {label}', None, None,
+               f'without shadows: `plain.{figure}`' if kind == 'shadows' else '')
         for kind, words in (('shadows', 'with shadows'), ('plain', 'without shadows'))
         for figure, label in (
             ('mota_0.5m', 'MOTA at 0.5 m'), ('idf1_0.5m', 'IDF1 at 0.5 m'),
