@@ -197,7 +197,9 @@ CAMERA_RULES = {
     ),
     'group detections': Rule(
         'of a group with hidden members there is one detection',
-        patches={(tracker, 'merged_detections'): lambda view, part, shown: shown.select([])},
+        patches={
+            (tracker, 'merged_detections'): lambda view, part, shown: shown.select(np.arange(0))
+        },
     ),
     'missed detections': Rule(
         'where a target should be seen and is not, that is said',

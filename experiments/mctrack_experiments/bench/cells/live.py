@@ -26,13 +26,15 @@ from mctrack_experiments.bench.cells.site import GRID, PEOPLE, SECONDS, TICK_S, 
 from mctrack_experiments.bench.fusion.adapter import camera_names
 from mctrack_ros.cli.live import prepare_nodes
 from mctrack_ros.evaluation.figures import Figures
-from mctrack_ros.interfaces import CameraDetections, Tracks
+from mctrack_ros.interfaces import CameraDetections, Detections, Tracks
 from mctrack_ros.recording import BagReader, BagWriter
 from mctrack_ros.ros.graph.graph import ENVIRONMENT, NodeSpec, player_node, recorder_node
 from mctrack_ros.ros.graph.supervise import Process, Supervisor
 
 START_NS = 1_700_000_000 * 10**9
-"""Stamp at which the scene begins; a whole number of ticks."""
+"""Stamp at which the scene begins in the bag."""
+BEGIN = '/begin'
+"""Topic of one message with the stamp at which the scene begins as it is played."""
 _SAMPLE_S = 0.5
 _MEASURED_S = 0.8 * SECONDS
 """Of the scene, at its end: the nodes have started by then."""
@@ -68,8 +70,10 @@ def bench_cells_live(
         prepare_nodes()
         load = _run(_processes(site, folder), folder / 'graph.log')
         with BagReader(folder / 'recorded') as reader:
+            ((began, _),) = reader.rows(BEGIN, Detections)
             tracks = [
-                rows.at(rows.stamp_ns - START_NS) for rows, _ in reader.rows('/tracks', Tracks)
+                rows.at(rows.stamp_ns - began.stamp_ns)
+                for rows, _ in reader.rows('/tracks', Tracks)
             ]
     figures: dict[str, float] = {'ticks': len(tracks)}
     ids, crossings = ids_of(site.paths, tracks), crossings_of(site)
@@ -85,7 +89,7 @@ def bench_cells_live(
     protocol = {
         'site': f'seed {seed}: {GRID[0] * GRID[1]} cameras at {1 / TICK_S:g} Hz, every second '
         f'cell at half of that, {PEOPLE} people, {SECONDS:g} s, {cells} cells',
-        'processes': 'a player with /clock, a fusion node for each cell and one for the site, a '
+        'processes': 'a player, a fusion node for each cell and one for the site, a '
         'recorder; messages over DDS',
         'kept, at_once': 'as bench cells',
         'core': f'share of a core that a process takes over the last {_MEASURED_S:g} s, messages '
@@ -105,6 +109,7 @@ def _write_bag(site: CellSite, seed: int, path: Path) -> None:
 
     play_cells(site, seed, hear)
     with BagWriter(path) as writer:
+        writer.write_rows(BEGIN, Detections.build(START_NS), 'map', START_NS)
         for stamp_ns, topic, message in sorted(told, key=lambda each: each[:2]):
             writer.write_rows(topic, message.rows.at(stamp_ns), 'map', stamp_ns)
 
@@ -115,21 +120,25 @@ def _processes(site: CellSite, folder: Path) -> list[Process]:
     processes = []
     for cell, (name, scene) in enumerate(zip(names, site.scenes)):
         parameters = {
-            'use_sim_time': True,
             'cameras': list(camera_names(scene.scenario)),
             'fusion': {'batching': {'period': TICK_S * (1 + cell % 2)}},
         }
         processes.append(NodeSpec('fusion_node', name, parameters).process(folder, f'/{name}'))
-    whole = {'use_sim_time': True, 'cameras': names}
-    whole['fusion'] = {'tracker': 'cells', 'batching': {'period': TICK_S}}
+    fusion = {'tracker': 'cells', 'batching': {'period': TICK_S}}
     nodes = [
-        NodeSpec('fusion_node', 'site', whole),
-        recorder_node(folder / 'recorded', ['/tracks'], use_sim_time=True),
+        NodeSpec('fusion_node', 'site', {'cameras': names, 'fusion': fusion}),
+        recorder_node(folder / 'recorded', ['/tracks', BEGIN]),
         player_node(
             folder / 'detections',
-            topics=['/cell.*/detections'],
-            wait_for=['/cell.*/detections', *(f'/{name}/tracks 1' for name in names), '/tracks 1'],
+            topics=['/cell.*/detections', BEGIN],
+            wait_for=[
+                '/cell.*/detections',
+                BEGIN,
+                *(f'/{name}/tracks 1' for name in names),
+                '/tracks 1',
+            ],
             wait=120.0,
+            restamp=True,
         ),
     ]
     return processes + [node.process(folder) for node in nodes]
