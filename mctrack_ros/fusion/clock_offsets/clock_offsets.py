@@ -18,7 +18,7 @@ from mctrack_ros.fusion.clock_offsets.moments import (
     moments_of,
 )
 from mctrack_ros.fusion.clock_offsets.sightings import SIGHTING, sightings, told
-from mctrack_ros.fusion.clock_offsets.solution import Solution, solve
+from mctrack_ros.fusion.clock_offsets.solution import Check, Solution, solve
 from mctrack_ros.interfaces import RESTART_NS, Detections, RowsTick, Stamped, Tracks
 
 Floats = NDArray[np.float64]
@@ -146,9 +146,11 @@ class ClockOffsets:
         first = self._number - len(self._blocks)
         return Snapshot(self._run, first, (*self._blocks, _joined(self._open)))
 
-    def estimate(self, snapshot: Snapshot | None = None) -> tuple[ClockOffset, ...]:
+    def estimate(
+        self, snapshot: Snapshot | None = None, check: Check = lambda: None
+    ) -> tuple[ClockOffset, ...]:
         """Return the offset of each camera, now or of a snapshot; see `ClockSolver.solve`."""
-        return self._solver.solve(snapshot or self.snapshot())
+        return self._solver.solve(snapshot or self.snapshot(), check)
 
     def _forget(self) -> None:
         """Begin anew."""
@@ -199,18 +201,19 @@ class ClockSolver:
         self._ahead = np.zeros(len(cameras))
         self._run = 0
 
-    def solve(self, snapshot: Snapshot) -> tuple[ClockOffset, ...]:
+    def solve(self, snapshot: Snapshot, check: Check = lambda: None) -> tuple[ClockOffset, ...]:
         """
         Return the offset of each camera, in the site's order.
 
         The reference is the camera whose clock is in the middle of those that have common views;
-        of two, the first.
+        of two, the first. With many cameras it takes seconds: `check` is called again and again,
+        and what it raises ends the estimate.
         """
         if snapshot.run != self._run:
             self._run, self._ahead = snapshot.run, np.zeros(len(self._cameras))
             self._compared.clear()
         for _ in range(STEPS):
-            solution = solve(joined(self._moments(snapshot)), len(self._cameras))
+            solution = solve(joined(self._moments(snapshot, check)), len(self._cameras), check)
             step = self._step(solution)
             if np.abs(step).max(initial=0.0) < SETTLED_S:
                 break
@@ -218,11 +221,12 @@ class ClockSolver:
             self._compared.clear()
         return tuple(self._told(solution, index) for index in range(len(self._cameras)))
 
-    def _moments(self, snapshot: Snapshot) -> Iterator[BySet]:
+    def _moments(self, snapshot: Snapshot, check: Check) -> Iterator[BySet]:
         """Yield the moments of each block; those that no sighting adds to are kept."""
         _, first, blocks = snapshot
         self._compared = {key: kept for key, kept in self._compared.items() if key >= first}
         for index in range(len(blocks)):
+            check()
             number = first + index
             found = self._compared.get(number)
             if found is None:

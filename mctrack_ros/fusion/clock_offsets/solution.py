@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,8 @@ from mctrack_ros.fusion.clock_offsets.moments import INSTANT_S, INSTANTS, BySet,
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Check = Callable[[], None]
+"""May raise, so that nobody has to wait for what takes long."""
 
 WHITE, LASTING, CONSTANT, LASTING_S = 0.2, 0.5, 0.3, 0.6
 """Of the errors of a view: shares that are new each instant, last for so long, s, and stay."""
@@ -98,7 +101,7 @@ class Solution:
         return total * count / (count - 1)
 
 
-def solve(moments: BySet, cameras: int) -> Solution:
+def solve(moments: BySet, cameras: int, check: Check = lambda: None) -> Solution:
     """
     Estimate offsets and biases jointly, by generalised estimating equations.
 
@@ -118,6 +121,8 @@ def solve(moments: BySet, cameras: int) -> Solution:
         What is seen.
     cameras : int
         How many there are.
+    check : callable
+        Called again and again; what it raises ends the estimate.
 
     """
     group = _groups(moments, cameras)
@@ -130,11 +135,11 @@ def solve(moments: BySet, cameras: int) -> Solution:
     )
     scale = np.ones(cameras)
     for _ in range(ROUNDS):
-        scale = _scales(sets, values, scale)
-        slope, scores = _equations(sets, values, scale, steeper=False)
+        scale = _scales(sets, values, scale, check)
+        slope, scores = _equations(sets, values, scale, check)
         step = np.linalg.lstsq(slope[np.ix_(free, free)], scores.sum(axis=0)[free], rcond=None)[0]
         values.ravel()[free] += step
-    slope, scores = _equations(sets, values, scale, steeper=True)
+    slope, scores = _equations(sets, values, scale, check, steeper=True)
     each = np.zeros_like(scores)
     each[:, free] = np.linalg.lstsq(slope[np.ix_(free, free)], scores[:, free].T, rcond=None)[0].T
     influence = np.zeros((len(known), cameras))
@@ -239,10 +244,11 @@ def _product(one: Floats, other: Floats) -> Floats:
     return np.asarray(np.tensordot(one, other, axes=([0, 1, 2, 3], [0, 1, 2, 3])))
 
 
-def _scales(sets: list[_Set], values: Floats, scale: Floats) -> Floats:
+def _scales(sets: list[_Set], values: Floats, scale: Floats, check: Check) -> Floats:
     """Return by how much each camera varies more than it says."""
     found: list[list[Floats]] = [[] for _ in scale]
     for one in sets:
+        check()
         squared = one.distances(values, scale)
         for index, camera in enumerate(one.cameras):
             found[camera].append(squared[..., index][one.moments.is_known])
@@ -251,12 +257,13 @@ def _scales(sets: list[_Set], values: Floats, scale: Floats) -> Floats:
 
 
 def _equations(
-    sets: list[_Set], values: Floats, scale: Floats, steeper: bool
+    sets: list[_Set], values: Floats, scale: Floats, check: Check, steeper: bool = False
 ) -> tuple[Floats, Floats]:
     """Return the (3 c, 3 c) derivative and the (rows, 3 c) scores of all sets."""
     size = values.size
     slope, scores = np.zeros((size, size)), [np.zeros((0, size))]
     for one in sets:
+        check()
         local, own = one.equations(values, scale, steeper)
         slope[np.ix_(one.unknown, one.unknown)] += local
         placed = np.zeros((len(own), size))

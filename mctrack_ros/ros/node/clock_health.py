@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
+from threading import Event
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -93,6 +94,10 @@ class ClockJumps:
         return own
 
 
+class _EndedError(Exception):
+    """The node ends: nobody waits for the estimate."""
+
+
 @dataclass(slots=True)
 class MotionClocks:
     """
@@ -107,7 +112,8 @@ class MotionClocks:
     offsets : ClockOffsets
         The estimate, of the stamps as they come.
     found : sequence of ClockOffset
-        What was estimated last, in a thread of its own: it takes a second at first.
+        What was estimated last, in a thread of its own: it takes a second at first, with many
+        cameras more.
 
     """
 
@@ -118,20 +124,27 @@ class MotionClocks:
     blocks: int = 0
     thread: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1))
     asked: Future[tuple[ClockOffset, ...]] | None = None
+    ended: Event = field(default_factory=Event)
 
     def add(self, tick: RowsTick[Any], tracks: Tracks) -> None:
         """Take a tick and its tracks; now and then estimate, and correct if that is wanted."""
         self.blocks += self.offsets.add(tick, tracks)
         if self.asked is None and self.blocks >= ESTIMATED_EVERY:
             self.blocks = 0
-            self.asked = self.thread.submit(self.offsets.estimate, self.offsets.snapshot())
+            snapshot = self.offsets.snapshot()
+            self.asked = self.thread.submit(self.offsets.estimate, snapshot, self._check)
         elif self.asked is not None and self.asked.done():
             self.found, self.asked = self.asked.result(), None
             self._correct()
 
     def close(self) -> None:
-        """End the thread."""
+        """End the thread, and what it estimates."""
+        self.ended.set()
         self.thread.shutdown(cancel_futures=True)
+
+    def _check(self) -> None:
+        if self.ended.is_set():
+            raise _EndedError
 
     def _correct(self) -> None:
         for one in filter(self._is_off, self.found if self.config.correct else ()):

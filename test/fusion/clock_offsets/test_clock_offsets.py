@@ -1,5 +1,7 @@
 """Offsets of clocks from targets that move in several views."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -95,3 +97,22 @@ def test_only_the_window_counts_and_time_may_begin_anew():
     assert offsets.sightings == pytest.approx(3.5 * BLOCK_S / 0.5 * TARGETS, rel=0.3)
     offsets.add_told('cam1', seen(rng, 0.0, 0.0, 1.5).at(START_NS))
     assert offsets.sightings == TARGETS
+
+
+def test_an_estimate_ends_as_soon_as_nobody_waits_for_it():
+    offsets, checks = told(), []
+
+    def check():
+        checks.append(time.monotonic())
+        if len(checks) == end:
+            raise InterruptedError
+
+    end = -1
+    offsets.estimate(check=check)
+    assert len(checks) > 20
+    total = len(checks)
+    for end in (1, total // 2, total):
+        checks.clear()
+        with pytest.raises(InterruptedError):
+            told().estimate(check=check)
+        assert len(checks) == end

@@ -1,6 +1,8 @@
 """What is said of clocks, and how they are corrected by what moves."""
 
 import time
+from threading import Event
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -85,3 +87,18 @@ def test_stated_offsets_are_read_in_whole_milliseconds():
         ahead_from('cam1', CAMERAS)
     with pytest.raises(ConfigError, match='names cam9'):
         ahead_from('cam9=0.1', CAMERAS)
+
+
+def test_an_estimate_that_takes_long_holds_up_no_shutdown(monkeypatch):
+    clocks, began = motion(), Event()
+
+    def estimate(snapshot, check):
+        began.set()
+        while True:
+            check()
+
+    monkeypatch.setattr(clocks, 'offsets', Mock(estimate=estimate, add=lambda *_: 6))
+    clocks.add(RowsTick(START_NS, (), Ticks.build(START_NS)), Tracks.build(START_NS))
+    assert began.wait(10.0)
+    clocks.close()
+    assert clocks.asked.exception() is not None
