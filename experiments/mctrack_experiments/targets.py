@@ -409,6 +409,11 @@ TARGETS = (
            'one fusion node: `one.idf1`'),
     Target('bench_cells', 'site.core', 'the same, share of a core that fusion of the cells takes',
            None, None, 'a cell: `cell.core`; one fusion node: `one.core`'),
+    Target('bench_cells_live', 'kept', 'the same live, four cells and their site as nodes, ids '
+           'kept over all borders', 0.95, None, 'at once: `at_once`'),
+    Target('bench_cells_live', 'cell.core', 'the same, share of a core of the node of a cell of '
+           '25 cameras, messages and all', None, None,
+           'the worst: `cell.core_worst`; the site: `site.core`'),
     Target('bench_map', 'core_share', 'live map, 25 tracks at 10 Hz, one browser: share of a core '
            'that the server takes', None, 0.15),
     Target('bench_map', 'frames_per_s', 'the same, frames that the page draws a second'),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -13,12 +14,14 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion.batcher import Batcher
 from mctrack_ros.fusion.camera_clocks import CameraClocks, Jump
-from mctrack_ros.fusion.clock_offsets.clock_offsets import ClockOffset, ClockOffsets
+from mctrack_ros.fusion.clock_offsets.clock_offsets import ClockOffset, ClockOffsets, Snapshot
 from mctrack_ros.fusion.clock_offsets.config import ClocksConfig
 from mctrack_ros.interfaces import RowsTick, Tracks
 
 ESTIMATED_EVERY = 6
-"""Blocks of the estimate between two of its answers."""
+"""Blocks of the estimate between two of its answers, at least."""
+SHARE = 0.1
+"""Of a core that estimates take on an average: with many cameras one takes seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +125,7 @@ class MotionClocks:
     offsets: ClockOffsets
     found: Sequence[ClockOffset] = ()
     blocks: int = 0
+    next_s: float = 0.0
     thread: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1))
     asked: Future[tuple[ClockOffset, ...]] | None = None
     ended: Event = field(default_factory=Event)
@@ -129,10 +133,10 @@ class MotionClocks:
     def add(self, tick: RowsTick[Any], tracks: Tracks) -> None:
         """Take a tick and its tracks; now and then estimate, and correct if that is wanted."""
         self.blocks += self.offsets.add(tick, tracks)
-        if self.asked is None and self.blocks >= ESTIMATED_EVERY:
+        is_due = self.blocks >= ESTIMATED_EVERY and time.monotonic() >= self.next_s
+        if self.asked is None and is_due:
             self.blocks = 0
-            snapshot = self.offsets.snapshot()
-            self.asked = self.thread.submit(self.offsets.estimate, snapshot, self._check)
+            self.asked = self.thread.submit(self._estimated, self.offsets.snapshot())
         elif self.asked is not None and self.asked.done():
             self.found, self.asked = self.asked.result(), None
             self._correct()
@@ -141,6 +145,12 @@ class MotionClocks:
         """End the thread, and what it estimates."""
         self.ended.set()
         self.thread.shutdown(cancel_futures=True)
+
+    def _estimated(self, snapshot: Snapshot) -> tuple[ClockOffset, ...]:
+        began_s = time.thread_time()
+        found = self.offsets.estimate(snapshot, self._check)
+        self.next_s = time.monotonic() + (time.thread_time() - began_s) / SHARE
+        return found
 
     def _check(self) -> None:
         if self.ended.is_set():
