@@ -34,9 +34,6 @@ START_NS = 1_700_000_000 * 10**9
 """Stamp at which the scene begins in the bag."""
 BEGIN = '/begin'
 """Topic of one message with the stamp at which the scene begins as it is played."""
-EVERY = 2
-"""Of the cameras' images so many-th: two slow cores are not to be short."""
-PERIOD_S = EVERY * TICK_S
 _SAMPLE_S = 0.5
 _MEASURED_S = 0.8 * SECONDS
 """Of the scene, at its end: the nodes have started by then."""
@@ -44,7 +41,10 @@ _TICKS_S = os.sysconf('SC_CLK_TCK')
 
 
 def bench_cells_live(
-    cells: int = 4, seed: int = 1001, progress: Callable[[str], None] = lambda line: None
+    cells: int = 4,
+    seed: int = 1001,
+    every: int = 2,
+    progress: Callable[[str], None] = lambda line: None,
 ) -> Figures:
     """
     Play what a hundred cameras detect into the nodes of the cells and of the site.
@@ -55,6 +55,8 @@ def bench_cells_live(
         How many: 4, 6 or 8.
     seed : int
         Of the site.
+    every : int
+        Of the cameras' images so many-th: two slow cores are not to be short.
     progress : callable
         Told what is done.
 
@@ -67,10 +69,10 @@ def bench_cells_live(
     site = cell_site(seed, cells)
     with tempfile.TemporaryDirectory(prefix='mctrack_cells_') as name:
         folder = Path(name)
-        _write_bag(site, seed, folder / 'detections')
+        _write_bag(site, seed, every, folder / 'detections')
         progress(f'{SECONDS:g} s of {GRID[0] * GRID[1]} cameras detected')
         prepare_nodes()
-        load = _run(_processes(site, folder), folder / 'graph.log')
+        load = _run(_processes(site, every * TICK_S, folder), folder / 'graph.log')
         with BagReader(folder / 'recorded') as reader:
             ((began, _),) = reader.rows(BEGIN, Detections)
             tracks = [
@@ -88,8 +90,8 @@ def bench_cells_live(
     figures |= {'cell.core': float(np.mean(own)), 'cell.core_worst': max(own)}
     figures |= {f'{process}.core': load[process] for process in ('site', 'player', 'recorder')}
     protocol = {
-        'site': f'seed {seed}: {GRID[0] * GRID[1]} cameras at {1 / PERIOD_S:g} Hz, {PEOPLE} '
-        f'people, {SECONDS:g} s, {cells} cells',
+        'site': f'seed {seed}: {GRID[0] * GRID[1]} cameras at {1 / (every * TICK_S):g} Hz, '
+        f'{PEOPLE} people, {SECONDS:g} s, {cells} cells',
         'processes': 'a player, a fusion node for each cell and one for the site, a '
         'recorder; messages over DDS',
         'kept, at_once': 'as bench cells',
@@ -100,12 +102,12 @@ def bench_cells_live(
     return Figures('bench_cells_live', 'mctrack bench cells --live', protocol, figures)
 
 
-def _write_bag(site: CellSite, seed: int, path: Path) -> None:
+def _write_bag(site: CellSite, seed: int, every: int, path: Path) -> None:
     """Write what the cameras of all cells tell, as they tell it in lock step."""
     told: list[tuple[int, str, CameraDetections]] = []
 
     def hear(cell: int, message: CameraDetections) -> None:
-        if (round(message.rows.stamp_ns * 1e-9 / TICK_S) - 1) % EVERY:
+        if (round(message.rows.stamp_ns * 1e-9 / TICK_S) - 1) % every:
             return
         stamp_ns = START_NS + message.rows.stamp_ns
         told.append((stamp_ns, f'/cell{cell}/{message.camera}/detections', message))
@@ -117,11 +119,11 @@ def _write_bag(site: CellSite, seed: int, path: Path) -> None:
             writer.write_rows(topic, message.rows.at(stamp_ns), 'map', stamp_ns)
 
 
-def _processes(site: CellSite, folder: Path) -> list[Process]:
+def _processes(site: CellSite, period_s: float, folder: Path) -> list[Process]:
     """Return the graph: cells in namespaces of their own."""
     names = [f'cell{cell}' for cell in range(len(site.scenes))]
     processes = []
-    batching = {'period': PERIOD_S}
+    batching = {'period': period_s}
     for name, scene in zip(names, site.scenes):
         parameters = {
             'cameras': list(camera_names(scene.scenario)),
