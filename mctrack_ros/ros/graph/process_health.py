@@ -18,7 +18,7 @@ from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.ros.topics.quality import reliable
 
 NODE = 'supervisor'
-_HEARD = Duration(seconds=0.3)
+_HEARD = Duration(seconds=1.0)
 _RECENT_S = 5.0
 """So long a process that was started again is a warning."""
 
