@@ -67,7 +67,7 @@ def test_ids_are_kept_between_cells_that_are_processes_and_the_load_of_each_is_t
         monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
         figures = bench_cells_live(every=4).figures
     assert figures['ticks'] > 60
-    assert figures['kept'] > 0.3  # on a busy machine; what it reaches is measured, not tested
+    assert figures['kept'] > 0.7
     loads = {name: value for name, value in figures.items() if 'core' in name}
     assert loads.keys() >= {'cell.core', 'cell.core_worst', 'site.core', 'player.core'}
-    assert all(0 < value < 1.5 for value in loads.values())
+    assert all(0 < value < 1 for value in loads.values())
