@@ -22,7 +22,10 @@ MOST_TOLERATED_NS = 50_000_000
 """What a longer wait would absorb is removed all the same: in it people walk 7 cm, ns."""
 
 BEHIND_NS = SECOND_NS
-"""Whatever is farther behind is left out; a delay of less may pass, ns."""
+"""
+Whatever is farther behind is left out, ns. A delay of less may pass, unless the stamps went back:
+no delay does that.
+"""
 
 
 class Verdict(NamedTuple):
@@ -93,7 +96,7 @@ class _Clock:
         """Take a message; tell whether its stamp is in line with those before."""
         lag_ns, self.heard_ns = arrival_ns - stamp_ns, arrival_ns
         known = self.lags_ns or (lag_ns,)
-        steps_back = stamp_ns < self.stamp_ns - BEHIND_NS and lag_ns > max(known) + BEHIND_NS
+        steps_back = stamp_ns < self.stamp_ns and lag_ns > max(known) + limit_ns
         if not steps_back and lag_ns >= min(known) - limit_ns:
             self.lags_ns.append(lag_ns)
         else:
@@ -120,8 +123,9 @@ class CameraClocks:
     long the message took. The reference is the lag in the middle of the most cameras that agree
     within `time_sync_limit`; of equally many, those whose stamps lie nearer to the arrival. What
     a camera differs from it is added to its stamps, where waiting for it would not do. A camera
-    that differs by more than the limit is left out if it is ahead; one that is behind may only be
-    slow, and is left out from a second on. So is a single stamp that far from those before it.
+    that differs by more than the limit is left out if it is ahead, or if its stamps went back;
+    any other that is behind may only be slow, and is left out from a second on. So is a single
+    stamp that is farther from those before it than the limit.
 
     Parameters
     ----------
@@ -197,6 +201,10 @@ class CameraClocks:
         """Tell whether a camera's stamps cannot be used, and no other's have followed."""
         return self._clocks[camera].is_left_out and not self.is_settling
 
+    def is_behind(self, camera: str) -> bool:
+        """Tell whether a camera's messages come later than the others' by more than the limit."""
+        return self._clocks[camera].offset_ns < -self._limit_ns
+
     def disagrees(self, camera: str, reference_ns: int) -> bool:
         """Tell whether a camera that was heard is left out where lags are held against another."""
         return self._is_beyond(self._clocks[camera], reference_ns)
@@ -213,7 +221,9 @@ class CameraClocks:
         return since_ns is not None and self._now_ns - since_ns <= 2 * self._patience_ns
 
     def _is_beyond(self, clock: _Clock, reference_ns: int) -> bool:
-        return not -BEHIND_NS <= reference_ns - clock.lag_ns <= self._limit_ns
+        went_back = clock.jump is not None and clock.jump.by_ns < 0
+        behind_ns = self._limit_ns if went_back else BEHIND_NS
+        return not -behind_ns <= reference_ns - clock.lag_ns <= self._limit_ns
 
     def _note_doubts(self) -> None:
         """Note since when a live camera has strange stamps, or a clock that has just jumped."""

@@ -144,6 +144,35 @@ def test_of_two_cameras_the_one_near_the_arrival_is_kept(offset_s, wrong):
     assert batcher.clocks.offset_s(wrong) == pytest.approx(offset_s, abs=0.05)
 
 
+@pytest.mark.parametrize('offset_s', [-0.3, -0.7, -1.0, -1.01])
+@pytest.mark.parametrize('seed', range(4))
+def test_a_clock_that_is_set_back_is_left_out_soon_and_until_it_is_right(offset_s, seed):
+    """By exactly a second, too: a slow camera may be that late, but its stamps do not go back."""
+    cameras = {'cam1': constant(0.0), 'cam2': constant(0.0), 'cam3': jump(offset_s)}
+    clocks, wrong_s = CameraClocks(BatchingConfig(), tuple(cameras)), []
+    for arrival_ns, camera, stamp_ns, true_ns in messages(
+        cameras, 150, 0.04, 0.0, np.random.default_rng(seed)
+    ):
+        clocks.judge(camera, stamp_ns, arrival_ns)
+        if clocks.is_left_out('cam3'):
+            wrong_s.append((true_ns - START_NS) / SECOND_NS)
+        assert not clocks.is_left_out('cam1')
+    assert 2.0 < min(wrong_s) < 3.5
+    assert 3.9 < max(wrong_s) < 4.5
+    assert np.diff(wrong_s).max() < 0.05
+
+
+def test_a_slow_camera_is_not_left_out():
+    clocks = CameraClocks(BatchingConfig(), ('cam1', 'cam2', 'slow'))
+    for index in range(50):
+        stamp_ns = START_NS + index * 40 * MS
+        for camera, delay_ms in (('cam1', 10), ('cam2', 12), ('slow', 12 + 14 * index)):
+            clocks.judge(camera, stamp_ns, stamp_ns + delay_ms * MS)
+    assert clocks.is_behind('slow')
+    assert not clocks.is_left_out('slow')
+    assert not clocks.is_behind('cam1')
+
+
 @pytest.mark.parametrize('offset_s', [5.0, 3600.0, -5.0, -3600.0])
 def test_a_single_stamp_of_a_single_camera_is_left_out_and_ends_nothing(offset_s):
     ticks, _ = assert_nobody_right_loses({'cam1': single(offset_s)}, ['cam1'])

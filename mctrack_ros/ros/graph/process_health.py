@@ -18,7 +18,9 @@ from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.ros.topics.quality import reliable
 
 NODE = 'supervisor'
-_HEARD = Duration(seconds=1.0)
+_HEARD_S = 3.0
+"""So long the last words wait for a listener, s: nodes take up to two to find one another."""
+_POLL_S = 0.05
 _RECENT_S = 5.0
 """So long a process that was started again is a warning."""
 
@@ -57,6 +59,7 @@ class ProcessHealth:
         )
         self._last: list[tuple[str, bool, int]] = []
         self._sent_s = 0.0
+        self._unheard: DiagnosticArray | None = None
 
     def look(self, states: Sequence[ProcessState]) -> None:
         """Publish if a second has passed, or a process is another than before."""
@@ -69,11 +72,21 @@ class ProcessHealth:
             header=header(RCLPY_CLASSES, self._node.get_clock().now().nanoseconds, ''),
             status=[_status(f'{name}: {state.name}', state) for state in states],
         )
+        is_bad = any(each.level != DiagnosticStatus.OK for each in message.status)
+        self._unheard = (
+            message if is_bad and not self._publisher.get_subscription_count() else None
+        )
         self._publisher.publish(message)
 
     def close(self) -> None:
-        """Go from the graph."""
-        self._publisher.wait_for_all_acked(_HEARD)
+        """Say a fault that nobody has heard once more, as soon as somebody listens; then go."""
+        until_s = time.monotonic() + _HEARD_S
+        while self._unheard is not None and time.monotonic() < until_s:
+            if self._publisher.get_subscription_count():
+                self._publisher.publish(self._unheard)
+                self._unheard = None
+            time.sleep(_POLL_S)
+        self._publisher.wait_for_all_acked(Duration(seconds=_HEARD_S))
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
 

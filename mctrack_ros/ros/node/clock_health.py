@@ -42,12 +42,15 @@ class ClockAgreement:
     camera: str
 
     def report(self, name: str) -> DiagnosticStatus:
-        """Return the state: a corrected clock is a warning, one left out an error."""
+        """Return the state: a clock that is off is a warning, one left out an error."""
         clocks = self.batcher.clocks
         offset_s, added_s = clocks.offset_s(self.camera), added(self.batcher, self.camera)
         level, message = DiagnosticStatus.OK, 'its clock agrees with those of the other cameras'
         if self.camera in self.batcher.ahead_ns:
             message = f'its stamps are known to be {-added_s:.3f} s ahead: this is removed'
+        elif clocks.is_behind(self.camera):
+            level = DiagnosticStatus.WARN
+            message = clock_message(offset_s) + ': it is slow, or its clock is behind'
         elif added_s:
             level, message = DiagnosticStatus.WARN, clock_message(offset_s) + ': this is removed'
         if clocks.is_left_out(self.camera):

@@ -9,7 +9,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
 from mctrack_ros.ros.graph.process_health import ProcessHealth
-from mctrack_ros.ros.graph.supervise import Process, Supervisor
+from mctrack_ros.ros.graph.supervise import Process, ProcessState, Supervisor
 
 pytestmark = pytest.mark.live
 FOREVER = 'import signal\nprint("up", flush=True)\nsignal.pause()'
@@ -50,3 +50,16 @@ def test_a_killed_process_is_named_and_one_that_fails_says_why(bench):
         supervisor.stop()
         thread.join()
         health.close()
+
+
+def test_last_words_wait_for_who_hears_them(bench):
+    """A process that fails at once does so before others have found its supervisor."""
+    health = ProcessHealth('/hall', bench.domain)
+    health.look([ProcessState('recorder', False, False, 1, 2, 0.0, 'no room on /disk')])
+    closing = threading.Thread(target=health.close)
+    closing.start()
+    bench.open()
+    reports = bench.messages(DiagnosticArray, '/diagnostics')
+    closing.join()
+    bench.until(lambda: reports)
+    assert reports[-1].status[0].message == 'ended with 2: no room on /disk'

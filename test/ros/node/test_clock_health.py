@@ -71,6 +71,18 @@ def test_a_clock_is_corrected_only_if_that_is_asked():
     assert 'known to be 0.05' in status.message
 
 
+def test_a_camera_that_is_far_behind_without_having_gone_back_is_named_and_not_left_out():
+    batcher = motion().batcher
+    for index in range(20):
+        stamp_ns = index * 40_000_000
+        for camera, delay_ns in (('cam1', 10_000_000), ('cam2', 10_000_000 + index * 30_000_000)):
+            batcher.clocks.judge(camera, stamp_ns, stamp_ns + delay_ns)
+    status = ClockAgreement(batcher, 'cam2').report('cam2 clock')
+    assert status.level == DiagnosticStatus.WARN
+    assert status.message.endswith(': it is slow, or its clock is behind')
+    assert ClockAgreement(batcher, 'cam1').report('cam1 clock').level == DiagnosticStatus.OK
+
+
 def test_a_difference_within_the_limit_or_the_interval_is_none():
     clocks = motion()
     clocks.found = (ClockOffset('cam2', 'cam1', 0.015, 0.001, 0.002),)

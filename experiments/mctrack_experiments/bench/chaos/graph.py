@@ -114,14 +114,12 @@ class LiveGraph:
             'ROS_HOME': str(folder / 'ros_home'),
             'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
         }
-        self._health = ProcessHealth('', domain)
-        self.supervisor, self._running = self._supervised(self._specs(), self._health)
+        self.supervisor, self._running = self._supervised(self._specs(), '')
 
     def close(self) -> None:
         """End all."""
         self.supervisor.stop()
         self._running.join()
-        self._health.close()
         self._ending.set()
         self._spinning.join()
         self._executor.shutdown()
@@ -216,15 +214,13 @@ class LiveGraph:
     def recorder(self, path: Path, **parameters: Any) -> Iterator[Supervisor]:
         """Run a recorder under a supervisor of its own, which reports, too."""
         values: dict[str, Any] = {'min_free_mb': 0.0} | parameters
-        health = ProcessHealth('/recording', self.domain)
         spec = recorder_node(path, RECORDED, **values)
-        supervisor, running = self._supervised([spec], health)
+        supervisor, running = self._supervised([spec], '/recording')
         try:
             yield supervisor
         finally:
             supervisor.stop()
             running.join()
-            health.close()
 
     def process(self, spec: NodeSpec) -> tuple[tuple[str, ...], Mapping[str, str]]:
         """Return the command of a node, and its environment."""
@@ -246,11 +242,18 @@ class LiveGraph:
         ]
 
     def _supervised(
-        self, specs: list[NodeSpec], health: ProcessHealth
+        self, specs: list[NodeSpec], namespace: str
     ) -> tuple[Supervisor, threading.Thread]:
+        """Run nodes as `mctrack run` does."""
+        health = ProcessHealth(namespace, self.domain)
         processes = [spec.process(self.folder) for spec in specs]
         supervisor = Supervisor(processes, self._write, self._environment, health.look)
-        thread = threading.Thread(target=supervisor.run, name='supervisor')
+
+        def run() -> None:
+            supervisor.run()
+            health.close()
+
+        thread = threading.Thread(target=run, name='supervisor')
         thread.start()
         return supervisor, thread
 
