@@ -70,7 +70,7 @@ def bench_chaos(domain: int, tell: Callable[[str], None]) -> Figures:
     figures['worst.named_s'], figures['worst.ids_kept'] = max(named), min(kept)
     figures['worst.shutdown_s'], figures['worst.lost'] = max(ends), sum(lost)
     protocol = {
-        'graph': f'{", ".join(NODES)}; detections of {", ".join(DETECTORS)}',
+        'graph': f'{", ".join(NODES)}; detections of {", ".join(DETECTORS)} besides',
         'rate_hz': f'{1 / PERIOD_S:g}',
         'named_s': 'from the fault until a warning or an error of /diagnostics names it',
         'ids_kept': 'share of four people who walk round circles, before and after',

@@ -26,7 +26,7 @@ _LASTS_S = 3.0
 _FLUSHED_S, _LATENCY_S = 0.5, 0.2
 """So much of a recording may be lost when the recorder ends, and so much older than their arrival
 are tracks at most, s."""
-_ROOM = 40_000
+_ROOM = 8_000
 """Bytes that a disk takes before it is full."""
 _REFUSING = Path('/sys')
 """A folder in which nobody can write, whoever he is."""

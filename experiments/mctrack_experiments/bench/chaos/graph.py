@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,9 +24,12 @@ from mctrack_experiments.bench.chaos.scene import (
     CAMERA,
     DETECTORS,
     PERIOD_S,
+    PLAYED,
     Feed,
     people,
+    write_bag,
     write_site,
+    write_video,
 )
 from mctrack_ros.codec import rows_from_cloud
 from mctrack_ros.interfaces import Tracks
@@ -33,6 +37,7 @@ from mctrack_ros.ros.graph.graph import (
     ENVIRONMENT,
     NodeSpec,
     coverage_node,
+    player_node,
     recorder_node,
     stream_node,
 )
@@ -43,7 +48,16 @@ from mctrack_ros.ros.topics.quality import reliable
 from mctrack_ros.site.site import load_site
 
 PATIENCE_S = 90.0
-NODES = ('fusion', f'{CAMERA}_camera', 'store', 'coverage', 'stream')
+NODES = (
+    'fusion',
+    f'{CAMERA}_camera',
+    'store',
+    'coverage',
+    'stream',
+    'video',
+    'player',
+    'simulator',
+)
 """The processes of the graph that are started again when they are killed."""
 RECORDED = ('/tracks', '/ticks', f'/{CAMERA}/image_raw/compressed')
 _GATE_M = 1.0
@@ -228,17 +242,24 @@ class LiveGraph:
         return command, {**os.environ, **self._environment, 'PYTHONUNBUFFERED': '1'}
 
     def _specs(self) -> list[NodeSpec]:
-        """Return the nodes: fusion of all cameras, the node of one of them, and the others."""
+        """Return the nodes: fusion of all cameras, the node of one, and all others there are."""
         path = write_site(self.folder)
         fusion, camera = site_nodes(load_site(path))
-        values = dict(fusion.parameters) | {'cameras': [CAMERA, *DETECTORS], 'site': ''}
+        cameras = [CAMERA, PLAYED, *DETECTORS]
+        values = dict(fusion.parameters) | {'cameras': cameras, 'site': ''}
         store = {'database': str(self.folder / 'tracks.db')}
+        video = {'camera': CAMERA, 'source': str(write_video(self.folder)), 'loop': True}
+        player = player_node(write_bag(self.folder), loop=True, restamp=True, settle=0.0)
+        simulator = {'scene': 'carpark', 'cameras': ['cam1'], 'rate': 1.0, 'duration': 10.0}
         return [
             NodeSpec('fusion_node', 'fusion', values),
             camera,
             NodeSpec('store_node', 'store', store),
             coverage_node(path),
             stream_node(0),
+            NodeSpec('video_node', 'video', video),
+            replace(player, restart=True, ends=False),
+            NodeSpec('simulator_node', 'simulator', simulator),
         ]
 
     def _supervised(

@@ -1,4 +1,4 @@
-"""People whom three detectors see, and one whom a camera sees: the input of a small graph."""
+"""People whom three detectors see, one on a video, one in a bag: the input of a small graph."""
 
 from __future__ import annotations
 
@@ -15,22 +15,28 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 from rclpy.node import Node
-from sensor_msgs.msg import CompressedImage, PointCloud2
+from sensor_msgs.msg import PointCloud2
 
-from mctrack_ros.codec import cloud_from_rows, compressed_message, jpeg_from_image
+from mctrack_ros.codec import cloud_from_rows
 from mctrack_ros.interfaces import Detections
+from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.ros.topics.quality import reliable
 
 Floats = NDArray[np.float64]
 
 CAMERA = 'door'
-"""The camera whose node gets images; nobody else sees what it sees."""
+"""The camera whose images are those of a video; nobody else sees what it sees."""
+PLAYED = 'gate'
+"""The camera whose detections are played from a bag; nobody else sees whom it sees."""
 DETECTORS = ('east', 'north', 'west')
 PERIOD_S = 0.1
 _PEOPLE = 4
 _SIZE = (192, 144)
 _DOOR_X = 100.0
+_AT_GATE = (-100.0, 0.0)
+_VIDEO_S, _BAG_S = 5 * math.pi, 10.0
+"""Both begin again at their end; the walker of the video is where he began then."""
 _NOISE_M = 0.05
 
 
@@ -61,6 +67,28 @@ def write_site(folder: Path) -> Path:
     return path
 
 
+def write_video(folder: Path) -> Path:
+    """Write what the camera sees; return the file."""
+    path = folder / 'door.avi'
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*'MJPG'), 1 / PERIOD_S, _SIZE)
+    for index in range(round(_VIDEO_S / PERIOD_S)):
+        writer.write(_image(index))
+    writer.release()
+    return path
+
+
+def write_bag(folder: Path) -> Path:
+    """Write the detections of somebody who stands at the gate; return the bag."""
+    path, noise = folder / 'gate', np.random.default_rng(2)
+    with BagWriter(path) as writer:
+        for index in range(round(_BAG_S / PERIOD_S)):
+            stamp_ns = round(index * PERIOD_S * 1e9)
+            rows = _detections(stamp_ns, np.array([_AT_GATE]), noise)
+            message = cloud_from_rows(rows, ROSBAGS_CLASSES, 'map')
+            writer.write(f'/{PLAYED}/detections', message, stamp_ns)
+    return path
+
+
 @dataclass(slots=True)
 class Wrong:
     """
@@ -87,7 +115,7 @@ class Wrong:
 
 class Feed:
     """
-    Sends detections and images at 10 Hz, all that is wrong with them included.
+    Sends detections at 10 Hz, all that is wrong with them included.
 
     Parameters
     ----------
@@ -113,19 +141,12 @@ class Feed:
             name: node.create_publisher(PointCloud2, f'/{name}/detections', reliable(10))
             for name in DETECTORS
         }
-        topic = f'/{CAMERA}/image_raw/compressed'
-        self._images = node.create_publisher(CompressedImage, topic, reliable(2))
-        self._index = 0
         node.create_timer(PERIOD_S, self._tick)
         node.create_timer(PERIOD_S / 5, self._send_waiting)
 
     def _tick(self) -> None:
         now_s = time.time()
-        self._index += 1
         stamp_ns = round(now_s * 1e9)
-        jpeg = jpeg_from_image(_image(self._index))
-        frame = f'{CAMERA}_optical_frame'
-        self._images.publish(compressed_message(jpeg, RCLPY_CLASSES, stamp_ns, frame))
         for name, wrong in self.wrong.items():
             if wrong.is_silent:
                 continue
@@ -147,14 +168,19 @@ class Feed:
 
     def _message(self, true_ns: int, stamp_ns: int) -> PointCloud2:
         """Return what a detector sees at a time, with another stamp."""
-        seen = people(true_ns * 1e-9) + self._noise.normal(0, _NOISE_M, (_PEOPLE, 2))
-        rows = Detections.build(
-            stamp_ns,
-            position=np.column_stack([seen, np.zeros(_PEOPLE)]),
-            covariance=np.tile(np.eye(2) * _NOISE_M**2, (_PEOPLE, 1, 1)),
-            box=np.tile([10.0, 10.0, 20.0, 50.0], (_PEOPLE, 1)),
-        )
+        rows = _detections(stamp_ns, people(true_ns * 1e-9), self._noise)
         return cloud_from_rows(rows, RCLPY_CLASSES, 'map')
+
+
+def _detections(stamp_ns: int, seen: Floats, noise: np.random.Generator) -> Detections:
+    count = len(seen)
+    position = seen + noise.normal(0, _NOISE_M, (count, 2))
+    return Detections.build(
+        stamp_ns,
+        position=np.column_stack([position, np.zeros(count)]),
+        covariance=np.tile(np.eye(2) * _NOISE_M**2, (count, 1, 1)),
+        box=np.tile([10.0, 10.0, 20.0, 50.0], (count, 1)),
+    )
 
 
 def _image_from_world() -> Floats:
