@@ -383,7 +383,7 @@ TARGETS = (
                    'find', None, 0),
         )
     ),
-    Target('bench_chaos', 'worst.named_s', 'twelve faults in a live graph (nodes killed, cameras '
+    Target('bench_chaos', 'worst.named_s', 'fifteen faults in a live graph (nodes killed, cameras '
            'silent, late, lossy, with a wrong clock, disks full and read-only), seconds until '
            '/diagnostics names it, the worst', None, 2.0,
            'each: `FAULT.named_s`, a status comes once a second'),
