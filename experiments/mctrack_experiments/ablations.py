@@ -20,7 +20,7 @@ import multiprocessing
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -309,8 +309,12 @@ def pixel_sets(data: Path, folder: Path) -> dict[str, DataSet]:
 def closed_loops(data: Path, folder: Path) -> dict[str, DataSet]:
     """Return those where cameras are run again, with a folder for what they make, by name."""
 
-    def terrace(extra: Mapping[str, Any], seed: int) -> Scores:
-        return four_terrace_cameras(data, folder, seed).closed_loop(extra, folder / 'closed')
+    def terrace(tracker: str, extra: Mapping[str, Any], seed: int) -> Scores:
+        scene = four_terrace_cameras(data, folder, seed, tracker)
+        return scene.closed_loop(extra, folder / 'closed')
+
+    def film(extra: Mapping[str, Any], _: int) -> Scores:
+        return terrace_videos(data, folder).closed_loop(extra, folder / 'closed')
 
     def watch(extra: Mapping[str, Any], seed: int) -> Scores:
         return pets(data).closed_loop(extra, folder / 'closed')
@@ -320,7 +324,9 @@ def closed_loops(data: Path, folder: Path) -> dict[str, DataSet]:
 
     return {
         'pitch, closed loop': DataSet(PITCH_SEEDS[:CLOSED_PITCH], play),
-        'terrace, four cameras, closed loop': DataSet(range(3), terrace),
+        'terrace, four cameras, closed loop': DataSet(range(3), partial(terrace, '')),
+        'terrace, four cameras, joint, closed loop': DataSet(range(3), partial(terrace, 'joint')),
+        'terrace, two cameras, closed loop': DataSet((0,), film),
         'pets, closed loop': DataSet((1,), watch),
     }
 

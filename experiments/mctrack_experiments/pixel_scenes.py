@@ -145,11 +145,17 @@ def pitch(seed: int, cache: Path) -> PixelScene:
     return _scene(f'pitch_{seed}', site, track, score)
 
 
-def four_terrace_cameras(data: Path, cache: Path, run: int = 0) -> PixelScene:
-    """Return EPFL's terrace, four cameras from image `run` on, frames that may be tuned on."""
+def four_terrace_cameras(
+    data: Path, cache: Path, run: int = 0, tracker: str = 'joint'
+) -> PixelScene:
+    """
+    Return EPFL's terrace, four cameras from image `run` on, frames that may be tuned on.
+
+    Its default tracker, with ``tracker=''``, takes masks, not detections.
+    """
     folder = cache / f'terrace4_site_{run}'
     folder.mkdir(parents=True, exist_ok=True)
-    site = terrace4.write_site(data, folder)
+    site = terrace4.write_site(data, folder, tracker)
     positions, identities = read_positions(data), read_identities(data, CAMERAS)
     frames = [frame for frame in image_files(data, CAMERAS[0]) if _is_tuned_on(frame)]
 
