@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from operator import itemgetter
 
+from rclpy import parameter as ros_parameter
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecyclePublisher
 from rosgraph_msgs.msg import Clock
@@ -32,6 +33,7 @@ from mctrack_ros.ros.topics.definitions import definition_of
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, starts_with_header
 
 _ARRIVAL_S = 1.0
+_NOWHERE = -1.0
 _GLOBAL = ('/tf', '/tf_static', '/diagnostics', '/rosout', '/parameter_events')
 """Topics that ROS has in no namespace."""
 
@@ -57,8 +59,8 @@ class PlayerConfig:
         1, 'messages that go at once on the service burst', minimum=1, maximum=1_000_000
     )
     position: float = parameter(
-        -1.0,
-        'set it while it plays to jump there; -1: nowhere [s]',
+        _NOWHERE,
+        'set it while it plays to jump there; it is -1, nowhere, again then [s]',
         minimum=-1.0,
         at_run_time=True,
     )
@@ -193,6 +195,7 @@ class Player(GraphNode):
             self.transport.set_rate(self.config.rate)
         if 'position' in names and self.config.position >= 0.0:
             self.seek(self.bag.begin_ns + round(self.config.position * 1e9))
+            self.set_parameters([ros_parameter.Parameter('position', value=_NOWHERE)])
 
     def seek(self, time_ns: int) -> bool:
         """Go on at another place, by log time, ns; tell whether that is in what is played."""
