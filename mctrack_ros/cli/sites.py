@@ -16,6 +16,25 @@ def named_site(site: str) -> SiteConfig:
     return load_site(site_path(site))
 
 
+def camera_site(site: str) -> SiteConfig:
+    """
+    Read a site that has cameras.
+
+    Raises
+    ------
+    ConfigError
+        If it has cells instead.
+
+    """
+    config = named_site(site)
+    if config.cells:
+        raise ConfigError(
+            f'the site {config.name} has cells, no cameras: take the site of one of them '
+            f'({", ".join(config.cells)})'
+        )
+    return config
+
+
 def calibration_doubts(site: SiteConfig) -> Iterator[str]:
     """Yield a line on each calibration file that states what is left out; absent files pass."""
     for name, camera in site.cameras.items():

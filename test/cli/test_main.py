@@ -57,6 +57,26 @@ def test_track_says_which_site_it_takes_if_none_is_given(tracked, tmp_path):
     assert '--site is not given: the shipped pitch5 is taken' in errors
 
 
+NEED_CAMERAS = {
+    'background': ('bag', '--site', 'SITE', '--out', 'plates'),
+    'check-calibration': ('SITE',),
+    'coverage': ('SITE',),
+    'explain': ('bag', '--track', '1', '--at', '2', '--site', 'SITE'),
+    'import-detections': ('bag', 'north=boxes.csv', '--site', 'SITE'),
+    'track': ('bag', '--site', 'SITE', '--out', 'out'),
+}
+
+
+@pytest.mark.parametrize('command', NEED_CAMERAS)
+def test_what_needs_cameras_says_which_cells_have_some(tmp_path, command):
+    site = tmp_path / 'halls.yaml'
+    site.write_text('cells: [north, south]')
+    given = [str(site) if each == 'SITE' else each for each in NEED_CAMERAS[command]]
+    code, _, errors = mctrack(command, *given)
+    assert code == 1
+    assert 'has cells, no cameras: take the site of one of them (north, south)' in errors
+
+
 def runs_in(database):
     with Database(database) as opened:
         return [each.run for each in runs(opened)]

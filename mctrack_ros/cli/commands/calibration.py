@@ -97,7 +97,7 @@ def check_calibration(
 
 
 def _checks(source: str, size: str) -> Iterator[tuple[str, CalibrationCheck]]:
-    from mctrack_ros.cli.sites import calibration_doubts, named_site
+    from mctrack_ros.cli.sites import calibration_doubts, camera_site
     from mctrack_ros.ground import check_grid, read_grid
 
     if source.endswith('.xml'):
@@ -107,7 +107,7 @@ def _checks(source: str, size: str) -> Iterator[tuple[str, CalibrationCheck]]:
             raise ValueError(f'{source} does not say how large the images are: name --size')
         yield grid.workstation, check_grid(grid, image)
         return
-    site = named_site(source)
+    site = camera_site(source)
     for line in calibration_doubts(site):
         typer.echo(line)
     for name, camera in site.cameras.items():

@@ -41,7 +41,7 @@ def explain(
     from rich.console import Console
     from rich.table import Table
 
-    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.cli.sites import camera_site
     from mctrack_ros.explain import (
         COLUMNS,
         candidate_rows,
@@ -52,7 +52,7 @@ def explain(
         write_story,
     )
 
-    story = tell(bag, track, at, length, named_site(site) if site else None, namespace)
+    story = tell(bag, track, at, length, camera_site(site) if site else None, namespace)
     for sentence in sentences(story):
         typer.echo(sentence)
     table = Table(*COLUMNS, box=box.SIMPLE_HEAD)

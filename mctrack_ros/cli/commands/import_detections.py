@@ -62,13 +62,13 @@ def import_detections(
 ) -> None:
     """Put the boxes or positions of your own detectors into a bag, for `mctrack track`."""
     from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.cli.sites import camera_site
     from mctrack_ros.recording.tables.box_files import TextClock
     from mctrack_ros.recording.tables.class_names import CLASS_NAMES
     from mctrack_ros.recording.tables.sightings import with_all_images
     from mctrack_ros.replay.detections import import_detections as importing
 
-    config = named_site(site)
+    config = camera_site(site)
     files = by_camera(sources, 'north=north.txt')
     delays = delays_of(later, files)
     first = _of_each('--first-frame', first_frame, _FIRST_FRAME, files)

@@ -236,11 +236,11 @@ def track(
 
 def _site(name: str) -> SiteConfig:
     """Return the site of that name, or the usual one; say so, and what is doubtful in it."""
-    from mctrack_ros.cli.sites import calibration_doubts, named_site
+    from mctrack_ros.cli.sites import calibration_doubts, camera_site
 
     if not name:
         typer.echo(f'--site is not given: the shipped {_USUAL_SITE} is taken', err=True)
-    site = named_site(name or _USUAL_SITE)
+    site = camera_site(name or _USUAL_SITE)
     for line in calibration_doubts(site):
         typer.echo(line, err=True)
     return site
@@ -307,13 +307,13 @@ def background(
     import cv2
 
     from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.cli.sites import camera_site
     from mctrack_ros.replay.camera_source import LEAST_IMAGES, plate_of
     from mctrack_ros.replay.lockstep import camera_tasks
     from mctrack_ros.replay.video_tasks import video_tasks
 
     source, _ = _source(sources, later, rate)
-    config = named_site(site)
+    config = camera_site(site)
     if isinstance(source, Path):
         tasks = camera_tasks(source, config, namespace)
     else:

@@ -44,14 +44,14 @@ def coverage(
     browser: bool = BROWSER,
 ) -> None:
     """Show what a site's cameras see: overlaps, blind areas, hand-overs, predicted errors."""
-    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.cli.sites import camera_site
     from mctrack_ros.ground.coverage.coverage import CoverageConfig
     from mctrack_ros.report.coverage_figures import coverage_figures
     from mctrack_ros.site.coverage import site_coverage
 
     if sources and not web:
         raise ValueError('--source names images to draw on, which needs --web')
-    loaded, config = named_site(site), CoverageConfig(cell=cell, reach=reach)
+    loaded, config = camera_site(site), CoverageConfig(cell=cell, reach=reach)
     seen = site_coverage(loaded, config, area)
     options = f' --area={area}' if area else ''
     command = f'mctrack coverage {site}{options} --cell {cell:g} --reach {reach:g}'
