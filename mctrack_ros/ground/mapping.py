@@ -180,6 +180,14 @@ class GroundMapping(ABC):
         position = self.visible_ground()
         return float(np.median(self.height_px(position, height))) if len(position) else 0.0
 
+    def height_doubt(self, height: float) -> float:
+        """
+        Return how well the pose tells how many rows a height, m, spans: relative deviation.
+
+        0: the pose is known; infinite: nothing tells.
+        """
+        return 0.0
+
     def width_px(self, position: ArrayLike, width: float) -> Floats:
         """Return how many columns, (n,) px, something of that width (m) spans at (n, 2) places."""
         jacobian = self.image_jacobian(position)

@@ -8,7 +8,7 @@ from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig, VehicleConfig
 from mctrack_ros.fusion.occupancy.scene import Scene
-from mctrack_ros.ground import CalibrationError, holds_camera
+from mctrack_ros.ground import CalibrationError
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.site import SiteConfig
@@ -17,6 +17,9 @@ LEAST_HEIGHT_PX, LEAST_SHARE = 60.0, 0.2
 """Median height of a person over each image, and share of what is seen well that two cameras see,
 from which joint occupancy is better. Terrace, four cameras (108 px, .56): MOTA .96 instead of .89;
 two of them (108 px, .30): .72 instead of .52. Two of the pitch (31 px): -.26, joint above .7."""
+MOST_DOUBT = 0.1
+"""Relative deviation of how high people look, up to which masks tell people: 1 % by the
+homographies of the terrace, above a tenth where a camera looks down by 80 degrees or more."""
 PERSON_M = 1.75
 
 
@@ -48,6 +51,17 @@ def with_tracker(site: SiteConfig, own_detections: bool = False) -> tuple[SiteCo
         obstacle = 'cameras that may all start tracks, not untrusted ones'
     if obstacle:
         return site, f'tracker joint: occupancy needs {obstacle}'
+    try:
+        views = site.views()
+    except (ConfigError, CalibrationError):
+        return site, ''  # whoever opens the cameras says what is wrong
+    doubts = {name: one.height_doubt(PERSON_M) for name, one in views.mappings.items()}
+    unknown = [name for name, doubt in doubts.items() if doubt > MOST_DOUBT]
+    if unknown:
+        return site, (
+            f"tracker joint: occupancy needs every camera's pose, and the calibration of "
+            f'{", ".join(unknown)} leaves open how high people look'
+        )
     values = {each.name: getattr(site.fusion, each.name) for each in fields(JointConfig)}
     del values['tracker']
     if any(map(_seeks_vehicles, site.cameras.values())):
@@ -57,10 +71,6 @@ def with_tracker(site: SiteConfig, own_detections: bool = False) -> tuple[SiteCo
         )
         return replace(site, fusion=VehicleConfig(**values)), why
     fusion = OccupancyConfig(**values)
-    try:
-        views = site.views()
-    except (ConfigError, CalibrationError):
-        return site, ''  # whoever opens the cameras says what is wrong
     height_px = min(each.usual_height_px(PERSON_M) for each in views.mappings.values())
     share = Scene(views, site.camera_names, fusion.people).shared()
     suits = share >= LEAST_SHARE and height_px >= LEAST_HEIGHT_PX
@@ -74,13 +84,12 @@ def with_tracker(site: SiteConfig, own_detections: bool = False) -> tuple[SiteCo
 
 
 def _obstacle(name: str, camera: CameraSettings) -> str:
-    """Return what a camera lacks to publish masks from a known pose; empty: nothing."""
+    """Return what a camera lacks to publish masks; empty: nothing."""
     if not isinstance(camera.pipeline, EventTrackerConfig):
         return 'pipeline.local_tracker: groups in every camera'
     if camera.boxes_topic:
         return f'masks, which {name} does not send, as it has a boxes_topic'
-    has_pose = camera.method == 'fitted' if camera.grid else holds_camera(camera.calibration)
-    return '' if has_pose else "every camera's pose, not homographies or grids of cells alone"
+    return ''
 
 
 def _seeks_vehicles(camera: CameraSettings) -> bool:

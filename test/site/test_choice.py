@@ -2,6 +2,7 @@
 
 import re
 
+import cv2
 import numpy as np
 import pytest
 import yaml
@@ -135,14 +136,29 @@ def test_one_camera_keeps_the_joint_tracker(site, tmp_path):
     assert with_tracker(given) == (given, '')
 
 
-def test_homographies_keep_the_joint_tracker(site, tmp_path):
-    site()
-    content = yaml.safe_load((tmp_path / 'site.yaml').read_text())
-    matrix = [[0.01, 0.0, -3.0], [0.0, -0.02, 9.0], [0.0, 0.001, 1.0]]
-    (tmp_path / 'flat.yaml').write_text(yaml.safe_dump({'ground_from_image': matrix}))
-    content['cameras']['south']['calibration'] = 'flat.yaml'
-    (tmp_path / 'site.yaml').write_text(yaml.safe_dump(content))
-    given = load_site(tmp_path / 'site.yaml')
+def by_homographies(site, folder, away, height):
+    """Return the site whose calibrations are the homographies of those of another, as matrices."""
+    given = site(away=away, height=height)
+    content = yaml.safe_load((folder / 'site.yaml').read_text())
+    for name, mapping in given.views().mappings.items():
+        shown = mapping.visible_ground()
+        matrix, _ = cv2.findHomography(mapping.image_from_ground(shown), shown)
+        path = folder / f'{name}.yaml'
+        path.write_text(yaml.safe_dump({'ground_from_image': matrix.tolist()}))
+        content['cameras'][name]['calibration'] = path.name
+    (folder / 'site.yaml').write_text(yaml.safe_dump(content))
+    return load_site(folder / 'site.yaml')
+
+
+def test_homographies_that_tell_how_high_people_look_will_do(site, tmp_path):
+    chosen, why = with_tracker(by_homographies(site, tmp_path, away=8.0, height=3.0))
+    assert chosen.fusion.tracker == 'occupancy'
+    assert 'tracker occupancy' in why
+
+
+def test_homographies_from_above_keep_the_joint_tracker(site, tmp_path):
+    given = by_homographies(site, tmp_path, away=0.6, height=4.0)
     chosen, why = with_tracker(given)
     assert chosen is given
     assert "occupancy needs every camera's pose" in why
+    assert 'south' in why

@@ -153,6 +153,10 @@ class CellMapping(GroundMapping):
         offset: Floats = raised - self._upright.image_from_ground(position)
         return offset
 
+    def height_doubt(self, height: float) -> float:
+        """Return that nothing is known of the pose: each cell is mapped by itself."""
+        return np.inf
+
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
         position = self._local(position)

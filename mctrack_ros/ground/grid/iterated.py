@@ -88,6 +88,10 @@ class IteratedMapping(GroundMapping):
         pixel[self._unseen(position, inside)] = np.nan
         return pixel
 
+    def height_doubt(self, height: float) -> float:
+        """Return that nothing is known of the pose: each cell is mapped by itself."""
+        return np.inf
+
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
         return self._slopes(self._local(position))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 from numba import types
@@ -11,12 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.compiled import FLOATS_2D, compiled, inner
 from mctrack_ros.ground.homography.covariance import add_spread
-from mctrack_ros.ground.homography.fit import HomographyFit, fit_homography
+from mctrack_ros.ground.homography.fit import HomographyFit, fit_homography, start_homography
 from mctrack_ros.ground.mapping import GroundMapping, Mask, points_of, propagated
 from mctrack_ros.ground.origin import local_origin
 from mctrack_ros.ground.support import distance_squared, doubt, doubts
 
 Floats = NDArray[np.float64]
+DOUBT = 0.005
+"""By so much of the image's width a homography may miss the pixels of its points."""
 GROWTH = 8.0
 """How much the misfit of one homography grows outside its points, for each reach of theirs."""
 SINGULAR = 100 * np.finfo(np.float64).eps
@@ -65,6 +67,7 @@ class ProjectiveMapping(GroundMapping):
         self._to_ground = np.linalg.inv(self._to_image)
         self.image_size = (int(image_size[0]), int(image_size[1]))
         self._fit = fit
+        self._pose: Literal['known', 'recovered', 'assumed'] = 'known'
 
     @classmethod
     def from_homography(
@@ -77,7 +80,8 @@ class ProjectiveMapping(GroundMapping):
         Recover the vertical direction of a ground homography.
 
         Square pixels and a principal point at the image's centre are assumed; the focal length
-        follows from the two ground axes being orthogonal and of equal length.
+        follows from the two ground axes being orthogonal and of equal length. Where it does not,
+        as from above, a usual lens is assumed.
 
         Parameters
         ----------
@@ -96,7 +100,8 @@ class ProjectiveMapping(GroundMapping):
         width, height = image_size
         to_centre = np.array([[1.0, 0, -width / 2], [0, 1.0, -height / 2], [0, 0, 1.0]])
         first, second = (to_centre @ homography)[:, :2].T
-        focal = _focal_length(first, second, float(max(width, height)))
+        found = _focal_length(first, second)
+        focal = found or float(max(width, height))
         intrinsics = np.diag([focal, focal, 1.0])
         rotated = np.linalg.solve(intrinsics, to_centre @ homography)
         scale = np.sqrt(np.linalg.norm(rotated[:, 0]) * np.linalg.norm(rotated[:, 1]))
@@ -106,7 +111,9 @@ class ProjectiveMapping(GroundMapping):
             rotated = -rotated
         vertical = np.cross(rotated[:, 0], rotated[:, 1])
         pose = np.column_stack([rotated[:, 0], rotated[:, 1], vertical, rotated[:, 2]])
-        return cls(np.linalg.solve(to_centre, intrinsics @ pose), image_size, fit)
+        mapping = cls(np.linalg.solve(to_centre, intrinsics @ pose), image_size, fit)
+        mapping._pose = 'recovered' if found else 'assumed'
+        return mapping
 
     @classmethod
     def from_points(
@@ -196,6 +203,31 @@ class ProjectiveMapping(GroundMapping):
     def image_jacobian(self, position: ArrayLike) -> Floats:
         """Return the (n, 2, 2) derivatives of pixels by ground positions, px/m."""
         return _derivatives(self._to_image, self._local(position))
+
+    def height_doubt(self, height: float) -> float:
+        """
+        Return how well the pose tells how many rows a height, m, spans: relative deviation.
+
+        Of a pose that a homography leaves open: by how much `usual_height_px` changes if four
+        points, as far apart as the image shows ground, lie `DOUBT` of the image's width off along
+        each axis. Some percent up to 60 degrees of tilt; from straight above nothing is known.
+        """
+        if self._pose != 'recovered':
+            return 0.0 if self._pose == 'known' else np.inf
+        columns, rows = self.image_size
+        shown = _projected(self._to_image, self.visible_ground() - self.origin)
+        top = np.nanquantile(shown[:, 1], 0.25)
+        corners = np.array([[0, top], [columns, top], [0, rows - 1], [columns, rows - 1]])
+        ground = _projected(self._to_ground, corners)
+        if not np.isfinite(ground).all():
+            return np.inf
+        usual_px, variance = self.usual_height_px(height), 0.0
+        for index in np.ndindex(corners.shape):
+            moved = corners.copy()
+            moved[index] += DOUBT * columns
+            other = self.from_homography(start_homography(ground, moved), self.image_size)
+            variance += (other.usual_height_px(height) / usual_px - 1.0) ** 2
+        return float(np.sqrt(variance)) if np.isfinite(variance) else np.inf
 
     def is_extrapolated(self, pixel: ArrayLike) -> Mask:
         """Tell which (n, 2) pixels lie beyond the points that the homography was fitted to."""
@@ -312,8 +344,8 @@ def _uncertain(
     return image
 
 
-def _focal_length(first: Floats, second: Floats, fallback: float) -> float:
-    """Return the focal length, px, for which two homography columns are orthonormal."""
+def _focal_length(first: Floats, second: Floats) -> float | None:
+    """Return the focal length, px, for which two homography columns are orthonormal, if any."""
     flat_dot, flat_difference = (
         first[:2] @ second[:2],
         first[:2] @ first[:2] - second[:2] @ second[:2],
@@ -322,4 +354,4 @@ def _focal_length(first: Floats, second: Floats, fallback: float) -> float:
     design = np.array([flat_dot, flat_difference])
     target = -np.array([deep_dot, deep_difference])
     inverse_square = float(design @ target / (design @ design)) if design.any() else 0.0
-    return float(np.sqrt(1 / inverse_square)) if inverse_square > 0 else fallback
+    return float(np.sqrt(1 / inverse_square)) if inverse_square > 0 else None

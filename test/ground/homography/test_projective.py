@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mctrack_ros.ground import ProjectiveMapping
+from mctrack_ros.ground.homography.fit import start_homography
 
 SIZE = (768, 576)
 
@@ -106,3 +107,35 @@ def test_points_that_fix_no_homography_are_refused(ground, reason):
 def test_impossible_matrices_are_refused(matrix):
     with pytest.raises(ValueError, match=r'singular|finite'):
         ProjectiveMapping(matrix, SIZE)
+
+
+def leaned(tilt):
+    """Return the camera 3 m up that looks down by so many degrees, by its homography alone."""
+    away = 3.0 / np.tan(np.radians(tilt))
+    known = camera((0.0, -away, 3.0), (0.0, 0.0, 0.0), 600.0)
+    return ProjectiveMapping.from_homography(known.image_from_ground_homography, SIZE)
+
+
+def test_how_high_people_look_is_open_the_steeper_a_camera_looks_down():
+    doubts = [leaned(tilt).height_doubt(1.75) for tilt in (20, 45, 60, 80, 85, 89)]
+    assert max(doubts[:3]) < 0.05
+    assert min(doubts[3:]) > 0.1
+    assert doubts[-1] > 1.0
+
+
+def test_a_known_pose_leaves_nothing_open_and_one_that_no_lens_explains_everything():
+    assert camera().height_doubt(1.75) == 0.0
+    stretched = leaned(45).image_from_ground_homography @ np.diag([1.0, 3.0, 1.0])
+    assert ProjectiveMapping.from_homography(stretched, SIZE).height_doubt(1.75) > 0.1
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 1000))
+def test_points_that_are_off_by_what_is_believed_change_heights_by_what_is_said(seed):
+    rng, mapping = np.random.default_rng(seed), leaned(60)
+    image = np.array([[0.0, 250], [768, 250], [0, 575], [768, 575]])
+    ground = mapping.ground_from_image(image)
+    image += rng.normal(0, 0.005 * SIZE[0], image.shape)
+    off = ProjectiveMapping.from_homography(start_homography(ground, image), SIZE)
+    ratio = off.usual_height_px(1.75) / mapping.usual_height_px(1.75)
+    assert abs(ratio - 1.0) < 4 * mapping.height_doubt(1.75)
