@@ -22,6 +22,8 @@ LEARNED_PER_S, MOST_LEARNED = 0.02, (1.0, 1.2)
 """How fast upright metres follow the people, as a share, and by how much in all. Calibrations are
 a tenth and more off in height: boxes drawn by others are 1.16 times as tall as 1.75 m should look
 in each terrace camera, 1.00 times in PETS view 1 and 1.06 times on the street."""
+TOLERATED = 1.1
+"""So tall people may look by the calibration: hair, shoes and the mask's rim add as much."""
 ROUNDS, OF_THE_WAY = 8, 0.45
 """Foot points seen from above are found in so many steps, each so far to where the last one leads:
 where the body looks twice as long as it is away, whole steps would lead to and fro."""
@@ -63,7 +65,7 @@ class SizeTable:
 
     def learn(self, taller: Floats, seconds: float) -> None:
         """
-        Let upright metres follow the people: their median becomes the usual height.
+        Let upright metres follow people who look too tall: their median is tolerated then.
 
         Parameters
         ----------
@@ -75,7 +77,7 @@ class SizeTable:
         """
         if not len(taller):
             return
-        step = LEARNED_PER_S * seconds * float(np.sign(taller - 1.0).mean())
+        step = LEARNED_PER_S * seconds * float(np.sign(taller - TOLERATED).mean())
         learned = float(np.clip(self._learned * (1.0 + step), *MOST_LEARNED))
         self.table[..., 1] *= learned / self._learned
         self._learned = learned
