@@ -65,7 +65,6 @@ from mctrack_ros.perception.background.noise import NoiseMap
 from mctrack_ros.perception.background.shadows import Shadows
 from mctrack_ros.perception.blobs import extraction
 from mctrack_ros.perception.event_tracker import tracker
-from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.local_tracks import table
 from mctrack_ros.perception.local_tracks.occluded_feet import OccludedFeet
 from mctrack_ros.perception.local_tracks.table import LocalTracks
@@ -215,9 +214,6 @@ CAMERA_RULES = {
     ),
     'foot noise': Rule(
         'errors of feet are learned', patches={(LocalTracks, 'follow_noise'): lambda *_: None}
-    ),
-    'sizes': Rule(
-        'how tall people look is learned', patches={(SizeTable, 'learn'): lambda *_: None}
     ),
 }
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.interfaces import ClassCode, Detections, EventCode, Events, Feedback
+from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
 from mctrack_ros.perception.blob_split.measurements import (
     LEAST_PROVEN,
     LEAST_VISIBLE,
@@ -140,7 +140,6 @@ class LocalTracker:
         self._update(seen, predicted, blobs, stamp_ns)
         seen = self._start(seen, blobs, stamp_ns)
         seen = self._classify(seen, blobs, predicted.seconds)
-        self._learn_sizes(seen, blobs, predicted.seconds)
         self._confirm(stamp_ns)
         if feedback is not None:
             self._identify(blobs, part, feedback, stamp_ns)
@@ -203,14 +202,6 @@ class LocalTracker:
         """Separate vehicles from people; return those visible enough to be reported."""
         self._vehicles.classify(self.tracks, seen, blobs, seconds)
         return seen.select((seen.visible >= LEAST_VISIBLE) & (seen.proven >= LEAST_PROVEN))
-
-    def _learn_sizes(self, seen: Observations, blobs: Blobs, seconds: float) -> None:
-        """Learn how tall people look from those who are seen whole and alone."""
-        tracks = self.tracks
-        whole = ~(seen.fitted | blobs.truncated[seen.blob]) & (seen.visible == 1.0)
-        whole &= tracks.confirmed[seen.track] & (tracks.class_id[seen.track] == ClassCode.PERSON)
-        taller = seen.box[whole, 3] / blobs.expected[seen.blob[whole], 1]
-        self._sizes.learn(taller, seconds)
 
     def _identify(self, blobs: Blobs, part: Ints, feedback: Feedback, stamp_ns: int) -> None:
         """Learn global ids, and begin tracks of members that only the fusion node knows."""

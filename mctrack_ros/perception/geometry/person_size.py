@@ -18,12 +18,6 @@ THICKNESS = 0.29
 from above."""
 ALLOWED = 0.25
 """Share by which it may appear taller before that counts: bodies differ by as much."""
-LEARNED_PER_S, MOST_LEARNED = 0.02, (1.0, 1.2)
-"""How fast upright metres follow the people, as a share, and by how much in all. Calibrations are
-a tenth and more off in height: boxes drawn by others are 1.16 times as tall as 1.75 m should look
-in each terrace camera, 1.00 times in PETS view 1 and 1.06 times on the street."""
-BELIEVED = 1.1
-"""Up to there the calibration is believed: hair, shoes and the rim of a mask add as much."""
 ROUNDS, OF_THE_WAY = 8, 0.45
 """Foot points seen from above are found in so many steps, each so far to where the last one leads:
 where the body looks twice as long as it is away, whole steps would lead to and fro."""
@@ -61,28 +55,6 @@ class SizeTable:
         from_above = share > 0.0
         table[from_above] += (share[:, None] * (metre - table))[from_above]
         self.table = table.reshape(*column.shape, 4)
-        self._learned = self._applied = 1.0
-
-    def learn(self, taller: Floats, seconds: float) -> None:
-        """
-        Follow how tall people look: their median, if it is more than the calibration may be off.
-
-        Parameters
-        ----------
-        taller : (n,) array
-            Heights of people who are seen whole and alone, as shares of the usual one.
-        seconds : float
-            Since the last image, s.
-
-        """
-        if not len(taller):
-            return
-        ratio = taller * self._applied / self._learned
-        step = LEARNED_PER_S * seconds * float(np.sign(ratio - 1.0).mean())
-        self._learned = float(np.clip(self._learned * (1.0 + step), *MOST_LEARNED))
-        applied = self._learned if self._learned > BELIEVED else 1.0
-        self.table[..., 1] *= applied / self._applied
-        self._applied = applied
 
     def per_metre(self, foot: Floats) -> Floats:
         """

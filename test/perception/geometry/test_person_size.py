@@ -23,24 +23,3 @@ def test_box_is_centred_between_head_and_foot(mapping):
     foot, head = mapping.image_from_ground(PLACES), mapping.image_from_ground(PLACES, 1.8)
     box = sizes.box_of(foot, np.full((4, 2), [0.6, 1.8]))
     assert np.allclose(box[:, 0] + box[:, 2] / 2, (foot[:, 0] + head[:, 0]) / 2, atol=0.7)
-
-
-def test_upright_metres_follow_how_tall_people_look(mapping):
-    sizes, foot = SizeTable(mapping), mapping.image_from_ground(PLACES)
-    before = sizes.per_metre(foot)
-    for _ in range(200):  # 1.15 times as tall as they should look; one in four is bent
-        now = sizes.per_metre(foot)[:, 1] / before[:, 1]
-        sizes.learn(np.array([1.15, 1.15, 1.15, 0.8]) / now, 0.1)
-    after = sizes.per_metre(foot)
-    assert np.allclose(after[:, 1] / before[:, 1], 1.15, atol=0.01)
-    assert np.array_equal(after[:, 0], before[:, 0])
-
-
-def test_people_who_look_short_or_a_little_tall_teach_nothing(mapping):
-    sizes = SizeTable(mapping)
-    before = sizes.table.copy()
-    for _ in range(200):
-        sizes.learn(np.full(3, 1.08), 0.1)
-    sizes.learn(np.full(3, 0.7), 10.0)
-    sizes.learn(np.zeros(0), 10.0)
-    assert np.array_equal(sizes.table, before)
