@@ -27,11 +27,12 @@ def with_tracker(site: SiteConfig, own_detections: bool = False) -> tuple[SiteCo
     """
     Return a site with the tracker that suits it, and why.
 
-    With two cameras or more whose poses are known, vehicles are found by the masks of all, if a
-    camera looks for them; else joint occupancy suits those that see large people in a common part
-    of the ground. Every other site keeps the joint tracker. A site that names its tracker is
-    returned as it is, without a reason. `mctrack run`, `mctrack track` and the launch file ask
-    here; a fusion node that is started alone takes what its parameters say.
+    With two cameras or more whose poses are known, or follow from their homographies, vehicles are
+    found by the masks of all, if a camera looks for them; else joint occupancy suits those that
+    see large people in a common part of the ground. Every other site keeps the joint tracker. A
+    site that names its tracker is returned as it is, without a reason. `mctrack run`,
+    `mctrack track` and the launch file ask here; a fusion node that is started alone takes what
+    its parameters say.
 
     Parameters
     ----------
@@ -59,8 +60,8 @@ def with_tracker(site: SiteConfig, own_detections: bool = False) -> tuple[SiteCo
     unknown = [name for name, doubt in doubts.items() if doubt > MOST_DOUBT]
     if unknown:
         return site, (
-            f"tracker joint: occupancy needs every camera's pose, and the calibration of "
-            f'{", ".join(unknown)} leaves open how high people look'
+            "tracker joint: occupancy needs every camera's pose; the calibration of "
+            f'{", ".join(unknown)} does not tell how high people look'
         )
     values = {each.name: getattr(site.fusion, each.name) for each in fields(JointConfig)}
     del values['tracker']

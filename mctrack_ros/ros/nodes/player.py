@@ -60,7 +60,7 @@ class PlayerConfig:
     )
     position: float = parameter(
         _NOWHERE,
-        'set it while it plays to jump there; it is -1, nowhere, again then [s]',
+        'set it to jump there while playing; it then returns to -1, nowhere [s]',
         minimum=-1.0,
         at_run_time=True,
     )
