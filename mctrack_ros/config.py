@@ -405,3 +405,46 @@ def _range_text(low: float | None, high: float | None) -> str:
     if low is None:
         return f'at most {high}'
     return f'at least {low}' if high is None else f'{low} to {high}'
+
+
+def replace_parameters(tracker: object, before: object, after: object) -> None:
+    """
+    Give a tracker, of fusion or of a camera, other parameters while it goes on.
+
+    Only those may differ that it reads each time: the ones that may be set at run time.
+
+    Parameters
+    ----------
+    tracker : object
+        What has them, or whose parts do.
+    before, after : dataclass
+        The parameters that it has, and those that it gets.
+
+    """
+    _replace(tracker, dict(_sections(before, after)), set())
+
+
+def _sections(before: object, after: object) -> Iterator[tuple[int, object]]:
+    """Yield the dataclasses in a configuration, by identity, and what takes their place."""
+    yield id(before), after
+    for field in dataclasses.fields(before):  # type: ignore[arg-type]
+        value = getattr(before, field.name)
+        if dataclasses.is_dataclass(value):
+            yield from _sections(value, getattr(after, field.name))
+
+
+def _replace(value: object, others: Mapping[int, object], seen: set[int]) -> None:
+    seen.add(id(value))
+    for name, each in attributes_of(value):
+        if id(each) in others:
+            object.__setattr__(value, name, others[id(each)])
+        elif type(each).__module__.startswith('mctrack_ros.') and id(each) not in seen:
+            _replace(each, others, seen)
+
+
+def attributes_of(value: object) -> Iterator[tuple[str, Any]]:
+    """Yield name and value of each attribute of an object."""
+    slots = [name for kind in type(value).__mro__ for name in getattr(kind, '__slots__', ())]
+    for name in dict.fromkeys([*getattr(value, '__dict__', {}), *slots]):
+        if hasattr(value, name):
+            yield name, getattr(value, name)

@@ -8,14 +8,21 @@ CLOUD = 'sensor_msgs/msg/PointCloud2'
 
 
 def rewritten(bag, path, change):
-    """Copy a bag into a file; `change` gets topic, number of the message there, and its bytes."""
+    """
+    Copy a bag into a file.
+
+    `change` gets topic, number of the message there, and its bytes; None in return drops it.
+
+    """
     copy, number = McapFile(path, is_packed=False), {}
     with BagReader(bag) as reader:
         for topic, kind, data, time_ns in reader.serialized():
             number[topic] = number.get(topic, -1) + 1
             if topic not in copy.counts:
                 copy.add(topic, kind, reader.definition(topic), reader.offered(topic))
-            copy.write(topic, time_ns, change(topic, number[topic], data))
+            changed = change(topic, number[topic], data)
+            if changed is not None:
+                copy.write(topic, time_ns, changed)
     for name, data in attachments(bag).items():
         copy.attach(name, '', data, 0)
     copy.close('')

@@ -9,6 +9,7 @@ without, where feedback matters; ``--cameras`` does so for the rules of cameras,
 disturbed matches (``robustness``) and on changing views (``views``). ``--gap 5`` leaves out 5 s of
 every 10 s of the stored detections: what is lost while nobody looks. ``--cells`` is about the
 fusion of cells: the cameras of the stored detections in two cells, and simulated sites.
+``--masks`` is about the joint occupancy of masks that were recorded once: the terrace, the hall.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ from mctrack_experiments.pixel_scenes import (
     PixelScene,
     Scores,
     four_terrace_cameras,
+    hall_masks,
     pets,
     pitch,
     terrace_videos,
@@ -56,9 +58,11 @@ from mctrack_ros.fusion.existence import evidence
 from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
 from mctrack_ros.fusion.joint_tracker import pipeline as joint_pipeline
 from mctrack_ros.fusion.management import initiation, lifecycle
+from mctrack_ros.fusion.occupancy import masks, scene
+from mctrack_ros.fusion.occupancy import pipeline as occupancy
 from mctrack_ros.fusion.reid import lost_targets, reassignment
 from mctrack_ros.fusion.update import hidden_members, update
-from mctrack_ros.interfaces import Detections, Tick
+from mctrack_ros.interfaces import Tick
 from mctrack_ros.perception.background import model
 from mctrack_ros.perception.background.light import Light
 from mctrack_ros.perception.background.noise import NoiseMap
@@ -66,7 +70,6 @@ from mctrack_ros.perception.background.shadows import Shadows
 from mctrack_ros.perception.blobs import extraction
 from mctrack_ros.perception.event_tracker import tracker
 from mctrack_ros.perception.local_tracks import table
-from mctrack_ros.perception.local_tracks.occluded_feet import OccludedFeet
 from mctrack_ros.perception.local_tracks.table import LocalTracks
 from mctrack_ros.replay import camera_source, workers
 
@@ -123,11 +126,6 @@ RULES = {
     'crowd evidence': Rule(
         'what begins beside others has to be seen for longer',
         patches={(initiation, 'CROWD_EVIDENCE'): 0.0},
-    ),
-    'vacancies': Rule(
-        'bare ground speaks against a track',
-        patches={(evidence, 'VACANCY_WEIGHT'): 0.0},
-        feeds_back=True,
     ),
     'miss weight': Rule(
         'a miss counts less for the confirmed', patches={(evidence, 'MISS_WEIGHT'): 1.0}
@@ -200,17 +198,9 @@ CAMERA_RULES = {
             (tracker, 'merged_detections'): lambda view, part, shown: shown.select(np.arange(0))
         },
     ),
-    'missed detections': Rule(
-        'where a target should be seen and is not, that is said',
-        patches={(tracker, 'missed_detections'): lambda *given: Detections.build(given[-1])},
-    ),
     'begun by feedback': Rule(
         'members of groups whom fusion alone knows have tracks',
         patches={(tracker, 'begin_hidden'): lambda *_: None},
-    ),
-    'occluded feet': Rule(
-        'feet behind what always hides them are looked for',
-        patches={(OccludedFeet, 'reach'): lambda *_: None},
     ),
     'foot noise': Rule(
         'errors of feet are learned', patches={(LocalTracks, 'follow_noise'): lambda *_: None}
@@ -231,6 +221,38 @@ CELL_RULES = {
     ),
     'joining': Rule(
         'two targets of one person become one', patches={(cell_pipeline, 'JOIN_M'): 0.0}
+    ),
+}
+
+MASK_RULES = {
+    'prior': Rule(
+        'a predicted track adds to the gain of its place', patches={(masks, 'PRIOR_GAIN'): 0.0}
+    ),
+    'colours of cameras': Rule(
+        "people have the colours of the cameras' detections", patches={(occupancy, 'NEAR_M'): 0.0}
+    ),
+    'last mask': Rule(
+        "a slower camera's last mask counts", patches={(masks, 'OLDEST_NS'): 100_000_000}
+    ),
+    'left out': Rule(
+        'dazzled and frozen cameras do not count',
+        patches={(masks, 'MOST_FOREGROUND'): 2.0, (masks, 'FROZEN_NS'): 10**18},
+    ),
+    'apart': Rule('two people do not share a place', patches={(scene, 'LEAST_DISTANCE_M'): 0.0}),
+    'moves': Rule('people are moved while they are chosen', patches={(scene, 'REACH_M'): 0.0}),
+    'margin': Rule(
+        'people beside the stated area are looked for, too', patches={(scene, 'MARGIN_M'): 0.0}
+    ),
+    'least seen': Rule(
+        'who is mostly outside an image is not looked for there',
+        patches={(scene, 'LEAST_SEEN'): 0.01},
+    ),
+    'least height': Rule(
+        'who would look too small is not looked for', patches={(scene, 'LEAST_HEIGHT_PX'): 1.0}
+    ),
+    'least resolution': Rule(
+        'nobody is looked for where a metre moves him by a few pixels',
+        patches={(scene, 'LEAST_PX_PER_M'): 0.0},
     ),
 }
 
@@ -447,6 +469,22 @@ def ablate(
     return Figures('ablations', command, protocol, figures), rows
 
 
+def mask_sets(data: Path, folder: Path) -> dict[str, DataSet]:
+    """Return masks that are fused again, with a folder where they are recorded."""
+
+    def terrace(extra: Mapping[str, Any], run: int) -> Scores:
+        scene = four_terrace_cameras(data, folder / 'masks', run, 'occupancy')
+        return scene.fused_again(extra, folder / 'masks')
+
+    def hall(extra: Mapping[str, Any], seed: int) -> Scores:
+        return hall_masks(seed, folder).fused_again(extra, folder)
+
+    return {
+        'terrace, masks': DataSet(range(3), terrace),
+        'hall, masks': DataSet(SEEDS, hall),
+    }
+
+
 def _fork() -> Any:
     cv2.setNumThreads(1)  # a process that is forked beside threads of OpenCV waits for ever
     return multiprocessing.get_context('fork')
@@ -470,12 +508,15 @@ def main() -> None:
     parser.add_argument('--closed-loop', action='store_true', help='run the cameras each time')
     parser.add_argument('--cameras', action='store_true', help='the rules of cameras')
     parser.add_argument('--cells', action='store_true', help='the rules of the fusion of cells')
+    parser.add_argument('--masks', action='store_true', help='the rules of joint occupancy')
     parser.add_argument('--only', nargs='*', help='rules, by name')
     parser.add_argument('--on', nargs='*', help='data sets, by name')
     parser.add_argument('--gap', type=float, default=0.0, help='nobody looks for so long, s')
     parser.add_argument('--json', type=Path, help='also write the figures here')
     arguments = parser.parse_args()
-    all_rules = CAMERA_RULES if arguments.cameras else CELL_RULES if arguments.cells else RULES
+    of_kind = {'cameras': CAMERA_RULES, 'cells': CELL_RULES, 'masks': MASK_RULES}
+    asked = [rules for kind, rules in of_kind.items() if getattr(arguments, kind)]
+    all_rules = asked[0] if asked else RULES
     rules = {
         name: rule for name, rule in all_rules.items() if name in (arguments.only or all_rules)
     }
@@ -483,6 +524,8 @@ def main() -> None:
         data_sets = closed_loops(arguments.data, arguments.cache) | changing_scenes()
     elif arguments.cells:
         data_sets = cell_sets(arguments.data)
+    elif arguments.masks:
+        data_sets = mask_sets(arguments.data, arguments.cache)
     elif arguments.closed_loop:
         rules = {name: rule for name, rule in rules.items() if rule.feeds_back or arguments.only}
         data_sets = closed_loops(arguments.data, arguments.cache)

@@ -22,22 +22,27 @@ from mctrack_experiments.papers.event_tracking.tracked_match import with_backgro
 from mctrack_experiments.real import pets_pixels
 from mctrack_experiments.real import terrace as terrace4
 from mctrack_experiments.real import terrace_videos as terrace
+from mctrack_experiments.scenarios.hall import ground_scores
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation import Trajectories, evaluate_ground
-from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion import JointConfig, OpenViews
+from mctrack_ros.fusion.trackers import no_views
 from mctrack_ros.interfaces import CameraDetections, Detections, Feedback, Tick, Tracks
 from mctrack_ros.perception import EventTracker, EventTrackerConfig, FeedbackBuffer
 from mctrack_ros.recording import BagReader, BagWriter
 from mctrack_ros.recording.video.videos import START_NS, open_video
 from mctrack_ros.replay.drive import drive
+from mctrack_ros.replay.recorded import recorded_ticks
 from mctrack_ros.replay.track import track_bag
 from mctrack_ros.resources import config_file
-from mctrack_ros.simulation import Scenario, World
+from mctrack_ros.simulation import HallScenario, Scenario, World
+from mctrack_ros.simulation.indoor import hall
 from mctrack_ros.simulation.recording import simulate
+from mctrack_ros.site.choice import with_tracker
 from mctrack_ros.site.site import SiteConfig, load_site
 
 FIGURES = ('mota', 'idf1', 'switches')
-PITCH_S = 30.0
+PITCH_S, HALL_S = 30.0, 30.0
 PITCH_SEEDS = range(1, 5)
 """Of the matches 1 to 6 that the tracker may be tuned on."""
 GATE_M = 1.0
@@ -65,6 +70,8 @@ class PixelScene:
         ``bag`` into a folder.
     score : callable
         Scores the tracks of all ticks.
+    views : callable
+        How the cameras see the ground, for trackers that have to know.
 
     """
 
@@ -73,6 +80,7 @@ class PixelScene:
     fusion: JointConfig
     track: Callable[[JointConfig, Path], None]
     score: Callable[[Iterable[Tracks]], Scores]
+    views: OpenViews = no_views
 
     def closed_loop(self, changes: Changes, folder: Path) -> Scores:
         """Return the scores where the cameras, too, are run with the changes."""
@@ -91,6 +99,16 @@ class PixelScene:
                 for rows, _ in bag.rows(f'/{camera}/detections', Detections):
                     ticks[rows.stamp_ns // period_ns].append(CameraDetections(camera, rows))
         return [Tick.of(ticks[index]) for index in sorted(ticks)]
+
+    def fused_again(self, changes: Changes, cache: Path) -> Scores:
+        """Return the scores of fusion, with some changes, of all that cameras sent; made once."""
+        if not (cache / self.name / 'bag').exists():
+            self.track(self.fusion, cache / self.name)
+        config = changed(self.fusion, changes)
+        with BagReader(cache / self.name / 'bag') as bag:
+            ticks = recorded_ticks(bag, self.cameras, config)
+            driven = drive(config, self.cameras, ticks, views=self.views)
+            return self.score([ticked.output.tracks for ticked in driven])
 
     def fused(self, ticks: Iterable[Tick], changes: Changes) -> Scores:
         """Return the scores of fusion alone, with some changes."""
@@ -227,6 +245,24 @@ def pets(data: Path) -> PixelScene:
     return PixelScene('pets_pixels', (pets_pixels.CAMERA,), fusion, track, score)
 
 
+def hall_masks(seed: int, cache: Path) -> PixelScene:
+    """Return people close by in a hall with shadows, four cameras; images stay in the cache."""
+    scenario = HallScenario(seed=seed, duration_s=HALL_S, shadows=True)
+    world, folder = hall.hall_world(scenario), cache / f'hall_match_{seed}'
+
+    def track(fusion: JointConfig, out: Path) -> None:
+        if not folder.exists():
+            simulate(scenario, folder, world=world)
+        track_bag(folder, out, replace(site, fusion=fusion), overwrite=True)
+
+    def score(instants: Iterable[Tracks]) -> Scores:
+        scores = ground_scores(world, list(instants))
+        return {name: scores[f'{name}_0.5m'] for name in FIGURES}
+
+    site, _ = with_tracker(load_site(config_file('hall.yaml')))
+    return _scene(f'hall_{seed}', site, track, score)
+
+
 def _scene(
     name: str,
     site: SiteConfig,
@@ -234,7 +270,7 @@ def _scene(
     score: Callable[[Iterable[Tracks]], Scores],
 ) -> PixelScene:
     assert isinstance(site.fusion, JointConfig)
-    return PixelScene(name, site.camera_names, site.fusion, track, score)
+    return PixelScene(name, site.camera_names, site.fusion, track, score, site.views)
 
 
 def _is_tuned_on(frame: int) -> bool:

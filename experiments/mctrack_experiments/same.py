@@ -69,7 +69,7 @@ def _compared(other: Path, here: Path, scratch: Path) -> tuple[list[str], dict[s
         after = _tracked(here, bag, case, scratch / 'after' / case)
         hashes |= {f'{case} {topic}': digest(after[topic]) for topic in sorted(after)}
         if not (other / 'bags/sites' / f'{case}.yaml').exists():
-            differences.append(f'{case}: not in the other version')
+            print(f'{case} is new: nothing to compare it with', file=sys.stderr)
             continue
         before = _tracked(other, bag, case, scratch / 'before' / case)
         for topic in sorted(before | after):

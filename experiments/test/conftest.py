@@ -19,7 +19,7 @@ def here():
 
 @pytest.fixture(scope='session')
 def matches():
-    """Return the tracked matches so far, by scenario and whether backgrounds are given."""
+    """Return the tracked matches so far, by scenario and how backgrounds are learned."""
     return {}
 
 
@@ -28,10 +28,10 @@ def kept_matches(here, matches, monkeypatch, tmp_path_factory):
     """Let experiments that track the same match share it."""
     made = TrackedMatch.made
 
-    def once(world, folder, is_given=True):
-        key = world.scenario, is_given
+    def once(world, folder, is_given=True, first_pass=True):
+        key = world.scenario, is_given, first_pass
         if key not in matches:
-            matches[key] = made(world, tmp_path_factory.mktemp('match'), is_given)
+            matches[key] = made(world, tmp_path_factory.mktemp('match'), is_given, first_pass)
         return matches[key]
 
     monkeypatch.setattr(TrackedMatch, 'made', once)

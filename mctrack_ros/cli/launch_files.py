@@ -36,16 +36,17 @@ SITE: Arguments = {
     'stream': ('', 'port on which other programs get the tracks; empty: none'),
 }
 REPLAY: Arguments = {
-    **{name: SITE[name] for name in SITE if name != 'use_sim_time'},
+    **SITE,
+    'use_sim_time': ('true', "whether time is the bag's; false: its stamps are shifted to now"),
     'bag': (None, 'bag with the images of the cameras; with own_detections, their detections'),
     'rate': ('1.0', 'speed; 1: as recorded'),
     'start': ('0.0', 'where in the bag to begin, s'),
     'loop': ('false', 'begin again at the end'),
 }
-_NOT_SIMULATED = ('site', 'use_sim_time', 'own_detections')
 SIMULATION: Arguments = {
-    **{name: SITE[name] for name in SITE if name not in _NOT_SIMULATED},
-    'seed': ('1', 'the same seed gives the same match'),
+    **{name: SITE[name] for name in SITE if name != 'own_detections'},
+    'site': ('pitch5', 'shipped site whose scene is simulated'),
+    'seed': ('1', 'the same seed gives the same scene'),
 }
 CALIBRATION: Arguments = {
     'source': (None, 'an image, a video or a bag of the camera, or live: the running graph'),
@@ -82,7 +83,7 @@ def replay_specs(values: Values) -> tuple[list[NodeSpec], str]:
     from mctrack_ros.cli.sites import named_site
 
     site = named_site(values['site'])
-    nodes, why = site_specs({**values, 'use_sim_time': 'true'})
+    nodes, why = site_specs(values)
     taken = [
         named_image_topic(name, one.boxes_topic or one.image_topic)
         for name, one in site.cameras.items()
@@ -99,16 +100,44 @@ def replay_specs(values: Values) -> tuple[list[NodeSpec], str]:
         rate=number_of('rate', values['rate']),
         start=number_of('start', values['start']),
         loop=truth_of('loop', values['loop']),
+        restamp=not truth_of('use_sim_time', values['use_sim_time']),
     )
     return [*nodes, player], why
 
 
 def simulation_specs(values: Values) -> tuple[list[NodeSpec], str]:
-    """Return the nodes of the shipped pitch, and its simulated cameras."""
-    fixed = {'site': 'pitch5', 'use_sim_time': 'false', 'own_detections': 'false'}
-    nodes, why = site_specs({**values, **fixed})
-    seed = int(number_of('seed', values['seed']))
-    return [*nodes, NodeSpec('simulator_node', 'simulator', {'seed': seed})], why
+    """
+    Return the nodes of a shipped site, and its simulated cameras.
+
+    Raises
+    ------
+    ConfigError
+        If the site has no scene.
+
+    """
+    from mctrack_ros.cli.sites import shipped_sites
+    from mctrack_ros.simulation.scenes import SCENES
+
+    name = values['site']
+    if name not in shipped_sites():
+        names = ', '.join(shipped_sites())
+        raise ConfigError(f'site is {name!r}, expected one that is simulated: {names}')
+    nodes, why = site_specs({**values, 'own_detections': 'false'})
+    scene = SCENES[name]
+    scenario = scene.scenario(seed=int(number_of('seed', values['seed'])))
+    simulator = {
+        'scene': name,
+        'cameras': [camera.name for camera in scene.cameras(scenario)],
+        'seed': scenario.seed,
+        'duration': scenario.duration_s,
+        'rate': scenario.rate_hz,
+        'noise': scenario.noise,
+        'shadows': scenario.shadows,
+        'distortion': scenario.distortion,
+        'lighting_drift': scenario.lighting_drift,
+        'use_sim_time': truth_of('use_sim_time', values['use_sim_time']),
+    }
+    return [*nodes, NodeSpec('simulator_node', 'simulator', simulator)], why
 
 
 def calibrate_command(values: Values) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from mctrack_ros.fusion.camera_clocks import CameraClocks
 from mctrack_ros.fusion.config import FusionConfig
-from mctrack_ros.interfaces import RESTART_NS, CameraRows, RowsTick, Stamped, Ticks
+from mctrack_ros.interfaces import RESTART_NS, CameraRows, RowsTick, Stamped, Ticks, starts_anew
 
 R = TypeVar('R', bound=Stamped)
 
@@ -89,11 +89,12 @@ class Batcher(Generic[R]):
     Groups messages into ticks: a message belongs to the period that its own stamp falls in.
 
     A tick closes when no live camera is expected to add to it, or `max_wait` after its first
-    message arrived; one that comes earlier than its stamp lets expect counts as arriving when it
-    should. Ticks close in order; what comes for a closed one is late: dropped and counted. Clocks
-    that disagree are set right or left out first (`CameraClocks`). At the start each camera
-    counts as live for one `camera_timeout`. Time begins anew when the stamps of all live cameras
-    have stepped back by more than a second; what one of them alone sends from then on is late.
+    message arrived; a message that arrives earlier than usual for its stamp counts as arriving at
+    the usual time. Ticks close in order; what comes for a closed one is late: dropped and
+    counted. Clocks that disagree are set right or left out first (`CameraClocks`). At the start
+    each camera counts as live for one `camera_timeout`. Time begins anew when the stamps of all
+    live cameras have stepped back by more than a second; what one of them alone sends from then
+    on is late.
 
     Parameters
     ----------
@@ -247,16 +248,14 @@ class Batcher(Generic[R]):
         """
         state = self._cameras[camera]
         is_starved = now_ns - self._admitted_ns >= self._timeout_ns
-        steps_back = (
-            state.last_stamp_ns is not None and stamp_ns < state.last_stamp_ns - RESTART_NS
-        )
+        steps_back = starts_anew(stamp_ns, state.last_stamp_ns)
         if not (is_starved or steps_back or are_others_right) or stamp_ns >= self._oldest_ns():
             return False
         if is_starved or are_others_right:
             return True
         state.step_back()
         return all(
-            other.last_stamp_ns is None or other.last_stamp_ns <= stamp_ns + RESTART_NS
+            not starts_anew(stamp_ns, other.last_stamp_ns)
             for other in self._cameras.values()
             if other is not state and self._is_live(other, now_ns)
         )
@@ -339,14 +338,10 @@ class Batcher(Generic[R]):
             stamp_ns, messages, self._record(stamp_ns, messages, pending.added_ns, now_ns)
         )
 
-    def _record(
-        self,
-        stamp_ns: int,
-        messages: tuple[CameraRows[R], ...],
-        added_ns: dict[tuple[str, int], int],
-        now_ns: int,
-    ) -> Ticks:
-        """Return what was admitted; a camera's messages to whose stamps more was added follow."""
+    def _by_added(
+        self, messages: tuple[CameraRows[R], ...], added_ns: dict[tuple[str, int], int]
+    ) -> tuple[list[tuple[int, int]], list[list[R]]]:
+        """Return camera and what was added to its stamps, ms, every camera first; their rows."""
         names = list(self._cameras)
         alike: dict[tuple[int, int], list[R]] = {}
         for each in messages:
@@ -357,7 +352,18 @@ class Batcher(Generic[R]):
             first.setdefault(key[0], key)
         keys = [first.get(row, (row, 0)) for row in range(len(names))]
         keys += [key for key in alike if key not in keys]
-        rows = [alike.get(key, []) for key in keys]
+        return keys, [alike.get(key, []) for key in keys]
+
+    def _record(
+        self,
+        stamp_ns: int,
+        messages: tuple[CameraRows[R], ...],
+        added_ns: dict[tuple[str, int], int],
+        now_ns: int,
+    ) -> Ticks:
+        """Return what was admitted; a camera's messages to whose stamps more was added follow."""
+        names = list(self._cameras)
+        keys, rows = self._by_added(messages, added_ns)
         live = np.array([self._is_live(state, now_ns) for state in self._cameras.values()], bool)
         counts = [state.take_counts() for state in self._cameras.values()]
         late, dropped, missed, left_out = np.array(counts, int).reshape(-1, 4).T

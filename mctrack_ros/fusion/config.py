@@ -35,7 +35,7 @@ class BatchingConfig:
     )
     time_sync_limit: float = parameter(
         0.2,
-        "Cameras' clocks may differ by so much, which is removed; one that is ahead by more is "
+        'Clocks of cameras that differ by up to this are corrected; a camera farther ahead is '
         'left out; 0: clocks are not compared [s]',
         minimum=0.0,
         maximum=60.0,

@@ -27,6 +27,7 @@ from mctrack_ros.interfaces.limits import (
     LARGEST_VARIANCE,
     PAUSE_NS,
     RESTART_NS,
+    starts_anew,
 )
 from mctrack_ros.interfaces.rows import Column, Message, Rows, Stamped
 from mctrack_ros.interfaces.ticks import CameraDetections, CameraRows, RowsTick, Tick, Ticks
@@ -71,4 +72,5 @@ __all__ = [
     'TrackStatus',
     'Tracks',
     'code_tables',
+    'starts_anew',
 ]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from mctrack_ros.interfaces.codes import MEMBERS, TEMPLATE_SIZE
 from mctrack_ros.interfaces.rows import POSITION, Column, Rows
@@ -20,9 +20,8 @@ class Detections(Rows):
     """
     Detections of one camera, one row each; an empty one is the camera's heartbeat.
 
-    A row without a position and of score 0 is vacant: it says that the target whose ``track_id``
-    it names is not in its box, where the camera sees nothing but background. A lone row that names
-    nobody either is blind: the camera cannot tell who is there, as while it learns its background.
+    A lone row without a position, of score 0, that names nobody is blind: the camera cannot tell
+    who is there, as while it learns its background.
     A message must have positions and scores alone; what else it lacks has the default of its
     column, a covariance that of 0.3 m along each axis.
 
@@ -93,18 +92,6 @@ class Detections(Rows):
     kit: NDArray[np.uint8]
 
     @classmethod
-    def vacant(cls, stamp_ns: int, track_id: ArrayLike, box: ArrayLike) -> Self:
-        """Return one vacant row for each of (n,) targets that are not in their (n, 4) boxes."""
-        count = len(np.asarray(track_id))
-        return cls.build(
-            stamp_ns,
-            position=np.full((count, 3), np.nan),
-            box=box,
-            score=np.zeros(count),
-            track_id=track_id,
-        )
-
-    @classmethod
     def blind(cls, stamp_ns: int) -> Self:
         """Return the message of a camera that cannot tell who is there."""
         nowhere = np.full((1, 3), np.nan)
@@ -118,11 +105,3 @@ class Detections(Rows):
             and bool(self.score[0] == 0.0 and self.track_id[0] == 0)
             and bool(np.isnan(self.position).all())
         )
-
-    @property
-    def is_vacant(self) -> NDArray[np.bool_]:
-        """Tell which rows, (n,), are vacant."""
-        unseen: NDArray[np.bool_] = (self.score == 0) & (self.track_id > 0)
-        if unseen.any():
-            unseen &= np.isnan(self.position).any(axis=1)
-        return unseen

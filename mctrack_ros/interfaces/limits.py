@@ -10,6 +10,11 @@ LARGEST_EXTENT = 100.0
 """Nobody is larger, m."""
 
 PAUSE_NS = 1_000_000_000
-"""Who is away for longer comes again; who is not seen for longer did not walk in between, ns."""
+"""Longest gap within one visit, and within one stretch of a path, ns."""
 RESTART_NS = 1_000_000_000
 """A stamp that lies before the last one by more than this begins time anew, ns."""
+
+
+def starts_anew(stamp_ns: int, last_ns: int | None) -> bool:
+    """Tell whether time begins anew with a stamp, after the last one or none, ns."""
+    return last_ns is not None and stamp_ns < last_ns - RESTART_NS

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from mctrack_ros.interfaces import RESTART_NS
+from mctrack_ros.interfaces import PAUSE_NS, starts_anew
 
-LONG_GAP_NS = 1_000_000_000
-"""No gap that is shorter is a jump, ns."""
 USUAL_GAPS = 2.5
 """A gap that is no longer than this many of the gap before is the camera's pace, however slow."""
 
@@ -49,7 +47,7 @@ class ImageClock:
 
         """
         seen = self._seen_ns
-        if seen is not None and seen - RESTART_NS <= stamp_ns <= seen:
+        if seen is not None and stamp_ns <= seen and not starts_anew(stamp_ns, seen):
             raise BackwardStampError(
                 f'stamp {stamp_ns} is not later than the last, {seen}: the image is not used'
             )
@@ -62,6 +60,6 @@ class ImageClock:
         last, usual_ns = self._last_ns, self._gap_ns
         gap_ns = 0 if last is None else stamp_ns - last
         self.stepped_back, self._has_begun_anew = self._has_begun_anew, False
-        self.jumped = self.stepped_back or gap_ns > max(LONG_GAP_NS, USUAL_GAPS * usual_ns)
+        self.jumped = self.stepped_back or gap_ns > max(PAUSE_NS, USUAL_GAPS * usual_ns)
         self.seconds = 0.0 if self.jumped else gap_ns * 1e-9
         self._last_ns, self._gap_ns = stamp_ns, max(gap_ns, 0)

@@ -74,8 +74,8 @@ class Overlay:
         for box in np.zeros((0, 4)) if predicted is None else predicted:
             if np.isfinite(box).all():
                 _rectangle(canvas, box, PREDICTED)
-        for row, is_vacant in enumerate(detections.is_vacant.tolist()):
-            _draw_detection(canvas, detections, row, is_vacant)
+        for row in range(len(detections)):
+            _draw_detection(canvas, detections, row)
         for group in groups:
             _draw_group(canvas, detections.box[np.isin(detections.local_id, group)])
         self._note(events, detections.stamp_ns)
@@ -93,17 +93,15 @@ class Overlay:
             self._lines.popleft()
 
 
-def _draw_detection(canvas: Image, detections: Detections, row: int, is_vacant: bool) -> None:
+def _draw_detection(canvas: Image, detections: Detections, row: int) -> None:
     count, track_id = int(detections.member_count[row]), int(detections.track_id[row])
     members = [int(one) for one in detections.members[row] if one]
     first = track_id or next(iter(members), 0)
     red, green, blue = track_colour(first)
-    colour = (blue, green, red) if first and not is_vacant else UNKNOWN
+    colour = (blue, green, red) if first else UNKNOWN
     box = detections.box[row]
     _rectangle(canvas, box, colour)
-    if is_vacant:
-        label = f'-{track_id}'
-    elif count == 1:
+    if count == 1:
         label = str(track_id or f'({detections.local_id[row]})')
     else:
         _draw_group(canvas, box[None])

@@ -85,6 +85,8 @@ class CameraMethod(NamedTuple):
         Message types of every image, each on the topic of its type.
     feedback : type
         Message type of its feedback, on the topic of that type.
+    first_pass : bool
+        Whether the background of a recording is learned from all of it before it is tracked.
 
     """
 
@@ -92,6 +94,7 @@ class CameraMethod(NamedTuple):
     open: Opener
     messages: tuple[type[Message], ...] = (Detections,)
     feedback: type[Rows] = Feedback
+    first_pass: bool = False
 
 
 class Deferred:
@@ -128,6 +131,7 @@ def _likelihood_grid() -> CameraMethod:
         LikelihoodCameraConfig,
         lambda config, given: LikelihoodCamera(config, *given[1:4]),
         MESSAGES,
+        first_pass=True,
     )
 
 
@@ -142,7 +146,10 @@ def _belief() -> CameraMethod:
 
 TRACKERS: dict[str, CameraMethod | Deferred] = {
     'groups': CameraMethod(
-        EventTrackerConfig, lambda config, given: EventTracker(config, *given[1:4]), MESSAGES
+        EventTrackerConfig,
+        lambda config, given: EventTracker(config, *given[1:4]),
+        MESSAGES,
+        first_pass=True,
     ),
     'silhouettes': Deferred(_silhouettes),
     'likelihood_grid': Deferred(_likelihood_grid),

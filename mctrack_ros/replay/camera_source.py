@@ -24,6 +24,7 @@ from mctrack_ros.perception import (
     ImageWatch,
     RowsBuffer,
     ShiftState,
+    camera_method,
     open_buffer,
 )
 from mctrack_ros.perception.background.plate import spread_median
@@ -97,6 +98,9 @@ class CameraTask:
         Where images with what is seen in them are written.
     kinds : tuple of type
         Messages to fusion, where these are replayed instead of images.
+    first_pass : bool
+        Whether a background that is not given is learned from the whole recording beforehand;
+        otherwise as in a live node, from the first images.
 
     """
 
@@ -110,6 +114,7 @@ class CameraTask:
     stamps: Stamps | None = None
     debug: Debug | None = None
     kinds: tuple[type[Message], ...] = (Detections,)
+    first_pass: bool = True
 
     @property
     def image_topic(self) -> str:
@@ -221,8 +226,9 @@ class CameraSource:
         self._messages = self._open()
         if self._from_images:
             settings = task.settings
-            spread = settings.pipeline.local_tracker == 'groups' and not settings.background
-            self._pipeline = settings.open(task.camera, plate_of(task) if spread else None)
+            spread = task.first_pass and camera_method(settings.pipeline).first_pass
+            background = plate_of(task) if spread and not settings.background else None
+            self._pipeline = settings.open(task.camera, background)
         self._buffer = self._new_buffer()
         self._watch, self._overlay = ImageWatch(), Overlay()
         self._next_debug_ns = 0
@@ -286,6 +292,7 @@ class CameraSource:
             state = self._watch.look(self._image, stamp_ns)
             quality.unusable += state is not ImageState.USABLE
             output = self._pipeline.step(self._image, stamp_ns, feedback)
+            quality.unsettled += not output.is_settled
             moved = output.shift.state is ShiftState.MOVED
             quality.moved_px = output.shift.size_px if moved else 0.0
             self._draw(output)

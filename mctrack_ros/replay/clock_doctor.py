@@ -128,7 +128,7 @@ def _given(reader: BagReader, site: SiteConfig, offsets: ClockOffsets) -> Iterat
     if _names_targets(message.rows for tick in given for message in tick.messages):
         for tick in given:
             for message in tick.messages:
-                yield offsets.add_told(message.camera, message.rows)
+                yield offsets.add_reported(message.camera, message.rows)
         return
     for ticked in drive(config, site.camera_names, given):
         yield offsets.add(ticked.tick, ticked.output.tracks)

@@ -89,6 +89,8 @@ class CameraQuality:
         Why the last of these was.
     unusable : int
         Images that show nothing: black, white, frozen or noise.
+    unsettled : int
+        Images without a background to compare them with.
     detections : int
         In all messages.
     moved_px : float
@@ -101,6 +103,7 @@ class CameraQuality:
     refused: int = 0
     reason: str = ''
     unusable: int = 0
+    unsettled: int = 0
     detections: int = 0
     moved_px: float = 0.0
 
@@ -116,6 +119,7 @@ def figures(quality: CameraQuality, stamps: Stamps) -> dict[str, float]:
         'added_s': stamps.added_s,
         'refused': quality.refused,
         'unusable': quality.unusable,
+        'unsettled': quality.unsettled,
     }
 
 
@@ -155,6 +159,11 @@ def complaints(quality: CameraQuality, stamps: Stamps, offset_m: float) -> list[
         )
     if quality.unusable:
         lines.append(f'{name}: {quality.unusable} images are black, white, frozen or noise')
+    if quality.unsettled:
+        lines.append(
+            f'{name}: {quality.unsettled} images could be compared with no background: nobody is '
+            'seen in them'
+        )
     if quality.messages and not quality.detections:
         lines.append(f'{name}: nobody is seen in any of {quality.messages} images')
     if quality.moved_px:

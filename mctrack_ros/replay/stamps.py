@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.fusion.camera_clocks import JUMPED, KEPT, CameraClocks, Jump
 from mctrack_ros.fusion.config import BatchingConfig
-from mctrack_ros.interfaces import RESTART_NS, Detections
+from mctrack_ros.interfaces import Detections, starts_anew
 from mctrack_ros.recording import BagError, BagReader, stated_clock_offsets
 from mctrack_ros.replay.quality import LEFT_OUT, SECOND_NS, Stamps
 from mctrack_ros.site.site import SiteConfig
@@ -185,7 +185,7 @@ class _Sessions:
     def place(self, camera: str, stamp_ns: int) -> int | None:
         """Return the session of a camera's next message; None: it comes again or is late."""
         session, last_ns = self._last.get(camera, (self._session, stamp_ns - 1))
-        if last_ns - RESTART_NS <= stamp_ns <= last_ns:
+        if stamp_ns <= last_ns and not starts_anew(stamp_ns, last_ns):
             return None
         if stamp_ns < last_ns:
             session += 1

@@ -49,12 +49,16 @@ class Source:
         Where the topics of the cameras lie in it; results lie in none.
     log_times : bool
         Whether the times of recording stand for its stamps.
+    first_pass : bool
+        Whether backgrounds that are not given are learned from all of it beforehand; otherwise
+        from its first images, as live.
 
     """
 
     bag: str | Path
     namespace: str = ''
     log_times: bool = False
+    first_pass: bool = True
 
 
 @dataclass(slots=True)
@@ -257,7 +261,9 @@ def _bag(source: Source, site: SiteConfig) -> _Input:
         starts = [rows for rows, _ in asked]
     stamps, jumps = judge(entries, site.camera_names, site.fusion.batching)
     unused = sum(each.stamp_ns.count(LEFT_OUT) for each in stamps.values())
-    tasks = [replace(task, stamps=stamps[task.camera]) for task in tasks]
+    tasks = [
+        replace(task, stamps=stamps[task.camera], first_pass=source.first_pass) for task in tasks
+    ]
     intervals = {name: each.interval_s() for name, each in stamps.items()}
     return _Input(tasks, seconds, len(entries) - unused, jumps, intervals, starts)
 

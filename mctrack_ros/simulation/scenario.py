@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +42,8 @@ class Scenario:
 
     """
 
+    MOST_CAMERAS: ClassVar[int] = 5
+
     seed: int = 1
     duration_s: float = 120.0
     rate_hz: float = 25.0
@@ -65,8 +68,8 @@ class Scenario:
         for name in ('light_step', 'gain_step'):
             if not getattr(self, name) > -1:
                 raise ValueError(f'{name} is {getattr(self, name)!r}, expected more than -1')
-        if not 1 <= self.cameras <= 5:
-            raise ValueError(f'cameras is {self.cameras!r}, expected 1 to 5')
+        if not 1 <= self.cameras <= self.MOST_CAMERAS:
+            raise ValueError(f'cameras is {self.cameras!r}, expected 1 to {self.MOST_CAMERAS}')
 
     @property
     def steps(self) -> int:

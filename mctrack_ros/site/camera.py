@@ -57,8 +57,7 @@ class CameraSettings:
     )
     calibration: str = parameter(
         '',
-        'calibration file instead of a grid: a matrix, a ROS camera info, or a camera of OpenCV, '
-        'Kalibr or Tsai',
+        'calibration file instead of a grid: of ROS, OpenCV, Kalibr or Tsai, or a matrix',
     )
     calibration_camera: str = parameter(
         '', 'camera in a calibration file of several: its key there (cam1), or its topic'

@@ -16,7 +16,8 @@ from mctrack_ros.site.site import SiteConfig
 LEAST_HEIGHT_PX, LEAST_SHARE = 60.0, 0.2
 """Median height of a person over each image, and share of what is seen well that two cameras see,
 from which joint occupancy is better. Terrace, four cameras (108 px, .56): MOTA .96 instead of .89;
-two videos (108 px, .27): .75 instead of .65. Two of the pitch (31 px): -.26, joint above .7."""
+two videos (108 px, .27): .75 instead of .65; hall (110 px, .92), at half a metre: .93 instead of
+.53. Two of the pitch (31 px): -.26, joint above .7."""
 MOST_DOUBT = 0.1
 """Relative deviation of how high people look, up to which masks tell people: 1 % by the
 homographies of the terrace, above a tenth where a camera looks down by 80 degrees or more."""

@@ -238,7 +238,9 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     cells = values.pop('cells', None)
     if cells is not None:
         if cameras is not None or shared:
-            raise ConfigError('cells stand in place of cameras and pipeline: name the ones')
+            raise ConfigError(
+                'a site has cells, or cameras and pipeline, not both: remove one of them'
+            )
         cells, cameras = _cells(cells), {}
         given = values.get('fusion', {})
         if isinstance(given, Mapping):

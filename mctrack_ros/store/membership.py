@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection, select
 
+from mctrack_ros.interfaces import PAUSE_NS
 from mctrack_ros.store.schema import GROUPS, MEMBERS, upsert
-
-_PAUSE_NS = 1_000_000_000
-"""A longer absence from a group ends the membership."""
 
 
 @dataclass(slots=True)
@@ -41,7 +39,7 @@ class Memberships:
     def take_up(self, connection: Connection, run: int, last_ns: int) -> None:
         """Go on with the memberships of a run that last until a stamp, ns."""
         asked = select(MEMBERS).where(
-            MEMBERS.c.run_id == run, MEMBERS.c.ended_ns >= last_ns - _PAUSE_NS
+            MEMBERS.c.run_id == run, MEMBERS.c.ended_ns >= last_ns - PAUSE_NS
         )
         for row in connection.execute(asked.order_by(MEMBERS.c.ended_ns)):
             member = _Member(row.group_id, row.began_ns, row.ended_ns, is_new=False)
@@ -58,7 +56,7 @@ class Memberships:
             member = self._open.get(track)
             if number == 0:
                 continue
-            if member and member.group == number and began_ns - member.ended_ns <= _PAUSE_NS:
+            if member and member.group == number and began_ns - member.ended_ns <= PAUSE_NS:
                 member.ended_ns, member.is_new = ended_ns, True
                 continue
             if member and member.is_new:

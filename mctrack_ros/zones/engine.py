@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.interfaces import PAUSE_NS, REPORTED, RESTART_NS, EventCode, Events, Tracks
+from mctrack_ros.interfaces import PAUSE_NS, REPORTED, EventCode, Events, Tracks, starts_anew
 from mctrack_ros.zones.shapes import Zones
 from mctrack_ros.zones.sides import Look, Sides
 
@@ -36,10 +36,9 @@ class ZoneEngine:
     """
     Follows the tracks of a site through its zones and over its lines.
 
-    A track is inside once it is decided that it is (see `mctrack_ros.zones.sides`), and until it
-    is decided that it is not, or until it is away for longer than `PAUSE_NS`. It crosses a line
-    when the straight way between two places, both clearly off the line, does, one the last before
-    the other.
+    A track is inside from the tick that decides so (see `mctrack_ros.zones.sides`) to the tick
+    that decides that it is outside, or until it is missing for longer than `PAUSE_NS`. It crosses
+    a line when the straight way between two successive places, both clearly off the line, does.
 
     What is known of a track is its own, not its id's: corrections move it from id to id. If two
     tracks turn out to be one, what was decided last holds, and of a crossing that happened between
@@ -95,7 +94,7 @@ class ZoneEngine:
             return Events.build(tracks.stamp_ns)
         found: list[_Found] = []
         stamp_ns = tracks.stamp_ns
-        if stamp_ns < self._stamp_ns - RESTART_NS:
+        if starts_anew(stamp_ns, self._stamp_ns):
             self._leave(np.arange(len(self._lives)), found)
             self._lives = _blank(self._zones, self._lines)
         self._stamp_ns = stamp_ns

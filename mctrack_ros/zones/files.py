@@ -103,7 +103,7 @@ def read_zones(path: str | Path) -> Zones:
     try:
         return zones_from(_mapping(read_yaml_file(path, ConfigError)))
     except ConfigError as error:
-        raise ConfigError(_told(path, error)) from error
+        raise ConfigError(_with_path(path, error)) from error
 
 
 def save_zones(path: str | Path, zones: Zones) -> None:
@@ -144,7 +144,7 @@ def save_zones(path: str | Path, zones: Zones) -> None:
         _check_same(before, zones, text)
         _replace(path, text)
     except ConfigError as error:
-        raise ConfigError(_told(path, error)) from error
+        raise ConfigError(_with_path(path, error)) from error
     except OSError as error:
         raise ConfigError(f'{path}: {error.strerror or error}') from error
     except yaml.YAMLError as error:  # an alias of what stood in the blocks
@@ -221,7 +221,7 @@ def _mapping(content: Any) -> Mapping[str, Any]:
     return content
 
 
-def _told(path: str | Path, error: ConfigError) -> str:
+def _with_path(path: str | Path, error: ConfigError) -> str:
     reason = str(error)
     return reason if reason.startswith(f'{path}: ') else f'{path}: {reason}'
 

@@ -1,6 +1,7 @@
 """The launch files: XML that says the same as Python, and nodes as their arguments ask for."""
 
 import ast
+from dataclasses import fields
 from pathlib import Path
 from xml.etree.ElementTree import parse
 
@@ -18,9 +19,11 @@ from mctrack_ros.cli.launch_files import (
     site_specs,
 )
 from mctrack_ros.cli.launch_xml import FILES, write_launch_xml
+from mctrack_ros.cli.sites import named_site, shipped_sites
 from mctrack_ros.config import ConfigError
 from mctrack_ros.resources import config_file
 from mctrack_ros.ros.graph.launch_actions import moved_topics
+from mctrack_ros.ros.nodes.simulator_node import SimulatorNodeConfig
 from mctrack_ros.site.site import FILES as CAMERA_FILES
 
 LAUNCH = Path(__file__).resolve().parents[2] / 'launch'
@@ -55,9 +58,8 @@ def test_xml_passes_every_argument_to_a_python_file_that_is_there(name):
 
 
 def test_all_that_start_a_graph_have_the_usual_arguments():
-    for arguments, without in ((SITE, set()), (REPLAY, {'use_sim_time'})):
-        assert {'site', *GRAPH} - without <= arguments.keys()
-    assert GRAPH.keys() - {'use_sim_time'} <= SIMULATION.keys()
+    for arguments in (SITE, REPLAY, SIMULATION):
+        assert {'site', *GRAPH} <= arguments.keys()
 
 
 def test_a_site_has_a_store_and_a_stream_where_they_are_asked_for(tmp_path):
@@ -128,10 +130,28 @@ def test_a_replay_plays_the_boxes_that_cameras_take(tmp_path):
     assert not any(each.startswith(f'/{name}/image') for each in topics)
 
 
-def test_a_simulation_has_its_seed():
-    specs, _ = simulation_specs(given(SIMULATION, seed='7'))
-    assert specs[-1].executable == 'simulator_node'
-    assert specs[-1].parameters['seed'] == 7
+def test_a_replay_on_system_time_shifts_its_stamps(tmp_path):
+    values = given(REPLAY, site='pitch5', bag=str(tmp_path), use_sim_time='false')
+    *nodes, player = replay_specs(values)[0]
+    assert not any(spec.parameters.get('use_sim_time') for spec in nodes)
+    assert player.parameters['restamp']
+
+
+@pytest.mark.parametrize('site', shipped_sites())
+def test_every_shipped_site_is_simulated_as_the_scene_has_it(site):
+    specs, _ = simulation_specs(given(SIMULATION, site=site, seed='7'))
+    simulator = specs[-1]
+    assert simulator.executable == 'simulator_node'
+    assert simulator.parameters['seed'] == 7
+    assert simulator.parameters.keys() - {'use_sim_time'} <= {
+        each.name for each in fields(SimulatorNodeConfig)
+    }
+    assert simulator.parameters['cameras'] == list(named_site(site).camera_names)
+
+
+def test_what_has_no_scene_is_not_simulated(tmp_path):
+    with pytest.raises(ConfigError, match=r'expected one that is simulated: .*pitch5'):
+        simulation_specs(given(SIMULATION, site=str(tmp_path / 'site.yaml')))
 
 
 def test_rviz_shows_the_topics_of_a_namespace():

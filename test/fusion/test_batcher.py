@@ -7,7 +7,6 @@ from foot_points import FootPoints
 from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import Batcher, JointConfig, JointTracker, open_batcher
 from mctrack_ros.fusion.config import BatchingConfig
-from mctrack_ros.interfaces import Detections
 
 MS = 1_000_000
 CAMERAS = ('one', 'three', 'two')
@@ -162,13 +161,6 @@ def test_unusable_detections_are_counted():
     rows = detections(stamp(1), [[0, 0], [np.nan, 0], [1, 1]])
     (tick,) = batcher.add('one', rows, 0)
     np.testing.assert_array_equal(tick.record.dropped_detections, [1])
-
-
-def test_vacant_rows_are_told_and_not_dropped():
-    batcher = open_batcher(JointConfig(), ('one',))
-    (tick,) = batcher.add('one', Detections.vacant(stamp(1), [7], [[0, 0, 10, 20]]), 0)
-    np.testing.assert_array_equal(tick.record.dropped_detections, [0])
-    assert tick.messages[0].rows.is_vacant.all()
 
 
 def test_missed_feedback_is_recorded_once():

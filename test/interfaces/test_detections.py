@@ -7,9 +7,8 @@ from mctrack_ros.recording import ROSBAGS_CLASSES
 
 def test_only_a_lone_row_that_says_nothing_is_blind():
     assert Detections.blind(1).is_blind
-    assert not Detections.blind(1).is_vacant.any()
     assert not Detections.build(1).is_blind
-    assert not Detections.vacant(1, [7], np.zeros((1, 4))).is_blind
+    assert not Detections.blind(1).replace(track_id=[7]).is_blind
     assert not Detections.build(1, position=[[0.0, 0.0, 0.0]], score=[0.0]).is_blind
     assert not Detections.build(1, position=[[np.nan] * 3]).is_blind
     assert not Detections.joined(1, [Detections.blind(1), Detections.blind(1)]).is_blind

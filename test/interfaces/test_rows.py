@@ -83,15 +83,3 @@ def test_joined_rows_follow_one_another_under_one_stamp():
     np.testing.assert_array_equal(joined.score, np.float32([0.5, 0.1, 0.2]))
     assert joined.template.shape == (3, 48)
     assert len(Detections.joined(3, [])) == 0
-
-
-def test_vacant_rows_name_a_target_and_have_neither_a_place_nor_a_score():
-    assert Detections.vacant(1, [], np.zeros((0, 4))).is_vacant.tolist() == []
-    vacant = Detections.vacant(1, [7, 8], [[1, 2, 3, 4], [5, 6, 7, 8]])
-    assert vacant.is_vacant.tolist() == [True, True]
-    seen = Detections.build(
-        1, position=np.zeros((3, 3)), score=[0.0, 0.0, 0.5], track_id=[0, 7, 7]
-    )
-    unknown = seen.replace(position=np.full((3, 3), np.nan, np.float32))
-    assert not seen.is_vacant.any()
-    assert unknown.is_vacant.tolist() == [False, True, False]

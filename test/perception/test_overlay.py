@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import Detections, EventCode, Events
-from mctrack_ros.perception.overlay import GROUP, PREDICTED, UNKNOWN, Overlay
+from mctrack_ros.perception.overlay import GROUP, PREDICTED, Overlay
 
 SECOND = 1_000_000_000
 BLANK = np.zeros((100, 120, 3), np.uint8)
@@ -23,12 +23,6 @@ def test_a_box_has_the_colour_of_its_global_track_on_a_copy():
     assert len(colours) == 3
     assert (0, 0, 0) not in colours
     assert not drawn[0][30:55, 15:25].any()
-
-
-def test_a_vacant_box_has_no_colour():
-    vacant = Detections.vacant(SECOND, [3], [[10, 20, 20, 40]])
-    drawn = Overlay().draw(BLANK, vacant, nothing())
-    assert drawn[40, 10].tolist() == list(UNKNOWN)
 
 
 def test_predictions_are_drawn_where_they_are_finite():

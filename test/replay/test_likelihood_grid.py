@@ -13,7 +13,7 @@ from mctrack_ros.recording import BagReader
 from mctrack_ros.replay.drive import drive
 from mctrack_ros.replay.proof.verify import Replay, verify_bag
 from mctrack_ros.replay.recorded import recorded_ticks
-from mctrack_ros.replay.track import track_bag
+from mctrack_ros.replay.track import Source, track_bag
 from mctrack_ros.site.site import load_site
 
 pytestmark = pytest.mark.xdist_group('replay')
@@ -37,8 +37,10 @@ def tracked(tmp_path_factory):
     content['fusion'] = {'tracker': 'likelihood_grid', 'person_width': 0.75}
     path.write_text(yaml.safe_dump(content))
     site = load_site(path)
-    summary = track_bag(bag, folder / 'out', site)
+    summary = track_bag(Source(bag, first_pass=False), folder / 'out', site)
     assert summary.ticks == 100
+    for camera in site.camera_names:
+        assert 25 <= summary.cameras[f'{camera}.unsettled'] <= 30
     return folder / 'out/bag', site, folder
 
 
@@ -50,6 +52,15 @@ def rows(bag, topic, kind):
 def data(bag, topic):
     with BagReader(bag) as reader:
         return [message for _, _, message, _ in reader.serialized([topic])]
+
+
+def test_with_backgrounds_of_the_whole_recording_likelihoods_begin_with_the_first_image(tracked):
+    _, site, folder = tracked
+    summary = track_bag(folder / 'bag', folder / 'whole', site)
+    for camera in site.camera_names:
+        likelihood = rows(folder / 'whole/bag', f'/{camera}/likelihood', Likelihood)
+        assert [len(each) for each in likelihood] == [1600] * 100
+        assert summary.cameras[f'{camera}.unsettled'] == 0
 
 
 def test_people_are_found_where_they_walk(tracked):
@@ -80,7 +91,8 @@ def test_cameras_tell_likelihoods_masks_and_the_targets_in_view(tracked):
 
 def test_the_same_bag_gives_the_same_bytes_however_many_processes(tracked):
     bag, site, folder = tracked
-    track_bag(folder / 'bag', folder / 'alone', site, processes=1)
+    source = Source(folder / 'bag', first_pass=False)
+    track_bag(source, folder / 'alone', site, processes=1)
     for topic in TOPICS:
         assert data(bag, topic) == data(folder / 'alone/bag', topic), topic
 

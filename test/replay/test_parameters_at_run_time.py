@@ -1,17 +1,25 @@
-"""Parameters of fusion that may be set at run time: nothing keeps the values before."""
+"""Parameters that may be set at run time: nothing keeps the values before."""
 
 import json
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 import pytest
 
 from fusion_scenes import tick
 from mctrack_ros.cli.sites import named_site
-from mctrack_ros.config import config_from, nested, parameters_of
+from mctrack_ros.config import (
+    attributes_of,
+    config_from,
+    nested,
+    parameters_of,
+    replace_parameters,
+)
 from mctrack_ros.fusion import FUSION, open_fusion
 from mctrack_ros.fusion.trackers import TRACKERS
-from mctrack_ros.replay.proof.state import _attributes, replace_parameters, take_state
+from mctrack_ros.perception import trackers as cameras
+from mctrack_ros.replay.proof.state import take_state
 
 CAMERAS = ('cam1', 'cam2')
 
@@ -24,11 +32,11 @@ def other(parameter):
     return type(parameter.default)(min(value, parameter.maximum or value))
 
 
-def changeable():
-    for tracker in TRACKERS:
-        for one in parameters_of(FUSION, given={'tracker': tracker}):
+def changeable(kind, methods, tag):
+    for method in methods:
+        for one in parameters_of(kind, given={tag: method}):
             if one.at_run_time:
-                yield pytest.param(tracker, one, id=f'{tracker}-{one.name}')
+                yield pytest.param(method, one, id=f'{method}-{one.name}')
 
 
 @pytest.fixture(scope='module')
@@ -51,7 +59,7 @@ def configured(tracker, **values):
 def stale(value, sections, seen):
     """Yield where an object still holds one of some sections of a configuration."""
     seen.add(id(value))
-    for name, each in _attributes(value):
+    for name, each in attributes_of(value):
         if id(each) in sections:
             yield name
         elif type(each).__module__.startswith('mctrack_ros.') and id(each) not in seen:
@@ -60,12 +68,12 @@ def stale(value, sections, seen):
 
 def sections(config):
     yield id(config)
-    for _, each in _attributes(config):
+    for _, each in attributes_of(config):
         if type(each).__module__.endswith('.config'):
             yield from sections(each)
 
 
-@pytest.mark.parametrize(('tracker', 'parameter'), changeable())
+@pytest.mark.parametrize(('tracker', 'parameter'), changeable(FUSION, TRACKERS, 'tracker'))
 def test_nothing_in_a_tracker_depends_on_what_such_a_parameter_was_before(
     tracker, parameter, opened
 ):
@@ -93,3 +101,28 @@ def test_a_tracker_goes_on_with_another_threshold():
         seen = tick(index, {name: np.array(people) for name in CAMERAS})
         shown = [each.step(seen).tracks.track_id.tolist() for each in (changed, kept)]
     assert shown == [[1], [1, 2]]
+
+
+@pytest.mark.parametrize(
+    ('method', 'parameter'), changeable(cameras.CAMERA, cameras.TRACKERS, 'local_tracker')
+)
+def test_nothing_in_a_camera_depends_on_what_such_a_parameter_was_before(method, parameter):
+    area = {'grid.area': '0,0,10,10'} if method == 'likelihood_grid' else {}
+    given = {'local_tracker': method} | area
+    before, after = (
+        config_from(cameras.CAMERA, nested(given | values))
+        for values in ({}, {parameter.name: other(parameter)})
+    )
+    settings = replace(named_site('pitch5').cameras['cam1'], pipeline=before)
+    changed = settings.open('cam1')
+    replace_parameters(changed, before, after)
+    assert value_of(before, parameter.name) != value_of(after, parameter.name)
+    owner = parameter.name.rpartition('.')[0]
+    gone = {id(value_of(before, owner))}
+    assert gone.isdisjoint({id(value_of(after, owner))})
+    assert not list(stale(changed, gone, set()))
+
+
+def value_of(config, name):
+    """Return what a dotted name stands for."""
+    return reduce(getattr, name.split('.') if name else (), config)

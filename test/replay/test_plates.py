@@ -13,6 +13,7 @@ from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.perception.background.plate import spread_median
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
 from mctrack_ros.replay.lockstep import camera_tasks
+from mctrack_ros.replay.track import Source, track_bag
 from mctrack_ros.site.site import load_site
 
 SECONDS, RATE_HZ = 14, 4
@@ -58,6 +59,18 @@ def test_no_image_need_be_empty(hall):
 def test_a_recording_of_few_images_has_none(hall, monkeypatch):
     monkeypatch.setattr(plates, 'LEAST_IMAGES', 1000)
     assert plates.plate_of(north(hall)) is None
+
+
+def test_without_a_first_pass_nobody_is_seen_at_first_and_that_is_said(hall, tmp_path):
+    site = load_site(hall / 'site.yaml')
+    with_it, without = (
+        track_bag(Source(hall / 'bag', first_pass=first_pass), tmp_path / str(first_pass), site)
+        for first_pass in (True, False)
+    )
+    assert with_it.cameras['north.unsettled'] == 0
+    assert without.cameras['north.unsettled'] >= 2
+    assert without.cameras['north.detections'] < with_it.cameras['north.detections']
+    assert any('could be compared with no background' in note for note in without.notes)
 
 
 def run(hall, *more):

@@ -119,6 +119,19 @@ def test_any_changed_bit_of_any_field_is_found(stored, data):
     assert said.changed_field(topic, time_ns, changed) == name
 
 
+@pytest.mark.parametrize('lost', [{'/tracks', '/ticks'}, {'/ticks'}])
+def test_a_bag_without_its_end_is_not_the_same(run, tmp_path, lost):
+    """What is written of the last five ticks is lost, the whole of it or the ticks alone."""
+
+    def change(topic, number, data):
+        return None if topic in lost and number >= TICKS - 5 else data
+
+    verdict, _ = verify_bag(rewritten(run / 'bag', tmp_path / 'bag.mcap', change))
+    assert verdict.is_fault
+    assert verdict.first is None
+    assert 'differs: the bag lacks 5 ticks whose tracks were written' in verdict.line()
+
+
 def test_other_versions_are_no_fault_and_the_largest_difference_is_told(
     run, tmp_path, monkeypatch
 ):

@@ -69,8 +69,14 @@ def test_cells_stand_in_place_of_cameras(tmp_path):
         ({'cells': 'north'}, 'expected a list of the namespaces'),
         ({'cells': ['north', 'north']}, 'different names'),
         ({'cells': ['no/rth']}, "'no/rth'"),
-        ({'cells': ['north'], 'pipeline': {'reduction': 2}}, 'in place of cameras and pipeline'),
-        ({'cells': ['north'], 'cameras': {'cam1': {}}}, 'in place of cameras and pipeline'),
+        (
+            {'cells': ['north'], 'pipeline': {'reduction': 2}},
+            'cells, or cameras and pipeline, not both',
+        ),
+        (
+            {'cells': ['north'], 'cameras': {'cam1': {}}},
+            'cells, or cameras and pipeline, not both',
+        ),
         ({'cells': ['north'], 'fusion': {'tracker': 'joint'}}, 'joint takes cameras'),
         ({'cells': ['north'], 'fusion': 5}, 'fusion'),
         ({'cameras': {'cam1': {}}, 'fusion': {'tracker': 'cells'}}, 'cells takes cells'),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -83,11 +84,13 @@ def _peers(data: Path) -> dict[str, Any]:
     if not python:
         return {}
     here = Path(mctrack_experiments.__file__).parents[1]
-    run = subprocess.run(
-        [python, '-m', 'mctrack_experiments.real.foreground_peers', str(data.resolve())],
-        env={**os.environ, 'PYTHONPATH': str(here)},
-        stdout=subprocess.PIPE,
-        check=True,
-    )
-    found: dict[str, Any] = json.loads(run.stdout)
+    with tempfile.TemporaryDirectory() as name:
+        out = Path(name) / 'peers.json'
+        module = 'mctrack_experiments.real.foreground_peers'
+        subprocess.run(
+            [python, '-m', module, str(data.resolve()), str(out)],
+            env={**os.environ, 'PYTHONPATH': str(here)},
+            check=True,
+        )
+        found: dict[str, Any] = json.loads(out.read_text())
     return found

@@ -1,8 +1,8 @@
 """
 Other background subtractors on the same images, in a Python environment of their own.
 
-``python -m mctrack_experiments.real.foreground_peers DATA`` prints their figures as JSON. It needs
-OpenCV with its contributed modules; bgslibrary's are measured where it is installed.
+``python -m mctrack_experiments.real.foreground_peers DATA FILE`` writes their figures as JSON. It
+needs OpenCV with its contributed modules; bgslibrary's are measured where it is installed.
 """
 
 from __future__ import annotations
@@ -25,6 +25,9 @@ Image = NDArray[np.uint8]
 FILTERS = {'': 0, ', median of 5': 5}
 """Filters of the masks, px; the better one counts for a peer, by the mean F."""
 SHADOW = 127
+OPENCV = f'OpenCV {cv2.__version__}'
+LIBRARY = {'subsense': 'bgslibrary', 'pawcs': 'bgslibrary'}
+"""Where a peer is from, if not from OpenCV."""
 
 
 def peers() -> dict[str, Callable[[], Any]]:
@@ -61,14 +64,14 @@ def filtered(new: Callable[[], Any], size: int) -> Callable[[], Subtractor]:
 
 
 def main() -> None:
-    """Print the figures of all peers."""
+    """Write the figures of all peers."""
     data, figures = Path(sys.argv[1]), dict[str, dict[str, Any]]()
     for name, new in peers().items():
         runs = {word: measure(data, filtered(new, size)) for word, size in FILTERS.items()}
         best = max(runs, key=lambda word: sum(runs[word][f'{one}.f'] for one in SEQUENCES))
-        figures[name] = {'what': f'OpenCV {cv2.__version__}{best}', 'figures': runs[best]}
+        figures[name] = {'what': f'{LIBRARY.get(name, OPENCV)}{best}', 'figures': runs[best]}
         print(name, runs[best], file=sys.stderr, flush=True)
-    json.dump(figures, sys.stdout)
+    Path(sys.argv[2]).write_text(json.dumps(figures))
 
 
 if __name__ == '__main__':

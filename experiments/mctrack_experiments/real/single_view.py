@@ -111,7 +111,7 @@ def detected(view: SingleView) -> Trajectories:
     rows: list[tuple[int, Detections]] = []
     for frame, image in view.images():
         found = tracker.step(image, view.stamp_ns(frame), None).detections
-        single = ~found.is_vacant & (found.member_count == 1) & np.isfinite(found.position[:, 0])
+        single = (found.member_count == 1) & np.isfinite(found.position[:, 0])
         rows.append((frame, found.select(single)))
     return Trajectories(
         np.concatenate([np.full(len(found), frame) for frame, found in rows]),

@@ -34,9 +34,6 @@ METRES_PER_TOP_VIEW_PX = 0.0215
 WATERMARK = (slice(228, 288), slice(126, 356))
 """Rows and columns of the logo burned into the clips."""
 
-FARTHEST_HEIGHT_PX = 60.0
-"""Behind the terrace are windows, in which people look smaller than anybody on it."""
-
 START_S = 2.0
 BREAK_S = 1.5
 _NEAR_M = 1.5
@@ -78,8 +75,7 @@ def write_site(data: Path, folder: Path) -> SiteConfig:
             'image_width': SIZE[0],
             'image_height': SIZE[1],
         }
-    pipeline = {'blobs': {'farthest_height_px': FARTHEST_HEIGHT_PX}}
-    site = {'name': 'terrace', 'cameras': cameras, 'pipeline': pipeline}
+    site = {'name': 'terrace', 'cameras': cameras}
     (folder / 'site.yaml').write_text(yaml.safe_dump(site))
     return load_site(folder / 'site.yaml')
 

@@ -33,7 +33,7 @@ VIEWS = {'north': (1.0, 11.0, 4.2), 'south': (-3.0, -10.0, 3.6)}
 FLOOR_M, FLOOR_PX_PER_M, FINER = 40.0, 40.0, 4
 NOISE, QUALITY = 2.5, 85
 GATE_M = 1.0
-CHAIR = (0.95, 0.5)
+CHAIR, DOOR = (0.95, 0.5), (2.2, 2.4)
 COLOURS = (
     ((40, 40, 170), (60, 50, 40)),
     ((170, 90, 40), (40, 40, 45)),
@@ -64,7 +64,9 @@ class ChangingView:
     people : callable
         Where people are at a time: by number, (2,) m.
     thing : callable
-        Where the lower end of a chair is at a time, (3,) m; None: nowhere.
+        Where the lower end of a thing is at a time, (3,) m; None: nowhere.
+    thing_m : tuple of float
+        Height and width of the thing, a chair unless given, m.
     turn_deg : callable
         By how much the first camera is turned about the upright at a time, degrees.
     light : callable
@@ -79,6 +81,7 @@ class ChangingView:
     seconds: float
     people: Callable[[float], dict[int, Floats]]
     thing: Callable[[float], Floats | None] = field(default=lambda _: None)
+    thing_m: tuple[float, float] = CHAIR
     turn_deg: Callable[[float], float] = nothing
     light: Callable[[float], Floats] = day
     lamp_s: float = np.inf
@@ -146,6 +149,19 @@ def _furniture() -> ChangingView:
     return ChangingView(45.0, walkers(bearer, standing), thing=chair)
 
 
+def _door() -> ChangingView:
+    """Let a sliding door open and close five times beside people who walk by."""
+    paths = [strolling(number, 2.0, 40.0) for number in range(1, 3)]
+
+    def panel(seconds: float) -> Floats:
+        """Return where it is: 1.8 m to the side within .7 s, and back after 3 s."""
+        since_s = (seconds - 8.0) % 6.0 if seconds >= 8.0 else 6.0
+        is_open = np.interp(since_s, [0.0, 0.7, 3.7, 4.4], [0.0, 1.0, 1.0, 0.0])
+        return np.array([-3.0 - 1.8 * is_open, -2.5, 0.0])
+
+    return ChangingView(40.0, walkers(*paths), thing=panel, thing_m=DOOR)
+
+
 def _bump() -> ChangingView:
     """Turn a camera by 1.5 degrees at 12 s."""
     paths = [strolling(number, 2.0, 25.0) for number in range(3)]
@@ -187,13 +203,22 @@ def _jitter() -> ChangingView:
     )
 
 
+def _standing() -> ChangingView:
+    """Let somebody walk in, stand for three minutes and leave, while others walk by."""
+    stands = [(2.0, 9.0, -2.5), (8.0, 1.5, -2.5), (188.0, 1.5, -2.5), (196.0, -9.0, -2.5)]
+    others = [strolling(number, 4.0, end_s) for number, end_s in enumerate((40.0, 150.0))]
+    return ChangingView(200.0, walkers(stands, *others))
+
+
 SCENES: dict[str, Callable[[], ChangingView]] = {
     'furniture': _furniture,
+    'door': _door,
     'bump': _bump,
     'exposure': _exposure,
     'night': _night,
     'start': _start,
     'jitter': _jitter,
+    'standing': _standing,
 }
 
 
@@ -231,7 +256,7 @@ class Renderer:
         depth = lambda one: -float(matrix[2] @ np.append(one[0], 1.0))  # noqa: E731
         for place, number in sorted([*things, *bodies], key=depth):
             if number is None:
-                self._box(drawn, matrix, place, CHAIR, (50, 80, 110))
+                self._box(drawn, matrix, place, scene.thing_m, (50, 80, 110))
             else:
                 self._person(drawn, matrix, place, number, seconds)
         lit = drawn * scene.light(seconds)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +35,8 @@ FEET_M = 2.5
 ENTERING_S, LEFT_S = 3.0, 10.0
 """Groups enter until so long after the last of them; tracks are left over for at most so long."""
 SHADED = 'cam1'
+KINDS = {'shadows': (True, False), 'plain': (False, False), 'joint': (True, True)}
+"""Name of the figures: whether there are shadows, whether the joint tracker is chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,15 +85,14 @@ def reproduce_hall(
         Length of each, s.
 
     """
-    total = 2 * len(seeds)
+    total = len(KINDS) * len(seeds)
     figures: dict[str, float] = {}
-    for kind, has_shadows in enumerate((True, False)):
+    for done, (name, (has_shadows, is_joint)) in enumerate(KINDS.items()):
         outcomes = []
-        for done, seed in enumerate(seeds):
-            progress(kind * len(seeds) + done, total)
+        for index, seed in enumerate(seeds):
+            progress(done * len(seeds) + index, total)
             scenario = HallScenario(seed=seed, duration_s=duration_s, shadows=has_shadows)
-            outcomes.append(_tracked(scenario))
-        name = 'shadows' if has_shadows else 'plain'
+            outcomes.append(_tracked(scenario, is_joint))
         figures |= {f'{name}.{key}': value for key, value in summary(outcomes).items()}
     progress(total, total)
     _, why = with_tracker(load_site(config_file('hall.yaml')))
@@ -102,6 +103,7 @@ def reproduce_hall(
         'settings': 'config/hall.yaml: calibration by clicks of half a pixel of noise, and rate; '
         'all else by default, no background is given',
         'tracker': why,
+        'joint': 'with shadows, fusion.tracker joint',
         'counted': 'people and tracks in the area of the site',
         'figures': 'MOTA, IDF1 and seconds a minute: means over the recordings, sd their standard '
         'deviation; all else over all recordings together',
@@ -143,13 +145,16 @@ def summary(outcomes: Sequence[Outcome]) -> dict[str, float]:
     }
 
 
-def _tracked(scenario: HallScenario) -> Outcome:
-    """Render and track one recording."""
+def _tracked(scenario: HallScenario, is_joint: bool) -> Outcome:
+    """Render one recording and track it, by the tracker that the site gets or the joint one."""
     world = hall.hall_world(scenario)
     with tempfile.TemporaryDirectory(prefix='mctrack_hall_') as name:
         folder = Path(name)
         simulate(scenario, folder / 'bag', world=world)
-        track_bag(folder / 'bag', folder / 'out', load_site(config_file('hall.yaml')))
+        site = load_site(config_file('hall.yaml'))
+        if is_joint:
+            site = replace(site, names_tracker=True)
+        track_bag(folder / 'bag', folder / 'out', site)
         with BagReader(folder / 'out' / 'bag') as bag:
             tracks = [rows for rows, _ in bag.rows('/tracks', Tracks)]
             feet = [rows for rows, _ in bag.rows(f'/{SHADED}/detections', Detections)]
@@ -178,7 +183,7 @@ def outcome_of(
             left_over += int((cdist(rows, past).min(axis=1) < NEAR_M).sum())
     per_minute = 60 / scenario.steps
     return Outcome(
-        scores=_scores(world, there, instants),
+        scores=ground_scores(world, instants),
         feet=np.concatenate([np.empty(0), *_feet(world, there, detections)]),
         delays=_delays(world, there, near),
         entering=_entering(world, there, tracks),
@@ -187,10 +192,9 @@ def outcome_of(
     )
 
 
-def _scores(
-    world: World, there: NDArray[np.bool_], instants: Sequence[Tracks]
-) -> dict[str, float]:
-    step, index = np.nonzero(there)
+def ground_scores(world: World, instants: Sequence[Tracks]) -> dict[str, float]:
+    """Return the scores of all ticks' tracks in the area of the site, at each gate."""
+    step, index = np.nonzero(world.active & _inside(world.motion.position))
     truth = Trajectories(step, index + 1, world.motion.position[step, index])
     tracks = Trajectories.from_tracks(instants, *_clock(world))
     tracks = tracks.select(_inside(tracks.position))

@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 FEEDBACK_DELAY = 2
 """Ticks, as in the nodes."""
 TEMPLATE_PIXELS = 600.0
-"""Chosen by what `portraits` takes for the usual variance of a template, not measured."""
+"""Chosen by what `galleries` takes for the usual variance of a template, not measured."""
 GATE_M = 1.0
 """A track stands for nobody who is farther away, m."""
 

@@ -8,7 +8,14 @@ from mctrack_experiments.scenarios.changing_views import SCENES, Renderer, score
 
 @pytest.mark.parametrize(
     ('name', 'false_s', 'more_ids'),
-    [('bump', 2.0, 1), ('night', 2.0, 1), ('start', 5.0, 2), ('furniture', 9.0, 1)],
+    [
+        ('bump', 2.0, 1),
+        ('night', 2.0, 1),
+        ('start', 5.0, 2),
+        ('furniture', 9.0, 1),
+        ('jitter', 2.0, 1),
+        ('standing', 2.0, 1),
+    ],
 )
 def test_no_real_person_is_lost_and_nobody_else_lasts(name, false_s, more_ids):
     scene = SCENES[name]()

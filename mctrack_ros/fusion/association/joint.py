@@ -96,7 +96,7 @@ class JointAssociation:
             self._probability, is_settled = _settled(self._judged_by, near, chosen)
             if is_settled:
                 return reported
-        return self._told(self._probability)
+        return self._information(self._probability)
 
     def pairs(self) -> tuple[Indices, Indices]:
         """
@@ -113,7 +113,7 @@ class JointAssociation:
         self, table: TrackTable, batch: Batch, config: JointAssociationConfig
     ) -> JudgedPairs:
         """Return all pairs as they were judged last, after `solve`: for whoever asks why."""
-        reported = self._told(self._judged_by)
+        reported = self._information(self._judged_by)
         pairs = judged_pairs(
             updated(self._mean, self._covariance, reported),
             self._judged_by,
@@ -142,7 +142,7 @@ class JointAssociation:
         )
         return reported, near, Pairs(track, detection, slot, likelihood, image)
 
-    def _told(self, probability: Floats) -> Floats:
+    def _information(self, probability: Floats) -> Floats:
         return gathered(
             self._mean,
             self._seconds,
@@ -199,10 +199,10 @@ def _likelihoods(
         while last < count and track[last] == track[first] and image[last] == image[first]:
             last += 1
         x, y, xx, xy, yy = seen_at(state, spread, track[first], seconds[image[first]])
-        is_told, w_xx, w_xy, w_yy, pull_x, pull_y = joined(
+        has_information, w_xx, w_xy, w_yy, pull_x, pull_y = joined(
             first, last, detection, probability, seen
         )
-        if is_told:
+        if has_information:
             x, y, xx, xy, yy = without(x, y, xx, xy, yy, w_xx, w_xy, w_yy, pull_x, pull_y)
         before = found
         for pair in range(first, last):

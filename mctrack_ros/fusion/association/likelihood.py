@@ -115,20 +115,20 @@ def _beliefs(
     global_id, local_id, camera = rows['track_id'], rows['local_id'], rows['camera']
     track_id, confirmed = tracks['track_id'], tracks['confirmed']
     ids = np.sort(track_id)
-    is_told, is_known = np.zeros(len(global_id), np.bool_), np.zeros(len(global_id), np.bool_)
+    is_reported, is_known = np.zeros(len(global_id), np.bool_), np.zeros(len(global_id), np.bool_)
     for one in range(len(global_id)):
         at = np.searchsorted(ids, global_id[one]) if global_id[one] else len(ids)
-        is_told[one] = at < len(ids) and ids[at] == global_id[one]
+        is_reported[one] = at < len(ids) and ids[at] == global_id[one]
     belief, doubt = np.zeros(len(track)), np.zeros(len(track))
     for pair in range(len(track)):
         own, one = track[pair], row[pair]
-        if is_told[one]:
+        if is_reported[one]:
             believed = global_id[one] == track_id[own]
         else:
             believed = local_id[one] > 0 and local_id[one] == remembered[own, camera[one]]
         if believed:
             belief[pair] = -1.0
-        is_known[one] |= believed or is_told[one]
+        is_known[one] |= believed or is_reported[one]
     for pair in range(len(track)):
         one = row[pair]
         if belief[pair] == 0.0 and is_known[one]:

@@ -97,12 +97,7 @@ def judged_pairs(
     matrix = position_matrix(batch.seconds[batch.image[row]])
     place = np.einsum('kij,kj->ki', matrix, mean[track])
     spread = matrix @ covariance[track] @ matrix.swapaxes(-1, -2)
-    reported = before[:, None, None] * inverse(noise)
-    slots = int(slot.max(initial=-1)) + 1
-    weight, pull = np.zeros((slots, 2, 2)), np.zeros((slots, 2))
-    np.add.at(weight, slot, reported)
-    np.add.at(pull, slot, np.einsum('kij,kj->ki', reported, position))
-    weight, pull = weight[slot], pull[slot]
+    weight, pull = _information(before, position, noise, slot)
     own = weight.any(axis=(1, 2))
     spread[own] = symmetric(inverse(inverse(spread[own]) - weight[own]))
     gap = np.einsum('kij,kj->ki', weight, place) - pull
@@ -110,3 +105,15 @@ def judged_pairs(
     apart = position - place
     squared = np.einsum('ki,kij,kj->k', apart, inverse(spread + noise), apart)
     return JudgedPairs(track, row, place, spread, squared, probability, taken)
+
+
+def _information(
+    probability: Floats, position: Floats, noise: Floats, slot: Indices
+) -> tuple[Floats, Floats]:
+    """Return what all pairs of each pair's slot measured, (k, 2, 2), and its sum, (k, 2)."""
+    measured = probability[:, None, None] * inverse(noise)
+    slots = int(slot.max(initial=-1)) + 1
+    weight, pull = np.zeros((slots, 2, 2)), np.zeros((slots, 2))
+    np.add.at(weight, slot, measured)
+    np.add.at(pull, slot, np.einsum('kij,kj->ki', measured, position))
+    return weight[slot], pull[slot]

@@ -197,15 +197,30 @@ class GroundBelief:
 
     def _step(self, views: Mapping[str, Belief], seconds: float) -> None:
         """Predict, exchange messages, resample."""
-        config, ids = self._config, list(self.targets)
-        rng = stream(config.seed, 'ground', self.stamp_ns)
-        before = np.stack([target.state for target in self.targets.values()])
+        ids = list(self.targets)
+        rng = stream(self._config.seed, 'ground', self.stamp_ns)
         said = {camera: _said(views[camera], ids) for camera in sorted(views)}
-        said = {camera: told for camera, told in said.items() if told}
-        samples = [_samples(views[camera], told, ids) for camera, told in said.items()]
+        said = {camera: reported for camera, reported in said.items() if reported}
+        samples = [_samples(views[camera], reported, ids) for camera, reported in said.items()]
+        state, rounds = self._propagated(samples, seconds, rng)
+        self.last = rounds[-1]
+        weights = [sum(each) / len(rounds) for each in zip(*[one.views for one in rounds])]
+        drawn = systematic_rows(self.last.ground, rng.random(len(ids)))
+        seen: dict[int, list[str]] = {track_id: [] for track_id in ids}
+        for (camera, reported), weight in zip(said.items(), weights):
+            for track_id in self._resample(views[camera], camera, reported, weight, rng):
+                seen[track_id].append(camera)
+        self._update_targets(np.take_along_axis(state, drawn[..., None], axis=1), seen)
+
+    def _propagated(
+        self, samples: list[ViewSamples], seconds: float, rng: np.random.Generator
+    ) -> tuple[Floats, list[Round]]:
+        """Return the predicted particles of the last round, (t, n, 6), and all rounds."""
+        config = self._config
         is_printed = config.weights == 'printed'
         if is_printed and any(np.isnan(each.log_prior).any() for each in samples):
             raise ConfigError('weights printed needs prior_density of all cameras: set it to true')
+        before = np.stack([target.state for target in self.targets.values()])
         rounds: list[Round] = []
         while not rounds or (len(rounds) < config.iterations and _are_few(rounds[-1])):
             state = _predicted(before, seconds, rng)
@@ -213,18 +228,26 @@ class GroundBelief:
             rounds.append(
                 propagate(state[..., :4], samples, config.outlier_share, config.weights, prior)
             )
-        self.last = rounds[-1]
-        weights = [sum(each) / len(rounds) for each in zip(*[one.views for one in rounds])]
-        drawn = systematic_rows(self.last.ground, rng.random(len(ids)))
-        seen: dict[int, list[str]] = {track_id: [] for track_id in ids}
-        for (camera, told), weight in zip(said.items(), weights):
-            rows = np.stack(list(told.values()))
-            log = (weight * views[camera].log_likelihood[rows]).sum(axis=1)
-            for track_id in np.array(list(told))[log > SEEN].tolist():
-                seen[track_id].append(camera)
-            kept = np.take_along_axis(rows, systematic_rows(weight, rng.random(len(rows))), 1)
-            self.views[camera] = views[camera].select(kept.ravel())
-        state = np.take_along_axis(state, drawn[..., None], axis=1)
+        return state, rounds
+
+    def _resample(
+        self,
+        view: Belief,
+        camera: str,
+        reported: Mapping[int, Ints],
+        weight: Floats,
+        rng: np.random.Generator,
+    ) -> list[int]:
+        """Resample a view's particles of those of whom it told; return whom it has seen."""
+        rows = np.stack(list(reported.values()))
+        log = (weight * view.log_likelihood[rows]).sum(axis=1)
+        kept = np.take_along_axis(rows, systematic_rows(weight, rng.random(len(rows))), 1)
+        self.views[camera] = view.select(kept.ravel())
+        seen: list[int] = np.array(list(reported))[log > SEEN].tolist()
+        return seen
+
+    def _update_targets(self, state: Floats, seen: Mapping[int, list[str]]) -> None:
+        """Give the targets their particles, (t, n, 6), and note who was seen, and who is apart."""
         apart = _are_apart(state[..., :2].mean(axis=1))
         for (track_id, target), particles, is_apart in zip(self.targets.items(), state, apart):
             target.state, target.seen_by = particles, tuple(seen[track_id])
@@ -278,9 +301,9 @@ def _view_of(rows: Belief) -> int:
     return int(rows.view[0]) if len(rows) else 0
 
 
-def _samples(rows: Belief, told: dict[int, Ints], ids: list[int]) -> ViewSamples:
+def _samples(rows: Belief, reported: dict[int, Ints], ids: list[int]) -> ViewSamples:
     """Return what a camera says of targets."""
-    index = np.stack(list(told.values()))
+    index = np.stack(list(reported.values()))
     state = np.concatenate([rows.position[:, :2], rows.extent], axis=1)[index].astype(np.float64)
     possible = np.asarray(np.isfinite(state @ np.ones(4)))
     place = rows.covariance[index].astype(np.float64)
@@ -288,7 +311,7 @@ def _samples(rows: Belief, told: dict[int, Ints], ids: list[int]) -> ViewSamples
     likelihood = np.where(possible, rows.log_likelihood[index].astype(np.float64), -np.inf)
     height, width = VIEW_EXTENT_SIGMA
     return ViewSamples.of(
-        np.array([ids.index(track_id) for track_id in told]),
+        np.array([ids.index(track_id) for track_id in reported]),
         np.where(possible[..., None], state, 0.0),
         place,
         (height**2, width**2),

@@ -16,7 +16,6 @@ from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.interfaces import (
     REPORTED,
-    RESTART_NS,
     Belief,
     CameraRows,
     ClassCode,
@@ -26,6 +25,7 @@ from mctrack_ros.interfaces import (
     RowsTick,
     Tracks,
     TrackStatus,
+    starts_anew,
 )
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ class BeliefTracker:
 
         """
         ended: dict[int, Target] = {}
-        if self.ground.stamp_ns and tick.stamp_ns < self.ground.stamp_ns - RESTART_NS:
+        if self.ground.stamp_ns and starts_anew(tick.stamp_ns, self.ground.stamp_ns):
             ended = self.ground.targets
             self._begin_anew()
         for message in tick.messages:
@@ -171,20 +171,7 @@ class BeliefTracker:
         tracks = tracks.select(np.isin(tracks.status, REPORTED))
         place, means = tracks.position[:, :2].astype(np.float64), self._means()
         gap = np.linalg.norm(means[:, None] - place, axis=2)
-        pairs = zip(*linear_sum_assignment(np.minimum(gap, APART_M)))
-        ids = list(self.ground.targets)
-        supported = {ids[row] for row, column in pairs if gap[row, column] < APART_M}
-        self._supported_ns = {
-            key: tick.stamp_ns if key in supported else stamp_ns
-            for key, stamp_ns in self._supported_ns.items()
-            if key in self.ground.targets
-        }
-        patience_ns = round(self._config.keep_time * 1e9)
-        over = [
-            key
-            for key, stamp_ns in self._supported_ns.items()
-            if tick.stamp_ns - stamp_ns > patience_ns
-        ]
+        over = self._unsupported(gap, tick.stamp_ns)
         started = []
         for row in np.flatnonzero(tracks.status == TrackStatus.CONFIRMED):
             if np.hypot(*(self._means() - place[row]).T).min(initial=np.inf) >= APART_M:
@@ -193,6 +180,19 @@ class BeliefTracker:
                 started.append(self._started(place[row], covariance.astype(np.float64), velocity))
         self._supported_ns |= dict.fromkeys(started, tick.stamp_ns)
         return started, over
+
+    def _unsupported(self, gap: Floats, stamp_ns: int) -> list[int]:
+        """Return who was started by detections and has had no track, (t, n) m, for `keep_time`."""
+        pairs = zip(*linear_sum_assignment(np.minimum(gap, APART_M)))
+        ids = list(self.ground.targets)
+        supported = {ids[row] for row, column in pairs if gap[row, column] < APART_M}
+        self._supported_ns = {
+            key: stamp_ns if key in supported else since_ns
+            for key, since_ns in self._supported_ns.items()
+            if key in self.ground.targets
+        }
+        least_ns = stamp_ns - round(self._config.keep_time * 1e9)
+        return [key for key, since_ns in self._supported_ns.items() if since_ns < least_ns]
 
     def _means(self) -> Floats:
         """Return where the targets are, (t, 2) m."""

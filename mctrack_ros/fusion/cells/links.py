@@ -11,7 +11,7 @@ from mctrack_ros.fusion.association.solvers import ASSOCIATORS
 from mctrack_ros.fusion.association.solvers.pairs import Pairs
 from mctrack_ros.fusion.cells.intersection import intersection
 from mctrack_ros.fusion.cells.likelihood import colour_costs, costs
-from mctrack_ros.fusion.cells.members import Members
+from mctrack_ros.fusion.cells.members import CellTracks
 from mctrack_ros.fusion.columns import NEVER_NS
 from mctrack_ros.fusion.table import TrackTable
 
@@ -105,13 +105,13 @@ class Links:
             key: link for key, link in self.known.items() if key in now or link.target in living
         }
 
-    def step(self, members: Members, table: TrackTable, stamp_ns: int, seconds: float) -> None:
+    def step(self, members: CellTracks, table: TrackTable, stamp_ns: int, seconds: float) -> None:
         """
         Decide which targets the tracks of a tick are; who is new stays open and `is_due`.
 
         Parameters
         ----------
-        members : Members
+        members : CellTracks
             All tracks.
         table : TrackTable
             The targets, predicted.
@@ -148,7 +148,7 @@ class Links:
 
     def _averaged(
         self,
-        members: Members,
+        members: CellTracks,
         table: TrackTable,
         pairs: tuple[Indices, Indices],
         row: Indices,
@@ -174,7 +174,7 @@ class Links:
 
     def _assigned(
         self,
-        members: Members,
+        members: CellTracks,
         row: Indices,
         pairs: tuple[Indices, Indices],
         cost: Floats,
@@ -191,27 +191,13 @@ class Links:
         detection = np.concatenate([who[kept], alone])
         target = np.concatenate([whom[kept], row[alone]])
         worth = np.concatenate([cost[kept] - HOLD * is_own[kept], np.full(len(alone), -LIMIT)])
-        cell = members.cell[detection]
-        order = np.lexsort((detection, target, cell))
-        detection, target, worth, cell = (each[order] for each in (detection, target, worth, cell))
-        is_new = np.ones(len(order), bool)
-        is_new[1:] = (np.diff(cell) != 0) | (np.diff(target) != 0)
-        slot = np.cumsum(is_new) - 1
-        pairs_now = Pairs(
-            track=np.ascontiguousarray(target, np.int64),
-            detection=np.ascontiguousarray(detection, np.int64),
-            slot=np.ascontiguousarray(slot, np.int64),
-            likelihood=np.exp(-worth / 2),
-            image=np.ascontiguousarray(cell, np.int64),
-        )
-        found = ASSOCIATORS['gnn']().probabilities(pairs_now)
+        taken, whose = _best_pairs(detection, target, worth, members.cell[detection])
         chosen = np.full(len(members), -1, np.intp)
-        taken = found > 0
-        chosen[detection[taken]] = target[taken]
+        chosen[taken] = whose
         return chosen
 
     def _settled(
-        self, members: Members, table: TrackTable, row: Indices, chosen: Indices, stamp_ns: int
+        self, members: CellTracks, table: TrackTable, row: Indices, chosen: Indices, stamp_ns: int
     ) -> Indices:
         """
         Return which row of the targets each track is in the end, (m,), -1: none.
@@ -240,7 +226,7 @@ class Links:
         return settled
 
     def _suspicion(
-        self, members: Members, table: TrackTable, row: Indices, moves: Indices, stamp_ns: int
+        self, members: CellTracks, table: TrackTable, row: Indices, moves: Indices, stamp_ns: int
     ) -> list[tuple[bool, float, int, int]]:
         """Return how suspect tracks (k,) are: who jumped, who looks otherwise, who came last."""
         unlike = np.round(colour_costs(members.template[moves], table.template[row[moves]]))
@@ -250,7 +236,7 @@ class Links:
             for link, colour, cell in zip(links, unlike.tolist(), members.cell[moves].tolist())
         ]
 
-    def _follow(self, members: Members, stamp_ns: int, seconds: float) -> None:
+    def _follow(self, members: CellTracks, stamp_ns: int, seconds: float) -> None:
         """Note which tracks are not where they led at the last tick."""
         links = [self.known[key] for key in members.keys]
         states = [mean if link.state is None else link.state
@@ -277,14 +263,14 @@ def _connected(moves: list[tuple[int, int]]) -> list[list[int]]:
     return [sorted(part[1]) for part in parts]
 
 
-def _seen_by(members: Members, row: Indices, count: int, mask: NDArray[np.bool_]) -> Indices:
+def _seen_by(members: CellTracks, row: Indices, count: int, mask: NDArray[np.bool_]) -> Indices:
     """Return the bits of the cells that have each target, (n,), of some tracks."""
     bits = np.zeros(count, np.uint32)
     np.bitwise_or.at(bits, row[mask], members.bit[mask])
     return bits.astype(np.intp)
 
 
-def _candidates(members: Members, table: TrackTable, row: Indices) -> tuple[Indices, Indices]:
+def _candidates(members: CellTracks, table: TrackTable, row: Indices) -> tuple[Indices, Indices]:
     """
     Return the pairs of a track and a target (k,) of which something is known.
 
@@ -315,7 +301,7 @@ def pairs_of(mask: NDArray[np.bool_]) -> tuple[Indices, Indices]:
 
 
 def _by_others(
-    members: Members, table: TrackTable, pairs: tuple[Indices, Indices], row: Indices
+    members: CellTracks, table: TrackTable, pairs: tuple[Indices, Indices], row: Indices
 ) -> tuple[Floats, Floats]:
     """Return where other cells than a track's own see the target of each pair, (k, 4), and how."""
     who, whom = pairs
@@ -336,6 +322,26 @@ def _by_others(
         place = np.full(len(asked), -1)
         place[answered] = np.arange(len(answered))
         place = place[part]
-        told = place >= 0
-        mean[told], covariance[told] = known[0][place[told]], known[1][place[told]]
+        placed = place >= 0
+        mean[placed], covariance[placed] = known[0][place[placed]], known[1][place[placed]]
     return mean, covariance
+
+
+def _best_pairs(
+    detection: Indices, target: Indices, worth: Floats, cell: Indices
+) -> tuple[Indices, Indices]:
+    """Return the pairs, (k,) tracks and targets, of the best assignment of all cells at once."""
+    order = np.lexsort((detection, target, cell))
+    detection, target, cell = (each[order] for each in (detection, target, cell))
+    is_new = np.ones(len(order), bool)
+    is_new[1:] = (np.diff(cell) != 0) | (np.diff(target) != 0)
+    slot = np.cumsum(is_new) - 1
+    pairs = Pairs(
+        track=np.ascontiguousarray(target, np.int64),
+        detection=np.ascontiguousarray(detection, np.int64),
+        slot=np.ascontiguousarray(slot, np.int64),
+        likelihood=np.exp(-worth[order] / 2),
+        image=np.ascontiguousarray(cell, np.int64),
+    )
+    taken = ASSOCIATORS['gnn']().probabilities(pairs) > 0
+    return detection[taken], target[taken]

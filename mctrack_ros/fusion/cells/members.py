@@ -25,7 +25,7 @@ SEEN = (TrackStatus.CONFIRMED, TrackStatus.GROUPED)
 
 
 @dataclass(frozen=True, eq=False)
-class Members:
+class CellTracks:
     """
     One row for each track that a cell stands for, sorted by cell, then the cell's id.
 
@@ -98,7 +98,7 @@ class Members:
         return replace(self, stamp_ns=stamps, mean=mean, covariance=covariance)
 
 
-def members_of(cell: int, report: CellReport, sigma: float) -> Members:
+def cell_tracks_of(cell: int, report: CellReport, sigma: float) -> CellTracks:
     """
     Return what a cell stands for.
 
@@ -124,7 +124,7 @@ def members_of(cell: int, report: CellReport, sigma: float) -> Members:
     rows = np.array([place.get(name, -1) for name in tracks.track_id.tolist()], np.intp)
     template[rows >= 0] = report.feedback.template[rows[rows >= 0]]
     template[~np.isfinite(template).all(axis=1)] = 0.0
-    return Members(
+    return CellTracks(
         np.full(count, cell, np.intp),
         tracks.track_id.astype(np.intp),
         np.full(count, report.stamp_ns, np.int64),
@@ -141,7 +141,7 @@ def members_of(cell: int, report: CellReport, sigma: float) -> Members:
     )
 
 
-NOBODY = Members(
+NO_CELL_TRACKS = CellTracks(
     np.zeros(0, np.intp),
     np.zeros(0, np.intp),
     np.zeros(0, np.int64),

@@ -13,7 +13,7 @@ from mctrack_ros.fusion.cells.corrections import corrected
 from mctrack_ros.fusion.cells.intersection import intersection
 from mctrack_ros.fusion.cells.likelihood import costs
 from mctrack_ros.fusion.cells.links import OPEN, Links
-from mctrack_ros.fusion.cells.members import NOBODY, Members, members_of
+from mctrack_ros.fusion.cells.members import NO_CELL_TRACKS, CellTracks, cell_tracks_of
 from mctrack_ros.fusion.cells.report import CellReport
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput, feedback_of, tracks_of
 from mctrack_ros.fusion.management.duplicates import MERGE_S
@@ -22,7 +22,7 @@ from mctrack_ros.fusion.management.manager import LARGEST_ID
 from mctrack_ros.fusion.motion.models import ConstantVelocity
 from mctrack_ros.fusion.neighbours import near_pairs
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.interfaces import MAX_CAMERAS, RESTART_NS, EventCode, Feedback, RowsTick
+from mctrack_ros.interfaces import MAX_CAMERAS, EventCode, Feedback, RowsTick, starts_anew
 
 if TYPE_CHECKING:
     from mctrack_ros.fusion.explain.recorder import DecisionRecorder
@@ -76,7 +76,7 @@ class CellTracker:
 
     def _begin_anew(self, stamp_ns: int | None) -> None:
         self._table = TrackTable.blank(0, len(self._cells))
-        self._told: dict[int, Members] = {}
+        self._reports: dict[int, CellTracks] = {}
         self._heard_ns: dict[int, int] = {}
         self._links = Links()
         self._close_s: dict[tuple[int, int], float] = {}
@@ -102,8 +102,8 @@ class CellTracker:
         events = EventLog()
         ended, seconds = self._predict(tick.stamp_ns, events)
         ended = ended.extended(self._hear(tick, events))
-        told = [self._told[cell] for cell in sorted(self._told)]
-        members = Members.joined([NOBODY, *told])
+        reports = [self._reports[cell] for cell in sorted(self._reports)]
+        members = CellTracks.joined([NO_CELL_TRACKS, *reports])
         members = members.predicted(tick.stamp_ns, ACCELERATION_DENSITY)
         self._links.step(members, self._table, tick.stamp_ns, seconds)
         self._begin(members, events)
@@ -122,7 +122,7 @@ class CellTracker:
     def _predict(self, stamp_ns: int, events: EventLog) -> tuple[TrackTable, float]:
         """Predict the targets; return those that are over, and the time since the last tick, s."""
         period, last_ns = self._config.batching.period, self._stamp_ns
-        if last_ns is not None and stamp_ns < last_ns - RESTART_NS:
+        if starts_anew(stamp_ns, last_ns):
             ended = self._remove(np.ones(len(self._table), bool), events)
             self._begin_anew(stamp_ns)
             return ended, period
@@ -146,14 +146,14 @@ class CellTracker:
             if changes:
                 renamed = corrected(self._links, self._table, cell, changes, tick.stamp_ns)
                 ended = ended.extended(self._rename(renamed, events))
-            self._told[cell] = members_of(cell, report, self._config.cell_sigma)
+            self._reports[cell] = cell_tracks_of(cell, report, self._config.cell_sigma)
             self._heard_ns[cell] = report.stamp_ns
         limit_ns = tick.stamp_ns - round(self._config.batching.patience * 1e9)
         for cell in [cell for cell, heard_ns in self._heard_ns.items() if heard_ns < limit_ns]:
-            del self._told[cell], self._heard_ns[cell]
+            del self._reports[cell], self._heard_ns[cell]
         return ended
 
-    def _begin(self, members: Members, events: EventLog) -> None:
+    def _begin(self, members: CellTracks, events: EventLog) -> None:
         """Begin targets of tracks that are nobody known, one after the other: cells share them."""
         target = self._links.targets(members.keys)
         begun: list[int] = []
@@ -177,7 +177,7 @@ class CellTracker:
         events.add_all(EventCode.NEW, fresh, np.ones(len(begun), bool))
         self._table = self._table.extended(fresh)
 
-    def _among(self, members: Members, index: int, begun: list[int], target: Indices) -> int:
+    def _among(self, members: CellTracks, index: int, begun: list[int], target: Indices) -> int:
         """Return which of those begun in this tick, by other cells, a track is; -1: none."""
         taken = target[(members.cell == members.cell[index]) & (target != OPEN)]
         others = [
@@ -197,7 +197,7 @@ class CellTracker:
         )
         return others[int(cost.argmin())] if cost.min() < 0 else -1
 
-    def _fuse(self, members: Members, seconds: float) -> None:
+    def _fuse(self, members: CellTracks, seconds: float) -> None:
         """Let every target be what the cells that see it say."""
         table, target = self._table, self._links.targets(members.keys)
         table.cameras[:], table.group[:] = 0, 0
@@ -210,26 +210,12 @@ class CellTracker:
             members.mean[seen], members.covariance[seen], part, len(rows)
         )
         table.seen_ns[rows] = table.kept_ns[rows] = self._stamp_ns or 0
-        score = logit(np.clip(members.score[seen], SURE, 1 - SURE))
         table.evidence[rows] = -np.inf
-        np.maximum.at(table.evidence, row, score)
-        np.bitwise_or.at(table.cameras, row, members.bit[seen])
-        np.minimum.at(table.first_ns, row, members.first_ns[seen])
-        has_class = members.class_id[seen] > 0
-        table.class_id[row[has_class]] = members.class_id[seen[has_class]]
-        has_extent = np.isfinite(members.extent[seen]).all(axis=1)
-        table.extent[row[has_extent]] = members.extent[seen[has_extent]]
-        has_colours = members.template[seen].any(axis=1)
-        own, colours = row[has_colours], members.template[seen[has_colours]]
-        before = table.template[own]
-        share = np.where(before.any(axis=1), min(seconds / TEMPLATE_S, 1.0), 1.0)
-        table.template[own] = before + share[:, None] * (colours - before)
-        groups: dict[tuple[int, int], int] = {}
-        for index in np.flatnonzero(members.group[seen]).tolist():
-            name = (int(members.cell[seen[index]]), int(members.group[seen[index]]))
-            table.group[row[index]] = groups.setdefault(name, int(table.track_id[row[index]]))
+        _fuse_evidence(table, row, members, seen)
+        _fuse_appearance(table, row, members, seen, seconds)
+        _fuse_groups(table, row, members, seen)
 
-    def _join(self, members: Members, seconds: float, events: EventLog) -> TrackTable:
+    def _join(self, members: CellTracks, seconds: float, events: EventLog) -> TrackTable:
         """Join targets that different cells have long seen in one place; return the ended."""
         table, target = self._table, self._links.targets(members.keys)
         had = np.zeros(len(table), np.uint32)
@@ -291,3 +277,34 @@ class CellTracker:
     def _is_reported(self) -> NDArray[np.bool_]:
         least = 1.5 * self._config.batching.period
         return np.asarray(self._unseen_s() <= max(self._config.report_time, least))
+
+
+def _fuse_evidence(table: TrackTable, row: Indices, members: CellTracks, seen: Indices) -> None:
+    """Give targets, (k,) rows, the scores and cameras of what cells see of them, (k,) members."""
+    score = logit(np.clip(members.score[seen], SURE, 1 - SURE))
+    np.maximum.at(table.evidence, row, score)
+    np.bitwise_or.at(table.cameras, row, members.bit[seen])
+    np.minimum.at(table.first_ns, row, members.first_ns[seen])
+
+
+def _fuse_appearance(
+    table: TrackTable, row: Indices, members: CellTracks, seen: Indices, seconds: float
+) -> None:
+    """Give targets the class, extent and colours that cells see."""
+    has_class = members.class_id[seen] > 0
+    table.class_id[row[has_class]] = members.class_id[seen[has_class]]
+    has_extent = np.isfinite(members.extent[seen]).all(axis=1)
+    table.extent[row[has_extent]] = members.extent[seen[has_extent]]
+    has_colours = members.template[seen].any(axis=1)
+    own, colours = row[has_colours], members.template[seen[has_colours]]
+    before = table.template[own]
+    share = np.where(before.any(axis=1), min(seconds / TEMPLATE_S, 1.0), 1.0)
+    table.template[own] = before + share[:, None] * (colours - before)
+
+
+def _fuse_groups(table: TrackTable, row: Indices, members: CellTracks, seen: Indices) -> None:
+    """Put targets into one group that a cell sees in one; its number is the id of the first."""
+    groups: dict[tuple[int, int], int] = {}
+    for index in np.flatnonzero(members.group[seen]).tolist():
+        name = (int(members.cell[seen[index]]), int(members.group[seen[index]]))
+        table.group[row[index]] = groups.setdefault(name, int(table.track_id[row[index]]))

@@ -17,9 +17,9 @@ from mctrack_ros.fusion.clock_offsets.moments import (
     joined,
     moments_of,
 )
-from mctrack_ros.fusion.clock_offsets.sightings import SIGHTING, sightings, told
+from mctrack_ros.fusion.clock_offsets.sightings import SIGHTING, reported, sightings
 from mctrack_ros.fusion.clock_offsets.solution import Check, Solution, solve
-from mctrack_ros.interfaces import RESTART_NS, Detections, RowsTick, Stamped, Tracks
+from mctrack_ros.interfaces import Detections, RowsTick, Stamped, Tracks, starts_anew
 
 Floats = NDArray[np.float64]
 
@@ -135,10 +135,10 @@ class ClockOffsets:
             self._open.append(found)
         return self._closed(tracks.stamp_ns)
 
-    def add_told(self, camera: str, detections: Detections) -> bool:
+    def add_reported(self, camera: str, detections: Detections) -> bool:
         """Take an image whose camera names the targets; see `add`."""
         begin_ns = self._started(detections.stamp_ns)
-        self._open.append(told(detections, self._index[camera], begin_ns))
+        self._open.append(reported(detections, self._index[camera], begin_ns))
         return self._closed(detections.stamp_ns)
 
     def snapshot(self) -> Snapshot:
@@ -161,7 +161,7 @@ class ClockOffsets:
         self._run += 1
 
     def _started(self, stamp_ns: int) -> int:
-        if self._begin_ns is not None and stamp_ns < self._last_ns - RESTART_NS:
+        if self._begin_ns is not None and starts_anew(stamp_ns, self._last_ns):
             self._forget()
         if self._begin_ns is None:
             self._begin_ns = stamp_ns
@@ -219,7 +219,7 @@ class ClockSolver:
                 break
             self._ahead += step
             self._compared.clear()
-        return tuple(self._told(solution, index) for index in range(len(self._cameras)))
+        return tuple(self._offset(solution, index) for index in range(len(self._cameras)))
 
     def _moments(self, snapshot: Snapshot, check: Check) -> Iterator[BySet]:
         """Yield the moments of each block; those that no sighting adds to are kept."""
@@ -249,7 +249,7 @@ class ClockSolver:
                     step[camera] = np.clip(offset, -LONGEST_STEP_S, LONGEST_STEP_S)
         return step
 
-    def _told(self, solution: Solution, camera: int) -> ClockOffset:
+    def _offset(self, solution: Solution, camera: int) -> ClockOffset:
         """Return a camera's offset from the one whose clock is in the middle of its group."""
         group = solution.group[camera]
         if group < 0:

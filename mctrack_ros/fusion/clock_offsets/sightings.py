@@ -67,7 +67,7 @@ def sightings(
     return found
 
 
-def told(detections: Detections, camera: int, begin_ns: int) -> NDArray[np.void]:
+def reported(detections: Detections, camera: int, begin_ns: int) -> NDArray[np.void]:
     """Return what one image says of the tracks that the camera itself names; see `sightings`."""
     (columns,) = np.nonzero(_is_plain(detections) & (detections.track_id > 0))
     found = np.zeros(len(columns), SIGHTING)

@@ -9,7 +9,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, BOOLS_2D, INTS_1D, compiled, inner
+from mctrack_ros.compiled import BOOLS_1D, INTS_1D, compiled, inner
 from mctrack_ros.fusion.config import LOOK_S, MISSED_IMAGES
 from mctrack_ros.fusion.existence.detection_probability import DetectionProbability, expect, learn
 from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
@@ -24,13 +24,6 @@ Indices = NDArray[np.int64]
 MISS_WEIGHT = 0.8
 """How much a miss counts for a confirmed track, which may be hidden for a while; 1 costs .07 IDF1
 on the terrace."""
-
-VACANCY_WEIGHT = 2.0
-"""How much it counts, likewise, that a camera sees bare ground where a track is expected: that
-explains more than a miss."""
-
-VACANCY_M = 0.5
-"""What is less certain than this of its place is not expected anywhere, m: half a person."""
 
 MOST_EVIDENCE = 8.0
 """Log-odds are counted no further than this: twice what confirms."""
@@ -77,17 +70,15 @@ class Evidence:
         """
         Add one tick's evidence to the log-odds, and confirm.
 
-        Misses speak only against what one camera alone sees: what two see is real, and what none
-        sees may be hidden, so that it coasts; what speaks for its having gone is counted apart,
-        once no live camera's latest image shows it any more, up to `MOST_EVIDENCE`. It is
-        forgotten when two see it in one tick, or one where hardly any other can; what one of many
-        sees, or a group, takes away `hit_evidence` an observation.
-        What a camera sees in a group it does not miss. Where nothing is known yet, a camera that
-        has never seen anybody together with the only one that sees a track hardly misses it.
-        Where a camera sees bare ground ("negative information", Koch 2004) that speaks against
-        every track whose place is well known, the more, the surer it sees who stands there.
-        Until it is confirmed a track is judged by a cumulative sum (Page 1954, "Continuous
-        inspection schemes"): what missed it long ago, before it came into view, does not count.
+        A miss lowers the log-odds only of a track that exactly one camera sees. A track that two
+        see is real. A track that none sees may be hidden: it coasts, and its misses are added up
+        apart, up to `MOST_EVIDENCE`, once no live camera's latest image shows it. That sum
+        returns to 0 when two cameras see the track in one tick, or one does where hardly any
+        other can; an observation by one of many cameras, or in a group, lowers it by
+        `hit_evidence`. A camera does not miss a track that it sees in a group. Where nothing is
+        known yet, a camera that has seen nobody together with the only one that sees a track
+        hardly misses it. A track that is not confirmed is judged by a cumulative sum (Page 1954,
+        "Continuous inspection schemes"), so that misses before it came into view do not count.
 
         Parameters
         ----------
@@ -110,16 +101,12 @@ class Evidence:
         self._silent_s += seconds
         since_s = np.where(np.isfinite(self._silent_s), self._silent_s, seconds)
         self._note_intervals(batch.cameras)
-        vacant = np.zeros((len(table), self._cameras), np.bool_)
-        if len(batch.detections.vacant_id):
-            self._note_vacant(vacant, table, batch)
         newly, seen, could = _counted(
             table.fixed,
             table.hidden_ns,
             batch.cameras,
             tick_ns - round(seconds * 1e9),
             self._silent_s <= np.maximum(self._alive_s, MISSED_IMAGES * self._interval_s),
-            vacant,
             coverage.seconds,
             coverage.cell,
             coverage.prior,
@@ -129,7 +116,6 @@ class Evidence:
             self._interval_s,
             life.hit_evidence,
             MISS_WEIGHT,
-            VACANCY_WEIGHT,
             life.confirm_evidence,
         )
         sure = tick_ns - table.first_ns >= SURE_S * 1e9
@@ -144,14 +130,6 @@ class Evidence:
         self._interval_s[cameras] = np.where(known, np.minimum(silent_s, longest_s), interval_s)
         self._silent_s[cameras] = 0.0
 
-    def _note_vacant(self, vacant: Mask, table: TrackTable, batch: Batch) -> None:
-        """Note which cameras, (n, cameras), see bare ground where a track is surely expected."""
-        spread = table.covariance[:, 0, 0] + table.covariance[:, 1, 1]
-        known = spread < VACANCY_M**2
-        reported = batch.detections
-        track, row = np.nonzero(known[:, None] & (table.track_id[:, None] == reported.vacant_id))
-        vacant[track, batch.cameras[reported.vacant_image[row]]] = True
-
 
 @inner
 def _weighed(
@@ -160,7 +138,6 @@ def _weighed(
     present: Mask,
     alive: Mask,
     begin_ns: int,
-    vacant: Mask,
     is_judged: Mask,
     probability: Floats,
     shares: Floats,
@@ -168,7 +145,6 @@ def _weighed(
     share: float,
     hit: float,
     miss_weight: float,
-    vacancy_weight: float,
     enough: float,
 ) -> tuple[Mask, Mask, Mask]:
     """
@@ -215,10 +191,7 @@ def _weighed(
                 continue
             miss = -np.log1p(-probability[track, camera])
             others += miss if alive[camera] and not hidden else 0.0
-            if vacant[track, camera]:
-                gain -= shares[camera] * vacancy_weight * miss
-                loss += shares[camera] * miss
-            elif watched and count < 2:
+            if watched:
                 gain -= shares[camera] * weight * miss if count else 0.0
                 loss += shares[camera] * miss
         shown_by[track] = shown
@@ -240,15 +213,15 @@ def _weighed(
 @compiled(
     types.Tuple([types.b1[::1], types.b1[:, ::1], types.b1[:, ::1]])(
         TRACKS, types.Array(types.i8, 2, 'A', readonly=True), INTS_1D, types.i8,
-        BOOLS_1D, BOOLS_2D, types.f8[:, :, :, ::1], types.f8, types.f8, types.f8[:, ::1],
-        types.f8, types.f8[::1], types.f8[::1], types.f8, types.f8, types.f8, types.f8,
+        BOOLS_1D, types.f8[:, :, :, ::1], types.f8, types.f8, types.f8[:, ::1],
+        types.f8, types.f8[::1], types.f8[::1], types.f8, types.f8, types.f8,
     )
 )  # fmt: skip
 def _counted(
     tracks: Any, hidden_ns: NDArray[np.int64], reporting: Indices, begin_ns: int,
-    alive: Mask, vacant: Mask, known: Floats, cell: float, prior: float,
+    alive: Mask, known: Floats, cell: float, prior: float,
     common: Floats, seconds: float, shares: Floats, interval_s: Floats, hit: float,
-    miss_weight: float, vacancy_weight: float, enough: float,
+    miss_weight: float, enough: float,
 ) -> tuple[Mask, Mask, Mask]:  # fmt: skip
     """
     Weigh a tick by what is known of the coverage, and learn that; see `Evidence.count`.
@@ -262,21 +235,20 @@ def _counted(
     is_judged, probability = np.zeros(len(cameras), np.bool_), np.empty(hidden_ns.shape)
     for track in range(len(cameras)):
         sole = cameras[track] & (cameras[track] - 1) == 0  # at most one camera's bit is set
-        if not (sole or vacant[track].any()):
+        if not sole:
             continue
         is_judged[track], expected = True, probability[track]
         expected[:] = prior
-        for camera in range(len(common) if sole and cameras[track] else 0):
+        for camera in range(len(common) if cameras[track] else 0):
             if cameras[track] >> camera & 1:
                 expected *= common[camera]
         expect(mean[track], known, cell, expected)
-    newly, is_seen, is_told = _weighed(
+    newly, is_seen, is_reported = _weighed(
         tracks,
         hidden_ns,
         present,
         alive,
         begin_ns,
-        vacant,
         is_judged,
         probability,
         shares,
@@ -284,8 +256,7 @@ def _counted(
         min(seconds / LOOK_S, 1.0),
         hit,
         miss_weight,
-        vacancy_weight,
         enough,
     )
-    learn(mean, confirmed, is_seen, is_told, min(seconds, LOOK_S), known, cell)
-    return newly, is_seen, is_told
+    learn(mean, confirmed, is_seen, is_reported, min(seconds, LOOK_S), known, cell)
+    return newly, is_seen, is_reported

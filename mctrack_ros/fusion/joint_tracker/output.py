@@ -98,7 +98,7 @@ def tracks_of(
     table: TrackTable, is_published: NDArray[np.bool_], ended: TrackTable, stamp_ns: int
 ) -> Tracks:
     """Return the published tracks and, once, those that ended, by id."""
-    return Tracks.adopt(stamp_ns, _told(table.fixed, is_published, ended.fixed, stamp_ns))
+    return Tracks.adopt(stamp_ns, _columns(table.fixed, is_published, ended.fixed, stamp_ns))
 
 
 @inner
@@ -153,7 +153,7 @@ def _write(
         types.u1[::1], types.u1[::1], types.u1[::1], types.u1[::1],
     ])(TRACKS, BOOLS_1D, TRACKS, types.i8)
 )  # fmt: skip
-def _told(
+def _columns(
     tracks: Any, is_published: NDArray[np.bool_], ended: Any, stamp_ns: int
 ) -> tuple[NDArray[Any], ...]:
     """Return the columns of `Tracks`: what is published of tracks, and of those that ended."""

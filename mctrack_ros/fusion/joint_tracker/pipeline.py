@@ -29,7 +29,7 @@ from mctrack_ros.fusion.reid.reassignment import Reassignment
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.update import match
-from mctrack_ros.interfaces import MAX_CAMERAS, RESTART_NS, Feedback, Tick
+from mctrack_ros.interfaces import MAX_CAMERAS, Feedback, Tick, starts_anew
 
 if TYPE_CHECKING:
     from mctrack_ros.fusion.explain.recorder import DecisionRecorder
@@ -121,13 +121,13 @@ class JointTracker:
 
         """
         now = _Step(_seeing(tick), recorder)
-        self._predict(now)
-        self._measure(now)
-        self._associate_and_update(now)
-        self._begin(now)
-        self._confirm(now)
-        self._identify(now)
-        self._manage(now)
+        self._predict(now)  # tracks to the tick's stamp
+        self._measure(now)  # detections as measurements on the ground
+        self._associate_and_update(now)  # pairs in all images, then the filters
+        self._begin(now)  # tracks of detections that nobody explains
+        self._confirm(now)  # by the log-odds of existence
+        self._identify(now)  # ids corrected after encounters, the lost found again
+        self._manage(now)  # duplicates merged, the gone deleted
         return self._publish(now)
 
     def feedback(self) -> Feedback:
@@ -146,7 +146,7 @@ class JointTracker:
         if last_ns is None:
             last_ns = stamp_ns - round(period * 1e9)
         self._stamp_ns, now.seconds = stamp_ns, (stamp_ns - last_ns) / 1e9
-        if stamp_ns < last_ns - RESTART_NS:
+        if starts_anew(stamp_ns, last_ns):
             now.seconds, self._reid = period, Reassignment(self._config)
             now.ended = self._manager.delete_all(self._table, now.events)
         elif now.seconds < 0:

@@ -56,17 +56,17 @@ class JointGrid:
 
     """
 
-    def __init__(self, told: list[Likelihood]) -> None:
-        first = told[0]
-        if any(not np.array_equal(each.position, first.position) for each in told[1:]):
+    def __init__(self, likelihoods: list[Likelihood]) -> None:
+        first = likelihoods[0]
+        if any(not np.array_equal(each.position, first.position) for each in likelihoods[1:]):
             raise ValueError('the cameras tell likelihoods of different cells: give all one area')
         rows, columns = first.shape
-        every = np.stack([each.log_likelihood for each in told]).astype(np.float64)
+        every = np.stack([each.log_likelihood for each in likelihoods]).astype(np.float64)
         seen = np.isfinite(every)
         count = seen.sum(axis=0)
         total = np.where(seen, every, 0.0).sum(axis=0)
         mean = np.where(count >= LEAST_CAMERAS, total / np.maximum(count, 1), NO_EDGE)
-        self._cameras = len(told)
+        self._cameras = len(likelihoods)
         self.mean: Floats = mean.reshape(rows, columns)
         place = first.position[:, :2].astype(np.float64).reshape(rows, columns, 2)
         self._low = place[0, 0]

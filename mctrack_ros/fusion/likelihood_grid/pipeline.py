@@ -26,7 +26,6 @@ from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.fusion.views import OpenViews
 from mctrack_ros.interfaces import (
     NO_EDGE,
-    RESTART_NS,
     TEMPLATE_SIZE,
     CameraRows,
     ClassCode,
@@ -38,6 +37,7 @@ from mctrack_ros.interfaces import (
     RowsTick,
     Tracks,
     TrackStatus,
+    starts_anew,
 )
 
 if TYPE_CHECKING:
@@ -137,20 +137,10 @@ class LikelihoodGridTracker:
         reset, seconds = self._begin(tick)
         targets = predicted(self._targets, seconds)
         left_out = {} if self._scene is None else self._left_out(tick)
-        grid = self._joint_grid(tick, left_out)
-        if self._scene is None:
-            position, noise = self._maxima(grid)
-        else:
-            position, noise = self._explained(self._scene, grid, targets, left_out)
-        measured = Measured(position, noise, _colours(position, tick))
-        targets = matched(targets, measured, seconds, self._config.targets)
-        lives = targets.counter_s > LEAST_S
-        free = np.setdiff1d(np.arange(len(position)), targets.measurement)
-        new = begun(measured.select(free), self._next_id, tick.stamp_ns, seconds)
-        self._next_id += len(new)
+        measured = self._measured(tick, targets, left_out)
         known = self._targets.track_id[self._targets.confirmed]
-        self._targets = targets.select(lives).followed_by(new)
-        ended = reset.followed_by(targets.select(~lives))
+        over = self._update(targets, measured, seconds)
+        ended = reset.followed_by(over)
         ended = ended.select(ended.confirmed)
         now = self._targets.select(self._targets.confirmed)
         risen = now.select(~np.isin(now.track_id, known))
@@ -175,15 +165,36 @@ class LikelihoodGridTracker:
         period = self._config.batching.period
         if last_ns is None:
             return Targets(), period
-        if tick.stamp_ns < last_ns - RESTART_NS:
+        if starts_anew(tick.stamp_ns, last_ns):
             ended, self._targets, self._last = self._targets, Targets(), {}
             return ended, period
         return Targets(), float(np.clip((tick.stamp_ns - last_ns) * 1e-9, 0.0, LONGEST_S))
 
+    def _measured(
+        self, tick: RowsTick[GridSighting], targets: Targets, left_out: dict[str, Unusable]
+    ) -> Measured:
+        """Return where people are by all cameras that count, with the colours there."""
+        grid = self._joint_grid(tick, left_out)
+        if self._scene is None:
+            position, noise = self._maxima(grid)
+        else:
+            position, noise = self._explained(self._scene, grid, targets, left_out)
+        return Measured(position, noise, _colours(position, tick))
+
+    def _update(self, targets: Targets, measured: Measured, seconds: float) -> Targets:
+        """Match predicted targets, begin those of what is free, and return those that end."""
+        targets = matched(targets, measured, seconds, self._config.targets)
+        lives = targets.counter_s > LEAST_S
+        free = np.setdiff1d(np.arange(len(measured.position)), targets.measurement)
+        new = begun(measured.select(free), self._next_id, self._stamp_ns or 0, seconds)
+        self._next_id += len(new)
+        self._targets = targets.select(lives).followed_by(new)
+        return targets.select(~lives)
+
     def _left_out(self, tick: RowsTick[GridSighting]) -> dict[str, Unusable]:
         """Take the masks; return which cameras do not count, and why: their edges lie, too."""
-        told = [CameraRows(each.camera, each.rows.foreground) for each in tick.messages]
-        self._masks.take(told, tick.stamp_ns)
+        received = [CameraRows(each.camera, each.rows.foreground) for each in tick.messages]
+        self._masks.take(received, tick.stamp_ns)
         return self._masks.left_out(tick.stamp_ns)
 
     def _joint_grid(
@@ -195,7 +206,7 @@ class LikelihoodGridTracker:
                 known = list(self._cameras)
                 raise ValueError(f'camera is {message.camera!r}, expected one of {known}')
             self._last[message.camera] = message.rows.likelihood
-        told = [
+        received = [
             self._last[camera]
             for camera in self._cameras
             if camera in self._last
@@ -203,7 +214,7 @@ class LikelihoodGridTracker:
             and len(self._last[camera])
             and tick.stamp_ns - self._last[camera].stamp_ns <= OLDEST_NS
         ]
-        return JointGrid(told) if told else None
+        return JointGrid(received) if received else None
 
     def _maxima(self, grid: JointGrid | None) -> tuple[Floats, Floats]:
         """Return where people are by edges alone, (n, 2) m, and covariances, (n, 2, 2) m²."""
@@ -265,8 +276,8 @@ class LikelihoodGridTracker:
 def _colours(position: Floats, tick: RowsTick[GridSighting]) -> Floats:
     """Return the colours that cameras saw at the positions of people, (n, 48); zero: none."""
     colours = np.zeros((len(position), TEMPLATE_SIZE))
-    told = [message.rows.detections for message in tick.messages]
-    seen = Detections.joined(tick.stamp_ns, told)
+    received = [message.rows.detections for message in tick.messages]
+    seen = Detections.joined(tick.stamp_ns, received)
     seen = seen.select(np.flatnonzero(seen.template.any(axis=1)))
     if not len(position) or not len(seen):
         return colours

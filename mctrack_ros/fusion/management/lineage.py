@@ -28,9 +28,9 @@ def origins(
     """
     Find the tracks that new ones were part of until now (event-tracking paper, Definition 6).
 
-    Several who were one object from the first are one track until they split; what then begins
-    beside that track has its past. Where somebody was lost near by of late it is rather him,
-    found again, and shares nobody's past.
+    People who came as one object are one track until they split; a track that then begins beside
+    it shares its past. If a target was lost near by a short while ago, the new track is taken for
+    that target and shares nobody's past.
 
     Parameters
     ----------

@@ -202,7 +202,7 @@ class TrackManager:
         if not len(close.one):
             self._duplicates.clear()
             return []
-        known = (table.portrait_s[close.one] > 0.0) & (table.portrait_s[close.other] > 0.0)
+        known = (table.gallery_s[close.one] > 0.0) & (table.gallery_s[close.other] > 0.0)
         fresh = close.select(~(known | close.grouped))
         over = lifecycle.is_over(table, stamp_ns, self._config)
         return self._duplicates.find(table, fresh, over)

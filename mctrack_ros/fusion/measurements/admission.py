@@ -25,7 +25,6 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 NO_IMAGE = [Detections.build(0)]
-NOBODY, NOWHERE = np.empty(0, np.uint32), np.empty(0, np.int64)
 MOST_DETECTIONS = 1000
 """More than this in one image are not detections: those of the highest score are used."""
 TOLD = attrgetter(
@@ -79,10 +78,8 @@ def usable_rows(detections: Detections) -> Mask:
 
 
 def unusable_count(detections: Detections) -> int:
-    """Return how many detections of one image cannot be used; vacant and blind rows are none."""
-    return (
-        0 if detections.is_blind else int((~usable_rows(detections) & ~detections.is_vacant).sum())
-    )
+    """Return how many detections of one image cannot be used; a blind message has none."""
+    return 0 if detections.is_blind else int((~usable_rows(detections)).sum())
 
 
 class Admitted:
@@ -105,10 +102,6 @@ class Admitted:
     ----------
     rows : (m,) structured array
         What each says: a `ROW`.
-    vacant_id : (v,) uint32 array
-        Targets of which images say that they are not where they are expected.
-    vacant_image : (v,) int array
-        Which image says so of each.
 
     """
 
@@ -122,9 +115,9 @@ class Admitted:
             counts = list(map(len, images))
         self.rows, usable = _taken(images, counts, cameras, variance)
         self._usable: Mask | None = None
-        self.vacant_id, self.vacant_image = NOBODY, NOWHERE
         if usable < len(self):
-            self._keep(self.rows['is_usable'])
+            self._usable = self.rows['is_usable']
+            self.rows = self.rows[self._usable]
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -141,17 +134,11 @@ class Admitted:
         self.__dict__[name] = column
         return column
 
-    def _keep(self, usable: Mask) -> None:
-        """Keep some rows alone; note who is said to be absent."""
-        vacant = np.concatenate([each.is_vacant for each in self._images])
-        self.vacant_id, self.vacant_image = self.track_id[vacant], self.image[vacant]
-        self.rows, self._usable = self.rows[usable], usable
-
 
 def _without_flood(image: Detections) -> Detections:
     if len(image) <= MOST_DETECTIONS:
         return image
-    return image.select(usable_rows(image) | image.is_vacant)
+    return image.select(usable_rows(image))
 
 
 def _taken(

@@ -170,8 +170,8 @@ def gathered(
         while last < count and track[last] == track[first] and image[last] == image[first]:
             last += 1
         own, later = track[first], seconds[image[first]]
-        is_told, xx, xy, yy, x, y = joined(first, last, detection, probability, seen)
-        if is_told:
+        has_information, xx, xy, yy, x, y = joined(first, last, detection, probability, seen)
+        if has_information:
             there_x = mean[own, 0] + later * mean[own, 2]
             there_y = mean[own, 1] + later * mean[own, 3]
             x, y = x - xx * there_x - xy * there_y, y - xy * there_x - yy * there_y

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.fusion.occupancy.solver import Occupancy, solve
 from mctrack_ros.fusion.occupancy.vehicle_scene import VehicleScene
-from mctrack_ros.interfaces import RESTART_NS, CameraRows, Foreground
+from mctrack_ros.interfaces import CameraRows, Foreground, starts_anew
 
 Floats = NDArray[np.float64]
 
@@ -57,12 +57,12 @@ class Masks:
         self._changed_ns: dict[str, int] = {}
         self._stamp_ns: int | None = None
 
-    def take(self, told: list[CameraRows[Foreground]], stamp_ns: int) -> None:
+    def take(self, received: list[CameraRows[Foreground]], stamp_ns: int) -> None:
         """Keep the masks of a tick, and when they changed last."""
         last_ns, self._stamp_ns = self._stamp_ns, stamp_ns
-        if last_ns is not None and stamp_ns < last_ns - RESTART_NS:
+        if starts_anew(stamp_ns, last_ns):
             self._last, self._changed_ns = {}, {}
-        for message in told:
+        for message in received:
             if message.camera not in self._cameras:
                 known = list(self._cameras)
                 raise ValueError(f'camera is {message.camera!r}, expected one of {known}')

@@ -104,8 +104,8 @@ class OccupancyTracker:
         A camera without a new mask counts with its last one for `OLDEST_NS`; one whose mask is
         nearly all foreground, frozen or unknown does not count, which the output says.
         """
-        told = [CameraRows(each.camera, each.rows.foreground) for each in tick.messages]
-        self._masks.take(told, tick.stamp_ns)
+        received = [CameraRows(each.camera, each.rows.foreground) for each in tick.messages]
+        self._masks.take(received, tick.stamp_ns)
         left_out = self._masks.left_out(tick.stamp_ns)
         known = self._joint.feedback()
         if known.stamp_ns > tick.stamp_ns:  # time begins anew
@@ -128,8 +128,8 @@ class OccupancyTracker:
         columns = Detections.build(tick.stamp_ns, position=place)
         template, extent = columns.template.copy(), columns.extent.copy()
         extent[:] = self._scene.extent
-        told = [message.rows.detections for message in tick.messages]
-        seen = Detections.joined(tick.stamp_ns, told)
+        received = [message.rows.detections for message in tick.messages]
+        seen = Detections.joined(tick.stamp_ns, received)
         seen = seen.select((seen.member_count == 1) & seen.template.any(axis=1))
         if count and len(seen):
             distance = np.linalg.norm(seen.position[:, None, :2] - people.mean, axis=2)

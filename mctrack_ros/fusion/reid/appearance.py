@@ -1,4 +1,4 @@
-"""Templates, samples and portraits of targets, and how much targets differ from themselves."""
+"""Templates, samples and galleries of targets, and how much targets differ from themselves."""
 
 from __future__ import annotations
 
@@ -54,9 +54,9 @@ class AppearanceModel:
         self._whitening: Floats | None = None
 
     def learn(self, table: TrackTable, row: int) -> None:
-        """Mix the sample of a track that is surely itself into its portrait; begin another."""
-        known_s, sample_s = table.portrait_s[row], table.sample_s[row]
-        own, mean = table.portrait[row], table.sample[row] / sample_s
+        """Mix the sample of a track that is surely itself into its gallery; begin another."""
+        known_s, sample_s = table.gallery_s[row], table.sample_s[row]
+        own, mean = table.gallery[row], table.sample[row] / sample_s
         if known_s >= SURE_S:
             change = mean - own
             self._scatter += sample_s * np.outer(change, change)
@@ -64,7 +64,7 @@ class AppearanceModel:
             self._whitening = None
         seconds = min(known_s, MEMORY_S) + sample_s
         own += (mean - own) * sample_s / seconds
-        table.portrait_s[row] = seconds
+        table.gallery_s[row] = seconds
         table.sample[row], table.sample_s[row] = 0.0, 0.0
 
     @property

@@ -17,7 +17,7 @@ class ReidConfig:
 
     contact_distance: float = parameter(
         1.5,
-        'Who is nearer to another may leave as that one [m]',
+        'Tracks nearer than this may change their ids [m]',
         minimum=0.0,
         maximum=100.0,
         at_run_time=True,
@@ -39,11 +39,11 @@ class IdentityColumns(Columns):
     ----------
     template : (n, 48) float32 array
         Colours of the track's detections of late; zero: none.
-    portrait, portrait_s : (n, 48), (n,) arrays
+    gallery, gallery_s : (n, 48), (n,) arrays
         Mean square root of the templates of its target, while that was surely itself, and the
-        time of that, all cameras together, s; 0: no portrait.
+        time of that, all cameras together, s; 0: no gallery.
     sample, sample_s : (n, 48), (n,) arrays
-        Sum of the square roots of templates that the portrait does not have yet, and its time, s.
+        Sum of the square roots of templates that the gallery does not have yet, and its time, s.
     judge_s : (n,) array
         Time of a sample at which identity is judged, s.
     in_contact : (n,) bool array
@@ -57,8 +57,8 @@ class IdentityColumns(Columns):
 
     __slots__ = ()
     template = Column(np.float32, TEMPLATE_SIZE)
-    portrait = Column(np.float64, TEMPLATE_SIZE)
-    portrait_s = Column(np.float64)
+    gallery = Column(np.float64, TEMPLATE_SIZE)
+    gallery_s = Column(np.float64)
     sample = Column(np.float64, TEMPLATE_SIZE)
     sample_s = Column(np.float64)
     judge_s = Column(np.float64)

@@ -96,7 +96,7 @@ class LostTargets:
         apart = np.hypot(*(self.tracks.mean[:, :2] - place).T)
         reach = self.reach(stamp_ns - self.tracks.seen_ns)
         near: list[int] = self.tracks.track_id[
-            (apart < reach) & (self.tracks.portrait_s > 0.0)
+            (apart < reach) & (self.tracks.gallery_s > 0.0)
         ].tolist()
         return near
 
@@ -116,12 +116,12 @@ class LostTargets:
         self.found[name] = float(costs[best])
         return name
 
-    def give_portrait(self, track_id: int, table: TrackTable, row: int) -> None:
-        """Give a track the portrait of the lost target that it is."""
+    def give_gallery(self, track_id: int, table: TrackTable, row: int) -> None:
+        """Give a track the gallery of the lost target that it is."""
         (own,) = np.flatnonzero(self.tracks.track_id == track_id)
-        table.portrait[row], table.portrait_s[row] = (
-            self.tracks.portrait[own],
-            self.tracks.portrait_s[own],
+        table.gallery[row], table.gallery_s[row] = (
+            self.tracks.gallery[own],
+            self.tracks.gallery_s[own],
         )
 
     def _keep(self, kept: NDArray[np.bool_]) -> None:
@@ -154,9 +154,9 @@ class LostTargets:
     def _colour_cost(self, index: int, template: Templates, sample: Floats) -> float:
         """Return -2 log of how much likelier his colours are so than somebody else's."""
         association, last = self._config.association, self.tracks.template[[index]]
-        if self.tracks.portrait_s[index] > 0.0 and sample.any():
-            portrait = self.tracks.portrait[[index]]
-            more = np.log1p(self._model.distances(sample[None], portrait)[0, 0]) - np.log1p(NEW)
+        if self.tracks.gallery_s[index] > 0.0 and sample.any():
+            gallery = self.tracks.gallery[[index]]
+            more = np.log1p(self._model.distances(sample[None], gallery)[0, 0]) - np.log1p(NEW)
         elif template.any() and last.any():
             more = squared_hellinger(template, last)[0, 0] - association.usual_difference
         else:

@@ -30,16 +30,16 @@ SAMPLE_S, LONGEST_SAMPLE_S = 0.5, 5.0
 kept though several fit, s: with the next, chosen on the tuning matches of the pitch."""
 
 STRANGE = 4.0
-"""What the colours of two people usually differ by, in variances of one."""
+"""How far the colours of two people usually differ, in variances of one person's."""
 
 KEEP = 0.15
 """How much more probable another id must be, log: without it, 17 switches more on PETS, view 1."""
 
 MOST_MEETINGS = 300
-"""So many pairs of who was lost and who was near him met in one tick at most: more is a flood."""
+"""Most pairs of a lost target and a track near it that are looked at in one tick."""
 
 PAST_S = 2.7
-"""Who was tracked for a second longer than it takes to join two was somebody of his own, s."""
+"""A track older than this is no duplicate of another: a second more than joining takes, s."""
 
 
 class Reassignment:
@@ -47,7 +47,7 @@ class Reassignment:
     Corrects ids by appearance.
 
     After two targets came near each other, either track may be either target. When one was seen
-    alone for a while, by all cameras together, its sample is compared with the portraits of all
+    alone for a while, by all cameras together, its sample is compared with the galleries of all
     targets that it may be, and the ids of all concerned are assigned together. A lost target may
     be any new track near by.
 
@@ -104,20 +104,20 @@ class Reassignment:
         """Return by how much a track's sample differs from its target and from the former one."""
         both = table.extended(self.lost.tracks)
         sample, former = samples(table, np.array([row])), both.track_id == old_id
-        own = self.model.distances(sample, table.portrait[[row]])
-        other = self.model.distances(sample, both.portrait[former & (both.portrait_s > 0.0)])
+        own = self.model.distances(sample, table.gallery[[row]])
+        other = self.model.distances(sample, both.gallery[former & (both.gallery_s > 0.0)])
         return float(own[0, 0]), float(other.min(initial=NEW)) if other.size else NEW
 
     def step(
         self, table: TrackTable, near: NearPairs, stamp_ns: int, confirmed: Mask
     ) -> dict[int, int]:
         """
-        Learn the portraits of those who are alone, and return which ids change.
+        Learn the galleries of those who are alone, and return which ids change.
 
         Parameters
         ----------
         table : TrackTable
-            Its portraits are changed, its ids are not.
+            Its galleries are changed, its ids are not.
         near : pair of (k,) int arrays
             Rows of those who are near each other, by `contact_distance` at least.
         stamp_ns : int
@@ -161,14 +161,14 @@ class Reassignment:
             best = self.lost.find(table, row, sample, stamp_ns)
             if best:
                 found[name] = best
-                self.lost.give_portrait(best, table, row)
+                self.lost.give_gallery(best, table, row)
                 self.certainty[name] = float(expit(-0.5 * self.lost.found[best]))
                 self._replace({name: best})
                 self._hypotheses.become(name, best)
         return found
 
     def _judged(self, table: TrackTable, due: Indices, stamp_ns: int) -> dict[int, int]:
-        """Learn the portraits of those due who are surely themselves, and judge the others."""
+        """Learn the galleries of those due who are surely themselves, and judge the others."""
         row_of = dict(zip(table.track_id.tolist(), range(len(table))))
         present = table.track_id[table.confirmed].tolist()
         changes: dict[int, int] = {}
@@ -208,13 +208,13 @@ class Reassignment:
     def _exchange(
         self, table: TrackTable, rows: Indices, targets: TrackTable, stamp_ns: int
     ) -> None:
-        """Give tracks (k,) the portraits of their targets (k,); lose whom none is any more."""
+        """Give tracks (k,) the galleries of their targets (k,); lose whom none is any more."""
         gone = table.select(rows[~np.isin(table.track_id[rows], targets.track_id)])
         met = gone.contact_ns > 0
         gone.mean[met, :2], gone.seen_ns[met] = gone.contact_place[met], gone.contact_ns[met]
-        table.portrait[rows], table.portrait_s[rows] = targets.portrait, targets.portrait_s
-        self._hypotheses.erase(gone.track_id[gone.portrait_s == 0.0].tolist())
-        self._lose(gone.select(gone.portrait_s > 0.0), stamp_ns)
+        table.gallery[rows], table.gallery_s[rows] = targets.gallery, targets.gallery_s
+        self._hypotheses.erase(gone.track_id[gone.gallery_s == 0.0].tolist())
+        self._lose(gone.select(gone.gallery_s > 0.0), stamp_ns)
 
     def _targets(self, table: TrackTable, names: list[int]) -> TrackTable:
         """Return the records of targets (k,), tracked or lost."""
@@ -232,10 +232,10 @@ class Reassignment:
         and other people's pixels are outliers, so what differs much tells little more. A sample
         like nobody's decides nothing.
         """
-        names, unknown = targets.track_id, targets.portrait_s == 0.0
+        names, unknown = targets.track_id, targets.gallery_s == 0.0
         allowed = np.array([np.isin(names, list(may)) for may in may_be])
         is_own = table.track_id[rows, None] == names
-        apart = self.model.distances(samples(table, rows), targets.portrait)
+        apart = self.model.distances(samples(table, rows), targets.gallery)
         apart[:, unknown] = STRANGE
         is_strange = np.where(allowed, apart, np.inf).min(axis=1) >= STRANGE
         apart[is_own & unknown] = NEW
@@ -256,7 +256,7 @@ class Reassignment:
         """Remember tracks that end; who was never seen alone is nobody's other self."""
         for name in tracks.track_id.tolist():
             self._hypotheses.end(name)
-        self._hypotheses.erase(tracks.track_id[tracks.portrait_s == 0.0].tolist())
+        self._hypotheses.erase(tracks.track_id[tracks.gallery_s == 0.0].tolist())
         self._remember(tracks, stamp_ns)
 
     def _remember(self, tracks: TrackTable, stamp_ns: int) -> None:

@@ -54,7 +54,7 @@ class CoveringAssociation:
         pairs = Pairs(track, detection, slots(where, track), np.exp(-cost[near] / 2), where)
         self._pairs = pairs
         self._chosen = ASSOCIATORS[config.method]().probabilities(pairs)
-        self._told = gathered(
+        self._information = gathered(
             self._mean,
             self._seconds,
             pairs.image,
@@ -75,7 +75,7 @@ class CoveringAssociation:
 
     def solve(self) -> Floats:
         """Return what the images tell of the tracks, (n, 13), of each one image at most."""
-        return self._told
+        return self._information
 
     def pairs(self) -> tuple[Indices, Indices]:
         """

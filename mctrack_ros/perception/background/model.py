@@ -49,18 +49,22 @@ class BackgroundConfig:
         0.8, 'time in which the first background is learned; nothing is seen [s]', minimum=0.0
     )
     threshold_sigmas: float = parameter(
-        5.0, 'difference that is foreground, in standard deviations of the noise', minimum=0.0
+        5.0,
+        'difference that is foreground, in standard deviations of the noise',
+        minimum=0.0,
+        at_run_time=True,
     )
     minimum_threshold: float = parameter(
         12.0,
         'difference that is foreground at least, in the light of the start [grey levels]',
         minimum=1.0,
         maximum=255.0,
+        at_run_time=True,
     )
     still_s: float = parameter(
         6.0,
-        'time after which what lies still, and nobody walked in as, is background, and holes are '
-        'looked for; 0: neither [s]',
+        'time after which an object that lies still becomes background, unless it walked in; 0: '
+        'never, and no place is sought that somebody left [s]',
         minimum=0.0,
         maximum=25.0,
     )

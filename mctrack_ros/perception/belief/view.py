@@ -103,10 +103,10 @@ class ViewFilters:
         source, state, place, possible = (a[shown] for a in (source, state, place, possible))
         self._learn_new(image, ids, state)
         rows = self._rows(ids, state, np.where(possible[..., None], place, np.nan))
-        told = self._log_likelihoods(image, ids, state)
+        log_likelihood = self._log_likelihoods(image, ids, state)
         if self._config.prior_density:
             rows['log_prior'] = _log_prior(state, source, seconds).ravel()
-        return Belief.build(stamp_ns, log_likelihood=told.ravel(), **rows)
+        return Belief.build(stamp_ns, log_likelihood=log_likelihood.ravel(), **rows)
 
     def image_state(self, belief: Belief) -> Floats:
         """Return the (n, 6) particles in the image of particles on the ground."""

@@ -32,8 +32,8 @@ class BlobConfig:
     opening_px: int = parameter(3, 'what is narrower is noise [px]', minimum=1, maximum=31)
     leg_contrast: float = parameter(
         1.7,
-        'difference from which what is narrower and hangs below a blob is a leg, in thresholds '
-        'of the foreground; 25: none is',
+        'a narrower part below a blob is a leg if it differs from the background by so many '
+        'thresholds; 25: there are none',
         minimum=1.0,
         maximum=25.0,
     )

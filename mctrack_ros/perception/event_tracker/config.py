@@ -21,13 +21,19 @@ class TrackerConfig:
     """Parameters of `LocalTracker`."""
 
     confirm_s: float = parameter(
-        0.2, 'time after which a local track is confirmed [s]', minimum=0.0
+        0.2, 'time after which a local track is confirmed [s]', minimum=0.0, at_run_time=True
     )
     coast_s: float = parameter(
-        0.8, 'time that a local track lives without a detection [s]', minimum=0.0
+        0.8,
+        'time that a local track lives without a detection [s]',
+        minimum=0.0,
+        at_run_time=True,
     )
     hidden_s: float = parameter(
-        3.0, "time that a hidden track is kept in a blob of one person's size [s]", minimum=0.0
+        3.0,
+        "time that a hidden track is kept in a blob of one person's size [s]",
+        minimum=0.0,
+        at_run_time=True,
     )
     vehicles: bool = parameter(
         False,

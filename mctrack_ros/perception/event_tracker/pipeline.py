@@ -69,7 +69,7 @@ class EventTracker:
         self._scene = Scene(config.background, config.shadows, mapping, scale, *given)
         self._reduction = Reduction(mapping, config.reduction)
         self._upright = _upright(mapping, config.reduction)
-        self._tracker = LocalTracker(config, mapping, self._sizes, mask)
+        self._tracker = LocalTracker(config, mapping, self._sizes)
 
     def step(self, image: Image, stamp_ns: int, feedback: Feedback | None) -> CameraOutput:
         """
@@ -158,7 +158,7 @@ class EventTracker:
 
     def _learn(self, frame: Frame, detections: Detections, stamp_ns: int) -> None:
         """Tell the background where the targets of fusion are, and which of them walked there."""
-        seen = ~detections.is_vacant & (detections.track_id > 0)
+        seen = detections.track_id > 0
         walked = seen & np.isin(detections.local_id, self._tracker.walked_ids())
         boxes = [detections.box[which] / frame.scale for which in (seen, walked)]
         people, protected = (marked(box, frame.mask.shape) for box in boxes)

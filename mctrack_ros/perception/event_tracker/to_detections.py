@@ -27,7 +27,7 @@ def sighted(
     seen: Observations, confirmed: Booleans, local_id: Ints, mean: Floats, first_ns: Ints,
     stamp_ns: int,
 ) -> tuple[Ints, Floats, Floats, Booleans, Floats, Floats]:  # fmt: skip
-    """Return the columns of `Sighting`: the confirmed tracks, as an image shows them."""
+    """Return the columns of `ConfirmedTracks`: the confirmed tracks, as an image shows them."""
     row_of, count = np.full(len(confirmed), -1), 0
     for row in range(len(seen.track)):
         if seen.track[row] >= 0:

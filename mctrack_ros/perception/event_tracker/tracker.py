@@ -26,12 +26,11 @@ from mctrack_ros.perception.events.group_detections import merged_detections
 from mctrack_ros.perception.events.groups import Groups
 from mctrack_ros.perception.events.stable_events import StableEvents
 from mctrack_ros.perception.feedback.id_assignment import learn_identities
-from mctrack_ros.perception.feedback.missed_detections import missed_detections
 from mctrack_ros.perception.feedback.persons_in_view import (
-    NOBODY,
+    NO_PERSONS,
+    ConfirmedTracks,
     PersonList,
     PersonsInView,
-    Sighting,
 )
 from mctrack_ros.perception.geometry.ground_extent import depth_covariance
 from mctrack_ros.perception.geometry.person_size import SizeTable
@@ -61,8 +60,6 @@ class LocalTracker:
         Of the camera.
     sizes : SizeTable
         Of the camera.
-    ignored : (h, w) uint8 array or None
-        0 where the camera does not look.
 
     Attributes
     ----------
@@ -74,14 +71,9 @@ class LocalTracker:
     """
 
     def __init__(
-        self,
-        config: EventTrackerConfig,
-        mapping: GroundMapping,
-        sizes: SizeTable,
-        ignored: NDArray[np.uint8] | None,
+        self, config: EventTrackerConfig, mapping: GroundMapping, sizes: SizeTable
     ) -> None:
         filtering, blobs, groups = config.filter, config.blobs, config.groups
-        self._ignored = ignored
         self._config = config.tracker
         self._matching = config.matching
         self._mapping, self._sizes = mapping, sizes
@@ -89,9 +81,9 @@ class LocalTracker:
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
         self._vehicles = Vehicles(config.classes, config.tracker.vehicles, usual)
-        self._roll, self._in_view = PersonList(usual, sizes, mapping), NOBODY
-        self._groups, self._steadiness = Groups(groups), StableEvents(groups.stable_s)
-        self._presence = AppearanceEvents(usual, sizes, mapping)
+        self._persons, self._in_view = PersonList(usual, sizes, mapping), NO_PERSONS
+        self._groups, self._stable_events = Groups(groups), StableEvents(groups.stable_s)
+        self._appearance_events = AppearanceEvents(usual, sizes, mapping)
         self.predicted_box: NDArray[np.float64] = np.zeros((0, 4))
         self._last_ns: int | None = None
 
@@ -99,11 +91,11 @@ class LocalTracker:
         """Forget all tracks; ids go on."""
         self.tracks.clear()
         self.predicted_box = np.zeros((0, 4))
-        self._roll.restart()
-        self._in_view = NOBODY
+        self._persons.restart()
+        self._in_view = NO_PERSONS
         self._groups.restart()
-        self._steadiness.restart()
-        self._presence.restart()
+        self._stable_events.restart()
+        self._appearance_events.restart()
         self._last_ns = None
 
     def step(
@@ -129,24 +121,18 @@ class LocalTracker:
             The fusion node's.
         shift_px : float
             How far the camera has moved, px. What is published is by its square less certain
-            along each axis, and nothing is said of who is not seen; the camera's own tracks lie
-            in one image and do not care.
+            along each axis; the camera's own tracks lie in one image and do not care.
 
         """
         log = EventLog(stamp_ns)
-        predicted = self._predict(stamp_ns, log)
-        seen = self._associate(blobs, frame, predicted, stamp_ns)
-        part = self._group(seen, blobs, frame, feedback, stamp_ns, log)
-        self._update(seen, predicted, blobs, stamp_ns)
-        seen = self._start(seen, blobs, stamp_ns)
-        seen = self._classify(seen, blobs, predicted.seconds)
-        self._confirm(stamp_ns)
-        if feedback is not None:
-            self._identify(blobs, part, feedback, stamp_ns)
-        self._presence.announce(self.tracks, feedback, blobs.box, stamp_ns, log)
-        detections = self._detections(seen, blobs, stamp_ns, shift_px)
-        looks_right = feedback is not None and shift_px == 0.0  # else beside where they stand
-        return self._with_groups(detections, part, frame, looks_right), log.rows()
+        predicted = self._predict(stamp_ns, log)  # local tracks to the image
+        seen = self._associate(blobs, frame, predicted)  # blobs split among those expected
+        part = self._group(seen, blobs, frame, feedback, stamp_ns, log)  # Definition 6
+        self._update(seen, predicted, blobs, stamp_ns)  # filters, colours, sizes
+        seen = self._start(seen, blobs, stamp_ns)  # tracks of blobs that nobody explains
+        seen = self._classify(seen, blobs, predicted.seconds, stamp_ns)  # people, vehicles
+        self._identify(blobs, part, feedback, stamp_ns, log)  # fusion's ids; who came (E1, E2)
+        return self._report(seen, part, blobs, stamp_ns, shift_px), log.rows()
 
     def groups(self) -> list[tuple[int, ...]]:
         """Return the local ids of each group, of the members that have local tracks."""
@@ -169,16 +155,14 @@ class LocalTracker:
         self.predicted_box = predicted.box
         return predicted
 
-    def _associate(
-        self, blobs: Blobs, frame: Frame, predicted: Prediction, stamp_ns: int
-    ) -> Observations:
+    def _associate(self, blobs: Blobs, frame: Frame, predicted: Prediction) -> Observations:
         """Tell which blob is whose, and who is in the blobs that several share."""
         cells = np.rint(blobs.box / frame.scale).astype(int)
         template = colour_templates(frame.image, frame.mask, cells, frame.balance)
         blob_of = match(self.tracks, predicted, blobs, template, self._matching)
         height_m = self._vehicles.heights(blobs, blob_of, self.tracks)
         return self._observer.observe(
-            blob_of, self.tracks, predicted, blobs, template, frame, height_m, stamp_ns
+            blob_of, self.tracks, predicted, blobs, template, frame, height_m
         )
 
     def _group(
@@ -193,34 +177,30 @@ class LocalTracker:
         """Tell who is in view and who touches whom; return the part that each one is of."""
         if feedback is not None:
             self._groups.rename(feedback.corrections())
-        in_view = self._roll.call(self._sighting(seen, stamp_ns), feedback, stamp_ns)
+        in_view = self._persons.update(self._confirmed(seen, stamp_ns), feedback, stamp_ns)
         part = contacts(in_view.box, blobs.box, frame)
         self._note_groups(in_view, part, stamp_ns, log)
         return part
 
-    def _classify(self, seen: Observations, blobs: Blobs, seconds: float) -> Observations:
-        """Separate vehicles from people; return those visible enough to be reported."""
-        self._vehicles.classify(self.tracks, seen, blobs, seconds)
+    def _classify(
+        self, seen: Observations, blobs: Blobs, seconds: float, stamp_ns: int
+    ) -> Observations:
+        """Separate vehicles from people, confirm; return those visible enough to be reported."""
+        tracks = self.tracks
+        self._vehicles.classify(tracks, seen, blobs, seconds)
+        tracks.confirmed |= stamp_ns - tracks.first_ns >= round(self._config.confirm_s * 1e9)
         return seen.select((seen.visible >= LEAST_VISIBLE) & (seen.proven >= LEAST_PROVEN))
 
-    def _identify(self, blobs: Blobs, part: Ints, feedback: Feedback, stamp_ns: int) -> None:
-        """Learn global ids, and begin tracks of members that only the fusion node knows."""
+    def _identify(
+        self, blobs: Blobs, part: Ints, feedback: Feedback | None, stamp_ns: int, log: EventLog
+    ) -> None:
+        """Learn global ids, begin members that only fusion knows; note who came (E1, E2)."""
         tracks, in_view = self.tracks, self._in_view
-        learn_identities(tracks, feedback, stamp_ns)
-        rows = hidden_members(in_view, part, tracks.track_id, blobs)
-        begin_hidden(tracks, in_view, rows, feedback, stamp_ns)
-
-    def _with_groups(
-        self, detections: Detections, part: Ints, frame: Frame, looks_right: bool
-    ) -> Detections:
-        """Add detections of whole groups and, in a sound image, of bare ground."""
-        in_view, stamp_ns = self._in_view, detections.stamp_ns
-        more = [merged_detections(in_view, part, detections)]
-        if looks_right:
-            more.append(missed_detections(in_view, part, frame, self._ignored, stamp_ns))
-        if not any(map(len, more)):
-            return detections
-        return Detections.joined(stamp_ns, [detections, *more])
+        if feedback is not None:
+            learn_identities(tracks, feedback, stamp_ns)
+            rows = hidden_members(in_view, part, tracks.track_id, blobs)
+            begin_hidden(tracks, in_view, rows, feedback, stamp_ns)
+        self._appearance_events.announce(tracks, feedback, blobs.box, stamp_ns, log)
 
     def _without_lost(self, predicted: Prediction, stamp_ns: int, log: EventLog) -> Prediction:
         """Drop tracks that left the image or were not seen for too long (E4)."""
@@ -243,7 +223,7 @@ class LocalTracker:
         if not (left.any() or lost.any()):
             return predicted
         for row in np.flatnonzero(left).tolist():
-            self._presence.left(tracks, row, log)
+            self._appearance_events.left(tracks, row, log)
         kept = ~(left | lost)
         tracks.keep(kept)
         return predicted.select(kept)
@@ -260,13 +240,13 @@ class LocalTracker:
                 np.searchsorted(in_view.key, change.rest),
             )
             log.add_group(code, in_view, *rows)
-        for row in self._steadiness.step(in_view, self._groups.sizes(), part, stamp_ns):
+        for row in self._stable_events.step(in_view, self._groups.sizes(), part, stamp_ns):
             log.add_group(EventCode.STABLE, in_view, np.array([row]), np.zeros(0, np.int64))
 
-    def _sighting(self, seen: Observations, stamp_ns: int) -> Sighting:
+    def _confirmed(self, seen: Observations, stamp_ns: int) -> ConfirmedTracks:
         """Return the confirmed tracks as this image shows them."""
         tracks = self.tracks
-        return Sighting(
+        return ConfirmedTracks(
             *sighted(
                 seen, tracks.confirmed, tracks.local_id, tracks.mean, tracks.first_ns, stamp_ns
             )
@@ -312,14 +292,10 @@ class LocalTracker:
         self._vehicles.stand(self.tracks, seen, new, blobs)
         return seen
 
-    def _confirm(self, stamp_ns: int) -> None:
-        tracks = self.tracks
-        tracks.confirmed |= stamp_ns - tracks.first_ns >= round(self._config.confirm_s * 1e9)
-
-    def _detections(
-        self, seen: Observations, blobs: Blobs, stamp_ns: int, shift_px: float
+    def _report(
+        self, seen: Observations, part: Ints, blobs: Blobs, stamp_ns: int, shift_px: float
     ) -> Detections:
-        """Write one row for everybody."""
+        """Write one row for everybody, and one for each group with hidden members."""
         tracks = self.tracks
         noise = seen.noise + shift_px**2 * ROUND if shift_px else seen.noise
         shown = reported_persons(
@@ -338,6 +314,8 @@ class LocalTracker:
         if seen.depth.any():
             covariance = covariance + depth_covariance(seen.depth)
         class_id = tracks.class_id[seen.track]
-        return Detections.build(
+        persons = Detections.build(
             stamp_ns, covariance=covariance, class_id=class_id, **shown._asdict()
         )
+        groups = merged_detections(self._in_view, part, persons)
+        return Detections.joined(stamp_ns, [persons, groups]) if len(groups) else persons

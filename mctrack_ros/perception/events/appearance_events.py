@@ -33,15 +33,15 @@ COVERED_SHARE = 0.5  # of an expected person that must be foreground to be seen:
 
 class AppearanceEvents:
     """
-    Tells once of each who comes and goes, through whatever local tracks stand for them.
+    Reports each target's coming and going once, whichever local tracks stand for it.
 
     A target of the fusion node is in view once foreground is where it is expected. It has entered
     if the fusion node saw it come from outside, or knew it before this camera asked
     (event-tracking paper, Algorithm 4, E2); else it is new (E1), unless it is another name for one
     just lost, or was hidden by another (those R3 claims). A target has left (E4) when the fusion
-    node has seen it outside for some time. Of what it makes no target while it speaks nothing is
-    told: those are parts of people, and ghosts. While it is silent, believed tracks that no target
-    stands for are new, and leave with their tracks.
+    node has seen it outside for some time. While feedback arrives, a local track without a target
+    gives no event: it is a part of somebody, or a ghost. While none arrives, each confirmed local
+    track without a target is new, and has left when the track ends.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ class AppearanceEvents:
         with np.errstate(invalid='ignore'):
             inside = np.asarray(((foot >= 0) & (foot < self._mapping.image_size)).all(axis=1))
         ids = feedback.track_id.tolist()
-        self._take_roll(feedback, ids, stamp_ns)
+        self._update_in_view(feedback, ids, stamp_ns)
         for row, (target, is_inside) in enumerate(zip(ids, inside.tolist())):
             is_present = target in self._present_ns
             if is_present:
@@ -147,7 +147,7 @@ class AppearanceEvents:
             else:
                 self._entering_ns.pop(target, None)
 
-    def _take_roll(self, feedback: Feedback, ids: list[int], stamp_ns: int) -> None:
+    def _update_in_view(self, feedback: Feedback, ids: list[int], stamp_ns: int) -> None:
         """Note where everybody is, who is lost, and whom the fusion node has long known."""
         if self._old is None:
             self._old = set(ids)

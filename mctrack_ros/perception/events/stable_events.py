@@ -31,7 +31,7 @@ class StableEvents:
     def restart(self) -> None:
         """Forget who is stable."""
         self._since_ns: dict[int, int] = {}
-        self._told: set[int] = set()
+        self._reported: set[int] = set()
 
     def step(
         self, in_view: PersonsInView, group_size: Ints, part: Ints, stamp_ns: int
@@ -54,11 +54,11 @@ class StableEvents:
         alone = (group_size == 1) & (in_view.local_id > 0) & (part >= 0)
         rows = dict(zip(in_view.key[alone].tolist(), np.flatnonzero(alone).tolist()))
         self._since_ns = {key: self._since_ns.get(key, stamp_ns) for key in rows}
-        self._told &= rows.keys()
+        self._reported &= rows.keys()
         ripe = [
             key
             for key, since_ns in self._since_ns.items()
-            if key not in self._told and stamp_ns - since_ns >= self._stable_ns
+            if key not in self._reported and stamp_ns - since_ns >= self._stable_ns
         ]
-        self._told.update(ripe)
+        self._reported.update(ripe)
         return [rows[key] for key in ripe]

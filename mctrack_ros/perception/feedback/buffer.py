@@ -75,11 +75,11 @@ class RowsBuffer(Generic[R]):
         wanted = (stamp_ns - self._delay_ns) // self._period_ns
         feedback = self._by_tick.get(wanted)
         if feedback is not None:
-            feedback = self._told(feedback, wanted)
+            feedback = self._with_changes(feedback, wanted)
         possible = wanted >= self._first_stamp_ns // self._period_ns
         return feedback, feedback is None and possible
 
-    def _told(self, feedback: R, tick: int) -> R:
+    def _with_changes(self, feedback: R, tick: int) -> R:
         """Return the feedback of a tick as an image gets it."""
         return feedback
 
@@ -112,7 +112,7 @@ class FeedbackBuffer(RowsBuffer[Feedback]):
         self._untold[feedback.stamp_ns // self._period_ns] = feedback.corrections()
         return given - len(feedback) + super().push(feedback)
 
-    def _told(self, feedback: Feedback, tick: int) -> Feedback:
+    def _with_changes(self, feedback: Feedback, tick: int) -> Feedback:
         origin = self._take_corrections(tick)
         previous = [origin.get(track_id, 0) for track_id in feedback.track_id.tolist()]
         return replace(feedback, previous_id=np.array(previous, np.uint32))

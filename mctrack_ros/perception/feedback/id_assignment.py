@@ -71,11 +71,8 @@ def learn_identities(tracks: Identified, feedback: Feedback, stamp_ns: int) -> N
     tracks.track_id[~near] = 0
     seeking = np.flatnonzero(tracks.confirmed & ~near)
     offered = np.flatnonzero(~held)
-    if not len(seeking) or not len(offered):
-        return
     difference = tracks.mean[seeking, None, :2] - place[None, offered]
-    distance = np.hypot(difference[..., 0], difference[..., 1])
-    usable = distance <= LEARN_M
+    usable = np.hypot(difference[..., 0], difference[..., 1]) <= LEARN_M
     if not usable.any():
         return
     cost = _costs(tracks.covariance[seeking], feedback.covariance[offered], difference, seconds)

@@ -29,7 +29,7 @@ MEMORY_S = 1.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Sighting:
+class ConfirmedTracks:
     """
     Confirmed local tracks, as they are seen in one image, one row each.
 
@@ -86,7 +86,7 @@ class PersonsInView:
     came: Booleans
 
 
-NOBODY = PersonsInView(
+NO_PERSONS = PersonsInView(
     np.zeros(0, np.int64),
     np.zeros(0, np.int64),
     np.zeros(0, np.int64),
@@ -125,13 +125,15 @@ class PersonList:
         self._feedback = NO_FEEDBACK
         self._outside: Ints = np.zeros(0, np.int64)
 
-    def call(self, local: Sighting, feedback: Feedback | None, stamp_ns: int) -> PersonsInView:
+    def update(
+        self, local: ConfirmedTracks, feedback: Feedback | None, stamp_ns: int
+    ) -> PersonsInView:
         """
         Return who is in view.
 
         Parameters
         ----------
-        local : Sighting
+        local : ConfirmedTracks
             The camera's own tracks.
         feedback : Feedback or None
             The fusion node's; without, the last one counts for a while, then all local tracks do.
@@ -163,7 +165,7 @@ class PersonList:
         )
         return PersonsInView(key, local_id, track_id, position, box, came)
 
-    def _alone(self, local: Sighting) -> PersonsInView:
+    def _alone(self, local: ConfirmedTracks) -> PersonsInView:
         """Return the persons in view as the camera knows them without the fusion node."""
         youngest_first = np.arange(len(local.local_id))[::-1]
         local_id = local.local_id[youngest_first]

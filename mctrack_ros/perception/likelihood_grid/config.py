@@ -9,6 +9,7 @@ from mctrack_ros.config import parameter, tag
 from mctrack_ros.perception.background.model import BackgroundConfig
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
 from mctrack_ros.perception.config import CameraConfig
+from mctrack_ros.perception.likelihood_grid.contours import SHAPES
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,12 @@ class GridConfig:
         1.75, 'height of the cylinder that stands for a person [m]', minimum=0.1, maximum=10.0
     )
     person_width: float = parameter(0.4, 'its width [m]', minimum=0.05, maximum=10.0)
+    shape: str = parameter(
+        'cylinder',
+        'what stands in a cell: cylinder, as in the paper, person (a narrower head) or ellipsoid '
+        '(what flies or rolls)',
+        choices=tuple(SHAPES),
+    )
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ class LikelihoodCamera:
         width, height = mapping.image_size
         size = width // self._factor, height // self._factor
         self._person = config.grid.person_height, config.grid.person_width
-        self._templates = TemplateHierarchy(mapping, size, grid, *self._person)
+        self._templates = TemplateHierarchy(mapping, size, grid, *self._person, config.grid.shape)
         self._distance = OrientedDistance(size)
         self._edges = EdgeBackground()
         self._background = Background(config.background) if config.foreground else None
@@ -124,24 +124,18 @@ class LikelihoodCamera:
             self._forget()
         small = self.reduced(image)
         likelihood = self._likelihood(small, stamp_ns)
-        objects = self._objects(small, stamp_ns)
-        self._seen = Detections.build(stamp_ns)
-        foreground = Foreground.build(stamp_ns)
-        model = self._background.model if self._background is not None else None
-        if self._background is not None and objects is not None and model is not None:
-            foreground = self._reduction.foreground(objects, stamp_ns)
-            if feedback is not None:
-                balance = balance_of(model)
-                self._seen = targets_in_view(
-                    feedback, stamp_ns, small, objects, self._mapping, self._person, balance
-                )
-            people = marked(self._seen.box / self._factor, objects.shape)
-            self._background.learn(small, objects, people, people, stamp_ns)
+        foreground = self._foreground(small, stamp_ns, feedback)
         if arrival.shift.state is ShiftState.MOVED:
             return CameraOutput.empty(MESSAGES, stamp_ns, arrival.shift)
         messages: tuple[Message, ...] = (self._seen, likelihood, foreground)
         by_topic = {message.TOPIC: message for message in messages}
-        return CameraOutput(by_topic, Events.build(stamp_ns), arrival.shift)
+        return CameraOutput(by_topic, Events.build(stamp_ns), arrival.shift, self._is_learned)
+
+    @property
+    def _is_learned(self) -> bool:
+        """Whether all backgrounds are known."""
+        background = self._background
+        return self._edges.is_learned and (background is None or background.model is not None)
 
     def predicted_boxes(self) -> Floats:
         """Return the (n, 4) boxes, px, where fusion predicts targets, for an overlay."""
@@ -163,6 +157,22 @@ class LikelihoodCamera:
         distance = self._distance.transform(edges)
         value = self._templates.log_likelihood(distance)
         return Likelihood(stamp_ns, self._position, value)
+
+    def _foreground(self, small: Image, stamp_ns: int, feedback: Feedback | None) -> Foreground:
+        """Return the reduced mask, measure the targets in view, and learn the background."""
+        self._seen = Detections.build(stamp_ns)
+        objects = self._objects(small, stamp_ns)
+        if self._background is None or self._background.model is None or objects is None:
+            return Foreground.build(stamp_ns)
+        if feedback is not None:
+            balance = balance_of(self._background.model)
+            self._seen = targets_in_view(
+                feedback, stamp_ns, small, objects, self._mapping, self._person, balance
+            )
+        foreground = self._reduction.foreground(objects, stamp_ns)
+        people = marked(self._seen.box / self._factor, objects.shape)
+        self._background.learn(small, objects, people, people, stamp_ns)
+        return foreground
 
     def _objects(self, small: Image, stamp_ns: int) -> Image | None:
         """Return the foreground mask; None: the background is learned, or not wanted."""

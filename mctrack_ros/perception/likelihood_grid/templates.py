@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import NO_EDGE
-from mctrack_ros.perception.likelihood_grid.contours import POINTS, cylinder_contours
+from mctrack_ros.perception.likelihood_grid.contours import POINTS, outlines
 from mctrack_ros.perception.likelihood_grid.edges import ORIENTATIONS
 from mctrack_ros.perception.likelihood_grid.oriented_distance import MARGIN_PX, NONE
 
@@ -72,6 +72,8 @@ class _Level(NamedTuple):
     parent: Indices
 
 
+HEAD_M = 1.75
+"""A calibration is told by where it sees the ground and this height above it, m."""
 MOST_KNOWN = 32
 _known: dict[str, list[_Level]] = {}
 """Outlines made before, by fingerprint: 0.1 s a camera each."""
@@ -91,6 +93,8 @@ class TemplateHierarchy:
         Where people are looked for.
     height, width : float
         Of a person, m.
+    shape : str
+        One of `SHAPES`.
 
     Attributes
     ----------
@@ -106,14 +110,16 @@ class TemplateHierarchy:
         grid: Grid,
         height: float,
         width: float,
+        shape: str,
     ) -> None:
         self._tables = [_penalties(deviation) for deviation in DEVIATIONS_PX]
-        key = _fingerprint(mapping, size, grid, height, width)
+        key = _fingerprint(mapping, size, grid, f'{height} {width} {shape}')
         if key not in _known:
             scale = np.divide(size, mapping.image_size)
             levels = []
             for side in LEVELS:
-                contour, normal = cylinder_contours(mapping, grid.centres(side), height, width / 2)
+                centres = grid.centres(side)
+                contour, normal = outlines(mapping, centres, height, width / 2, shape)
                 place, seen = _indices(contour * scale, normal, size)
                 levels.append(_Level(place, seen, _parents(grid.cells // side)))
             while len(_known) >= MOST_KNOWN:
@@ -157,14 +163,12 @@ class TemplateHierarchy:
         return likely
 
 
-def _fingerprint(
-    mapping: GroundMapping, size: tuple[int, int], grid: Grid, height: float, width: float
-) -> str:
+def _fingerprint(mapping: GroundMapping, size: tuple[int, int], grid: Grid, solid: str) -> str:
     """Return a hash of a calibration, by where it puts the grid's cells, and of all else."""
     place = grid.centres()
-    foot, head = mapping.image_from_ground(place), mapping.image_from_ground(place, height)
+    foot, head = mapping.image_from_ground(place), mapping.image_from_ground(place, HEAD_M)
     known = np.concatenate([place, foot, head, mapping.camera_position[:2][None]])
-    sizes = f'{mapping.image_size} {size} {grid.cells} {height} {width}'
+    sizes = f'{mapping.image_size} {size} {grid.cells} {solid}'
     return hashlib.sha256(known.tobytes() + sizes.encode()).hexdigest()
 
 

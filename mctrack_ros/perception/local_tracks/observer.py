@@ -13,7 +13,6 @@ from mctrack_ros.perception.blobs.extraction import BlobConfig, Blobs
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.geometry.ground_extent import ground_depth
 from mctrack_ros.perception.geometry.person_size import SizeTable
-from mctrack_ros.perception.local_tracks.occluded_feet import OccludedFeet
 from mctrack_ros.perception.local_tracks.table import FilterConfig, LocalTracks, Prediction
 
 Floats = NDArray[np.float64]
@@ -45,10 +44,6 @@ class Observer:
         filtering: FilterConfig,
     ) -> None:
         self._mapping, self._sizes = mapping, sizes
-        memory_s, usual_m = filtering.height_time_s, blobs.person_height_m
-        self._hidden_feet = (
-            OccludedFeet(mapping.image_size, usual_m, memory_s) if memory_s else None
-        )
         self._footing = Footing(
             filtering.foot_noise_px,
             filtering.foot_noise_share,
@@ -65,7 +60,6 @@ class Observer:
         template: Floats,
         frame: Frame,
         height_m: Floats,
-        stamp_ns: int,
     ) -> Observations:
         """
         Return who is in the blobs of an image, by blob; nobody at the horizon or above it.
@@ -86,8 +80,6 @@ class Observer:
             With its foreground.
         height_m : (n,) array
             How tall the vehicle or bicycle is that a blob is, m; 0: it is none.
-        stamp_ns : int
-            Time of the image, ns.
 
         """
         by_size = single_blobs(
@@ -110,17 +102,6 @@ class Observer:
             self._footing.height_m,
         )
         seen = gathered(by_size, bodies, shared, rows, blobs.box, template)
-        if self._hidden_feet is not None:
-            self._hidden_feet.reach(
-                seen,
-                blobs.box,
-                ~(blobs.truncated | (height_m > 0.0)),
-                self._sizes.table,
-                predicted.box,
-                tracks,
-                stamp_ns,
-                predicted.seconds,
-            )
         return self._on_ground(seen, blobs, height_m, tracks.noise_ratio)
 
     def _on_ground(

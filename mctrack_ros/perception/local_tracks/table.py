@@ -47,12 +47,6 @@ class FilterConfig:
         'adaptive [s]',
         minimum=0.0,
     )
-    height_time_s: float = parameter(
-        20.0,
-        "time constant of a track's height, with which hidden feet are placed below the head; "
-        '0: they are not [s]',
-        minimum=0.0,
-    )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -117,8 +111,6 @@ class LocalTracks:
         Whether it has moved away from there.
     class_id : (n,) uint8 array
         A `ClassCode`; unknown until it was seen as a whole.
-    height_m, height_s : (n,) float64 arrays
-        How tall it is, as remembered for longer than `extent`, m, and for how long it was seen, s.
     near_px : (n, 2) float64 array
         From where it stands in the image to its foot point: 0, but a vehicle stands in the
         middle of the ground that it covers, and its foot point is at the near end.
@@ -130,7 +122,7 @@ class LocalTracks:
 
     ARRAYS = (
         'local_id', 'mean', 'covariance', 'extent', 'template', 'track_id', 'first_ns',
-        'seen_ns', 'clear_ns', 'confirmed', 'origin', 'walked', 'class_id', 'height_m', 'height_s',
+        'seen_ns', 'clear_ns', 'confirmed', 'origin', 'walked', 'class_id',
         'near_px', 'noise_ratio',
     )  # fmt: skip
 
@@ -158,8 +150,6 @@ class LocalTracks:
         self.origin: Floats = np.zeros((0, 2))
         self.walked: NDArray[np.bool_] = np.zeros(0, np.bool_)
         self.class_id: NDArray[np.uint8] = np.zeros(0, np.uint8)
-        self.height_m: Floats = np.zeros(0)
-        self.height_s: Floats = np.zeros(0)
         self.near_px: Floats = np.zeros((0, 2))
         self.noise_ratio: Floats = np.ones((0, 2))
         self._seconds = 0.0
@@ -251,8 +241,6 @@ class LocalTracks:
             'origin': position.copy(),
             'walked': np.zeros(count, np.bool_),
             'class_id': np.zeros(count, np.uint8),
-            'height_m': extent[:, 1].copy(),
-            'height_s': np.zeros(count),
             'near_px': np.zeros((count, 2)),
             'noise_ratio': np.ones((count, 2)),
         }

@@ -80,35 +80,45 @@ class GroundLines:
             These normals.
 
         """
+        margin = reach_px + _WIDEST_PX
+        rays, expected, normal = self._expected(guess, grey.shape, margin)
+        if not len(rays):
+            return rays, expected, normal
+        offsets = np.arange(-margin, margin + 0.25, 0.5)
+        places = expected[:, None] + offsets[:, None] * normal[:, None] - 0.5
+        column, row = np.moveaxis(places.astype(np.float32), -1, 0)
+        across = cv2.remap(grey, column, row, cv2.INTER_LINEAR).astype(np.float64)
+        free = cv2.remap(still, column, row, cv2.INTER_NEAREST).min(axis=1) > 0
+        shift, height = _highest(_ridges(across), offsets, reach_px)
+        good = free & (height > _CONTRAST)
+        pixel = expected + shift[:, None] * normal
+        return rays[good], pixel[good], normal[good]
+
+    def _expected(
+        self, guess: TurningCamera, shape: tuple[int, ...], margin: float
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return rays, pixels and normals of samples well inside the image, spread over it."""
         rays = self.place - guess.position
         expected, further = guess.project(rays), guess.project(rays + 0.1 * self.along)
         step = further - expected
         length = np.linalg.norm(step, axis=1, keepdims=True)
         normal = np.column_stack([-step[:, 1], step[:, 0]]) / np.maximum(length, 1e-9)
-        margin = reach_px + _WIDEST_PX
         inside = np.isfinite(step).all(axis=1)
         inside &= (expected > margin).all(axis=1)
-        inside &= (expected < np.array(grey.shape[::-1]) - margin).all(axis=1)
+        inside &= (expected < np.array(shape[::-1]) - margin).all(axis=1)
         kept = np.flatnonzero(inside)[_spread(expected[inside])]
-        rays, expected, normal = rays[kept], expected[kept], normal[kept]
-        offsets = np.arange(-reach_px - _WIDEST_PX, reach_px + _WIDEST_PX + 0.25, 0.5)
-        places = expected[:, None] + offsets[:, None] * normal[:, None] - 0.5
-        column, row = np.moveaxis(places.astype(np.float32), -1, 0)
-        if not len(places):
-            return rays, expected, normal
-        across = cv2.remap(grey, column, row, cv2.INTER_LINEAR).astype(np.float64)
-        free = cv2.remap(still, column, row, cv2.INTER_NEAREST).min(axis=1) > 0
-        ridge = _ridges(across)
-        within = np.abs(offsets) <= reach_px
-        best = np.where(within, ridge, -1).argmax(axis=1)
-        around = np.clip(best[:, None] + np.arange(-4, 5), 0, len(offsets) - 1)
-        weight = np.maximum(np.take_along_axis(ridge, around, axis=1) - _CONTRAST / 2, 0)
-        height = ridge[np.arange(len(best)), best]
-        good = free & (height > _CONTRAST)
-        total = np.maximum(weight.sum(axis=1), 1e-9)
-        shift = (weight * offsets[around]).sum(axis=1) / total
-        pixel = expected + shift[:, None] * normal
-        return rays[good], pixel[good], normal[good]
+        return rays[kept], expected[kept], normal[kept]
+
+
+def _highest(ridge: Floats, offsets: Floats, reach_px: float) -> tuple[Floats, Floats]:
+    """Return where the highest ridge of each (n, k) profile is, (n,) px, and its height."""
+    within = np.abs(offsets) <= reach_px
+    best = np.where(within, ridge, -1).argmax(axis=1)
+    around = np.clip(best[:, None] + np.arange(-4, 5), 0, len(offsets) - 1)
+    weight = np.maximum(np.take_along_axis(ridge, around, axis=1) - _CONTRAST / 2, 0)
+    total = np.maximum(weight.sum(axis=1), 1e-9)
+    shift = (weight * offsets[around]).sum(axis=1) / total
+    return shift, ridge[np.arange(len(best)), best]
 
 
 def _ridges(across: Floats) -> Floats:

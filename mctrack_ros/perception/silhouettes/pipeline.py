@@ -172,10 +172,7 @@ class SilhouettePipeline:
         note_groups(self._groups, objects, component, stamp_ns, log)
         truncated = at_edge(objects.box, mask.shape, 1.0)
         extent = self._places.extent(objects.box)
-        whole = objects.matched & (component < 0) & ~truncated
-        large = looks_like_vehicle(extent, self._config.tracker.classes)
-        look = np.where(large, ClassCode.VEHICLE, ClassCode.PERSON)
-        objects.class_id[:] = self._classes.count(objects.local_id, look, whole, arrival.seconds)
+        self._classify(extent, (component < 0) & ~truncated, arrival.seconds)
         self._place(arrival.shift)
         if feedback is not None:
             learn_identities(objects, feedback, stamp_ns)
@@ -189,6 +186,14 @@ class SilhouettePipeline:
         )
         objects.keep(~resting)
         return CameraOutput({Detections.TOPIC: detections}, log.rows(), arrival.shift)
+
+    def _classify(self, extent: Floats, is_whole: NDArray[np.bool_], seconds: float) -> None:
+        """Vote for the class of the objects, (n,), by how large those are that are seen whole."""
+        objects = self._tracker.objects
+        large = looks_like_vehicle(extent, self._config.tracker.classes)
+        look = np.where(large, ClassCode.VEHICLE, ClassCode.PERSON)
+        voting = objects.matched & is_whole
+        objects.class_id[:] = self._classes.count(objects.local_id, look, voting, seconds)
 
     def _found(self, image: Image, mask: Image) -> Silhouettes:
         """Return the silhouettes of an image; a few times a second, mend the background."""

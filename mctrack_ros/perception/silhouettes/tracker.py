@@ -140,25 +140,48 @@ class SilhouetteTracker:
 
         """
         size = silhouettes.labels.shape
-        seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9
-        self._last_ns = stamp_ns
-        objects = self.objects
-        objects.predict(seconds)
+        seconds = self._predict(stamp_ns)
         silhouettes = self._bodies(silhouettes, background)
         found = self._assign(silhouettes, stamp_ns)
+        lost = self._update(found, size, stamp_ns, seconds)
+        component = self._components(found, size, seconds)
+        self._note_exits(lost, size, log)
+        self.objects.keep(~lost)
+        begun = self._begin(found, stamp_ns)
+        return np.asarray(np.r_[component[~lost], np.full(begun, -1)])
+
+    def _predict(self, stamp_ns: int) -> float:
+        """Predict the objects; return the time since the last image, s."""
+        seconds = 0.0 if self._last_ns is None else (stamp_ns - self._last_ns) * 1e-9
+        self._last_ns = stamp_ns
+        self.objects.predict(seconds)
+        return seconds
+
+    def _update(
+        self, found: Assignment, size: tuple[int, ...], stamp_ns: int, seconds: float
+    ) -> Mask:
+        """Let the objects follow their silhouettes; return which, (n,), are lost."""
+        objects = self.objects
         covers = may_be_several(found.shapes, self._sizes, self._config.division)
         lost = objects.update(found.shapes, found.match, covers, stamp_ns, seconds)
-        lost |= ~objects.matched & at_edge(objects.box, size, self._config.objects.edge_px)
+        outside = at_edge(objects.box, size, self._config.objects.edge_px)
+        return lost | (~objects.matched & outside)
+
+    def _components(self, found: Assignment, size: tuple[int, ...], seconds: float) -> Ints:
+        """Return the component, (n,), that objects share; note how long each was alone."""
+        objects = self.objects
         component = _shared(found, objects.established)
         whole = objects.matched & (component < 0) & ~at_edge(objects.box, size, 1.0)
         objects.alone_s[whole] += seconds
-        self._note_exits(lost, size, log)
-        objects.keep(~lost)
+        return component
+
+    def _begin(self, found: Assignment, stamp_ns: int) -> int:
+        """Begin objects of large silhouettes that nobody has; return how many."""
         unclaimed = ~found.match.any(axis=0)
         large = found.shapes.area >= self._config.objects.least_area_px
         fresh = found.shapes.select(unclaimed & large)
-        objects.start(fresh, stamp_ns)
-        return np.asarray(np.r_[component[~lost], np.full(len(fresh), -1)])
+        self.objects.start(fresh, stamp_ns)
+        return len(fresh)
 
     def _bodies(self, silhouettes: Silhouettes, background: Background) -> Silhouettes:
         """Gather what belongs to one body; leave out what is too small to be one."""
@@ -177,35 +200,53 @@ class SilhouetteTracker:
 
     def _assign(self, silhouettes: Silhouettes, stamp_ns: int) -> Assignment:
         """Run steps 1 to 7."""
-        weights, shapes = self._weights, silhouettes.shapes
-        objects, established = self.objects.shapes, self.objects.established
         reach = self._reach(stamp_ns)
+        divisible = may_be_several(silhouettes.shapes, self._sizes, self._config.division)
+        match = self._matched(silhouettes.shapes, divisible, reach)
+        found = self._divided(silhouettes, match, divisible)
+        return self._joined(found, reach)
+
+    def _matched(self, shapes: Shapes, divisible: Mask, reach: Floats) -> Mask:
+        """Match objects with silhouettes, and decide who is in those of several (steps 1 to 3)."""
+        weights, body_s = self._weights, self._config.objects.body_s
+        objects, established = self.objects.shapes, self.objects.established
         valid = valid_matches(objects, shapes, self._config.match, reach)
         valid &= ~self._stripes(shapes)
         match = naive_matches(objects, shapes, valid, self._config.match, weights)
         match = without_transient_duplicates(match, established)
-        division = self._config.division
-        divisible = may_be_several(shapes, self._sizes, division)
         match = resolve_merges(objects, shapes, match, valid, established, weights, divisible)
         match = without_transient_duplicates(match, established)
-        match = without_parts(
-            match, established, objects.area, self.objects.alone_s, self._config.objects.body_s
-        )
-        if self._config.objects.body_s > 0.0:
-            match = self._uncovered(match, shapes)
+        match = without_parts(match, established, objects.area, self.objects.alone_s, body_s)
+        return self._uncovered(match, shapes) if body_s > 0.0 else match
+
+    def _divided(self, silhouettes: Silhouettes, match: Mask, divisible: Mask) -> Assignment:
+        """Divide the silhouettes of several objects among these (steps 4 and 5)."""
+        objects, established = self.objects.shapes, self.objects.established
         shapes, match, origin = partition_merged(
-            objects, silhouettes, shapes, divisible, match, established, division, weights
+            objects,
+            silhouettes,
+            silhouettes.shapes,
+            divisible,
+            match,
+            established,
+            self._config.division,
+            self._weights,
         )
         if self._config.objects.body_s > 0.0:
             match = self._of_one_class(match, shapes, silhouettes.labels.shape)
-        match = settled(objects, shapes, match, weights)
+        return Assignment(shapes, settled(objects, shapes, match, self._weights), origin)
+
+    def _joined(self, found: Assignment, reach: Floats) -> Assignment:
+        """Join the fragments of one object (steps 6 and 7)."""
+        shapes, match, origin = found.shapes, found.match, found.origin
+        objects, established = self.objects.shapes, self.objects.established
         for joiners in (established, ~established):
             fragments = ~secure_silhouettes(match, established)
             if not fragments.any():
                 break
             valid = valid_matches(objects, shapes, self._config.match, reach)
             shapes, match, kept = join_fragments(
-                objects, shapes, match, valid, joiners, fragments, weights
+                objects, shapes, match, valid, joiners, fragments, self._weights
             )
             origin = origin[kept]
         return Assignment(shapes, match, origin)

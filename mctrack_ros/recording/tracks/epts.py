@@ -167,14 +167,14 @@ def _lines(
         else:
             blocks.append(_Block(first, last, players))
         for line in _parts(frame[part]):
-            told, seen = dict.fromkeys(players, 'NaN,NaN,NaN'), 'NaN,NaN,NaN'
+            written, seen = dict.fromkeys(players, 'NaN,NaN,NaN'), 'NaN,NaN,NaN'
             for row in part[line].tolist():
                 who, (x, y) = ids[row], places[row]
                 if who in ball:
                     seen = f'{x},{y},{heights[row]}'
                 else:
-                    told[who] = f'{x},{y},{speeds[row]:.3f}'
-            yield f'{frame[part[line[0]]]}:{";".join(told.values())}:{seen}\n'
+                    written[who] = f'{x},{y},{speeds[row]:.3f}'
+            yield f'{frame[part[line[0]]]}:{";".join(written.values())}:{seen}\n'
 
 
 def _parts(values: Ints) -> list[NDArray[np.intp]]:

@@ -9,10 +9,9 @@ no objects but those of this package's classes.
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from importlib import import_module
 from io import BytesIO
 from typing import Any, NamedTuple
@@ -20,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.config import attributes_of
 from mctrack_ros.fusion import FusionConfig
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.trackers import FusionTracker
@@ -136,41 +136,6 @@ def go_on_with(tracker: FusionTracker, data: bytes, first_id: int) -> None:
     tracker.next_id = max(tracker.next_id, first_id)
 
 
-def replace_parameters(tracker: object, before: object, after: object) -> None:
-    """
-    Give a tracker other parameters while it goes on.
-
-    Only those may differ that the tracker reads each time: the ones that may be set at run time.
-
-    Parameters
-    ----------
-    tracker : object
-        As `open_fusion` returns it.
-    before, after : FusionConfig
-        The parameters that it has, and those that it gets.
-
-    """
-    _replace(tracker, dict(_sections(before, after)), set())
-
-
-def _sections(before: object, after: object) -> Iterator[tuple[int, object]]:
-    """Yield the dataclasses in a configuration, by identity, and what takes their place."""
-    yield id(before), after
-    for field in dataclasses.fields(before):  # type: ignore[arg-type]
-        value = getattr(before, field.name)
-        if dataclasses.is_dataclass(value):
-            yield from _sections(value, getattr(after, field.name))
-
-
-def _replace(value: object, others: Mapping[int, object], seen: set[int]) -> None:
-    seen.add(id(value))
-    for name, each in _attributes(value):
-        if id(each) in others:
-            object.__setattr__(value, name, others[id(each)])
-        elif type(each).__module__.startswith(_OWN) and id(each) not in seen:
-            _replace(each, others, seen)
-
-
 class _Dump:
     """Objects to plain values; arrays and objects that occur again are named by number."""
 
@@ -211,7 +176,7 @@ class _Dump:
             return said | {'items': [self.value(each, where) for each in value]}
         said['fields'] = {
             name: self.value(each, f'{where}.{name}')
-            for name, each in _attributes(value)
+            for name, each in attributes_of(value)
             if not _is_given(each)
         }
         return said
@@ -277,14 +242,6 @@ class _Restore:
     def _keep(self, said: dict[str, Any], made: Any) -> Any:
         self._made[said['number']] = made
         return made
-
-
-def _attributes(value: object) -> Iterator[tuple[str, Any]]:
-    """Yield name and value of each attribute of an object."""
-    slots = [name for kind in type(value).__mro__ for name in getattr(kind, '__slots__', ())]
-    for name in dict.fromkeys([*getattr(value, '__dict__', {}), *slots]):
-        if hasattr(value, name):
-            yield name, getattr(value, name)
 
 
 def _is_given(value: object) -> bool:

@@ -76,6 +76,8 @@ class Verdict:
         SHA-256 of the log of tracks.
     stored : bytes, optional
         The same as it was when the bag was finished, if the bag says so of these ticks.
+    lacking : int
+        Of how many ticks tracks were written that cannot be replayed any more.
     compared : int
         Of how many ticks the bag holds the tracks.
     first, largest : Difference, optional
@@ -98,6 +100,7 @@ class Verdict:
     last_ns: int = 0
     digest: bytes = EMPTY
     stored: bytes | None = None
+    lacking: int = 0
     compared: int = 0
     first: Difference | None = None
     largest: Difference | None = None
@@ -125,7 +128,8 @@ class Verdict:
     @property
     def has_same_tracks(self) -> bool:
         """Whether the tracks are those that were recorded."""
-        return self.first is None and self.stored in (None, self.digest)
+        is_stored = self.stored in (None, self.digest)
+        return self.first is None and is_stored and not self.lacking
 
     @property
     def is_fault(self) -> bool:
@@ -144,11 +148,15 @@ class Verdict:
             return f'same: {length}, track log {self.digest.hex()} {known}'
         if not self.is_fault:
             texts = ['not the same, as versions or processors differ']
-            texts += [f'largest difference {self._told(self.largest)}'] if self.largest else []
+            texts += (
+                [f'largest difference {self._described(self.largest)}'] if self.largest else []
+            )
             texts.append(f'other ids in {self.other_ids} ticks')
             return '; '.join([*texts, *self.made_elsewhere])
-        parts = [f'{self._told(self.first)} first'] if self.first else []
-        if self.first is None and not self.has_same_tracks and not self.changed:
+        parts = [f'{self._described(self.first)} first'] if self.first else []
+        if self.lacking:
+            parts.append(f'the bag lacks {self.lacking} ticks whose tracks were written')
+        elif self.first is None and not self.has_same_tracks and not self.changed:
             parts.append('the bag lacks tracks that were written')
         parts += [
             f'{each.field} of {each.topic} at {self._since(each.stamp_ns)} is not what was written'
@@ -160,7 +168,7 @@ class Verdict:
             parts.append('the recording began after the tracking')
         return f'differs: {"; ".join(parts)} ({length})'
 
-    def _told(self, found: Difference) -> str:
+    def _described(self, found: Difference) -> str:
         who = f' of track {found.track_id}' if found.track_id else ''
         size = f' ({found.size:.3g})' if found.size > 0 else ''
         return (
@@ -243,6 +251,8 @@ def verify_bag(bag: str | Path, how: Replay | None = None) -> tuple[Verdict, byt
         raise ReplayError(f'{path} has no tick to replay')
     count, digest = stored.hashes.get(f'{how.namespace}{TRACKS}', (0, EMPTY))
     verdict.stored = digest if count == run.number else None
+    if how.until_s is None:
+        verdict.lacking = max(count - run.number - run.earlier, 0)
     made_by: Mapping[str, str] = run.made_by or stored.made_by
     verdict.made_elsewhere = differences(made_by, provenance())
     return verdict, run.state()
@@ -272,6 +282,11 @@ class _Run:
         self._tracker: FusionTracker | None = None
         self._run = 0
         self._recorded = _Recorded(reader)
+
+    @property
+    def earlier(self) -> int:
+        """How many ticks have tracks from before the first one that can be replayed."""
+        return self._recorded.earlier or 0
 
     def replay(self, index: int, said: Mapping[str, Any], span: Span) -> None:
         """Replay one run, which has a number from 0."""
@@ -347,12 +362,21 @@ class _Run:
 
 
 class _Recorded:
-    """The tracks of a bag, found by their stamps in the order of recording."""
+    """
+    The tracks of a bag, found by their stamps in the order of recording.
+
+    Attributes
+    ----------
+    earlier : int, optional
+        How many are older than the first that was asked for; None: none was yet.
+
+    """
 
     def __init__(self, reader: BagReader) -> None:
         has_tracks = reader.count(TRACKS)
         self._messages: Iterator[Any] = reader.messages([TRACKS]) if has_tracks else iter(())
         self._waiting: dict[int, Any] = {}
+        self.earlier: int | None = None
 
     def tracks(self, stamp_ns: int) -> Any:
         """Return the message of a tick, None: it was not recorded; earlier ones are let go."""
@@ -361,6 +385,8 @@ class _Recorded:
             if found is None:
                 break
             self._waiting[stamp_ns_of(found[1])] = found[1]
+        if self.earlier is None:
+            self.earlier = sum(each < stamp_ns for each in self._waiting)
         message = self._waiting.pop(stamp_ns, None)
         if message is not None:
             self._waiting = {each: kept for each, kept in self._waiting.items() if each > stamp_ns}

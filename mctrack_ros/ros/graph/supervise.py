@@ -24,8 +24,11 @@ _POLL_S = 0.05
 _FIRST_PAUSE_S = 0.5
 _LONGEST_PAUSE_S = 10.0
 _HEALTHY_S = 10.0
-_PATIENCE_S = ((signal.SIGTERM, 7.0), (signal.SIGKILL, 2.0))
-"""Signal that ends a process. SIGINT would end one that still starts with a traceback."""
+_PATIENCE_S = ((signal.SIGTERM, 7.0), (signal.SIGABRT, 1.0), (signal.SIGKILL, 2.0))
+"""
+Signals that end a process. SIGINT would end one that still starts with a traceback; SIGABRT lets
+one that hangs say where.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +132,8 @@ class Supervisor:
         look: Callable[[Sequence[ProcessState]], None] = lambda states: None,
     ) -> None:
         self._write, self._look = write, look
-        own = {'PYTHONUNBUFFERED': '1', PARENT_VARIABLE: str(os.getpid())}
+        own = {'PYTHONUNBUFFERED': '1', 'PYTHONFAULTHANDLER': '1'}
+        own |= {PARENT_VARIABLE: str(os.getpid())}
         self._environment = {**os.environ, **own, **(environment or {})}
         self._children = [_Child(process) for process in processes]
         self._stopping = threading.Event()

@@ -13,7 +13,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from mctrack_ros.config import parameter
-from mctrack_ros.interfaces import RESTART_NS
+from mctrack_ros.interfaces import starts_anew
 
 PERIOD_S = 1.0
 """Between two reports."""
@@ -32,6 +32,8 @@ _SLACK = 1.5
 """So many messages more or less in a second are a matter of when the second begins."""
 _COUNTS = ('lost', 'late', 'refused')
 """What is reported of every stream, even if there is none."""
+_LOSSES = ('lost', 'late', 'refused', 'duplicate', 'out of order')
+"""What is wrong with a message itself, and judged by its share; all else is a warning."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +76,29 @@ class RateLevels:
 
 
 @dataclass(frozen=True, slots=True)
+class LossLevels:
+    """Share of a second's messages that are lost, late, twice, out of order or refused."""
+
+    warning: float = parameter(
+        0.0,
+        'Share of messages lost, late, twice, out of order or refused above which a stream is a '
+        'warning',
+        minimum=0.0,
+        maximum=1.0,
+        at_run_time=True,
+    )
+    error: float = parameter(
+        1.0, 'Share from which it is an error', minimum=0.0, maximum=1.0, at_run_time=True
+    )
+
+
+@dataclass(frozen=True, slots=True)
 class DiagnosticsConfig:
     """From when on diagnostics warn."""
 
     latency: LatencyLevels = LatencyLevels()
     rate: RateLevels = RateLevels()
+    losses: LossLevels = LossLevels()
 
 
 Levels = Callable[[], DiagnosticsConfig]
@@ -178,7 +198,7 @@ class StreamHealth:
         self.worst_ns = max(self.worst_ns, now_ns - stamp_ns)
         self.arrival.add(stamp_ns, now_ns)
         gap_ns = _PAUSE_NS if self.last_stamp_ns is None else stamp_ns - self.last_stamp_ns
-        if -RESTART_NS < gap_ns <= 0:
+        if gap_ns <= 0 and not starts_anew(stamp_ns, self.last_stamp_ns):
             self.disorder['out of order' if gap_ns else 'duplicate'] += 1
             return
         self.last_stamp_ns = stamp_ns
@@ -267,22 +287,29 @@ class StreamHealth:
         silent_s = 0.0 if self._heard_s is None else time.monotonic() - self._heard_s
         if silent_s > max(_SILENT_S, 3e-9 * np.nan_to_num(self._interval_ns())):
             return DiagnosticStatus.STALE, f'no data for {silent_s:.1f} s'
-        level, parts = DiagnosticStatus.OK, ['receiving']
+        level, parts, levels = DiagnosticStatus.OK, ['receiving'], self.levels()
+        latency = (self.publishing if self.publishing.ages_ns else self.arrival).judged(levels)
+        for own, why in (self._judged_losses(levels), latency, self._judged_rate(levels)):
+            level = max(level, own)
+            parts += [why] if why else []
+        return level, '; '.join(parts)
+
+    def _judged_losses(self, levels: DiagnosticsConfig) -> tuple[bytes, str]:
+        """Return the level of what went wrong, and what did."""
         new = {
             kind: number - self.reported.get(kind, 0)
             for kind, number in (self.totals | self.disorder).items()
             if number > self.reported.get(kind, 0)
         }
-        if new:
-            parts.append(', '.join(f'{number} {kind}' for kind, number in new.items()))
-            is_useless = new.get('refused', 0) >= self.received
-            level = DiagnosticStatus.ERROR if is_useless else DiagnosticStatus.WARN
-        levels = self.levels()
-        latency = (self.publishing if self.publishing.ages_ns else self.arrival).judged(levels)
-        for own, why in (latency, self._judged_rate(levels)):
-            level = max(level, own)
-            parts += [why] if why else []
-        return level, '; '.join(parts)
+        wrong = sum(new.get(kind, 0) for kind in _LOSSES)
+        share = wrong / (self.received + new.get('lost', 0))
+        if share <= levels.losses.warning:
+            new = {kind: number for kind, number in new.items() if kind not in _LOSSES}
+        if not new:
+            return DiagnosticStatus.OK, ''
+        is_error = wrong > 0 and share >= levels.losses.error
+        level = DiagnosticStatus.ERROR if is_error else DiagnosticStatus.WARN
+        return level, ', '.join(f'{number} {kind}' for kind, number in new.items())
 
     def _judged_rate(self, levels: DiagnosticsConfig) -> tuple[bytes, str]:
         """Return the level of the rate, and why; of the first second nothing is said."""

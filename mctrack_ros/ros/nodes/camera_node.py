@@ -17,8 +17,8 @@ from mctrack_ros.codec import (
     rows_from_cloud,
     stamp_ns_of,
 )
-from mctrack_ros.config import ConfigError, parameter
-from mctrack_ros.interfaces import RESTART_NS, Detections, Likelihood, Message
+from mctrack_ros.config import ConfigError, parameter, replace_parameters
+from mctrack_ros.interfaces import Detections, Likelihood, Message, starts_anew
 from mctrack_ros.perception import (
     CameraShift,
     ImageState,
@@ -97,6 +97,12 @@ class CameraNode(GraphNode):
         self.note_calibration()
         self.forget_feedback()
         self.last_stamp_ns = -1
+        self.open_health()
+        self.open_topics()
+
+    def open_health(self) -> None:
+        """Build what `/diagnostics` tells of."""
+        camera = self.config.camera
         self.health = stream_health(self)
         self.pose = PoseHealth()
         self.watch, self.sight = ImageWatch(), ImageHealth()
@@ -106,7 +112,10 @@ class CameraNode(GraphNode):
             f'{camera} image': self.sight,
         }
         self.diagnostics = Diagnostics(self, parts, (camera,))
-        reliable = quality.reliable
+
+    def open_topics(self) -> None:
+        """Make the publishers."""
+        camera, settings, reliable = self.config.camera, self.config.settings, quality.reliable
         self.messages = {
             kind.TOPIC: self.publisher(
                 message_class(kind.ROS_TYPE), f'{camera}/{kind.TOPIC}', reliable(10)
@@ -222,6 +231,12 @@ class CameraNode(GraphNode):
         self.note_settled(output.is_settled)
         self.show(image, output)
 
+    def changed(self, names: set[str], before: CameraNodeConfig) -> None:
+        """See by other thresholds from now on."""
+        if self.config.settings != before.settings:
+            pipelines = before.settings.pipeline, self.config.settings.pipeline
+            replace_parameters(self.tracker, *pipelines)
+
     def note_state(self, state: ImageState) -> None:
         """Keep whether images show anything; log when that changes."""
         before, self.sight.state = self.sight.state, state
@@ -274,7 +289,7 @@ class CameraNode(GraphNode):
         """Refuse an image that is no newer than the last; a long step back is a new run."""
         if stamp_ns > self.last_stamp_ns:
             return
-        if self.last_stamp_ns - stamp_ns <= RESTART_NS:
+        if not starts_anew(stamp_ns, self.last_stamp_ns):
             word = 'again' if stamp_ns == self.last_stamp_ns else 'backwards'
             raise ValueError(f'its stamp {stamp_ns} ns comes {word} after {self.last_stamp_ns}')
         self.get_logger().warning('stamps step back by more than a second: the camera begins anew')

@@ -29,7 +29,7 @@ from mctrack_ros.codec import (
     message_from_ros,
     rows_from_cloud,
 )
-from mctrack_ros.config import ConfigError, parameter, values_of
+from mctrack_ros.config import ConfigError, parameter, replace_parameters, values_of
 from mctrack_ros.fusion import (
     FUSION,
     START_TOPIC,
@@ -61,7 +61,6 @@ from mctrack_ros.recording.track_log.provenance import provenance
 from mctrack_ros.replay.proof.state import (
     StateError,
     go_on_with,
-    replace_parameters,
     take_state,
 )
 from mctrack_ros.ros.health.stream_health import DiagnosticsConfig
@@ -100,6 +99,13 @@ class FusionNodeConfig:
     ground_frame: str = parameter('map', 'frame_id of positions on the ground')
     origin: str = parameter(
         '0,0', "x,y of the local origin, in the coordinates of the site's files [m]"
+    )
+    trail: float = parameter(
+        5.0,
+        'length of the trails on /tracks/markers; 0: none [s]',
+        minimum=0.0,
+        maximum=60.0,
+        at_run_time=True,
     )
     obstacle_height: float = parameter(
         0.5,
@@ -170,43 +176,64 @@ class FusionNode(GraphNode):
         for camera in cameras:
             check_camera_name(camera)
         compile_loops('mctrack_ros.fusion', *SELDOM)
+        self.open_batcher()
+        self.open_tracker()
+        self.open_health()
+        self.open_topics()
+
+    def open_batcher(self) -> None:
+        """Build what sorts the cameras' messages into ticks."""
+        config = self.config
+        self.batcher = open_batcher(config.fusion, config.cameras)
+        self.batcher.ahead_ns |= ahead_from(config.clock_offsets, config.cameras)
+        self.method = fusion_method(config.fusion)
+        self.joining = Joining(config.fusion)
+        self.paced_ns = 0, 0
+
+    def open_tracker(self) -> None:
+        """Build the tracker, with ids that no earlier run used, and what watches its tracks."""
         self.origin = origin_from(self.config.origin)
-        self.batcher = open_batcher(self.config.fusion, cameras)
-        self.batcher.ahead_ns |= ahead_from(self.config.clock_offsets, cameras)
-        self.method = fusion_method(self.config.fusion)
-        self.joining = Joining(self.config.fusion)
         self.zones = self.own_zones()
         self.zone_engine = ZoneEngine(self.zones)
         ids = self.open_ids()
         try:
-            self.tracker = open_fusion(self.config.fusion, cameras, ids.first, self.views)
+            self.tracker = open_fusion(
+                self.config.fusion, self.config.cameras, ids.first, self.views
+            )
         except ValueError:
             ids.close(ids.first)
             raise
         self.ids = ids
         self.described: set[str] = set()
+        self.left_out: set[str] = set()
+        self.jump: Jump | None = None
         self.go_on()
+
+    def open_health(self) -> None:
+        """Build what `/diagnostics` tells of."""
+        assert self.ids is not None
+        cameras = self.config.cameras
         self.health = {camera: stream_health(self) for camera in cameras}
         self.tracking = TrackingHealth(lambda: self.config.diagnostics, cameras)
-        clocks, self.motion_clocks = self.batcher.clocks, self.own_motion_clocks()
+        self.motion_clocks = self.own_motion_clocks()
+        self.unexplained: Counter[str] = Counter()
+        self.masks: dict[str, MaskHealth] = {}
+        if Foreground in self.method.messages:
+            self.masks = {camera: MaskHealth() for camera in cameras}
         parts: dict[str, Health] = {
             **self.health,
             **agreements(cameras, self.tracker.bias),
             **{f'{camera} clock': ClockAgreement(self.batcher, camera) for camera in cameras},
-            'clocks': ClockJumps(clocks, self.motion_clocks),
-            'ids': ids,
+            'clocks': ClockJumps(self.batcher.clocks, self.motion_clocks),
+            'ids': self.ids,
             'restart': self.state,
             'tracking': self.tracking,
+            **{f'{camera} mask': health for camera, health in self.masks.items()},
         }
-        self.masks: dict[str, MaskHealth] = {}
-        if Foreground in self.method.messages:
-            self.masks = {camera: MaskHealth() for camera in cameras}
-            parts |= {f'{camera} mask': health for camera, health in self.masks.items()}
-        self.left_out: set[str] = set()
-        self.paced_ns = 0, 0
-        self.unexplained: Counter[str] = Counter()
-        self.jump: Jump | None = None
         self.diagnostics = Diagnostics(self, parts, cameras)
+
+    def open_topics(self) -> None:
+        """Make the publishers."""
         cloud, reliable = PointCloud2, quality.reliable
         self.tracks = self.publisher(cloud, Tracks.TOPIC, reliable(10))
         self.feedback = self.publisher(cloud, self.method.feedback.TOPIC, reliable(10))
@@ -216,12 +243,17 @@ class FusionNode(GraphNode):
         self.decisions = self.publisher(cloud, 'explanation/decisions', reliable(100))
         self.site = self.publisher(String, 'site', quality.latched())
         self.open_detections()
+        self.open_displays()
+
+    def open_displays(self) -> None:
+        """Make the publishers of what RViz and navigation show and take."""
+        reliable = quality.reliable
         self.followed = Followed(self.config.follow)
         self.pose = self.publisher(PoseStamped, 'followed', reliable(1))
-        self.track_markers = markers.TrackMarkers(self.config.ground_frame)
+        self.track_markers = markers.TrackMarkers(self.config.ground_frame, self.config.trail)
         self.markers = self.publisher(MarkerArray, 'tracks/markers', reliable(1))
         self.poses = self.publisher(PoseArray, 'tracks/poses', reliable(1))
-        self.obstacles = self.publisher(cloud, 'tracks/obstacles', reliable(1))
+        self.obstacles = self.publisher(PointCloud2, 'tracks/obstacles', reliable(1))
 
     def open_detections(self) -> None:
         """Also publish tracks as vision_msgs has them, where that is installed."""
@@ -532,6 +564,7 @@ class FusionNode(GraphNode):
 
     def changed(self, names: set[str], before: FusionNodeConfig) -> None:
         """Follow somebody else, or track by other thresholds, from now on."""
+        self.track_markers.trail_s = self.config.trail
         if 'follow' in names:
             self.followed.choose(self.config.follow)
         if self.config.fusion == before.fusion:

@@ -170,8 +170,9 @@ class Player(GraphNode):
         return topic if inside or topic in _GLOBAL else topic.lstrip('/')
 
     def start(self) -> None:
-        """Begin to play."""
+        """Begin to play, from the beginning."""
         self.ending.clear()
+        self.transport.restart()
         self.diagnostics.begin()
         if not self.config.restamp:
             self.controls.open()
@@ -228,7 +229,7 @@ class Player(GraphNode):
         return 'paused' if self.transport.is_paused else 'playing'
 
     def play(self) -> None:
-        """Wait for those who listen, play, and end the process."""
+        """Wait for those who listen and play; end the process unless the node is stopped."""
         try:
             self.wait_for_subscribers()
             self.warn_of_others()
@@ -240,7 +241,8 @@ class Player(GraphNode):
             self.wait_for_arrival()
         except Exception as error:
             self.fail(str(error))
-        self.finish()
+        if not self.ending.is_set():
+            self.finish()
 
     def wait_for_subscribers(self) -> None:
         """Wait until all listen that should, so that nothing is lost; say at once for what."""

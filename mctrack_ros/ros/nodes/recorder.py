@@ -7,6 +7,7 @@ import math
 import shutil
 import sys
 import time
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -110,7 +111,7 @@ class Recorder(GraphNode):
         self.excluded = [pattern(self.config.exclude)]
         self.excluded += [] if self.config.explain else [EXPLANATIONS]
         self.sources: dict[str, RawSource] = {}
-        self.ended_sources: dict[str, RawSource] = {}
+        self.heard_before: defaultdict[str, Counter[str]] = defaultdict(Counter)
         self.left_out: dict[str, str] = {}
         self.private = self.config.private
         self.asked_s: dict[str, float] = {}
@@ -139,7 +140,8 @@ class Recorder(GraphNode):
     def start(self) -> None:
         """Look for topics, now and again."""
         self.simulated = bool(self.get_parameter('use_sim_time').value)
-        self.sources.clear()
+        for source in list(self.sources.values()):
+            self.end(source)
         self.asked_s.clear()
         self.look()
         self.diagnostics.begin()
@@ -169,10 +171,18 @@ class Recorder(GraphNode):
 
     def counts(self) -> dict[str, dict[str, int]]:
         """Return by topic how many messages came, and how many did not."""
+        counts = {topic: Counter(count) for topic, count in self.heard_before.items()}
+        for topic, source in self.sources.items():
+            counts.setdefault(topic, Counter()).update(source.counts())
         return {
-            topic: {'received': source.received, 'lost': source.sequences.lost}
-            for topic, source in sorted((self.ended_sources | self.sources).items())
+            topic: {name: count[name] for name in ('received', 'lost')}
+            for topic, count in sorted(counts.items())
         }
+
+    def end(self, source: RawSource) -> None:
+        """Hear a source no more; what came of it counts."""
+        del self.sources[source.topic]
+        self.heard_before[source.topic].update(source.counts())
 
     def flush(self) -> None:
         """Put what came on the disk, while there is room."""
@@ -305,9 +315,9 @@ class Recorder(GraphNode):
 
     def leave_out(self, topic: str, reason: str) -> None:
         """Record no more of a topic, and say so once."""
-        source = self.sources.pop(topic, None)
+        source = self.sources.get(topic)
         if source is not None:
-            self.ended_sources[topic] = source
+            self.end(source)
             self.destroy_subscription(source.subscription)
         self.left_out[topic] = reason
         self.get_logger().warning(f'{topic} is not recorded: {reason}')

@@ -185,8 +185,8 @@ class VideoNode(GraphNode):
                 'source holds a user name or password, which others would see: put them into '
                 'credentials_file, a line each, or MCTRACK_VIDEO_USERNAME and _PASSWORD'
             )
-        told = user_and_password('VIDEO', self.config.credentials_file)
-        user, password = (quote(each, safe='') for each in told)
+        credentials = user_and_password('VIDEO', self.config.credentials_file)
+        user, password = (quote(each, safe='') for each in credentials)
         return f'{scheme}://{user}:{password}@{rest}' if mark and user else source
 
     def start(self) -> None:
@@ -210,7 +210,7 @@ class VideoNode(GraphNode):
         self.thread.join()
 
     def play(self) -> None:
-        """Publish until the end, then end the process."""
+        """Publish until the end, then end the process; not if the node is stopped."""
         try:
             if self.is_file:
                 self.wait_for_subscriber()
@@ -220,7 +220,8 @@ class VideoNode(GraphNode):
                 self.play_live()
         except Exception as error:
             self.fail(str(error))
-        self.finish()
+        if not self.ending.is_set():
+            self.finish()
 
     def wait_for_subscriber(self) -> None:
         """Wait until somebody listens, so that a file's first images are not lost."""

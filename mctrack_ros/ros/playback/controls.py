@@ -109,8 +109,8 @@ class Controls:
 
     def _gone(self, count: int) -> dict[str, Any]:
         """Return an answer that tells how many messages went."""
-        told = f'messages that went: {count}'
-        return {'success': count > 0, 'message': told, 'actually_burst': count}
+        answer = f'messages that went: {count}'
+        return {'success': count > 0, 'message': answer, 'actually_burst': count}
 
     def _on_set_rate(self, request: Any) -> dict[str, Any]:
         return {'success': self._set_rate(request.rate)}

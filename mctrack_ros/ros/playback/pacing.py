@@ -109,6 +109,12 @@ class Transport:
         with self._changed:
             return self.at_ns if self._target_ns is None else self._target_ns
 
+    def restart(self) -> None:
+        """Be as it was before it ended, to play from the beginning."""
+        with self._changed:
+            self._pace, self._target_ns, self._at_ns = None, None, 0
+            self._steps, self._has_ended = 0, False
+
     def begin(self, pace: Pace) -> None:
         """Let the first message of a passage be due as a pace says."""
         with self._changed:

@@ -98,7 +98,7 @@ class TrackerState:
         """Take notice of the first tick after a restart, and return what to say about it."""
         self.blind_s = (stamp_ns - before.stamp_ns) * 1e-9
         self._went_on_s, self._tracks = time.monotonic(), tracks
-        return self._told()
+        return self._summary()
 
     def keep(
         self, tracker: FusionTracker, zones: ZoneEngine, run: str, stamp_ns: int, at_once: bool
@@ -134,7 +134,7 @@ class TrackerState:
     def report(self, name: str) -> DiagnosticStatus:
         """Return the state: tracking that was interrupted a short while ago is a warning."""
         is_recent = self.blind_s is not None and time.monotonic() - self._went_on_s < _RECENT_S
-        message = 'tracks since the run began' if self.blind_s is None else self._told()
+        message = 'tracks since the run began' if self.blind_s is None else self._summary()
         if self._failure:
             message = f'a restart would lose all ids: {self._failure}'
         return DiagnosticStatus(
@@ -147,7 +147,7 @@ class TrackerState:
             ],
         )
 
-    def _told(self) -> str:
+    def _summary(self) -> str:
         return f'was blind for {self.blind_s:.2f} s: {self._tracks} tracks went on with their ids'
 
     def _write(self, taken: TakenState, said: dict[str, Any]) -> None:

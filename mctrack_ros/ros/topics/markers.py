@@ -16,7 +16,7 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mctrack_ros.codec import cloud_from_rows, header
-from mctrack_ros.interfaces import RESTART_NS, Column, Rows, Tracks, TrackStatus
+from mctrack_ros.interfaces import Column, Rows, Tracks, TrackStatus, starts_anew
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from mctrack_ros.tracking.colours import track_colour
 
@@ -32,7 +32,7 @@ _PARTS = {
 _WITHIN_95 = math.sqrt(5.991)
 """Standard deviations that hold 95 % of a normal distribution in the plane."""
 _FLAT_M, _TRAIL_WIDTH_M = 0.02, 0.06
-_TRAIL_NS, _TRAIL_STEP_NS = 5_000_000_000, 200_000_000
+_TRAIL_STEP_NS = 200_000_000
 _WIDTH_M, _HEIGHT_M = 0.5, 1.8
 _POINTS_A_DISC = 12
 _DISC_M = 0.3
@@ -58,18 +58,20 @@ class TrackMarkers:
     ----------
     frame_id : str
         The ground frame.
+    trail_s : float
+        Length of the trails, s; may change.
 
     """
 
-    def __init__(self, frame_id: str) -> None:
-        self._frame_id = frame_id
+    def __init__(self, frame_id: str, trail_s: float) -> None:
+        self._frame_id, self.trail_s = frame_id, trail_s
         self._trails: dict[int, deque[tuple[int, float, float]]] = {}
         self._last_ns = 0
 
     def array(self, tracks: Tracks) -> MarkerArray:
         """Return what changes with the tracks of a tick."""
         shown, stamp_ns = MarkerArray(), tracks.stamp_ns
-        if stamp_ns < self._last_ns - RESTART_NS:
+        if starts_anew(stamp_ns, self._last_ns):
             self._trails.clear()
             shown.markers.append(Marker(action=Marker.DELETEALL))
         self._last_ns, known = stamp_ns, set(self._trails)
@@ -111,7 +113,7 @@ class TrackMarkers:
         trail = self._trails.setdefault(int(tracks.track_id[row]), deque())
         if not trail or tracks.stamp_ns - trail[-1][0] >= _TRAIL_STEP_NS:
             trail.append((tracks.stamp_ns, x, y))
-        while trail[0][0] < tracks.stamp_ns - _TRAIL_NS:
+        while trail and trail[0][0] < tracks.stamp_ns - self.trail_s * 1e9:
             trail.popleft()
         return [Point(x=at_x, y=at_y, z=_FLAT_M) for _, at_x, at_y in trail]
 

@@ -103,6 +103,10 @@ class RawSource:
         self.sequences.take(taken.number, max(len(self.offered), 1))
         return taken.data, taken.received_ns
 
+    def counts(self) -> dict[str, int]:
+        """Return how many messages came, and how many did not."""
+        return {'received': self.received, 'lost': self.sequences.lost}
+
 
 class Taken(NamedTuple):
     """A message, serialised; when it arrived, ns; its publisher's number of it, 0: none."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -31,6 +32,8 @@ class GreyCarParkScenario(Scenario):
     changes slowly by the amplitude ``lighting_drift``.
     """
 
+    MOST_CAMERAS: ClassVar[int] = len(_MASTS)
+
     duration_s: float = 60.0
     rate_hz: float = 12.5
     cameras: int = len(_MASTS)
@@ -43,8 +46,6 @@ class GreyCarParkScenario(Scenario):
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated."""
         super(GreyCarParkScenario, self).__post_init__()
-        if not 1 <= self.cameras <= len(_MASTS):
-            raise ValueError(f'cameras is {self.cameras!r}, expected 1 to {len(_MASTS)}')
         if self.duration_s < 2 * _FIRST_S[1]:
             raise ValueError(
                 f'duration_s is {self.duration_s:g}, expected {2 * _FIRST_S[1]:g} or more'

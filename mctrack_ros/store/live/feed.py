@@ -10,7 +10,7 @@ from typing import Any
 from sqlalchemy import select
 
 from mctrack_ros.codec import further_fields, rows_from_cloud
-from mctrack_ros.interfaces import RESTART_NS, Tracks
+from mctrack_ros.interfaces import Tracks, starts_anew
 from mctrack_ros.recording.bags.definitions import TYPES
 from mctrack_ros.recording.bags.site_topic import SITE_TOPIC
 from mctrack_ros.store.bags import kind_of
@@ -170,7 +170,7 @@ class Feed:
         last_ns = None if self._writer is None else self._writer.last_ns
         if self._writer is None:
             self._begin(record, frame_id)
-        elif last_ns is not None and rows.stamp_ns <= last_ns - RESTART_NS:
+        elif starts_anew(rows.stamp_ns, last_ns):
             self._end(f'time steps back from {last_ns} to {rows.stamp_ns} ns')
             self._begin(record, frame_id)
         elif frame_id != self._frame_id:

@@ -77,7 +77,7 @@ class LiveMap:
         self._ticking: asyncio.Task[None] | None = None
         self._asking = asyncio.Lock()
         self._newest: bytes | None = None
-        self._told: dict[str, str] = {}
+        self._sent: dict[str, str] = {}
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve one window until it is closed."""
@@ -157,7 +157,7 @@ class LiveMap:
         if self._zones is not None:
             browser.tell({'kind': 'zones', 'shapes': self._zones.described()})
         browser.tell({'kind': 'events', 'lines': list(self._events)})
-        for text in self._told.values():
+        for text in self._sent.values():
             browser.tell_text(text)
 
     async def _tick(self) -> None:
@@ -184,7 +184,7 @@ class LiveMap:
         if self._graph is not None:
             graph, self._graph = self._graph, None
             await asyncio.to_thread(graph.close)
-            self._told.clear()
+            self._sent.clear()
 
     async def _look_at_past(self) -> None:
         if self._past is None:
@@ -266,8 +266,8 @@ class LiveMap:
     def _tell_all(self, kind: str, content: Mapping[str, Any]) -> None:
         """Tell every window what is not yet known to it, and those that come later."""
         text = json.dumps({'kind': kind, **content})
-        if self._told.get(kind) != text:
-            self._told[kind] = text
+        if self._sent.get(kind) != text:
+            self._sent[kind] = text
             for browser in self._browsers:
                 browser.tell_text(text)
 

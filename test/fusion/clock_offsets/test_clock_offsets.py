@@ -39,7 +39,7 @@ def told(ahead_s=(), rates=(10.0, 10.0, 10.0), speed=1.5, length_s=40.0, cameras
         for seconds in np.arange(0.01 * index, length_s, 1 / rate):
             images.append((seconds + ahead, camera, seen(rng, seconds, bias[index], speed)))
     for seconds, camera, rows in sorted(images, key=lambda image: image[0]):
-        offsets.add_told(camera, rows.at(START_NS + round(seconds * 1e9)))
+        offsets.add_reported(camera, rows.at(START_NS + round(seconds * 1e9)))
     return offsets
 
 
@@ -93,9 +93,9 @@ def test_only_the_window_counts_and_time_may_begin_anew():
     rng = np.random.default_rng(1)
     for seconds in np.arange(0.0, 20 * BLOCK_S, 0.5):
         stamp_ns = START_NS + round(seconds * 1e9)
-        offsets.add_told('cam1', seen(rng, seconds, 0.0, 1.5).at(stamp_ns))
+        offsets.add_reported('cam1', seen(rng, seconds, 0.0, 1.5).at(stamp_ns))
     assert offsets.sightings == pytest.approx(3.5 * BLOCK_S / 0.5 * TARGETS, rel=0.3)
-    offsets.add_told('cam1', seen(rng, 0.0, 0.0, 1.5).at(START_NS))
+    offsets.add_reported('cam1', seen(rng, 0.0, 0.0, 1.5).at(START_NS))
     assert offsets.sightings == TARGETS
 
 

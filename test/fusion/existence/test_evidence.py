@@ -6,16 +6,10 @@ import pytest
 from fusion_scenes import detections
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import LOOK_S
-from mctrack_ros.fusion.existence.evidence import (
-    MISS_WEIGHT,
-    MOST_EVIDENCE,
-    VACANCY_WEIGHT,
-    Evidence,
-)
+from mctrack_ros.fusion.existence.evidence import MISS_WEIGHT, MOST_EVIDENCE, Evidence
 from mctrack_ros.fusion.management.config import LifeConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
-from mctrack_ros.interfaces import Detections
 
 LIFE = LifeConfig(hit_evidence=2.0)
 CONFIG = JointConfig(life=LIFE)
@@ -34,19 +28,14 @@ def one_track(evidence=3.0, missed=2.0, confirmed=True):
     return table
 
 
-def count(weigher, table, tick, seen=(), vacant=(), grouped=(), present=EVERY):
+def count(weigher, table, tick, seen=(), grouped=(), present=EVERY):
     """Let a tick pass of which some cameras have images; tell whether it confirms."""
     stamp_ns = round(tick * SECONDS * 1e9)
     table.cameras[:] = sum(1 << camera for camera in seen)
     table.hidden_ns[:, list(grouped)] = stamp_ns
     if seen or grouped:
         table.kept_ns[:] = stamp_ns
-    images = [
-        Detections.vacant(stamp_ns, [7], np.zeros((1, 4)))
-        if camera in vacant
-        else detections(stamp_ns, [])
-        for camera in present
-    ]
+    images = [detections(stamp_ns, []) for _ in present]
     batch = Batch(images, present, stamp_ns, CONFIG)
     return bool(weigher.count(table, batch, stamp_ns, SECONDS)[0])
 
@@ -56,20 +45,17 @@ def count(weigher, table, tick, seen=(), vacant=(), grouped=(), present=EVERY):
     [
         ({'seen': [0]}, HIT - MISS_WEIGHT * 3 * MISS, 2 - HIT),
         ({'seen': [0, 1]}, 2 * HIT, 0),
-        ({'seen': [0, 1], 'vacant': [2]}, 2 * HIT - VACANCY_WEIGHT * MISS, 0),
-        ({'seen': [0], 'vacant': [2]}, HIT - (MISS_WEIGHT * 2 + VACANCY_WEIGHT) * MISS, 2 - HIT),
         ({'seen': [0], 'grouped': [2]}, HIT - MISS_WEIGHT * 2 * MISS, 2 - HIT),
         ({'seen': [0], 'present': [0, 3]}, HIT - MISS_WEIGHT * MISS, 2 - HIT),
         ({'seen': [3], 'present': [3]}, HIT, 0),
         ({}, 0, 2 + 4 * MISS),
-        ({'vacant': [1]}, -VACANCY_WEIGHT * MISS, 2 + 4 * MISS),
         ({'grouped': [1]}, 0, 2 - HIT),
         ({'present': []}, 0, 2),
     ],
 )
 def test_one_tick_where_nothing_is_known(told, gain, missed):
     """
-    What one alone sees the others miss; whom two see nobody misses, only bare ground speaks.
+    What one alone sees the others miss; whom two see nobody misses.
 
     It tells of his having gone that none sees him; two, or the only one, that he is there.
     """
@@ -101,9 +87,8 @@ def test_evidence_and_misses_are_bounded():
     for tick in range(1, 20):
         count(weigher, table, tick, seen=[0, 1])
     assert table.evidence[0] == MOST_EVIDENCE
-    for tick in range(20, 60):
-        count(weigher, table, tick, vacant=[0, 1])
-    assert table.evidence[0] == -MOST_EVIDENCE
+    for tick in range(20, 70):
+        count(weigher, table, tick)
     assert table.missed[0] == MOST_EVIDENCE
 
 

@@ -9,7 +9,7 @@ from mctrack_ros.fusion import JointConfig, JointTracker
 from mctrack_ros.fusion.association.config import ASSOCIATION
 from mctrack_ros.fusion.management.config import LifeConfig
 from mctrack_ros.fusion.management.initiation import MOST_TOGETHER
-from mctrack_ros.fusion.measurements.admission import MOST_DETECTIONS, Admitted, usable_rows
+from mctrack_ros.fusion.measurements.admission import MOST_DETECTIONS, usable_rows
 from mctrack_ros.interfaces import (
     CameraDetections,
     ClassCode,
@@ -269,48 +269,6 @@ def test_covariances_stay_positive_definite():
         assert (np.linalg.eigvalsh(output.tracks.covariance.astype(float)) > 0).all()
 
 
-def vacant(index, *track_ids):
-    stamp_ns = index * PERIOD_NS + PERIOD_NS // 2
-    return Detections.vacant(stamp_ns, track_ids, np.zeros((len(track_ids), 4)))
-
-
-def standing(ticks, pipeline, start=0, vacant_to_two=0, **others):
-    """Somebody stands at the origin; camera one sees him."""
-
-    def frames(index):
-        told = {'two': vacant(index, vacant_to_two)} if vacant_to_two else {}
-        return {'one': [[0, 0]]} | others | told
-
-    return run(frames, ticks, pipeline, start)
-
-
-def test_what_one_camera_sees_where_another_sees_bare_ground_soon_ends():
-    pipeline = JointTracker(JointConfig(), (*CAMERAS, 'three'))
-    (name,) = published(standing(250, pipeline, two=[[0, 0]], three=[[0, 0]])[-1])
-    outputs = standing(40, pipeline, 250, name)
-    assert name in published(outputs[0])
-    ended = [name in output.tracks.track_id[output.tracks.status == 4] for output in outputs]
-    assert sum(ended) == 1
-
-
-def test_bare_ground_counts_little_where_the_camera_never_sees_anybody():
-    pipeline = JointTracker(JointConfig(), (*CAMERAS, 'three'))
-    (name,) = published(standing(250, pipeline, two=[], three=[[0, 0]])[-1])
-    outputs = standing(50, pipeline, 250, name)
-    assert all(list(published(output)) == [name] for output in outputs)
-
-
-def test_bare_ground_says_that_he_has_gone():
-    pipeline = JointTracker(JointConfig(), CAMERAS)
-    (name,) = published(standing(250, pipeline, two=[[0, 0]])[-1])
-    gone = standing(8, pipeline, 250, name, one=[])
-    assert [name in published(output) for output in gone] == sorted(
-        (name in published(output) for output in gone), reverse=True
-    )
-    assert not published(gone[-1])
-    assert not published(standing(1, pipeline, 258, name)[-1])  # one sees him, two bare ground
-
-
 def group_row(stamp_ns, position, members):
     padded = [*members, *[0] * (16 - len(members))]
     return detections(stamp_ns, [position], 0.5, member_count=[len(members)], members=[padded])
@@ -524,16 +482,6 @@ def test_of_an_image_the_highest_scores_are_used():
     assert np.flatnonzero(~usable_rows(flood)).tolist() == list(range(5))
     far = flood.select(np.arange(1)).replace(position=[[1e9, 0.0, 0.0]])
     assert not usable_rows(far).any()
-
-
-def test_who_is_not_seen_is_told_of_in_a_flood_too():
-    flood = detections(0, np.zeros((3 * MOST_DETECTIONS, 2)))
-    gone = Detections.vacant(0, [7], [[0, 0, 10, 20]])
-    images = [detections(0, [[1, 1]]), Detections.joined(0, [flood, gone])]
-    admitted = Admitted(images, [0, 1], [0.0, 0.0])
-    assert len(admitted) == 1 + MOST_DETECTIONS
-    assert admitted.vacant_id.tolist() == [7]
-    assert admitted.vacant_image.tolist() == [1]
 
 
 def test_the_class_is_what_cameras_said_for_longer_however_they_contradict_one_another():

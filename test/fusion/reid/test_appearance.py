@@ -32,19 +32,19 @@ def test_by_what_everybody_differs_from_himself_is_not_told_apart():
     changed, other = np.zeros((2, TEMPLATE_SIZE))
     changed[[1, 2]] = other[[5, 6]] = 0.1, -0.1
     seen = np.stack([root(1, 2, 3, noise=each) for each in (changed, other)])
-    by_light, by_colour = model.distances(seen, table.portrait[[0]])[:, 0]
+    by_light, by_colour = model.distances(seen, table.gallery[[0]])[:, 0]
     assert by_light < by_colour / 3
 
 
-def test_a_portrait_is_the_mean_of_samples_and_follows_slow_change():
+def test_a_gallery_is_the_mean_of_samples_and_follows_slow_change():
     model, table = AppearanceModel(), TrackTable.blank(1, 1)
     learned(model, table, 0, root(1), 1.0)
     learned(model, table, 0, root(2), 3.0)
-    np.testing.assert_allclose(table.portrait[0], (root(1) + 3 * root(2)) / 4)
-    assert (table.portrait_s[0], table.sample_s[0]) == (4.0, 0.0)
+    np.testing.assert_allclose(table.gallery[0], (root(1) + 3 * root(2)) / 4)
+    assert (table.gallery_s[0], table.sample_s[0]) == (4.0, 0.0)
     for _ in range(40):
         learned(model, table, 0, root(3))
-    assert np.abs(table.portrait[0] - root(3)).max() < 0.01
+    assert np.abs(table.gallery[0] - root(3)).max() < 0.01
 
 
 @pytest.fixture

@@ -3,8 +3,8 @@ import pytest
 
 from mctrack_ros.interfaces import Feedback
 from mctrack_ros.perception.feedback.persons_in_view import (
+    ConfirmedTracks,
     PersonList,
-    Sighting,
 )
 from mctrack_ros.perception.geometry.person_size import SizeTable
 
@@ -15,7 +15,7 @@ OUTSIDE = (900.0, 900.0)
 def tracks(*places, seen=True, proven=1.0, age_s=1.0):
     """Local tracks 1, 2, ... at (x, y); their boxes are left of them in the image."""
     count = len(places)
-    return Sighting(
+    return ConfirmedTracks(
         np.arange(1, count + 1),
         np.array(places, float).reshape(-1, 2),
         np.full((count, 4), 50.0),
@@ -28,7 +28,7 @@ def tracks(*places, seen=True, proven=1.0, age_s=1.0):
 class Camera:
     def __init__(self, mapping):
         extent = np.array([0.6, 1.75])
-        self.roll = PersonList(extent, SizeTable(mapping), mapping)
+        self.persons = PersonList(extent, SizeTable(mapping), mapping)
         self.now_ns = START_NS
 
     def show(self, local, *targets, feedback=True, after_ns=PERIOD_NS):
@@ -39,7 +39,7 @@ class Camera:
             position = np.array([[x, y, 0.0] for _, x, y in targets]).reshape(-1, 3)
             ids = [target for target, *_ in targets]
             reported = Feedback.build(self.now_ns - 2 * PERIOD_NS, position=position, track_id=ids)
-        return self.roll.call(local, reported, self.now_ns)
+        return self.persons.update(local, reported, self.now_ns)
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from mctrack_ros.interfaces import NO_EDGE
-from mctrack_ros.perception.likelihood_grid.contours import cylinder_contours
+from mctrack_ros.perception.likelihood_grid.contours import outlines
 from mctrack_ros.perception.likelihood_grid.edges import EdgeBackground, Edges, gradient_of
 from mctrack_ros.perception.likelihood_grid.oriented_distance import OrientedDistance
 from mctrack_ros.perception.likelihood_grid.templates import (
@@ -21,7 +21,7 @@ def edges_around(mapping, places, height=1.75, radius=0.2):
     """Return the edges that people who are cylinders would have."""
     width, rows = SIZE
     found = {}
-    contours, normals = cylinder_contours(mapping, np.reshape(places, (-1, 2)), height, radius)
+    contours, normals = outlines(mapping, np.reshape(places, (-1, 2)), height, radius, 'cylinder')
     for contour, normal in zip(contours * 0.5, normals):
         for (x, y), angle in zip(contour, normal):
             if 0 <= x < width and 0 <= y < rows:
@@ -31,7 +31,7 @@ def edges_around(mapping, places, height=1.75, radius=0.2):
 
 
 def templates(mapping):
-    return TemplateHierarchy(mapping, SIZE, GRID, 1.75, 0.4)
+    return TemplateHierarchy(mapping, SIZE, GRID, 1.75, 0.4, 'cylinder')
 
 
 def test_cells_are_told_row_by_row():
@@ -77,9 +77,9 @@ def test_where_a_coarse_cell_is_unlikely_its_likelihood_is_inherited(mapping):
 
 def test_half_of_a_person_at_the_edge_of_the_image_is_judged_by_that_half(mapping):
     grid = Grid(np.array([-6.0, -6.0]), np.array([6.0, 6.0]), 40)
-    hierarchy = TemplateHierarchy(mapping, SIZE, grid, 1.75, 0.4)
+    hierarchy = TemplateHierarchy(mapping, SIZE, grid, 1.75, 0.4, 'cylinder')
     assert 0 < hierarchy.is_seen.sum() < 1600
-    contour, _ = cylinder_contours(mapping, grid.centres(), 1.75, 0.2)
+    contour, _ = outlines(mapping, grid.centres(), 1.75, 0.2, 'cylinder')
     with np.errstate(invalid='ignore'):
         share = ((contour >= 0) & (contour < mapping.image_size)).all(axis=2).mean(axis=1)
     np.testing.assert_array_equal(hierarchy.is_seen, share >= 0.5)

@@ -126,6 +126,17 @@ def test_what_does_not_listen_is_ended_by_force(run, monkeypatch):
     assert not alive(pid)
 
 
+def test_what_hangs_says_where(run, monkeypatch):
+    patience = ((signal.SIGTERM, 0.2), (signal.SIGABRT, 30.0))
+    monkeypatch.setattr('mctrack_ros.ros.graph.supervise._PATIENCE_S', patience)
+    started = run(python('one', STUBBORN))
+    started.until(lambda: started.lines == ['[one] up'])
+    assert started.stop() == 1
+    assert '[one] Fatal Python error: Aborted' in started.lines
+    assert '[one]   File "<string>", line 4 in <module>' in started.lines
+    assert '[one] ended with -6 when asked to stop' in started.lines
+
+
 def test_a_program_that_is_not_there_is_a_failure(run):
     started = run(Process('one', ('/nowhere/program',)))
     started.thread.join(timeout=90)

@@ -12,6 +12,7 @@ from mctrack_ros.ros.health.schedule_health import ScheduleHealth
 from mctrack_ros.ros.health.stream_health import (
     DiagnosticsConfig,
     LatencyLevels,
+    LossLevels,
     RateLevels,
     StreamHealth,
 )
@@ -149,6 +150,29 @@ class Stream:
         self.health._heard_s = self.now_s
         report = self.health.report('camera')
         return report.level, report.message, {one.key: one.value for one in report.values}
+
+
+@pytest.mark.parametrize(
+    ('late', 'level'),
+    [(2, DiagnosticStatus.OK), (3, DiagnosticStatus.WARN), (5, DiagnosticStatus.ERROR)],
+)
+def test_how_many_messages_may_go_wrong_is_set_by_a_share(late, level):
+    levels = DiagnosticsConfig(losses=LossLevels(warning=0.2, error=0.5))
+    health = StreamHealth(levels=lambda: levels)
+    for index in range(10):
+        health.arrived(index * PERIOD_NS, index * PERIOD_NS)
+    health.count('late', late)
+    assert health.report('camera').level == level
+
+
+@pytest.mark.parametrize('kind', ['feedback missed', 'dropped detections'])
+def test_what_is_not_wrong_with_messages_themselves_is_a_warning_however_often(kind):
+    health = StreamHealth(levels=lambda: DiagnosticsConfig(losses=LossLevels(warning=1.0)))
+    for index in range(10):
+        health.arrived(index * PERIOD_NS, index * PERIOD_NS)
+    health.count(kind, 40)
+    report = health.report('camera')
+    assert (report.level, report.message) == (DiagnosticStatus.WARN, f'receiving; 40 {kind}')
 
 
 def test_a_rate_that_falls_stays_a_warning_for_ever(monkeypatch):

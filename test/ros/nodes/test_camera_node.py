@@ -7,6 +7,7 @@ from array import array
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 
 import moving_camera
@@ -179,6 +180,18 @@ def test_bad_images_are_refused_and_the_node_lives_on(camera):
         camera.refused(image)
     camera.show(range(3, 5))
     assert len(camera.detections) == 5
+
+
+def test_a_threshold_is_set_while_the_camera_sees_and_the_rest_is_refused(bench, camera):
+    camera.show(range(20))
+    assert len(camera.detections[-1])
+    node = bench.nodes[0]
+    name = 'settings.pipeline.background.minimum_threshold'
+    assert node.set_parameters([Parameter(name, value=255.0)])[0].successful
+    camera.show(range(20, 25))
+    assert not len(camera.detections[-1])
+    still = node.set_parameters([Parameter('settings.pipeline.background.still_s', value=1.0)])[0]
+    assert 'takes effect on configuration' in still.reason
 
 
 def test_stamps_that_step_far_back_begin_anew(camera):

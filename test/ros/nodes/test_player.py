@@ -83,6 +83,24 @@ def test_part_of_a_bag_is_played(bench, walker_bag):
 
 
 @pytest.mark.live
+def test_a_stopped_player_waits_and_then_plays_from_the_beginning(bench, walker_bag):
+    given = {'path': str(walker_bag), 'settle': 0.0, 'rate': 0.5}
+    bench.open('--params-file', str(bench.parameter_file('player', given)))
+    first, _ = (bench.messages(CompressedImage, topic, reliable(200)) for topic in TOPICS)
+    player = bench.add(Player())
+    bench.until(lambda: len(first) > 3)
+    player.trigger_deactivate()
+    assert not player.finished
+    first.clear()
+    player.trigger_activate()
+    bench.until(lambda: first)
+    assert stamp_ns_of(first[0]) == stamps_in(walker_bag)[0]
+    player.trigger_deactivate()
+    assert not player.finished
+    assert not player.failure
+
+
+@pytest.mark.live
 def test_playing_begins_when_all_listen(bench, walker_bag):
     parameters = {'path': str(walker_bag), 'settle': 0.0, 'rate': 100.0}
     bench.open('--params-file', str(bench.parameter_file('player', parameters)))

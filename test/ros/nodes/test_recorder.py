@@ -310,6 +310,23 @@ def test_what_was_lost_is_counted_and_a_failure(bench, tmp_path, capfd):
     assert recorder.failure == f'messages were lost: /d {count["lost"]}'
 
 
+def test_what_came_before_a_pause_counts(bench, tmp_path):
+    recorder = bench.make(Recorder, path=str(tmp_path / 'bag'), topics=['/d'])
+    publisher = bench.publisher(PointCloud2, '/d')
+    publisher.publish(cloud(1))
+    bench.until(lambda: recorder.messages == 1)
+    recorder.trigger_deactivate()
+    bench.until(lambda: not publisher.get_subscription_count())
+    publisher.publish(cloud(2))
+    recorder.trigger_activate()
+    bench.until(lambda: publisher.get_subscription_count() == 1)
+    publisher.publish(cloud(3))
+    bench.until(lambda: recorder.messages == 2)
+    recorder.trigger_shutdown()
+    assert json.loads(attachments(tmp_path / 'bag')[RECORDING])['/d'] == {'received': 2, 'lost': 0}
+    assert len(recorded(tmp_path / 'bag')) == 2
+
+
 def test_a_disk_that_gets_full_ends_the_recording_cleanly(bench, tmp_path):
     recorder = bench.make(Recorder, path=str(tmp_path / 'bag'), topics=['/d'])
     bench.publisher(PointCloud2, '/d').publish(cloud(1))

@@ -54,6 +54,20 @@ def test_a_file_is_played_to_its_end_at_its_rate(bench, film):
     assert not node.failure
 
 
+def test_a_stopped_node_waits_and_then_plays_from_the_beginning(bench, film):
+    node, images = show(bench, film, loop=True)
+    bench.until(lambda: len(images) > 5)
+    node.trigger_deactivate()
+    assert not node.finished
+    images.clear()
+    node.trigger_activate()
+    bench.until(lambda: images)
+    assert image_from_message(images[0]).mean() < 25  # the darkest
+    node.trigger_deactivate()
+    assert not node.finished
+    assert not node.failure
+
+
 def test_a_file_whose_rate_changes_keeps_its_times(bench, tmp_path):
     times = [3.0, 3.04, 3.08, 3.16, 3.24, 3.32, 3.36]
     images = [level_image(index, SIZE) for index in range(len(times))]

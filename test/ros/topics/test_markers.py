@@ -33,7 +33,7 @@ def test_an_obstacle_is_as_wide_as_its_track_and_no_narrower_than_a_person(track
 
 
 def test_a_body_is_as_large_as_its_track_and_stands_on_the_ground(tracks):
-    bodies = [each for each in TrackMarkers('map').array(tracks).markers if each.ns == 'body']
+    bodies = [each for each in TrackMarkers('map', 5.0).array(tracks).markers if each.ns == 'body']
     sizes = [[each.scale.x, each.scale.z] for each in bodies]
     np.testing.assert_allclose(sizes, [CAR, PERSON, PERSON], rtol=1e-6)
     assert [each.pose.position.z * 2 for each in bodies] == [each.scale.z for each in bodies]
@@ -53,7 +53,7 @@ def walked(markers, seconds, track_id=7):
 
 
 def test_an_ellipse_holds_95_percent_and_lies_along_its_longer_axis():
-    ellipse = walked(TrackMarkers('map'), 0.0)['covariance']
+    ellipse = walked(TrackMarkers('map', 5.0), 0.0)['covariance']
     assert ellipse.scale.x == pytest.approx(2 * 2.4477 * 0.3, rel=1e-3)
     assert ellipse.scale.y == pytest.approx(2 * 2.4477 * 0.1, rel=1e-3)
     assert abs(ellipse.pose.orientation.z) == pytest.approx(0.0, abs=1e-6) or abs(
@@ -62,14 +62,14 @@ def test_an_ellipse_holds_95_percent_and_lies_along_its_longer_axis():
 
 
 def test_a_trail_holds_the_last_seconds():
-    points = walked(TrackMarkers('map'), 20.0)['trail'].points
+    points = walked(TrackMarkers('map', 5.0), 20.0)['trail'].points
     assert 24 <= len(points) <= 27
     assert points[0].x == pytest.approx(15.0, abs=0.3)
     assert points[-1].x == pytest.approx(20.0, abs=0.3)
 
 
 def test_markers_of_who_is_gone_are_deleted_and_all_when_time_begins_anew():
-    markers = TrackMarkers('map')
+    markers = TrackMarkers('map', 5.0)
     walked(markers, 10.0)
     gone = markers.array(Tracks.build(11_000_000_000)).markers
     assert {each.action for each in gone} == {Marker.DELETE}

@@ -73,7 +73,7 @@ def bench_chaos(domain: int, tell: Callable[[str], None]) -> Figures:
         'graph': f'{", ".join(NODES)}; detections of {", ".join(DETECTORS)} besides',
         'rate_hz': f'{1 / PERIOD_S:g}',
         'named_s': 'from the fault until a warning or an error of /diagnostics names it',
-        'ids_kept': 'share of four people who walk round circles, before and after',
+        'ids_kept': 'share of four people, each in other colours, who have the same id afterwards',
         'pause_s': 'longest time between two messages on /tracks, restart of a node included',
         'lost': 'tracks that others heard and the bag lacks, but for the last 0.5 s before a kill',
         'load': f'{os.getloadavg()[0]:.1f} processes wanted the CPUs in the last minute',
@@ -86,6 +86,7 @@ def running(folder: Path, domain: int) -> Iterator[LiveGraph]:
     """Yield a graph that runs and tracks all people."""
     graph = LiveGraph(folder, domain)
     try:
+        graph.until(lambda: all(graph.activations(node) for node in NODES), 'all nodes are active')
         graph.settled()
         yield graph
     finally:

@@ -58,8 +58,8 @@ class JointParticleTracker:
             self._roster.count(np.zeros((len(place), len(sight.position))), sight, LEAST, seconds)
         stays = self._roster.staying(place, seconds)
         self._state, place = self._state[:, stays], place[stays]
-        told = self._roster.is_told
-        ids, places = self._roster.id[told], place[told]
+        reported = self._roster.is_told
+        ids, places = self._roster.id[reported], place[reported]
         self._begin(sight, place)
         return ids, places
 

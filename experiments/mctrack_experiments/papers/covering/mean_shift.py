@@ -56,8 +56,8 @@ class MeanShiftTracker:
         stays = self._roster.staying(self._mean[:, :2], seconds)
         self._mean, self._covariance = self._mean[stays], self._covariance[stays]
         self._begin(sight)
-        told = self._roster.is_told
-        return self._roster.id[told], self._mean[told, :2]
+        reported = self._roster.is_told
+        return self._roster.id[reported], self._mean[reported, :2]
 
     def _climb(self, sight: Sight, seconds: float) -> None:
         """Move every target to its mode and update it there."""

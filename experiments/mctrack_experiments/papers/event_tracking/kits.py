@@ -60,8 +60,8 @@ def score_kits(truth: Sequence[Tracks], tracks: Sequence[Tracks], gate_m: float)
 
 def _pairs(truth: Tracks, tracks: Tracks, gate_m: float) -> NDArray[np.int64]:
     """Return the true and the told kit, (n, 2), of each one who is matched."""
-    is_told = (tracks.status != TrackStatus.TENTATIVE) & (tracks.status != TrackStatus.DELETED)
-    tracks = tracks.select(is_told)
+    is_reported = (tracks.status != TrackStatus.TENTATIVE) & (tracks.status != TrackStatus.DELETED)
+    tracks = tracks.select(is_reported)
     distance = ground_distance(*(rows.position[:, :2].astype(float) for rows in (truth, tracks)))
     true, found = matched(distance, gate_m)
     return np.column_stack([truth.kit[true], tracks.kit[found]]).astype(np.int64)

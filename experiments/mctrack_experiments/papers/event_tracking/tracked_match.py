@@ -19,7 +19,7 @@ from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.evaluation.instants import TRACKS_TOPIC, TRUTH_TOPIC, read_instants
 from mctrack_ros.interfaces import Detections, Events, Tracks
 from mctrack_ros.recording import BagReader
-from mctrack_ros.replay.track import track_bag
+from mctrack_ros.replay.track import Source, track_bag
 from mctrack_ros.resources import config_file
 from mctrack_ros.simulation import CameraRenderer, World
 from mctrack_ros.simulation.recording import simulate
@@ -51,11 +51,14 @@ class TrackedMatch:
     cameras: tuple[str, ...]
 
     @classmethod
-    def made(cls, world: World, folder: Path, is_given: bool = True) -> TrackedMatch:
+    def made(
+        cls, world: World, folder: Path, is_given: bool = True, first_pass: bool = True
+    ) -> TrackedMatch:
         """
         Render what goes on and track it, all in a folder.
 
-        The cameras are given images of the empty pitch, or learn their backgrounds from the match.
+        The cameras are given images of the empty pitch, or learn their backgrounds from the match:
+        in a first pass, or as live ones do.
         """
         simulate(world.scenario, folder / 'match', world=world)
         site = load_site(config_file('pitch5.yaml'))
@@ -63,7 +66,7 @@ class TrackedMatch:
         site = replace(site, cameras=cameras)
         if is_given:
             site = with_backgrounds(site, world, folder)
-        track_bag(folder / 'match', folder / 'out', site)
+        track_bag(Source(folder / 'match', first_pass=first_pass), folder / 'out', site)
         return cls(folder / 'match', folder / 'out' / 'bag', site.camera_names)
 
     def happenings(self, camera: str) -> tuple[list[Happening], list[Happening]]:

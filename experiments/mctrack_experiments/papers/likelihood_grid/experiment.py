@@ -39,7 +39,7 @@ from mctrack_ros.simulation.indoor.scenario import EMPTY_STEPS
 from mctrack_ros.simulation.recording import simulate
 from mctrack_ros.site.site import SiteConfig, load_site
 
-PEOPLE = (3, 4, 5)
+PEOPLE = (3, 4, 5, 6)
 """How many, seed by seed, and again."""
 GATE_M = 0.5
 LIGHT_STEP = 0.3
@@ -50,6 +50,9 @@ LIKELIHOOD = {
     'fusion': {'tracker': 'likelihood_grid'},
 }
 OCCUPANCY = {'fusion': {'tracker': 'occupancy'}}
+OTHER_SHAPES = ('person', 'ellipsoid')
+OTHER_CAMERAS = (2, 3, 6, 8)
+"""How many, beside the paper's four."""
 Tell = Callable[[str], None]
 
 
@@ -78,6 +81,9 @@ def reproduce_grid(
             runs.append(_indoor(room, folder))
             progress(f'indoor scene, seed {room.seed}: {runs[-1]}')
         figures |= _pooled(runs)
+        for count in OTHER_CAMERAS:
+            figures |= _more_cameras(replace(rooms[0], cameras=count), folder)
+            progress(f'{count} cameras')
         figures |= _light_step(replace(rooms[-1], light_step=LIGHT_STEP), folder)
         progress('light step')
         figures |= _terrace(data, folder)
@@ -95,9 +101,30 @@ def _indoor(scenario: IndoorScenario, folder: Path) -> dict[str, dict[str, float
     track_bag(bag, out, site, overwrite=True)
     scores = {'both': _scores(truth, _tracks_of(out / 'bag', '/tracks', scenario))}
     scores['edges'] = _scores(truth, _trajectories(edges_alone(out / 'bag', site), scenario))
+    for shape in OTHER_SHAPES:
+        site = _site(folder, _shaped(shape))
+        track_bag(bag, out, site, overwrite=True)
+        edges = _trajectories(edges_alone(out / 'bag', site), scenario)
+        scores[f'edges_{shape}'] = _scores(truth, edges)
+        scores[f'both_{shape}'] = _scores(truth, _tracks_of(out / 'bag', '/tracks', scenario))
     track_bag(bag, out, _site(folder, OCCUPANCY), overwrite=True)
     scores['occupancy'] = _scores(truth, _tracks_of(out / 'bag', '/tracks', scenario))
     return scores
+
+
+def _shaped(shape: str) -> dict[str, Any]:
+    """Return the settings of likelihoods of another shape."""
+    return LIKELIHOOD | {'pipeline': LIKELIHOOD['pipeline'] | {'grid': {'shape': shape}}}
+
+
+def _more_cameras(scenario: IndoorScenario, folder: Path) -> dict[str, float]:
+    """Return the scores by edges and masks of another number of cameras."""
+    bag, out = folder / 'bag', folder / 'out'
+    simulate(scenario, bag, overwrite=True)
+    track_bag(bag, out, _site(folder, LIKELIHOOD, scenario), overwrite=True)
+    truth = _tracks_of(bag, '/truth/tracks', scenario)
+    scores = _scores(truth, _tracks_of(out / 'bag', '/tracks', scenario))
+    return {f'cameras_{scenario.cameras}.{name}': value for name, value in scores.items()}
 
 
 def edges_alone(bag: Path, site: SiteConfig) -> list[Tracks]:
@@ -109,9 +136,11 @@ def edges_alone(bag: Path, site: SiteConfig) -> list[Tracks]:
         return [each.output.tracks for each in drive(config, site.camera_names, ticks)]
 
 
-def _site(folder: Path, settings: dict[str, Any]) -> SiteConfig:
+def _site(
+    folder: Path, settings: dict[str, Any], scenario: IndoorScenario | None = None
+) -> SiteConfig:
     """Write the site of the room and read it."""
-    scenario = IndoorScenario()
+    scenario = scenario or IndoorScenario()
     write_calibration(scenario, folder)
     cameras = {
         camera.name: {
@@ -227,6 +256,10 @@ def _protocol(rooms: Sequence[IndoorScenario]) -> dict[str, Any]:
         + ' (constants were chosen on seeds 1, 2 and 4)',
         'edges': "the paper: edges alone, local maxima of the product, Algorithm 1, no camera's "
         'mask; from the likelihoods that the run by both recorded',
+        'shapes': 'a cylinder, and others: '
+        + ', '.join(f'edges_{shape}, both_{shape}' for shape in OTHER_SHAPES),
+        'cameras': f'by both, of the first seed, with {", ".join(map(str, OTHER_CAMERAS))}; truth '
+        'is who is in the area, seen or not',
         'occupancy': 'fusion.tracker occupancy, cameras by default',
         'both': 'fusion.tracker likelihood_grid: masks, edges and colours, Algorithm 1',
         'lost identities, interruptions': 'switches and fragmentations a target',

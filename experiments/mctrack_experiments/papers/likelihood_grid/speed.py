@@ -91,7 +91,7 @@ def _from_edges(sets: list[list[Image]], stamps: list[int], site: SiteConfig) ->
         size = small[0].shape[1], small[0].shape[0]
         edges = [background.foreground(gradient_of(image)) for image in small[EMPTY_STEPS:]]
         person = config.person_height, config.person_width
-        templates = TemplateHierarchy(mapping, size, grid, *person)
+        templates = TemplateHierarchy(mapping, size, grid, *person, config.shape)
         place = grid.centres()
         position = np.column_stack([place, np.zeros(len(place))]).astype(np.float32)
         parts.append((edges, OrientedDistance(size), templates, position))

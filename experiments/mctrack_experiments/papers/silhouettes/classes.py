@@ -125,7 +125,6 @@ def watched(scenario: CarParkScenario) -> list[Told]:
         image, view = renderer.frame(step)
         grey = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
         found = pipeline.step(np.asarray(grey, np.uint8), scenario.stamp_ns(step), None).detections
-        found = found.select(~found.is_vacant)
         counts = world.active[step, view.person] & (view.visible >= CLEAR) & ~view.truncated
         for index in view.person[counts].tolist():
             everybody[index].shown += 1

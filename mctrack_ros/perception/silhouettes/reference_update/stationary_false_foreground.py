@@ -27,16 +27,16 @@ class FalseForegroundConfig:
 
     still_s: float = parameter(
         1.0,
-        'time for which a silhouette must have looked the same that nobody made; 0: none is left '
-        'out, as printed [s]',
+        'a silhouette without an object is left out after it was unchanged for so long; 0: none '
+        'is, as printed [s]',
         minimum=0.0,
     )
     still_share: float = parameter(
-        0.8, 'share of its pixels of which that must be true', minimum=0.0, maximum=1.0
+        0.8, 'share of its pixels that must be unchanged', minimum=0.0, maximum=1.0
     )
     claim_share: float = parameter(
         0.3,
-        'share of its box from which it is that of an object expected there',
+        'share of its box that an expected object must cover to own it',
         minimum=0.0,
         maximum=1.0,
     )
