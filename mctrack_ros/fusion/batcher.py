@@ -79,9 +79,16 @@ class _Camera:
 
 @dataclass
 class _Pending(Generic[R]):
-    first_arrival_ns: int
+    """A tick that waits: its messages, and of each the arrival and the lag, ns."""
+
     messages: dict[tuple[str, int], R] = field(default_factory=dict)
     added_ns: dict[tuple[str, int], int] = field(default_factory=dict)
+    arrivals_ns: dict[tuple[str, int], tuple[int, int]] = field(default_factory=dict)
+
+    def first_arrival_ns(self, reference_ns: int) -> int:
+        """Return when its first message arrived; one that came early counts as usual, ns."""
+        arrivals_ns = [self.arrivals_ns[key] for key in self.messages]
+        return min(now_ns + max(reference_ns - lag_ns, 0) for now_ns, lag_ns in arrivals_ns)
 
 
 class Batcher(Generic[R]):
@@ -175,14 +182,14 @@ class Batcher(Generic[R]):
             raise ValueError(f'camera is {camera!r}, expected one of {list(self._cameras)}')
         closed = self.poll(now_ns)
         known_ns = self.ahead_ns.get(camera)
-        added_ns, early_ns, reference_ns = -(known_ns or 0), None, self._reference_ns
+        added_ns, lag_ns, reference_ns = -(known_ns or 0), None, self._reference_ns
         rows = rows.at(rows.stamp_ns + added_ns) if added_ns else rows
         if arrival_ns is not None:
             verdict = self.clocks.judge(camera, rows.stamp_ns, arrival_ns)
             if not verdict.is_used:
                 self._cameras[camera].left_out += 1
                 return closed
-            early_ns, reference_ns = verdict.early_ns, verdict.reference_ns
+            lag_ns, reference_ns = verdict.lag_ns, verdict.reference_ns
             if known_ns is None:
                 added_ns = verdict.added_ns
                 rows = rows.at(rows.stamp_ns + added_ns)
@@ -194,7 +201,7 @@ class Batcher(Generic[R]):
             self._leave_out(reference_ns)
         if self._has_begun_anew(camera, rows.stamp_ns, now_ns, are_others_right):
             closed += self.begin_anew()
-        self._admit(camera, rows, now_ns, early_ns, added_ns)
+        self._admit(camera, rows, now_ns, lag_ns, added_ns)
         return closed + self.poll(now_ns)
 
     def go_on_after(self, stamp_ns: int) -> None:
@@ -211,15 +218,17 @@ class Batcher(Generic[R]):
 
     def deadline_ns(self) -> int | None:
         """Return when `poll` must be called at the latest; None: nothing is pending."""
-        arrivals = [pending.first_arrival_ns for pending in self._pending.values()]
+        arrivals = self._first_arrivals_ns()
         return min(arrivals) + self._max_wait_ns() if arrivals else None
 
     def flush(self) -> list[RowsTick[R]]:
         """Close all that is pending."""
         if not self._pending:
             return []
-        latest = max(pending.first_arrival_ns for pending in self._pending.values())
-        return self._close_up_to(max(self._pending), latest)
+        return self._close_up_to(max(self._pending), max(self._first_arrivals_ns()))
+
+    def _first_arrivals_ns(self) -> list[int]:
+        return [each.first_arrival_ns(self._reference_ns) for each in self._pending.values()]
 
     def feedback_missed(self, camera: str, count: int) -> None:
         """Record that a camera went without feedback for so many images."""
@@ -278,9 +287,7 @@ class Batcher(Generic[R]):
             state.step_back()
         return closed
 
-    def _admit(
-        self, camera: str, rows: R, now_ns: int, early_ns: int | None, added_ns: int
-    ) -> None:
+    def _admit(self, camera: str, rows: R, now_ns: int, lag_ns: int | None, added_ns: int) -> None:
         state, stamp_ns = self._cameras[camera], rows.stamp_ns
         index = stamp_ns // self.period_ns
         state.hear(stamp_ns, now_ns)
@@ -289,11 +296,12 @@ class Batcher(Generic[R]):
             state.late += 1
             state.dropped_rows += len(rows)
             return
-        due_ns = (
-            now_ns if early_ns is None else now_ns + early_ns + self._pause_ns(stamp_ns, now_ns)
-        )
-        pending = self._pending.setdefault(index, _Pending(due_ns))
-        pending.first_arrival_ns = min(pending.first_arrival_ns, due_ns)
+        pending = self._pending.setdefault(index, _Pending())
+        if lag_ns is None:
+            arrival_ns = now_ns, self._reference_ns
+        else:
+            arrival_ns = now_ns + self._pause_ns(stamp_ns, now_ns), lag_ns
+        pending.arrivals_ns[camera, stamp_ns] = arrival_ns
         pending.messages[camera, stamp_ns] = rows
         pending.added_ns[camera, stamp_ns] = added_ns
         self._admitted_ns = now_ns
@@ -314,7 +322,8 @@ class Batcher(Generic[R]):
         return heard is not None and now_ns - heard < self._timeout_ns
 
     def _is_due(self, index: int, now_ns: int) -> bool:
-        if now_ns >= self._pending[index].first_arrival_ns + self._max_wait_ns():
+        first_ns = self._pending[index].first_arrival_ns(self._reference_ns)
+        if now_ns >= first_ns + self._max_wait_ns():
             return True
         start_ns = index * self.period_ns
         return all(

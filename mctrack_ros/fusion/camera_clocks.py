@@ -36,8 +36,8 @@ class Verdict(NamedTuple):
     ----------
     added_ns : int
         What its stamp lacks, ns; negative for a clock that is ahead.
-    early_ns : int
-        By how much it has come earlier than messages of its stamp usually do, ns; not below 0.
+    lag_ns : int
+        How long after its stamp it has come, once that is added, ns.
     is_used : bool
         Whether its stamp can be believed, once that is added.
     reference_ns : int
@@ -46,7 +46,7 @@ class Verdict(NamedTuple):
     """
 
     added_ns: int
-    early_ns: int
+    lag_ns: int
     is_used: bool
     reference_ns: int
 
@@ -186,8 +186,7 @@ class CameraClocks:
             self._settle(clock)
         agrees = abs(lag_ns - reference_ns) <= self._limit_ns
         is_used = agrees or (is_in_line and not clock.is_left_out)
-        early_ns = max(reference_ns - (lag_ns - clock.added_ns), 0)
-        return Verdict(clock.added_ns, early_ns, is_used, reference_ns)
+        return Verdict(clock.added_ns, lag_ns - clock.added_ns, is_used, reference_ns)
 
     def offset_s(self, camera: str) -> float:
         """Return by how much a camera's clock is ahead of the reference, s."""

@@ -109,6 +109,7 @@ KINDS = (constant, jump, single, drift)
 @example(constant, np.log10(3600.0), True, 3, 0, 0.0, 0)
 @example(constant, 0.0, True, 3, 0, 0.0, 2)
 @example(constant, np.log10(0.4), True, 3, 0, 0.0, 2)
+@example(drift, 1.5, True, 3, 0, 0.03125, 2)
 def test_one_camera_with_whatever_clock_costs_the_others_nothing(
     kind, size, ahead, cameras, which, phase_s, seed
 ):

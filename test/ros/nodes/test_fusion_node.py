@@ -231,6 +231,7 @@ def test_a_node_configured_again_deals_out_ids_above_the_old_ones_and_says_that_
 ):
     graph = open_fusion(bench)
     sites = bench.messages(String, '/site', latched())
+    bench.until(lambda: sites)  # its publisher ends with the first run
     first = ids_of(graph, range(100, 115))
     node = bench.nodes[0]
     for transition in ('deactivate', 'cleanup', 'configure', 'activate'):
@@ -282,6 +283,7 @@ def test_a_killed_node_goes_on_with_its_tracks_and_says_how_long_it_was_blind(be
             index = graph.connect(index, count=1)
         used.append({int(name) for rows in graph.tracks for name in rows.track_id})
         bench.until(lambda life=life: told() and (told()[-1].level != b'\0') == life)
+        bench.until(lambda life=life: len(sites) > life)
         process.send_signal(signal.SIGKILL)
         process.wait()
     assert used == [{1}, {1}]
@@ -298,6 +300,7 @@ def test_a_killed_node_goes_on_with_its_tracks_and_says_how_long_it_was_blind(be
 def test_thresholds_change_at_run_time_and_the_rest_is_refused_with_what_to_do(bench):
     graph = open_fusion(bench)
     sites = bench.messages(String, '/site', latched())
+    bench.until(lambda: sites)  # what is said next replaces it
     index = 100
     for _ in range(20):
         index = graph.connect(index, count=1)
