@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
-from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
+from mctrack_ros.interfaces import Detections, Events, Feedback
 from mctrack_ros.perception.blob_split.measurements import (
     LEAST_PROVEN,
     LEAST_VISIBLE,
@@ -15,23 +15,13 @@ from mctrack_ros.perception.blob_split.measurements import (
 from mctrack_ros.perception.blob_split.single_blobs import NEW
 from mctrack_ros.perception.blobs.extraction import Blobs
 from mctrack_ros.perception.blobs.frame import Frame
-from mctrack_ros.perception.blobs.touching import contacts
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.perception.event_tracker.to_detections import reported_persons, sighted
-from mctrack_ros.perception.events.appearance_events import (
-    AppearanceEvents,
-)
 from mctrack_ros.perception.events.event_log import EventLog
 from mctrack_ros.perception.events.group_detections import merged_detections
-from mctrack_ros.perception.events.groups import Groups
-from mctrack_ros.perception.events.stable_events import StableEvents
+from mctrack_ros.perception.events.view_events import ViewEvents
 from mctrack_ros.perception.feedback.id_assignment import learn_identities
-from mctrack_ros.perception.feedback.persons_in_view import (
-    NO_PERSONS,
-    ConfirmedTracks,
-    PersonList,
-    PersonsInView,
-)
+from mctrack_ros.perception.feedback.persons_in_view import ConfirmedTracks
 from mctrack_ros.perception.geometry.ground_extent import depth_covariance
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.local_tracks.association import match
@@ -81,9 +71,7 @@ class LocalTracker:
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
         self._vehicles = Vehicles(config.classes, config.tracker.vehicles, usual)
-        self._persons, self._in_view = PersonList(usual, sizes, mapping), NO_PERSONS
-        self._groups, self._stable_events = Groups(groups), StableEvents(groups.stable_s)
-        self._appearance_events = AppearanceEvents(usual, sizes, mapping)
+        self._events = ViewEvents(groups, usual, sizes, mapping)
         self.predicted_box: NDArray[np.float64] = np.zeros((0, 4))
         self._last_ns: int | None = None
 
@@ -91,11 +79,7 @@ class LocalTracker:
         """Forget all tracks; ids go on."""
         self.tracks.clear()
         self.predicted_box = np.zeros((0, 4))
-        self._persons.restart()
-        self._in_view = NO_PERSONS
-        self._groups.restart()
-        self._stable_events.restart()
-        self._appearance_events.restart()
+        self._events.restart()
         self._last_ns = None
 
     def step(
@@ -127,7 +111,8 @@ class LocalTracker:
         log = EventLog(stamp_ns)
         predicted = self._predict(stamp_ns, log)  # local tracks to the image
         seen = self._associate(blobs, frame, predicted)  # blobs split among those expected
-        part = self._group(seen, blobs, frame, feedback, stamp_ns, log)  # Definition 6
+        sure = self._confirmed(seen, stamp_ns)  # who is in view, and who touches whom
+        part = self._events.group(sure, blobs.box, frame, feedback, stamp_ns, log)
         self._update(seen, predicted, blobs, stamp_ns)  # filters, colours, sizes
         seen = self._start(seen, blobs, stamp_ns)  # tracks of blobs that nobody explains
         seen = self._classify(seen, blobs, predicted.seconds, stamp_ns)  # people, vehicles
@@ -136,11 +121,9 @@ class LocalTracker:
 
     def groups(self) -> list[tuple[int, ...]]:
         """Return the local ids of each group, of the members that have local tracks."""
-        found = []
-        for keys in self._groups.members():
-            ids = self._in_view.local_id[np.searchsorted(self._in_view.key, keys)]
-            found.append(tuple(ids[ids > 0].tolist()))
-        return found
+        local_id = self._events.in_view.local_id
+        ids = [local_id[rows] for rows in self._events.groups()]
+        return [tuple(each[each > 0].tolist()) for each in ids]
 
     def walked_ids(self) -> Ints:
         """Return the local ids, (k,), of those who walked to where they are."""
@@ -165,23 +148,6 @@ class LocalTracker:
             blob_of, self.tracks, predicted, blobs, template, frame, height_m
         )
 
-    def _group(
-        self,
-        seen: Observations,
-        blobs: Blobs,
-        frame: Frame,
-        feedback: Feedback | None,
-        stamp_ns: int,
-        log: EventLog,
-    ) -> Ints:
-        """Tell who is in view and who touches whom; return the part that each one is of."""
-        if feedback is not None:
-            self._groups.rename(feedback.corrections())
-        in_view = self._persons.update(self._confirmed(seen, stamp_ns), feedback, stamp_ns)
-        part = contacts(in_view.box, blobs.box, frame)
-        self._note_groups(in_view, part, stamp_ns, log)
-        return part
-
     def _classify(
         self, seen: Observations, blobs: Blobs, seconds: float, stamp_ns: int
     ) -> Observations:
@@ -195,12 +161,12 @@ class LocalTracker:
         self, blobs: Blobs, part: Ints, feedback: Feedback | None, stamp_ns: int, log: EventLog
     ) -> None:
         """Learn global ids, begin members that only fusion knows; note who came (E1, E2)."""
-        tracks, in_view = self.tracks, self._in_view
+        tracks, in_view = self.tracks, self._events.in_view
         if feedback is not None:
             learn_identities(tracks, feedback, stamp_ns)
             rows = hidden_members(in_view, part, tracks.track_id, blobs)
             begin_hidden(tracks, in_view, rows, feedback, stamp_ns)
-        self._appearance_events.announce(tracks, feedback, blobs.box, stamp_ns, log)
+        self._events.appearance.announce(tracks, feedback, blobs.box, stamp_ns, log)
 
     def _without_lost(self, predicted: Prediction, stamp_ns: int, log: EventLog) -> Prediction:
         """Drop tracks that left the image or were not seen for too long (E4)."""
@@ -223,25 +189,10 @@ class LocalTracker:
         if not (left.any() or lost.any()):
             return predicted
         for row in np.flatnonzero(left).tolist():
-            self._appearance_events.left(tracks, row, log)
+            self._events.appearance.left(tracks, row, log)
         kept = ~(left | lost)
         tracks.keep(kept)
         return predicted.select(kept)
-
-    def _note_groups(
-        self, in_view: PersonsInView, part: Ints, stamp_ns: int, log: EventLog
-    ) -> None:
-        """Note who joined a group (E5), who left one (E3), and who is stable (E6)."""
-        self._in_view = in_view
-        for change in self._groups.step(in_view.key, part, stamp_ns, ~in_view.came):
-            code = EventCode.MERGE if change.merged else EventCode.SPLIT
-            rows = (
-                np.searchsorted(in_view.key, change.part),
-                np.searchsorted(in_view.key, change.rest),
-            )
-            log.add_group(code, in_view, *rows)
-        for row in self._stable_events.step(in_view, self._groups.sizes(), part, stamp_ns):
-            log.add_group(EventCode.STABLE, in_view, np.array([row]), np.zeros(0, np.int64))
 
     def _confirmed(self, seen: Observations, stamp_ns: int) -> ConfirmedTracks:
         """Return the confirmed tracks as this image shows them."""
@@ -317,5 +268,5 @@ class LocalTracker:
         persons = Detections.build(
             stamp_ns, covariance=covariance, class_id=class_id, **shown._asdict()
         )
-        groups = merged_detections(self._in_view, part, persons)
+        groups = merged_detections(self._events.in_view, part, persons)
         return Detections.joined(stamp_ns, [persons, groups]) if len(groups) else persons

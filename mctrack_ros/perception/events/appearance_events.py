@@ -97,8 +97,7 @@ class AppearanceEvents:
 
         """
         if feedback is not None:
-            self._heard_ns = stamp_ns
-            self._follow(feedback, blob_box, stamp_ns, log)
+            self.follow(feedback, blob_box, stamp_ns, log)
         silent = self._heard_ns is None or stamp_ns - self._heard_ns >= SILENCE_NS
         names, targets = tracks.local_id.tolist(), tracks.track_id.tolist()
         for row in np.flatnonzero(tracks.confirmed).tolist():
@@ -122,8 +121,9 @@ class AppearanceEvents:
         if int(tracks.local_id[row]) in self._unheard and not known:
             log.add(EventCode.EXIT, tracks, row)
 
-    def _follow(self, feedback: Feedback, blob_box: Floats, stamp_ns: int, log: EventLog) -> None:
+    def follow(self, feedback: Feedback, blob_box: Floats, stamp_ns: int, log: EventLog) -> None:
         """Note which of the fusion node's targets come into view and which leave it."""
+        self._heard_ns = stamp_ns
         foot = self._mapping.image_from_ground(feedback.places(stamp_ns))
         with np.errstate(invalid='ignore'):
             inside = np.asarray(((foot >= 0) & (foot < self._mapping.image_size)).all(axis=1))

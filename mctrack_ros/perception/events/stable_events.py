@@ -1,13 +1,12 @@
-"""Who is tracked in a stable manner: alone, by a track of his own (event E6)."""
+"""Who is tracked in a stable manner: alone (event E6)."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.perception.feedback.persons_in_view import PersonsInView
-
 Ints = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
 
 
 class StableEvents:
@@ -33,32 +32,27 @@ class StableEvents:
         self._since_ns: dict[int, int] = {}
         self._reported: set[int] = set()
 
-    def step(
-        self, in_view: PersonsInView, group_size: Ints, part: Ints, stamp_ns: int
-    ) -> list[int]:
+    def step(self, key: Ints, alone: Booleans, stamp_ns: int) -> list[int]:
         """
         Return the rows of those who are stable from now on.
 
         Parameters
         ----------
-        in_view : PersonsInView
-            Everybody in view.
-        group_size : (n,) int64 array
-            How many are in the group of each, himself too.
-        part : (n,) int64 array
-            The part of the foreground each is in; -1: not seen.
+        key : (n,) int64 array
+            Of everybody in view.
+        alone : (n,) bool array
+            Who is tracked in this image, in no group.
         stamp_ns : int
             Time of the image, ns.
 
         """
-        alone = (group_size == 1) & (in_view.local_id > 0) & (part >= 0)
-        rows = dict(zip(in_view.key[alone].tolist(), np.flatnonzero(alone).tolist()))
-        self._since_ns = {key: self._since_ns.get(key, stamp_ns) for key in rows}
+        rows = dict(zip(key[alone].tolist(), np.flatnonzero(alone).tolist()))
+        self._since_ns = {one: self._since_ns.get(one, stamp_ns) for one in rows}
         self._reported &= rows.keys()
         ripe = [
-            key
-            for key, since_ns in self._since_ns.items()
-            if key not in self._reported and stamp_ns - since_ns >= self._stable_ns
+            one
+            for one, since_ns in self._since_ns.items()
+            if one not in self._reported and stamp_ns - since_ns >= self._stable_ns
         ]
         self._reported.update(ripe)
-        return [rows[key] for key in ripe]
+        return [rows[one] for one in ripe]

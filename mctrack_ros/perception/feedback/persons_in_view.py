@@ -58,6 +58,16 @@ class ConfirmedTracks:
     age_s: Floats
 
 
+NO_TRACKS = ConfirmedTracks(
+    np.zeros(0, np.int64),
+    np.zeros((0, 2)),
+    np.zeros((0, 4)),
+    np.zeros(0, np.bool_),
+    np.zeros(0),
+    np.zeros(0),
+)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class PersonsInView:
     """

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import TEMPLATE_SIZE, ClassCode, Detections, Feedback
+from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.tracking.appearance import colour_templates
 
-Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 
 LEAST_COLOURED = 0.25
@@ -19,11 +19,9 @@ LEAST_COLOURED = 0.25
 def targets_in_view(
     feedback: Feedback,
     stamp_ns: int,
-    image: Image,
-    foreground: Image,
+    frame: Frame,
     mapping: GroundMapping,
     person: tuple[float, float],
-    balance: Floats,
 ) -> Detections:
     """
     Return a detection of each target in view, where it is predicted, near ones first.
@@ -36,14 +34,12 @@ def targets_in_view(
         The targets.
     stamp_ns : int
         Of the image, ns.
-    image, foreground : (h, w, 3), (h, w) uint8 arrays
-        Reduced image, and 255 where something moves.
+    frame : Frame
+        The image with its foreground.
     mapping : GroundMapping
         Of the camera.
     person : (float, float)
         Height and width of a person, m.
-    balance : (3,) array
-        Factors of blue, green and red.
 
     """
     place = feedback.places(stamp_ns)
@@ -55,17 +51,17 @@ def targets_in_view(
     distance = np.linalg.norm(place - mapping.camera_position[:2], axis=1)
     order = np.argsort(distance, kind='stable')
     order = order[seen[order]]
-    scale = np.tile(np.divide(image.shape[1::-1], size), 2)
+    scale = np.tile(np.divide(frame.image.shape[1::-1], size), 2)
     small = np.rint(np.hstack([low, high])[order] * scale).astype(np.int64)
     small[:, 2:] -= small[:, :2]
-    left, template = foreground.copy(), np.zeros((len(order), TEMPLATE_SIZE))
+    left, template = frame.objects.copy(), np.zeros((len(order), TEMPLATE_SIZE))
     share = np.zeros(len(order))
     for row, own in enumerate(small):
         x, y, width, height = own.tolist()
         window = left[y : y + height, x : x + width]
         share[row] = np.count_nonzero(window) / max(window.size, 1)
         if share[row] >= LEAST_COLOURED:
-            template[row] = colour_templates(image, left, own[None], balance)[0]
+            template[row] = colour_templates(frame.image, left, own[None], frame.balance)[0]
         window[:] = 0
     return Detections.build(
         stamp_ns,

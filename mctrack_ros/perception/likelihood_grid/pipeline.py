@@ -20,9 +20,15 @@ from mctrack_ros.interfaces import (
 )
 from mctrack_ros.perception.background.model import Background
 from mctrack_ros.perception.background.objects import marked, objects_in
+from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.camera_shift.monitor import ShiftState
+from mctrack_ros.perception.events.event_log import EventLog
+from mctrack_ros.perception.events.groups import GroupConfig
+from mctrack_ros.perception.events.view_events import ViewEvents
+from mctrack_ros.perception.feedback.persons_in_view import NO_TRACKS
 from mctrack_ros.perception.foreground import Reduction
 from mctrack_ros.perception.front_end import FrontEnd
+from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.likelihood_grid.config import GridConfig, LikelihoodCameraConfig
 from mctrack_ros.perception.likelihood_grid.edges import EdgeBackground, gradient_of
 from mctrack_ros.perception.likelihood_grid.in_view import targets_in_view
@@ -86,6 +92,8 @@ class LikelihoodCamera:
         self._distance = OrientedDistance(size)
         self._edges = EdgeBackground()
         self._background = Background(config.background) if config.foreground else None
+        extent = np.array(self._person[::-1])
+        self._events = ViewEvents(GroupConfig(), extent, SizeTable(mapping), mapping)
         self._reduction = Reduction(mapping, float(self._factor))
         self._given: Image | None = None
         if background is not None:
@@ -106,8 +114,8 @@ class LikelihoodCamera:
             Its capture time, ns. A step back of more than a second lets the background be learned
             anew.
         feedback : Feedback or None
-            The targets whose colours are measured, and which the background does not learn. The
-            likelihoods do not depend on it.
+            The targets whose events are told and whose colours are measured, and which the
+            background does not learn. The likelihoods do not depend on it.
 
         Raises
         ------
@@ -124,12 +132,13 @@ class LikelihoodCamera:
             self._forget()
         small = self.reduced(image)
         likelihood = self._likelihood(small, stamp_ns)
-        foreground = self._foreground(small, stamp_ns, feedback)
+        frame = self._frame(small, stamp_ns)
+        foreground, events = self._foreground(frame, stamp_ns, feedback)
         if arrival.shift.state is ShiftState.MOVED:
             return CameraOutput.empty(MESSAGES, stamp_ns, arrival.shift)
         messages: tuple[Message, ...] = (self._seen, likelihood, foreground)
         by_topic = {message.TOPIC: message for message in messages}
-        return CameraOutput(by_topic, Events.build(stamp_ns), arrival.shift, self._is_learned)
+        return CameraOutput(by_topic, events, arrival.shift, self._is_learned)
 
     @property
     def _is_learned(self) -> bool:
@@ -158,37 +167,50 @@ class LikelihoodCamera:
         value = self._templates.log_likelihood(distance)
         return Likelihood(stamp_ns, self._position, value)
 
-    def _foreground(self, small: Image, stamp_ns: int, feedback: Feedback | None) -> Foreground:
-        """Return the reduced mask, measure the targets in view, and learn the background."""
+    def _foreground(
+        self, frame: Frame | None, stamp_ns: int, feedback: Feedback | None
+    ) -> tuple[Foreground, Events]:
+        """Return the reduced mask and what happened; learn the background where nobody is."""
         self._seen = Detections.build(stamp_ns)
-        objects = self._objects(small, stamp_ns)
-        if self._background is None or self._background.model is None or objects is None:
-            return Foreground.build(stamp_ns)
+        if self._background is None or frame is None:
+            self._events.restart()
+            return Foreground.build(stamp_ns), Events.build(stamp_ns)
         if feedback is not None:
-            balance = balance_of(self._background.model)
-            self._seen = targets_in_view(
-                feedback, stamp_ns, small, objects, self._mapping, self._person, balance
-            )
-        foreground = self._reduction.foreground(objects, stamp_ns)
-        people = marked(self._seen.box / self._factor, objects.shape)
-        self._background.learn(small, objects, people, people, stamp_ns)
-        return foreground
+            self._seen = targets_in_view(feedback, stamp_ns, frame, self._mapping, self._person)
+        events = self._happened(frame, stamp_ns, feedback)
+        people = marked(self._seen.box / self._factor, frame.mask.shape)
+        self._background.learn(frame.image, frame.objects, people, people, stamp_ns)
+        return self._reduction.foreground(frame.objects, stamp_ns), events
 
-    def _objects(self, small: Image, stamp_ns: int) -> Image | None:
-        """Return the foreground mask; None: the background is learned, or not wanted."""
+    def _happened(self, frame: Frame, stamp_ns: int, feedback: Feedback | None) -> Events:
+        """Return what happened to the targets in view."""
+        _, _, stats, _ = cv2.connectedComponentsWithStats(frame.objects)
+        blob_box = np.asarray(stats[1:, :4] * frame.scale, np.float64)
+        log, measured = EventLog(stamp_ns), self._seen.template.any(axis=1)
+        tracked = self._seen.track_id[measured].astype(np.int64)
+        self._events.group(NO_TRACKS, blob_box, frame, feedback, stamp_ns, log, tracked)
+        if feedback is not None:
+            self._events.appearance.follow(feedback, blob_box, stamp_ns, log)
+        return log.rows()
+
+    def _frame(self, small: Image, stamp_ns: int) -> Frame | None:
+        """Return an image with its foreground; None: its background is learned, or not wanted."""
         if self._background is None:
             return None
-        found = self._background.apply(small, stamp_ns)
-        if found is None or self._background.model is None:
+        found, background = self._background.apply(small, stamp_ns), self._background.model
+        if found is None or background is None:
             return None
-        objects = objects_in(small, self._background.model, found)
+        objects = objects_in(small, background, found)
         if self._mask is not None:
             cv2.bitwise_and(objects, self._mask, objects)
-        return objects
+        difference, scale = self._background.difference, float(self._factor)
+        balance = balance_of(background)
+        return Frame(small, found, objects, objects, background, difference, scale, balance)
 
     def _forget(self) -> None:
         """Learn the background, or take the one that was given."""
         self._edges.restart()
+        self._events.restart()
         if self._background is not None:
             self._background.restart()
         if self._given is not None:
