@@ -53,8 +53,9 @@ class JointAssociationConfig(AssociationConfig):
 
     method: str = tag(*(name for name in ASSOCIATORS if name != 'covering_graph'))
     false_density: float = parameter(
-        0.002,
-        'Detections that belong to no known target, per camera and image [1/m^2]',
+        0.01,
+        'Detections that belong to no known target, per camera and image; of those of a '
+        "camera's own tracker, with a `local_id`, a fifth [1/m^2]",
         minimum=1e-9,
         maximum=100.0,
         at_run_time=True,

@@ -6,7 +6,9 @@ from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.association.config import JointAssociationConfig
 from mctrack_ros.fusion.association.likelihood import (
+    RARELY_FALSE,
     TENTATIVE_COST,
+    UNWATCHED_NS,
     clutter_cost,
     cost_parts,
     prior_costs,
@@ -51,7 +53,27 @@ def test_where_boxes_overlap_a_camera_is_believed_less():
 def test_a_track_that_is_not_confirmed_costs_more():
     given = scene(track_id=[0])
     given[0].confirmed[1] = False
+    given[0].seen_ns[:] = PERIOD_NS
     np.testing.assert_array_equal(parts(*given)['doubt'], [[0], [TENTATIVE_COST]])
+
+
+def test_false_detections_are_rare_by_a_camera_s_own_tracker():
+    given = scene(local_id=[0, 1])
+    given[0].seen_ns[:] = PERIOD_NS
+    rare = 2 * np.log(RARELY_FALSE)
+    np.testing.assert_allclose(parts(*given)['doubt'], [[0, rare], [0, rare]])
+
+
+def test_whom_nobody_has_looked_for_a_detection_is_rather_than_nobody():
+    """One seen just now, one not seen for long, one whom cameras have missed."""
+    given = scene(track_id=[0])
+    for silent_ns, missed, expected in (
+        (UNWATCHED_NS, 0.0, 0.0),
+        (UNWATCHED_NS + 1, 0.0, 2 * np.log(RARELY_FALSE)),
+        (UNWATCHED_NS + 1, 0.1, 0.0),
+    ):
+        given[0].seen_ns[:], given[0].missed[:] = PERIOD_NS - silent_ns, missed
+        np.testing.assert_allclose(parts(*given)['doubt'], [[expected], [expected]])
 
 
 def test_colours_cost_what_they_differ_by_beyond_the_usual():
