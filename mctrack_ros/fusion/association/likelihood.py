@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -57,20 +56,30 @@ def prior_costs(
     """
     row = batch.single[detection]
     parts = cost_parts(table, batch, track, row, config)
-    return parts['appearance'] + parts['belief'] + parts['doubt'] + clutter_cost(config)
+    return parts['appearance'] + parts['belief'] + parts['doubt'] + parts['clutter']
 
 
 def cost_parts(
     table: TrackTable, batch: Batch, track: Indices, row: Indices, config: JointAssociationConfig
 ) -> dict[str, Floats]:
-    """Return the costs (k,) of tracks and detections, (k,) rows each, by term."""
+    """
+    Return the costs (k,) of tracks and detections, (k,) rows each, by term.
+
+    What false detections cost (clutter) is for each unit of area of a pair's uncertainty.
+    """
     bonus = config.identity_bonus
     belief, doubt = _beliefs(
         batch.rows, batch.is_overlapped, table.fixed, table.local_id, track, row, bonus,
-        bonus * OVERLAP_TRUST, TENTATIVE_COST, -2 * math.log(RARELY_FALSE),
+        bonus * OVERLAP_TRUST, TENTATIVE_COST,
     )  # fmt: skip
-    appearance = _appearance_costs(table, batch, track, row, config)
-    return {'appearance': appearance, 'belief': belief, 'doubt': doubt}
+    rare = _rarely_false(batch.rows, table.fixed, track, row)
+    density = config.false_density * np.where(rare, RARELY_FALSE, 1.0)
+    return {
+        'appearance': _appearance_costs(table, batch, track, row, config),
+        'belief': belief,
+        'doubt': doubt,
+        'clutter': 2 * np.log(2 * np.pi * density),
+    }
 
 
 def _appearance_costs(
@@ -90,20 +99,27 @@ def _appearance_costs(
     return config.appearance_weight * difference
 
 
-def clutter_cost(config: JointAssociationConfig) -> float:
-    """Return what false detections cost a pair, per unit of area of its uncertainty."""
-    return 2 * math.log(2 * math.pi * config.false_density)
+@compiled(types.b1[::1](ROWS, TRACKS, INTS_1D, INTS_1D))
+def _rarely_false(rows: Any, tracks: Any, track: Indices, row: Indices) -> Mask:
+    """Tell of pairs, (k,), whether a camera's tracker vouches or nobody has looked."""
+    local_id, stamp_ns = rows['local_id'], rows['stamp_ns']
+    seen_ns, missed = tracks['seen_ns'], tracks['missed']
+    rare = np.empty(len(track), np.bool_)
+    for pair in range(len(track)):
+        own, one = track[pair], row[pair]
+        is_unwatched = stamp_ns[one] - seen_ns[own] > UNWATCHED_NS and missed[own] == 0.0
+        rare[pair] = local_id[one] > 0 or is_unwatched
+    return rare
 
 
 @compiled(
     types.Tuple([types.f8[::1], types.f8[::1]])(
         ROWS, BOOLS_1D, TRACKS, _MEMORY, INTS_1D, INTS_1D, types.f8, types.f8, types.f8,
-        types.f8,
     )
 )  # fmt: skip
 def _beliefs(
     rows: Any, is_overlapped: Mask, tracks: Any, remembered: Ids, track: Indices, row: Indices,
-    bonus: float, overlapped: float, tentative: float, rare: float,
+    bonus: float, overlapped: float, tentative: float,
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """
     Return what pairs (k,) cost by who the cameras and we believe that they are.
@@ -116,12 +132,11 @@ def _beliefs(
     belief : (k,) array
         Less for what the camera takes for one target, more for two.
     doubt : (k,) array
-        More for a track that is not confirmed, less where false detections are rare.
+        More for a track that is not confirmed.
 
     """
     global_id, local_id, camera = rows['track_id'], rows['local_id'], rows['camera']
     track_id, confirmed = tracks['track_id'], tracks['confirmed']
-    stamp_ns, seen_ns, missed = rows['stamp_ns'], tracks['seen_ns'], tracks['missed']
     ids = np.sort(track_id)
     is_reported, is_known = np.zeros(len(global_id), np.bool_), np.zeros(len(global_id), np.bool_)
     for one in range(len(global_id)):
@@ -144,10 +159,6 @@ def _beliefs(
         belief[pair] *= overlapped if is_overlapped[one] else bonus
         if not confirmed[track[pair]]:
             doubt[pair] = tentative
-        is_unwatched = stamp_ns[one] - seen_ns[track[pair]] > UNWATCHED_NS
-        is_unwatched &= missed[track[pair]] == 0.0
-        if local_id[one] > 0 or is_unwatched:
-            doubt[pair] -= rare
     return belief, doubt
 
 

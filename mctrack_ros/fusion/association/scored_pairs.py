@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion.association.config import JointAssociationConfig
-from mctrack_ros.fusion.association.likelihood import clutter_cost, cost_parts
+from mctrack_ros.fusion.association.likelihood import cost_parts
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.kalman import inverse, position_matrix, symmetric
@@ -57,7 +57,8 @@ class JudgedPairs:
         determinant = np.linalg.det(self.spread + batch.noise[self.row])
         density = np.log(np.maximum(determinant, np.finfo(np.float64).tiny))
         costs = cost_parts(table, batch, self.track, self.row, config)
-        return replace(self, costs=costs | {'clutter': density + clutter_cost(config)})
+        costs['clutter'] += density
+        return replace(self, costs=costs)
 
 
 def judged_pairs(

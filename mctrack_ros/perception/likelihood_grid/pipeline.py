@@ -200,9 +200,9 @@ class LikelihoodCamera:
         found, background = self._background.apply(small, stamp_ns), self._background.model
         if found is None or background is None:
             return None
-        objects = objects_in(small, background, found)
         if self._mask is not None:
-            cv2.bitwise_and(objects, self._mask, objects)
+            found = np.asarray(cv2.bitwise_and(found, self._mask), np.uint8)
+        objects = objects_in(small, background, found)
         difference, scale = self._background.difference, float(self._factor)
         balance = balance_of(background)
         return Frame(small, found, objects, objects, background, difference, scale, balance)

@@ -9,7 +9,6 @@ from mctrack_ros.fusion.association.likelihood import (
     RARELY_FALSE,
     TENTATIVE_COST,
     UNWATCHED_NS,
-    clutter_cost,
     cost_parts,
     prior_costs,
 )
@@ -53,27 +52,27 @@ def test_where_boxes_overlap_a_camera_is_believed_less():
 def test_a_track_that_is_not_confirmed_costs_more():
     given = scene(track_id=[0])
     given[0].confirmed[1] = False
-    given[0].seen_ns[:] = PERIOD_NS
     np.testing.assert_array_equal(parts(*given)['doubt'], [[0], [TENTATIVE_COST]])
 
 
 def test_false_detections_are_rare_by_a_camera_s_own_tracker():
     given = scene(local_id=[0, 1])
     given[0].seen_ns[:] = PERIOD_NS
-    rare = 2 * np.log(RARELY_FALSE)
-    np.testing.assert_allclose(parts(*given)['doubt'], [[0, rare], [0, rare]])
+    usual, rare = 2 * np.log(2 * np.pi * CONFIG.false_density * np.array([1, RARELY_FALSE]))
+    np.testing.assert_allclose(parts(*given)['clutter'], [[usual, rare], [usual, rare]])
 
 
 def test_whom_nobody_has_looked_for_a_detection_is_rather_than_nobody():
     """One seen just now, one not seen for long, one whom cameras have missed."""
     given = scene(track_id=[0])
-    for silent_ns, missed, expected in (
-        (UNWATCHED_NS, 0.0, 0.0),
-        (UNWATCHED_NS + 1, 0.0, 2 * np.log(RARELY_FALSE)),
-        (UNWATCHED_NS + 1, 0.1, 0.0),
+    for silent_ns, missed, share in (
+        (UNWATCHED_NS, 0.0, 1.0),
+        (UNWATCHED_NS + 1, 0.0, RARELY_FALSE),
+        (UNWATCHED_NS + 1, 0.1, 1.0),
     ):
         given[0].seen_ns[:], given[0].missed[:] = PERIOD_NS - silent_ns, missed
-        np.testing.assert_allclose(parts(*given)['doubt'], [[expected], [expected]])
+        expected = 2 * np.log(2 * np.pi * CONFIG.false_density * share)
+        np.testing.assert_allclose(parts(*given)['clutter'], [[expected], [expected]])
 
 
 def test_colours_cost_what_they_differ_by_beyond_the_usual():
@@ -88,10 +87,9 @@ def test_colours_cost_what_they_differ_by_beyond_the_usual():
     )
 
 
-def test_a_pair_costs_the_sum_and_what_false_detections_are_worth():
+def test_a_pair_costs_the_sum():
     given = scene(track_id=[5, 0], local_id=[0, 3], template=np.eye(2, TEMPLATE_SIZE))
     given[0].template[:] = np.eye(2, TEMPLATE_SIZE)
     given[0].confirmed[0] = False
-    expected = sum(cost_parts(*given, CONFIG).values()) + clutter_cost(CONFIG)
+    expected = sum(cost_parts(*given, CONFIG).values())
     np.testing.assert_allclose(prior_costs(*given, CONFIG), expected)
-    assert clutter_cost(JointAssociationConfig(false_density=1 / (2 * np.pi))) == 0.0
