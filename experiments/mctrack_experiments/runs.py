@@ -28,6 +28,7 @@ SEEDS: Mapping[str, int] = {
     'grey_carpark': 5,
     'grid': 3,
     'hall': 3,
+    'views': 3,
     'scenarios': 50,
     'consistency': 50,
     'biased': 8,

@@ -70,6 +70,7 @@ _SIMULATED = {
     Experiment.CLASSES: 'papers.silhouettes.classes',
     Experiment.GREY_CARPARK: 'scenarios.grey_carpark',
     Experiment.HALL: 'scenarios.hall',
+    Experiment.VIEWS: 'scenarios.changing_views',
     Experiment.COVERING: 'papers.covering.experiment',
     Experiment.SCENARIOS: 'scenarios.reproduce',
     Experiment.CONSISTENCY: 'scenarios.consistency',
@@ -86,6 +87,7 @@ _COUNTED = (
     *(Experiment.SCENARIOS, Experiment.CONSISTENCY, Experiment.BIASED, Experiment.CLOCKS),
     *(Experiment.SILHOUETTES, Experiment.CLASSES, Experiment.GREY_CARPARK, Experiment.BELIEF),
     Experiment.HALL,
+    Experiment.VIEWS,
 )
 """Those that tell how many scenes of how many are done; the others tell lines."""
 DRAWN = (
@@ -198,10 +200,6 @@ def _experiment(
         from mctrack_experiments.papers.ground.honesty import reproduce_honesty
 
         return reproduce_honesty()
-    if experiment is Experiment.VIEWS:
-        from mctrack_experiments.scenarios.changing_views import reproduce_views
-
-        return reproduce_views()
     if experiment is Experiment.FIG20:
         from mctrack_experiments.papers.event_tracking.fig20 import reproduce_fig20
 
