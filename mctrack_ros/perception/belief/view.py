@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
 from zlib import crc32
 
 import cv2
@@ -34,6 +35,27 @@ LARGEST_OVERLAP = 0.2
 """Colours are learned from a box of which no other target's covers more."""
 SHORTEST_S, LONGEST_S = 1e-3, 1.0
 """Between images, for the prediction, s."""
+
+
+class _Samples(NamedTuple):
+    """
+    Particles of the k targets in view.
+
+    Attributes
+    ----------
+    ids : list of int
+        Of the targets.
+    source, state : (k, n, 6) float64 array
+        After the last messages, and at the image.
+    place : (k, n, 2) float64 array
+        Of the latter on the ground, m; NaN where they are not in the image.
+
+    """
+
+    ids: list[int]
+    source: Floats
+    state: Floats
+    place: Floats
 
 
 class ViewFilters:
@@ -92,20 +114,14 @@ class ViewFilters:
         ids, source = self._sources(belief, motion)
         self._reference = {key: each for key, each in self._reference.items() if key in ids}
         seconds = float(np.clip((stamp_ns - belief.stamp_ns) * 1e-9, SHORTEST_S, LONGEST_S))
-        state = self._predicted(source, seconds, stream(self._config.seed, self._name, stamp_ns))
-        place = self.mapping.ground_from_image(state[..., :2].reshape(-1, 2))
-        place = place.reshape(*state.shape[:2], 2)
-        possible = self._in_image(state) & np.isfinite(place[..., 0])
-        shown = possible.mean(axis=1) >= IN_VIEW
-        if not shown.any():
+        samples = self._drawn(ids, source, seconds, stamp_ns)
+        if not samples.ids:
             return Belief.build(stamp_ns)
-        ids = [key for key, is_shown in zip(ids, shown) if is_shown]
-        source, state, place, possible = (a[shown] for a in (source, state, place, possible))
-        self._learn_new(image, ids, state)
-        rows = self._rows(ids, state, np.where(possible[..., None], place, np.nan))
-        log_likelihood = self._log_likelihoods(image, ids, state)
+        self._learn_new(image, samples.ids, samples.state)
+        rows = self._rows(samples)
+        log_likelihood = self._log_likelihoods(image, samples.ids, samples.state)
         if self._config.prior_density:
-            rows['log_prior'] = _log_prior(state, source, seconds).ravel()
+            rows['log_prior'] = _log_prior(samples.state, samples.source, seconds).ravel()
         return Belief.build(stamp_ns, log_likelihood=log_likelihood.ravel(), **rows)
 
     def image_state(self, belief: Belief) -> Floats:
@@ -142,6 +158,17 @@ class ViewFilters:
         if motion is not None and any(followed):
             state[followed] = _carried(state[followed], np.asarray(motion))
         return list(sources), state
+
+    def _drawn(self, ids: list[int], source: Floats, seconds: float, stamp_ns: int) -> _Samples:
+        """Sample the motion model; keep the targets of whom enough is in the image."""
+        state = self._predicted(source, seconds, stream(self._config.seed, self._name, stamp_ns))
+        place = self.mapping.ground_from_image(state[..., :2].reshape(-1, 2))
+        place = place.reshape(*state.shape[:2], 2)
+        possible = self._in_image(state) & np.isfinite(place[..., 0])
+        place = np.where(possible[..., None], place, np.nan)
+        in_view = possible.mean(axis=1) >= IN_VIEW
+        kept = [key for key, is_kept in zip(ids, in_view) if is_kept]
+        return _Samples(kept, source[in_view], state[in_view], place[in_view])
 
     @staticmethod
     def _predicted(source: Floats, seconds: float, rng: np.random.Generator) -> Floats:
@@ -185,10 +212,10 @@ class ViewFilters:
             found[known] = np.logaddexp(-weight * less, HIDDEN)
         return found
 
-    def _rows(self, ids: list[int], state: Floats, place: Floats) -> dict[str, ArrayLike]:
-        """Return columns of the rows of (k, n, 6) particles at (k, n, 2) places, m."""
-        track_id = np.repeat(ids, state.shape[1])
-        state, place = state.reshape(-1, 6), place.reshape(-1, 2)
+    def _rows(self, samples: _Samples) -> dict[str, ArrayLike]:
+        """Return columns of a message, a row a particle."""
+        track_id = np.repeat(samples.ids, samples.state.shape[1])
+        state, place = samples.state.reshape(-1, 6), samples.place.reshape(-1, 2)
         covariance = self.mapping.ground_covariance(place, foot_covariance(state[:, 2]))
         height = state[:, 2] * PERSON_M / self.mapping.height_px(place, PERSON_M)
         return {

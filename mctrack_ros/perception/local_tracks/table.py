@@ -14,11 +14,13 @@ from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 from mctrack_ros.perception.geometry.foot_noise import follow_noise, foot_noise
 from mctrack_ros.perception.geometry.person_size import SizeTable, box_at
+from mctrack_ros.perception.local_tracks.parallel_arrays import ParallelArrays
 from mctrack_ros.perception.local_tracks.update import correct
 from mctrack_ros.tracking import kalman
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 ROUND = np.eye(2)  # the same in all directions
 WALKED_M = 1.0
 """Way from where a track began by which it has walked: more than parting blobs shift it."""
@@ -75,20 +77,18 @@ class Prediction:
     slope: Floats
     seconds: float
 
-    def select(self, mask: NDArray[np.bool_]) -> Prediction:
+    def select(self, mask: Mask) -> Prediction:
         """Return the rows that a mask picks."""
         kept = self.foot[mask], self.box[mask], self.spread[mask], self.slope[mask]
         return Prediction(*kept, self.seconds)
 
 
-class LocalTracks:
+class LocalTracks(ParallelArrays):
     """
     All local tracks of one camera as parallel arrays; rows are ordered by id.
 
     Attributes
     ----------
-    local_id : (n,) int64 array
-        Never reused.
     mean : (n, 4) float64 array
         x, y (m), vx, vy (m/s) on the ground.
     covariance : (n, 4, 4) float64 array
@@ -120,38 +120,28 @@ class LocalTracks:
 
     """
 
-    ARRAYS = (
-        'local_id', 'mean', 'covariance', 'extent', 'template', 'track_id', 'first_ns',
-        'seen_ns', 'clear_ns', 'confirmed', 'origin', 'walked', 'class_id',
-        'near_px', 'noise_ratio',
-    )  # fmt: skip
+    mean: Floats = np.zeros(4)
+    covariance: Floats = np.zeros((4, 4))
+    extent: Floats = np.zeros(2)
+    template: Floats = np.zeros(TEMPLATE_SIZE)
+    track_id: Ints = np.zeros((), np.int64)
+    first_ns: Ints = np.zeros((), np.int64)
+    seen_ns: Ints = np.zeros((), np.int64)
+    clear_ns: Ints = np.zeros((), np.int64)
+    confirmed: Mask = np.zeros((), np.bool_)
+    origin: Floats = np.zeros(2)
+    walked: Mask = np.zeros((), np.bool_)
+    class_id: NDArray[np.uint8] = np.zeros((), np.uint8)
+    near_px: Floats = np.zeros(2)
+    noise_ratio: Floats = np.ones(2)
 
     def __init__(self, config: FilterConfig, mapping: GroundMapping, sizes: SizeTable) -> None:
         self._config, self._mapping, self._sizes = config, mapping, sizes
-        self._next_id = 1
-        self.clear()
-
-    def __len__(self) -> int:
-        """Return the number of tracks."""
-        return len(self.local_id)
+        super().__init__()
 
     def clear(self) -> None:
         """Forget all tracks; ids go on."""
-        self.local_id: Ints = np.zeros(0, np.int64)
-        self.mean: Floats = np.zeros((0, 4))
-        self.covariance: Floats = np.zeros((0, 4, 4))
-        self.extent: Floats = np.zeros((0, 2))
-        self.template: Floats = np.zeros((0, TEMPLATE_SIZE))
-        self.track_id: Ints = np.zeros(0, np.int64)
-        self.first_ns: Ints = np.zeros(0, np.int64)
-        self.seen_ns: Ints = np.zeros(0, np.int64)
-        self.clear_ns: Ints = np.zeros(0, np.int64)
-        self.confirmed: NDArray[np.bool_] = np.zeros(0, np.bool_)
-        self.origin: Floats = np.zeros((0, 2))
-        self.walked: NDArray[np.bool_] = np.zeros(0, np.bool_)
-        self.class_id: NDArray[np.uint8] = np.zeros(0, np.uint8)
-        self.near_px: Floats = np.zeros((0, 2))
-        self.noise_ratio: Floats = np.ones((0, 2))
+        super().clear()
         self._seconds = 0.0
 
     def predict(self, seconds: float) -> None:
@@ -226,27 +216,15 @@ class LocalTracks:
         covariance = np.zeros((count, 4, 4))
         covariance[:, :2, :2] = self._mapping.ground_covariance(position, noise)
         covariance[:, [2, 3], [2, 3]] = self._config.initial_speed**2
-        extent = box[:, 2:] / self._sizes.per_metre(self._sizes.foot_of(box))
-        added = {
-            'local_id': np.arange(self._next_id, self._next_id + count),
-            'mean': np.column_stack([position, np.zeros((count, 2))]),
-            'covariance': covariance,
-            'extent': extent,
-            'template': template,
-            'track_id': np.zeros(count, np.int64),
-            'first_ns': np.full(count, stamp_ns, np.int64),
-            'seen_ns': np.full(count, stamp_ns, np.int64),
-            'clear_ns': np.full(count, stamp_ns, np.int64),
-            'confirmed': np.zeros(count, np.bool_),
-            'origin': position.copy(),
-            'walked': np.zeros(count, np.bool_),
-            'class_id': np.zeros(count, np.uint8),
-            'near_px': np.zeros((count, 2)),
-            'noise_ratio': np.ones((count, 2)),
-        }
-        for name in self.ARRAYS:
-            setattr(self, name, np.concatenate([getattr(self, name), added[name]]))
-        self._next_id += count
+        self.append(
+            count,
+            mean=np.column_stack([position, np.zeros((count, 2))]),
+            covariance=covariance,
+            extent=box[:, 2:] / self._sizes.per_metre(self._sizes.foot_of(box)),
+            template=template,
+            origin=position,
+            **dict.fromkeys(('first_ns', 'seen_ns', 'clear_ns'), np.full(count, stamp_ns)),
+        )
         return np.arange(old, old + count)
 
     def stand(self, rows: Ints, position: Floats, foot: Floats) -> None:
@@ -269,11 +247,6 @@ class LocalTracks:
         known = np.isfinite(place).all(axis=1) & np.isfinite(near_px).all(axis=1)
         self.near_px[rows[known]] = near_px[known]
         self.mean[rows[known], :2] = place[known]
-
-    def keep(self, mask: NDArray[np.bool_]) -> None:
-        """Keep some tracks and drop the others."""
-        for name in self.ARRAYS:
-            setattr(self, name, getattr(self, name)[mask])
 
     def foot_noise(self, box: Floats) -> Floats:
         """Return the (n, 2, 2) covariance, px², of the foot points of (n, 4) boxes."""

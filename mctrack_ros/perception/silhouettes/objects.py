@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.blobs.extraction import overlap
+from mctrack_ros.perception.local_tracks.parallel_arrays import ParallelArrays
 from mctrack_ros.perception.silhouettes.features import (
     PLACE,
     SIZE,
@@ -72,14 +72,12 @@ class ObjectConfig:
     )
 
 
-class ObjectList:
+class ObjectList(ParallelArrays):
     """
     What is tracked, as parallel arrays, by id.
 
     Attributes
     ----------
-    local_id : (n,) int64 array
-        Never reused.
     vector, box : (n, 21), (n, 4) float64 arrays
         Shapes as in `Shapes`; of the last silhouette, the place moved to where it is expected.
     velocity : (n, 2) float64 array
@@ -111,45 +109,31 @@ class ObjectList:
 
     """
 
-    ARRAYS = (
-        'local_id', 'vector', 'box', 'velocity', 'first_ns', 'seen_ns', 'missed_s', 'coherent_ns',
-        'matched', 'established', 'alone_s', 'group', 'track_id', 'mean', 'covariance', 'class_id',
-        'announced', 'origin', 'travelled_px',
-    )  # fmt: skip
+    vector: Floats = np.zeros(SIZE)
+    box: Floats = np.zeros(4)
+    velocity: Floats = np.zeros(2)
+    first_ns: Ints = np.zeros((), np.int64)
+    seen_ns: Ints = np.zeros((), np.int64)
+    missed_s: Floats = np.zeros(())
+    coherent_ns: Ints = np.zeros((), np.int64)
+    matched: Mask = np.ones((), np.bool_)
+    established: Mask = np.zeros((), np.bool_)
+    alone_s: Floats = np.zeros(())
+    group: Ints = np.zeros((), np.int64)
+    track_id: Ints = np.zeros((), np.int64)
+    mean: Floats = np.full(4, np.nan)
+    covariance: Floats = np.eye(4)
+    class_id: Ints = np.zeros((), np.int64)
+    announced: Mask = np.zeros((), np.bool_)
+    origin: Floats = np.zeros(2)
+    travelled_px: Floats = np.zeros(())
 
     def __init__(self, config: ObjectConfig) -> None:
         self._config = config
-        self._next_id = 1
-        self.clear()
-
-    def __len__(self) -> int:
-        """Return the number of objects."""
-        return len(self.local_id)
-
-    def clear(self) -> None:
-        """Forget all objects; ids go on."""
-        self.local_id: Ints = np.zeros(0, np.int64)
-        self.vector: Floats = np.zeros((0, SIZE))
-        self.box: Floats = np.zeros((0, 4))
-        self.velocity: Floats = np.zeros((0, 2))
-        self.first_ns: Ints = np.zeros(0, np.int64)
-        self.seen_ns: Ints = np.zeros(0, np.int64)
-        self.missed_s: Floats = np.zeros(0)
-        self.coherent_ns: Ints = np.zeros(0, np.int64)
-        self.matched: NDArray[np.bool_] = np.zeros(0, np.bool_)
-        self.established: NDArray[np.bool_] = np.zeros(0, np.bool_)
-        self.alone_s: Floats = np.zeros(0)
-        self.group: Ints = np.zeros(0, np.int64)
-        self.track_id: Ints = np.zeros(0, np.int64)
-        self.mean: Floats = np.zeros((0, 4))
-        self.covariance: Floats = np.zeros((0, 4, 4))
-        self.class_id: Ints = np.zeros(0, np.int64)
-        self.announced: NDArray[np.bool_] = np.zeros(0, np.bool_)
-        self.origin: Floats = np.zeros((0, 2))
-        self.travelled_px: Floats = np.zeros(0)
+        super().__init__()
 
     @property
-    def confirmed(self) -> NDArray[np.bool_]:
+    def confirmed(self) -> Mask:
         """Which objects, (n,), may learn a global id."""
         return self.established
 
@@ -192,60 +176,27 @@ class ObjectList:
         self.matched = np.asarray(match.any(axis=1))
         rows, columns = np.nonzero(match)
         self._learn_motion(rows, shapes.centroid[columns], seconds)
-        share = (
-            _share(seconds, self._config.memory_s)
-            * ~self._hides_others(rows, shapes.box[columns])[:, None]
-        )
-        learned = self.vector[rows] + share * (shapes.vector[columns] - self.vector[rows])
-        learned[:, PLACE] = shapes.centroid[columns]
-        self.vector[rows], self.box[rows] = learned, shapes.box[columns]
+        self._learn_shapes(rows, shapes.select(columns), seconds)
         self.seen_ns[rows] = stamp_ns
         self.coherent_ns[~self.matched] = stamp_ns
-        old = stamp_ns - self.first_ns >= round(self._config.establish_s * 1e9)
-        apart = self.shapes.centroid - self.origin
-        self.travelled_px = np.maximum(self.travelled_px, np.hypot(apart[:, 0], apart[:, 1]))
-        came = self.travelled_px >= self._config.move_px
-        self.established[self.matched & old & came] = True
+        self._establish(stamp_ns)
         hidden = self._hidden_in(shapes.box[columns[covers[columns]]])
         self.missed_s = np.where(self.matched, 0.0, self.missed_s + seconds * ~hidden)
         return np.asarray(~self.matched & ~self._awaited(stamp_ns))
 
     def start(self, shapes: Shapes, stamp_ns: int) -> None:
         """Start a transient object for each silhouette."""
-        count = len(shapes)
-        if count == 0:
-            return
-        now = np.full(count, stamp_ns, np.int64)
-        added = {
-            'local_id': np.arange(self._next_id, self._next_id + count),
-            'vector': shapes.vector,
-            'box': shapes.box,
-            'velocity': np.zeros((count, 2)),
-            'first_ns': now,
-            'seen_ns': now,
-            'missed_s': np.zeros(count),
-            'coherent_ns': now,
-            'matched': np.ones(count, np.bool_),
-            'established': np.zeros(count, np.bool_),
-            'alone_s': np.zeros(count),
-            'group': np.zeros(count, np.int64),
-            'track_id': np.zeros(count, np.int64),
-            'mean': np.full((count, 4), np.nan),
-            'covariance': np.tile(np.eye(4), (count, 1, 1)),
-            'class_id': np.zeros(count, np.int64),
-            'announced': np.zeros(count, np.bool_),
-            'origin': shapes.centroid,
-            'travelled_px': np.zeros(count),
-        }
-        for name in self.ARRAYS:
-            setattr(self, name, np.concatenate([getattr(self, name), added[name]]))
-        self._next_id += count
+        if len(shapes):
+            now = np.full(len(shapes), stamp_ns)
+            times = dict.fromkeys(('first_ns', 'seen_ns', 'coherent_ns'), now)
+            self.append(
+                len(shapes), vector=shapes.vector, box=shapes.box, origin=shapes.centroid, **times
+            )
 
     def keep(self, mask: Mask) -> None:
-        """Keep some objects and drop the others."""
+        """Keep the objects that a mask, (n,), picks."""
         if not mask.all():
-            for name in self.ARRAYS:
-                setattr(self, name, getattr(self, name)[mask])
+            super().keep(mask)
 
     def _awaited(self, stamp_ns: int) -> Mask:
         """Tell who may still come back; who is hardly known, for as long as he has been."""
@@ -277,6 +228,23 @@ class ObjectList:
             return
         missed = centroid - self.vector[rows][:, PLACE]
         self.velocity[rows] += _share(seconds, self._config.motion_s) * missed / seconds
+
+    def _learn_shapes(self, rows: Ints, found: Shapes, seconds: float) -> None:
+        """Let the features of objects follow those of their silhouettes; places at once."""
+        share = (
+            _share(seconds, self._config.memory_s) * ~self._hides_others(rows, found.box)[:, None]
+        )
+        learned = self.vector[rows] + share * (found.vector - self.vector[rows])
+        learned[:, PLACE] = found.centroid
+        self.vector[rows], self.box[rows] = learned, found.box
+
+    def _establish(self, stamp_ns: int) -> None:
+        """End the transience of matched objects that are old enough and have come far enough."""
+        old = stamp_ns - self.first_ns >= round(self._config.establish_s * 1e9)
+        apart = self.shapes.centroid - self.origin
+        self.travelled_px = np.maximum(self.travelled_px, np.hypot(apart[:, 0], apart[:, 1]))
+        came = self.travelled_px >= self._config.move_px
+        self.established[self.matched & old & came] = True
 
 
 def _share(seconds: float, time_constant_s: float) -> float:

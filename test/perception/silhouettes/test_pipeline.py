@@ -106,14 +106,14 @@ def test_a_pedestrian_is_tracked_before_a_parked_vehicle(new_park, config):
 
 
 @pytest.mark.parametrize('learned', [True, False], ids=['parked', 'there at first'])
-def test_a_vehicle_that_drives_off_leaves_no_hole(new_park, learned):
+def test_a_vehicle_that_drives_off_leaves_no_hole(new_park, mapping, learned):
     park = new_park(OURS)
     if learned:
         for step in range(40):
             park.show([(min(80 + 15 * step, 275), 300, CAR, 160)])
     else:
         background = park.image([(275, 300, CAR, 160)])
-        park.pipeline = SilhouettePipeline(OURS, park.pipeline._mapping, background=background)
+        park.pipeline = SilhouettePipeline(OURS, mapping, background=background)
         for _ in range(4):
             park.show([(275, 300, CAR, 160)])
     for step in range(14):
