@@ -28,7 +28,7 @@ from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.playback.controls import Controls
 from mctrack_ros.ros.playback.pacing import SECOND_NS, Due, Pace, Transport, shifted
 from mctrack_ros.ros.topics import quality
-from mctrack_ros.ros.topics.choice import Awaited, pattern
+from mctrack_ros.ros.topics.choice import Awaited, TopicChoice
 from mctrack_ros.ros.topics.definitions import definition_of
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES, starts_with_header
 
@@ -121,25 +121,10 @@ class Player(GraphNode):
             raise ConfigError('path is empty: name the folder of the bag')
         if self.config.restamp and (self.config.rate != 1.0 or self.config.paused):
             raise ConfigError('restamp needs the rate 1.0, and cannot begin paused')
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter('always', CutBagWarning)
-            self.bag = BagReader(self.config.path)
-        for warning in caught:
-            self.get_logger().warning(str(warning.message))
-        wanted = [pattern(text) for text in self.config.topics]
-        excluded = pattern(self.config.exclude)
+        self.bag = self.opened_bag()
         self.names = dict(_renamed(text) for text in self.config.remap if text)
         self.awaited = [Awaited.parsed(text) for text in self.config.wait_for if text]
-        self.played: dict[str, Played] = {}
-        for topic, kind in self.bag.topics.items():
-            if topic == '/clock' or excluded.fullmatch(topic):
-                continue
-            if any(one.fullmatch(topic) for one in wanted):
-                self.add(topic, kind)
-        if not self.played:
-            raise BagError(
-                f'{self.config.path} has no topic that matches and whose type is installed'
-            )
+        self.add_chosen()
         if not self.config.restamp:
             self.clock = self.publisher(Clock, '/clock', quality.reliable(10))
         self.ending = threading.Event()
@@ -147,6 +132,27 @@ class Player(GraphNode):
         self.controls = Controls(self, self.transport, self.config.burst, self.seek, self.skip)
         self.health = ScheduleHealth(self.doing)
         self.diagnostics = Diagnostics(self, {'playing': self.health}, ())
+
+    def opened_bag(self) -> BagReader:
+        """Return the bag; say what is cut off of it."""
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter('always', CutBagWarning)
+            bag = BagReader(self.config.path)
+        for warning in caught:
+            self.get_logger().warning(str(warning.message))
+        return bag
+
+    def add_chosen(self) -> None:
+        """Create the publishers of the topics that are played."""
+        chosen = TopicChoice(self.config.topics, ['/clock', self.config.exclude])
+        self.played: dict[str, Played] = {}
+        for topic, kind in self.bag.topics.items():
+            if chosen.takes(topic, [kind]):
+                self.add(topic, kind)
+        if not self.played:
+            raise BagError(
+                f'{self.config.path} has no topic that matches and whose type is installed'
+            )
 
     def add(self, topic: str, kind: str) -> None:
         """Create the publisher of one topic, unless its type is not there as it was recorded."""

@@ -12,11 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.subscription import Subscription
 from std_msgs.msg import String
 
 from mctrack_ros.config import ConfigError, parameter
@@ -31,13 +28,13 @@ from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.topics.choice import (
     EXPLANATIONS,
     SITE_TYPE,
+    TopicChoice,
     are_pictures,
     is_private,
-    pattern,
 )
 from mctrack_ros.ros.topics.definitions import definition_of
 from mctrack_ros.ros.topics.quality import latched, to_bag
-from mctrack_ros.ros.topics.raw_source import Drained, RawSource
+from mctrack_ros.ros.topics.raw_source import RawSource, subscribe_raw
 
 _LOOK_S = 0.2
 _DRAIN_S = 0.02
@@ -107,16 +104,20 @@ class Recorder(GraphNode):
         """Create the bag."""
         if not self.config.path:
             raise ConfigError('path is empty: name the folder of the bag')
-        self.wanted = [pattern(text) for text in self.config.topics]
-        self.excluded = [pattern(self.config.exclude)]
-        self.excluded += [] if self.config.explain else [EXPLANATIONS]
+        unwanted = [self.config.exclude, *([] if self.config.explain else [EXPLANATIONS])]
+        self.topics = TopicChoice(self.config.topics, unwanted, self.config.types)
         self.sources: dict[str, RawSource] = {}
         self.heard_before: defaultdict[str, Counter[str]] = defaultdict(Counter)
         self.left_out: dict[str, str] = {}
-        self.private = self.config.private
         self.asked_s: dict[str, float] = {}
         self.messages = self.bytes = 0
-        self.of_types = [pattern(text) for text in self.config.types]
+        self.create_bag()
+        self.parameters.begin()
+        self.diagnostics = Diagnostics(self, {'recording': RecordingHealth(self.recorded)}, ())
+
+    def create_bag(self) -> None:
+        """Create the bag, with the site that it carries; a private one allows no pictures."""
+        self.private = self.config.private
         storage = Storage(
             self.config.storage,
             self.config.storage == 'mcap',
@@ -132,8 +133,6 @@ class Recorder(GraphNode):
 
             self.writer.attach(portable_site(self.config.site), 'application/octet-stream')
             self.private |= load_site(self.config.site).private
-        self.parameters.begin()
-        self.diagnostics = Diagnostics(self, {'recording': RecordingHealth(self.recorded)}, ())
         if self.lacks_room():
             raise BagError(f'{path} has less than {self.config.min_free_mb:g} MB left')
 
@@ -239,19 +238,15 @@ class Recorder(GraphNode):
         topics = self.get_topic_names_and_types()
         self.ask_sites(topics)
         for topic, kinds in topics:
-            if topic in self.left_out or any(each.fullmatch(topic) for each in self.excluded):
+            if topic in self.left_out or not self.topics.takes(topic, kinds):
                 continue
-            if any(wanted.fullmatch(topic) for wanted in self.wanted) and any(
-                each.fullmatch(kind) for each in self.of_types for kind in kinds
-            ):
-                if are_pictures(kinds) and self.withholds(topic):
-                    continue
-                source = self.sources.get(topic)
-                count = self.count_publishers(topic)
-                if count == 1 and topic == DIAGNOSTICS:
-                    continue  # nobody but this node
-                if count and count != (len(source.offered) if source else 0):
-                    self.hear(topic, kinds, source)
+            if are_pictures(kinds) and self.withholds(topic):
+                continue
+            source, count = self.sources.get(topic), self.count_publishers(topic)
+            if count == 1 and topic == DIAGNOSTICS:
+                continue  # nobody but this node
+            if count and count != (len(source.offered) if source else 0):
+                self.hear(topic, kinds, source)
 
     def ask_sites(self, topics: Sequence[tuple[str, Sequence[str]]]) -> None:
         """Listen to every site that is described: one may be private."""
@@ -292,26 +287,14 @@ class Recorder(GraphNode):
             return
         quality = self.quality_for([each.qos_profile for each in publishers])
         if source is None:
-            subscription = self.subscription_of(message, topic, quality)
+            subscription = subscribe_raw(self, message, topic, quality)
             self.sources[topic] = RawSource(topic, kinds[0], definition, offered, subscription)
             return
         source.offered = offered
         if quality.reliability != source.subscription.qos_profile.reliability:
             self.drain()
             self.destroy_subscription(source.subscription)
-            source.subscription = self.subscription_of(message, topic, quality)
-
-    def subscription_of(self, message: Any, topic: str, quality: QoSProfile) -> Subscription[Any]:
-        """Return a subscription whose messages wait until they are drained."""
-        return self.create_subscription(
-            message,
-            topic,
-            lambda _: None,
-            quality,
-            callback_group=Drained(),
-            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
-            raw=True,
-        )
+            source.subscription = subscribe_raw(self, message, topic, quality)
 
     def leave_out(self, topic: str, reason: str) -> None:
         """Record no more of a topic, and say so once."""

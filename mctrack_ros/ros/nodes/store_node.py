@@ -14,7 +14,6 @@ from struct import Struct
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
-from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import PointCloud2
@@ -28,7 +27,7 @@ from mctrack_ros.ros.node.lifecycle import AUTOSTART, GraphNode
 from mctrack_ros.ros.node.process import run
 from mctrack_ros.ros.state.track_ids import state_path
 from mctrack_ros.ros.topics import quality
-from mctrack_ros.ros.topics.raw_source import Drained, take
+from mctrack_ros.ros.topics.raw_source import subscribe_raw, take
 from mctrack_ros.site.names import check_camera_name
 from mctrack_ros.store import FeedOptions, Keep, LiveStore, StoreError
 from mctrack_ros.store.bags import TRACKS_TOPIC
@@ -192,8 +191,8 @@ class StoreNode(GraphNode):
         self.events: dict[str, Subscription[Any]] = {}
         site = quality.latched()
         site.depth = 10
-        self.site = self.raw(String, 'site', site)
-        self.tracks = self.raw(PointCloud2, 'tracks', quality.reliable(_DEPTH))
+        self.site = subscribe_raw(self, String, 'site', site)
+        self.tracks = subscribe_raw(self, PointCloud2, 'tracks', quality.reliable(_DEPTH))
         self.add_events('/events', 'events')
         for camera in self.config.cameras:
             self.add_events(f'/{camera}/events', f'{camera}/events')
@@ -219,19 +218,7 @@ class StoreNode(GraphNode):
     def add_events(self, name: str, topic: str) -> None:
         """Keep a topic of events, by its name without namespace."""
         if name not in self.events:
-            self.events[name] = self.raw(PointCloud2, topic, quality.reliable(_DEPTH))
-
-    def raw(self, kind: type[Any], topic: str, quality: Any) -> Subscription[Any]:
-        """Return a subscription whose messages wait until they are drained, serialised."""
-        return self.create_subscription(
-            kind,
-            topic,
-            lambda _: None,
-            quality,
-            callback_group=Drained(),
-            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
-            raw=True,
-        )
+            self.events[name] = subscribe_raw(self, PointCloud2, topic, quality.reliable(_DEPTH))
 
     def drain(self) -> None:
         """Take all that has come, in the order of arrival; tracks last: events follow theirs."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from mctrack_ros.config import ConfigError
 from mctrack_ros.input_size import SITE
 
-EXPLANATIONS = re.compile('.*/explanation/(candidates|decisions)')
+EXPLANATIONS = '.*/explanation/(candidates|decisions)'
 """Where the fusion node says why, while somebody listens."""
 SITE_TYPE = 'std_msgs/msg/String'
 _PICTURES = re.compile(r'/\w*(Image|Video|Packet)\w*$')
@@ -49,6 +49,44 @@ class Awaited:
         if number and not number.isdigit():
             raise ConfigError(f'wait_for has {text!r}, expected a number after the blank')
         return cls(pattern(topics), int(number) if number else None)
+
+
+class TopicChoice:
+    """
+    Chooses topics by regular expressions, each of a whole name.
+
+    Parameters
+    ----------
+    topics, types : iterable of str
+        One of each must match, of the topic and of one of its types.
+    exclude : iterable of str
+        None of these may match the topic.
+
+    Raises
+    ------
+    ConfigError
+        If one is no regular expression.
+
+    """
+
+    def __init__(
+        self, topics: Iterable[str], exclude: Iterable[str], types: Iterable[str] = ('.*',)
+    ) -> None:
+        self._topics, self._exclude, self._types = (
+            [pattern(text) for text in each] for each in (topics, exclude, types)
+        )
+
+    def takes(self, topic: str, kinds: Sequence[str]) -> bool:
+        """Tell whether a topic, of some types, is chosen."""
+        return (
+            not _fits(self._exclude, topic)
+            and _fits(self._topics, topic)
+            and any(_fits(self._types, kind) for kind in kinds)
+        )
+
+
+def _fits(patterns: Iterable[re.Pattern[str]], name: str) -> bool:
+    return any(each.fullmatch(name) for each in patterns)
 
 
 def pattern(text: str) -> re.Pattern[str]:

@@ -6,13 +6,16 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from rclpy.callback_groups import CallbackGroup
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 from rosbags.interfaces import Qos
 
 from mctrack_ros.recording.bags.definitions import TypeDefinition
 
 
-class Drained(CallbackGroup):
+class _Drained(CallbackGroup):
     """
     Subscriptions that the executor leaves alone.
 
@@ -106,6 +109,19 @@ class RawSource:
     def counts(self) -> dict[str, int]:
         """Return how many messages came, and how many did not."""
         return {'received': self.received, 'lost': self.sequences.lost}
+
+
+def subscribe_raw(node: Node, kind: Any, topic: str, quality: QoSProfile) -> Subscription[Any]:
+    """Return a subscription whose messages wait until they are taken, serialised."""
+    return node.create_subscription(
+        kind,
+        topic,
+        lambda _: None,
+        quality,
+        callback_group=_Drained(),
+        event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
+        raw=True,
+    )
 
 
 class Taken(NamedTuple):
