@@ -120,6 +120,19 @@ def column(words: Words, name: str) -> NDArray[Any]:
     return full
 
 
+def offsets_ns(words: Words) -> NDArray[np.int64]:
+    """Return when rows, (n, k), are, ns from where their span begins."""
+    return words[:, _OFFSET].astype(np.int64)
+
+
+def by_track(words: Words) -> list[Words]:
+    """Return the rows of each track, in the order that they have."""
+    if not len(words):
+        return []
+    ordered = words[np.argsort(words[:, ID], kind='stable')]
+    return np.split(ordered, np.flatnonzero(np.diff(ordered[:, ID])) + 1)
+
+
 @dataclass(frozen=True, slots=True)
 class Block:
     """

@@ -48,6 +48,10 @@ class Stored:
         """Return where a span begins, ns."""
         return self.began_ns + span * SPAN_NS
 
+    def stamps_ns(self, span: int, words: Words) -> NDArray[np.int64]:
+        """Return when rows, (n, k), of a span are, ns."""
+        return self.span_ns(span) + blocks.offsets_ns(words)
+
 
 @dataclass(frozen=True, slots=True)
 class TrackRows:
@@ -133,8 +137,7 @@ def load_rows(
         added = block.words[:, : words.shape[1]]
         if tracks is not None:
             added = added[np.isin(added[:, blocks.ID], list(tracks))]
-        offset = added[:, blocks.WHERE['offset'].start].astype(np.int64)
-        stamps = np.concatenate([stamps, block.began_ns + offset])
+        stamps = np.concatenate([stamps, block.began_ns + blocks.offsets_ns(added)])
         words = np.concatenate([words, added])
     kept = np.flatnonzero((stamps >= between_ns[0]) & (stamps < between_ns[1]))
     kept = kept[np.argsort(stamps[kept], kind='stable')]
@@ -207,8 +210,7 @@ def _of_chunks(
     found = [row for each in conditions for row in _chunks(connection, each, whole)]
     words, counts = _words(found, whole)
     began_ns = np.array([stored.span_ns(row.span) for row in found], np.int64)
-    offset = words[:, blocks.WHERE['offset'].start].astype(np.int64)
-    return np.repeat(began_ns, counts) + offset, words
+    return np.repeat(began_ns, counts) + blocks.offsets_ns(words), words
 
 
 def _chunks(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -67,12 +67,6 @@ class _Span:
     def packed_ticks(self, start: int = 0) -> bytes:
         """Return stamps, log times and row counts as a blob."""
         return blocks.pack(np.array(self.ticks[start:], np.uint64))
-
-    def chunks(self) -> Iterator[Words]:
-        """Yield the rows of each track, in the order of time."""
-        words = np.concatenate(self.words)
-        words = words[np.argsort(words[:, blocks.ID], kind='stable')]
-        yield from np.split(words, np.flatnonzero(np.diff(words[:, blocks.ID])) + 1)
 
 
 @dataclass(slots=True)
@@ -254,11 +248,7 @@ class TrajectoryWriter(Closing):
                     chunk = self._write_span(connection, stored, span, chunk, memberships)
                 add_tracks(connection, stored, _new_rows(stored, [*waiting.spans, self._open]))
                 write_memberships(connection, memberships.changed(self._run))
-                gone = (JOURNAL.c.run_id == self._run) & (JOURNAL.c.span < self._open.number)
-                connection.execute(delete(JOURNAL).where(gone))
-                if self._open.new_words():
-                    key = {'run_id': self._run, 'number': number, 'span': self._open.number}
-                    connection.execute(insert(JOURNAL), {**key, **self._open.packed()})
+                self._journal(connection, number)
             if waiting.descriptions:
                 connection.execute(insert(DESCRIPTIONS), waiting.descriptions)
             if waiting.events:
@@ -269,6 +259,14 @@ class TrajectoryWriter(Closing):
         self._open.journaled, self._memberships = len(self._open.ticks), memberships
         self._waiting = _Waiting()
 
+    def _journal(self, connection: Connection, number: int) -> None:
+        """Put what is new of the open span into the journal, and take out what came before it."""
+        gone = (JOURNAL.c.run_id == self._run) & (JOURNAL.c.span < self._open.number)
+        connection.execute(delete(JOURNAL).where(gone))
+        if self._open.new_words():
+            key = {'run_id': self._run, 'number': number, 'span': self._open.number}
+            connection.execute(insert(JOURNAL), {**key, **self._open.packed()})
+
     def _write_span(
         self,
         connection: Connection,
@@ -278,55 +276,29 @@ class TrajectoryWriter(Closing):
         memberships: Memberships,
     ) -> int:
         """Write the chunks of a span; return the number of the next one."""
-        chunks, rests, boxes = [], [], []
-        began_ns = stored.span_ns(span.number)
-        for words in span.chunks():
-            if not len(words):
-                continue
-            track = int(words[0, blocks.ID])
-            places, rest = np.split(words[:, 1:], [blocks.PLACES_WIDTH], axis=1)
-            keys = {'run_id': self._run, 'span': span.number, 'track_id': track}
-            chunks.append({'chunk_id': chunk, **keys, 'places': blocks.pack(places)})
-            rests.append({'chunk_id': chunk, 'rest': blocks.pack(rest)})
-            stamps = began_ns + words[:, blocks.WHERE['offset'].start].astype(np.int64)
-            box = box_of(stored, stamps, blocks.column(words, 'position'))
-            boxes += [(chunk, box)] if box else []
-            memberships.add(track, stamps, blocks.column(words, 'group'))
-            chunk += 1
+        parts = blocks.by_track(np.concatenate(span.words))
+        chunks = dict(enumerate(parts, chunk))
+        for words in parts:
+            stamps, group = stored.stamps_ns(span.number, words), blocks.column(words, 'group')
+            memberships.add(int(words[0, blocks.ID]), stamps, group)
         row = {'run_id': self._run, 'span': span.number, 'ticks': span.packed_ticks()}
         connection.execute(insert(TICKS), row)
-        if chunks:
-            connection.execute(insert(CHUNKS), chunks)
-            connection.execute(insert(RESTS), rests)
-            insert_boxes(connection, boxes)
-        return chunk
+        insert_chunks(connection, stored, span.number, chunks)
+        return chunk + len(chunks)
 
     def _write_events(
         self, connection: Connection, events: list[tuple[int, str, int, Events]]
     ) -> None:
         messages, rows, corrections = [], [], []
         for number, topic, log_ns, message in events:
-            key = {'run_id': self._run, 'number': number}
-            stamp = {'stamp_ns': message.stamp_ns}
-            messages.append({**key, 'topic': topic, **stamp, 'log_ns': log_ns})
+            stamp_ns = message.stamp_ns
+            key = {'run_id': self._run, 'number': number, 'stamp_ns': stamp_ns}
+            messages.append({**key, 'topic': topic, 'log_ns': log_ns})
             for line in range(len(message)):
-                rows.append(
-                    {**key, 'line': line, 'topic': topic, **stamp, **_event(message, line)}
-                )
+                rows.append({**key, 'line': line, 'topic': topic, **_event(message, line)})
                 if topic == EVENTS_TOPIC and message.event[line] == EventCode.CORRECTION:
-                    ids = int(message.old_id[line]), int(message.new_id[line])
-                    since_ns = message.stamp_ns
-                    if self._began_ns is not None:
-                        stored = Stored(self._run, self._began_ns)
-                        since_ns = since_when(connection, stored, message.stamp_ns, *ids)
-                    corrections.append(
-                        {
-                            **{**key, 'line': line, **stamp, 'since_ns': since_ns},
-                            'old_id': ids[0],
-                            'new_id': ids[1],
-                            'probability': float(message.probability[line]),
-                        }
-                    )
+                    said = self._correction(connection, message, line)
+                    corrections.append({**key, 'line': line, **said})
         for table, lines in (
             (EVENT_MESSAGES, messages),
             (EVENTS, rows),
@@ -334,6 +306,20 @@ class TrajectoryWriter(Closing):
         ):
             if lines:
                 connection.execute(insert(table), lines)
+
+    def _correction(self, connection: Connection, message: Events, line: int) -> dict[str, Any]:
+        """Return what an event corrects, and since when."""
+        old_id, new_id = int(message.old_id[line]), int(message.new_id[line])
+        since_ns = message.stamp_ns
+        if self._began_ns is not None:
+            stored = Stored(self._run, self._began_ns)
+            since_ns = since_when(connection, stored, message.stamp_ns, old_id, new_id)
+        return {
+            'since_ns': since_ns,
+            'old_id': old_id,
+            'new_id': new_id,
+            'probability': float(message.probability[line]),
+        }
 
 
 def _largest(connection: Connection, column: Any, table: Any, run: int) -> int:
@@ -345,20 +331,41 @@ def _largest(connection: Connection, column: Any, table: Any, run: int) -> int:
 
 def _new_rows(stored: Stored, spans: Sequence[_Span]) -> tuple[NDArray[np.int64], Words]:
     """Return stamps, ns, and rows of spans that are not journaled, in the order of time."""
-    words = [(stored.span_ns(span.number), span.new_words()) for span in spans]
-    began_ns = [np.full(sum(map(len, parts)), began_ns, np.int64) for began_ns, parts in words]
-    rows = np.concatenate(
-        [np.zeros((0, blocks.WIDTH), np.uint32), *(w for _, p in words for w in p)]
+    parts = [(span.number, words) for span in spans for words in span.new_words()]
+    stamps = [stored.stamps_ns(number, words) for number, words in parts]
+    empty = np.zeros((0, blocks.WIDTH), np.uint32)
+    return (
+        np.concatenate([np.zeros(0, np.int64), *stamps]),
+        np.concatenate([empty, *(words for _, words in parts)]),
     )
-    return np.concatenate(began_ns) + rows[:, blocks.WHERE['offset'].start].astype(np.int64), rows
 
 
-def box_of(stored: Stored, stamp_ns: NDArray[np.int64], position: NDArray[Any]) -> Box | None:
-    """Return the box around places, (n, 3); None: none is known."""
+def insert_chunks(
+    connection: Connection, stored: Stored, span: int, chunks: Mapping[int, Words]
+) -> None:
+    """Insert chunks of a span, rows of a track each, by their numbers: both blobs and the box."""
+    rows, rests, boxes = [], [], []
+    for chunk, words in chunks.items():
+        places, rest = np.split(words[:, 1:], [blocks.PLACES_WIDTH], axis=1)
+        keys = {'run_id': stored.run, 'span': span, 'track_id': int(words[0, blocks.ID])}
+        rows.append({'chunk_id': chunk, **keys, 'places': blocks.pack(places)})
+        rests.append({'chunk_id': chunk, 'rest': blocks.pack(rest)})
+        box = box_of(stored, span, words)
+        boxes += [(chunk, box)] if box else []
+    if rows:
+        connection.execute(insert(CHUNKS), rows)
+        connection.execute(insert(RESTS), rests)
+        insert_boxes(connection, boxes)
+
+
+def box_of(stored: Stored, span: int, words: Words) -> Box | None:
+    """Return the box around the places of rows, (n, k), of a span; None: none is known."""
+    position = blocks.column(words, 'position')
     known = np.isfinite(position[:, :2]).all(axis=1)
     if not known.any():
         return None
-    place, since_ns = position[known, :2].astype(float), stamp_ns[known] - stored.began_ns
+    place = position[known, :2].astype(float)
+    since_ns = stored.stamps_ns(span, words)[known] - stored.began_ns
     (left, low), (right, high) = place.min(axis=0).tolist(), place.max(axis=0).tolist()
     times = float(since_ns.min()) * 1e-9, float(since_ns.max()) * 1e-9
     return Box(stored.run, *times, left, right, low, high)

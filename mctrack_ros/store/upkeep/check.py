@@ -32,7 +32,7 @@ from mctrack_ros.store.writer import box_of
 _SPANS = 100
 """So many are read at a time."""
 _EVENT_BYTES = sum(dtype.itemsize * int(np.prod(shape)) for _, dtype, shape, _ in Events.LAYOUT)
-_OFFSET, _RANK = blocks.WHERE['offset'].start, blocks.WHERE['rank'].start
+_RANK = blocks.WHERE['rank'].start
 
 
 def check(database: Database) -> list[str]:
@@ -161,26 +161,27 @@ class _Run:
         """Check a chunk; return its rows."""
         name = f'chunk {row.chunk_id}'
         places = blocks.unpack(row.places, blocks.PLACES_WIDTH)
-        rest = np.zeros((len(places), blocks.REST_WIDTH), np.uint32)
+        rest = np.zeros((0, blocks.REST_WIDTH), np.uint32)
         if row.rest is None:
             self.faults.append(f'{name} has no second blob')
         else:
-            found = blocks.unpack(row.rest, blocks.REST_WIDTH)
-            if len(found) != len(places):
-                self.faults.append(f'{name} has {len(places)} places and {len(found)} others')
-            else:
-                rest = found
+            rest = blocks.unpack(row.rest, blocks.REST_WIDTH)
+            if len(rest) != len(places):
+                self.faults.append(f'{name} has {len(places)} places and {len(rest)} others')
+        if len(rest) != len(places):
+            rest = np.zeros((len(places), blocks.REST_WIDTH), np.uint32)
         ids = np.full((len(places), 1), row.track_id, np.uint32)
         words = np.concatenate([ids, places, rest], axis=1)
-        stamps = self._stamps(row.span, words)
-        wanted = box_of(self._stored, stamps, blocks.column(words, 'position'))
-        box = boxes.get(row.chunk_id)
+        self._box(name, boxes.get(row.chunk_id), box_of(self._stored, row.span, words))
+        if (np.diff(blocks.offsets_ns(words)) < 0).any():
+            self.faults.append(f'{name} is not in the order of time')
+        return words
+
+    def _box(self, name: str, box: Any, wanted: Any) -> None:
+        """Check the box of a chunk, against that of its places; count it."""
         self.boxes += wanted is not None
         if (box is None) != (wanted is None) or (box and wanted and not box.holds(wanted)):
             self.faults.append(f'{name} has another box than its places')
-        if (np.diff(stamps) < 0).any():
-            self.faults.append(f'{name} is not in the order of time')
-        return words
 
     def _messages(self, name: str, span: int, ticks: NDArray[np.uint64], words: Words) -> None:
         """Check that rows are those of messages, which follow the ones before; count them."""
@@ -190,7 +191,7 @@ class _Run:
         self._last_ns = int(stamps[-1])
         if any(self._stored.span(stamp) != span for stamp in stamps.tolist()):
             self.faults.append(f'{name}: a stamp is of another span')
-        of_rows = self._stamps(span, words)
+        of_rows = self._stored.stamps_ns(span, words)
         held, counts = np.unique(of_rows, return_counts=True)
         expected = {stamp: count for stamp, _, count in ticks.tolist() if count}
         if dict(zip(held.tolist(), counts.tolist())) != expected:
@@ -198,9 +199,8 @@ class _Run:
         ranks = np.column_stack([of_rows, words[:, _RANK]])
         if len(np.unique(ranks, axis=0)) != len(ranks):
             self.faults.append(f'{name}: two rows have one place in a message')
-        order = np.argsort(of_rows, kind='stable')
-        for track in np.unique(words[:, blocks.ID]).tolist():
-            mine = of_rows[order][words[order, blocks.ID] == track]
+        for part in blocks.by_track(words[np.argsort(of_rows, kind='stable')]):
+            track, mine = int(part[0, blocks.ID]), self._stored.stamps_ns(span, part)
             first, _, count = self._totals.get(track, (int(mine[0]), 0, 0))
             self._totals[track] = first, int(mine[-1]), count + len(mine)
 
@@ -216,9 +216,6 @@ class _Run:
                     f'track {track}: the table says {stored.get(track)}, '
                     f'its rows {self._totals.get(track)}'
                 )
-
-    def _stamps(self, span: int, words: Words) -> NDArray[np.int64]:
-        return self._stored.span_ns(span) + words[:, _OFFSET].astype(np.int64)
 
     def _count(self, asked: Any) -> int:
         found = self._connection.execute(asked.where(CHUNKS.c.run_id == self._stored.run))

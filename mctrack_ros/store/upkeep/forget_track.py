@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
@@ -14,7 +14,6 @@ from sqlalchemy import Connection, delete, func, insert, select, update
 from mctrack_ros.interfaces import EventCode, Events
 from mctrack_ros.store import blocks
 from mctrack_ros.store.blocks import Words
-from mctrack_ros.store.boxes import insert_boxes
 from mctrack_ros.store.database import Database
 from mctrack_ros.store.errors import StoreError
 from mctrack_ros.store.identities import load_identities
@@ -35,9 +34,8 @@ from mctrack_ros.store.schema import (
 )
 from mctrack_ros.store.summary import add_tracks
 from mctrack_ros.store.upkeep.retention import forget_chunks
-from mctrack_ros.store.writer import EVENTS_TOPIC, box_of
+from mctrack_ros.store.writer import EVENTS_TOPIC, insert_chunks
 
-_OFFSET = blocks.WHERE['offset'].start
 _EVENT = np.dtype([(name, kind, shape) for name, kind, shape, _ in Events.LAYOUT])
 
 
@@ -134,24 +132,29 @@ class _Deletion:
 
     def memberships(self) -> None:
         """Write the memberships of the others anew; delete groups that nobody is left in."""
-        run = self._stored.run
-        of_run = MEMBERS.c.run_id == run
-        concerned = of_run & MEMBERS.c.track_id.in_(self._concerned)
-        asked = select(MEMBERS.c.group_id).where(concerned).distinct()
+        concerned = MEMBERS.c.run_id == self._stored.run, MEMBERS.c.track_id.in_(self._concerned)
+        asked = select(MEMBERS.c.group_id).where(*concerned).distinct()
         groups = self._connection.execute(asked).scalars().all()
-        self._connection.execute(delete(MEMBERS).where(concerned))
-        write_memberships(self._connection, self._memberships.changed(run))
-        began, ended = func.min(MEMBERS.c.began_ns), func.max(MEMBERS.c.ended_ns)
-        left = select(MEMBERS.c.run_id, MEMBERS.c.group_id, began, ended)
-        left = left.where(of_run, MEMBERS.c.group_id.in_(groups)).group_by(
-            MEMBERS.c.run_id, MEMBERS.c.group_id
-        )
-        rows = self._connection.execute(left).all()
-        touched = (GROUPS.c.run_id == run) & GROUPS.c.group_id.in_(groups)
-        self._connection.execute(delete(GROUPS).where(touched))
-        names = ('run_id', 'group_id', 'began_ns', 'ended_ns')
+        self._connection.execute(delete(MEMBERS).where(*concerned))
+        write_memberships(self._connection, self._memberships.changed(self._stored.run))
+        self._rewrite_groups(groups)
+
+    def _rewrite_groups(self, groups: Sequence[int]) -> None:
+        """Write some groups anew, as long as their memberships are."""
+        rows = self._connection.execute(
+            select(
+                MEMBERS.c.run_id,
+                MEMBERS.c.group_id,
+                func.min(MEMBERS.c.began_ns).label('began_ns'),
+                func.max(MEMBERS.c.ended_ns).label('ended_ns'),
+            )
+            .where(MEMBERS.c.run_id == self._stored.run, MEMBERS.c.group_id.in_(groups))
+            .group_by(MEMBERS.c.run_id, MEMBERS.c.group_id)
+        ).all()
+        touched = GROUPS.c.run_id == self._stored.run, GROUPS.c.group_id.in_(groups)
+        self._connection.execute(delete(GROUPS).where(*touched))
         if rows:
-            self._connection.execute(insert(GROUPS), [dict(zip(names, row)) for row in rows])
+            self._connection.execute(insert(GROUPS), [row._asdict() for row in rows])
 
     def events(self) -> None:
         """Delete events that name them, and the corrections of all who are concerned."""
@@ -179,8 +182,13 @@ class _Deletion:
                 each[...] = life
             values = {'row': packed.tobytes(), 'track_id': int(packed['track_id'][0])}
             self._connection.execute(update(EVENTS).where(same).values(values))
+        self._forget_messages(touched)
+
+    def _forget_messages(self, numbers: set[int]) -> None:
+        """Delete those of some messages of events that are empty now, and all corrections."""
+        of_run = EVENTS.c.run_id == self._stored.run
         left = set(self._connection.execute(select(EVENTS.c.number).where(of_run)).scalars())
-        for number in touched - left:
+        for number in numbers - left:
             message = EVENT_MESSAGES.c.number == number
             of_this = EVENT_MESSAGES.c.run_id == self._stored.run
             self._connection.execute(delete(EVENT_MESSAGES).where(of_this, message))
@@ -224,25 +232,17 @@ class _Deletion:
         fewer = self._fewer(ticks, span, before, kept)
         self._connection.execute(update(TICKS).where(same).values(ticks=blocks.pack(fewer)))
         forget_chunks(self._connection, chunks)
-        parts = _by_track(kept)
+        parts = blocks.by_track(kept)
         largest = select(func.max(CHUNKS.c.chunk_id)).where(CHUNKS.c.run_id == run)
+        last = self._connection.execute(largest).scalar()
         while len(chunks) < len(parts):
-            last = self._connection.execute(largest).scalar()
             chunks.append(max(chunks[-1], last if last is not None else run << 32) + 1)
-        for chunk, words in zip(chunks, parts):
-            places, rest = np.split(words[:, 1:], [blocks.PLACES_WIDTH], axis=1)
-            keys = {'run_id': run, 'span': span, 'track_id': int(words[0, blocks.ID])}
-            values = {'chunk_id': chunk, **keys, 'places': blocks.pack(places)}
-            self._connection.execute(insert(CHUNKS).values(values))
-            self._connection.execute(insert(RESTS).values(chunk_id=chunk, rest=blocks.pack(rest)))
-            stamps = self._stamps(span, words)
-            box = box_of(self._stored, stamps, blocks.column(words, 'position'))
-            insert_boxes(self._connection, [(chunk, box)] if box else [])
+        insert_chunks(self._connection, self._stored, span, dict(zip(chunks, parts)))
 
     def _kept(self, span: int, words: Words) -> tuple[Words, bool]:
         """Return the rows that stay, by their own ids, as time goes; and whether any changed."""
-        words = words[np.argsort(words[:, _OFFSET], kind='stable')]
-        stamps = self._stamps(span, words)
+        words = words[np.argsort(blocks.offsets_ns(words), kind='stable')]
+        stamps = self._stored.stamps_ns(span, words)
         ids = words[:, blocks.ID].astype(np.int64)
         lives = self._identities.lives(ids, stamps)
         order = np.lexsort([lives != ids, stamps, lives])
@@ -257,12 +257,14 @@ class _Deletion:
 
     def _count(self, span: int, words: Words) -> None:
         """Count the rows that stay in the table of tracks, and their memberships."""
-        stamps = self._stamps(span, words)
+        stamps = self._stored.stamps_ns(span, words)
         order = np.argsort(stamps, kind='stable')
         add_tracks(self._connection, self._stored, (stamps[order], words[order]))
-        for part in _by_track(words[order]):
+        for part in blocks.by_track(words[order]):
             group = blocks.column(part, 'group')
-            self._memberships.add(int(part[0, blocks.ID]), self._stamps(span, part), group)
+            self._memberships.add(
+                int(part[0, blocks.ID]), self._stored.stamps_ns(span, part), group
+            )
 
     def _fewer(
         self, ticks: NDArray[np.uint64], span: int, before: Words, after: Words
@@ -271,13 +273,10 @@ class _Deletion:
         fewer = ticks.copy()
         stamps = ticks[:, 0].astype(np.int64)
         for words, sign in ((before, -1), (after, 1)):
-            at = np.searchsorted(stamps, self._stamps(span, words))
+            at = np.searchsorted(stamps, self._stored.stamps_ns(span, words))
             counts = np.bincount(at, minlength=len(ticks)).astype(np.int64)
             fewer[:, 2] = (fewer[:, 2].astype(np.int64) + sign * counts).astype(np.uint64)
         return fewer
-
-    def _stamps(self, span: int, words: Words) -> NDArray[np.int64]:
-        return self._stored.span_ns(span) + words[:, _OFFSET].astype(np.int64)
 
     def _lives(self, ids: NDArray[Any], stamp_ns: int) -> NDArray[np.int64]:
         flat = ids.reshape(-1).astype(np.int64)
@@ -295,14 +294,6 @@ def _connected(connection: Connection, stored: Stored, track: int) -> list[int]:
             if found & set(pair):
                 found |= set(pair)
     return sorted(found)
-
-
-def _by_track(words: Words) -> list[Words]:
-    """Return the rows of each track, in the order that they have."""
-    if not len(words):
-        return []
-    ordered = words[np.argsort(words[:, blocks.ID], kind='stable')]
-    return np.split(ordered, np.flatnonzero(np.diff(ordered[:, blocks.ID])) + 1)
 
 
 def _names(packed: NDArray[Any], topic: str) -> list[NDArray[Any]]:

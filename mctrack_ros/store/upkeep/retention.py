@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Self
 
-import numpy as np
 from sqlalchemy import Connection, delete, exists, func, select, update
 
 from mctrack_ros.interfaces import EventCode
@@ -189,18 +189,16 @@ def _first_span(connection: Connection, stored: Stored) -> int | None:
 
 def _forget_spans(connection: Connection, stored: Stored, last: int) -> int:
     """Delete the spans before one, and what the table of tracks counts of them."""
-    gone: dict[int, int] = {}
     of_run = (CHUNKS.c.run_id == stored.run) & (CHUNKS.c.span < last)
     asked = select(CHUNKS.c.chunk_id, CHUNKS.c.track_id, CHUNKS.c.places).where(of_run)
     chunks = connection.execute(asked).all()
     _, counts = blocks.unpack_all([row.places for row in chunks], blocks.PLACES_WIDTH)
+    gone = Counter[int]()
     for row, count in zip(chunks, counts.tolist()):
-        gone[row.track_id] = gone.get(row.track_id, 0) + count
+        gone[row.track_id] += count
     for block in load_journal(connection, stored):
         if stored.span(block.began_ns) < last:
-            ids, counts = np.unique(block.words[:, blocks.ID], return_counts=True)
-            for track, count in zip(ids.tolist(), counts.tolist()):
-                gone[track] = gone.get(track, 0) + count
+            gone.update(block.words[:, blocks.ID].tolist())
     forget_chunks(connection, [row.chunk_id for row in chunks])
     for table in (TICKS, JOURNAL):
         of_run = (table.c.run_id == stored.run) & (table.c.span < last)
@@ -211,7 +209,7 @@ def _forget_spans(connection: Connection, stored: Stored, last: int) -> int:
     for table in (MEMBERS, GROUPS):
         old = (table.c.run_id == stored.run) & (table.c.ended_ns < until_ns)
         connection.execute(delete(table).where(old))
-    return sum(gone.values())
+    return gone.total()
 
 
 def _take_off(connection: Connection, stored: Stored, track: int, count: int) -> None:
