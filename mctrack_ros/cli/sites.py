@@ -16,6 +16,11 @@ def named_site(site: str) -> SiteConfig:
     return load_site(site_path(site))
 
 
+def optional_site(site: str) -> SiteConfig | None:
+    """Read a site as `named_site` does; None: none is named."""
+    return named_site(site) if site else None
+
+
 def camera_site(site: str) -> SiteConfig:
     """
     Read a site that has cameras.

@@ -1,11 +1,13 @@
-"""Clouds as tables that people can read."""
+"""Clouds and figures as tables that people can read."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 from rich import box
 from rich.table import Table
@@ -13,10 +15,18 @@ from rich.table import Table
 from mctrack_ros.codec import fields_of_cloud, stamp_ns_of
 
 if TYPE_CHECKING:
+    from mctrack_ros.evaluation.figures import Figures
     from mctrack_ros.ground import CalibrationCheck
 
 _WIDE = 8
 """Longer fields are cut down: ids to those that are not zero, numbers to their count."""
+
+
+def show_figures(figures: Figures, json_file: Path | None) -> None:
+    """Print figures; write them into a file, too, if one is named."""
+    typer.echo(figures.table())
+    if json_file is not None:
+        figures.write(json_file)
 
 
 def cloud_table(topic: str, message: Any) -> Table:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields, replace
 
 from mctrack_ros.config import ConfigError
-from mctrack_ros.fusion import JointConfig
+from mctrack_ros.fusion import JointConfig, Views
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig, VehicleConfig
 from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.ground import CalibrationError
@@ -45,13 +46,7 @@ def with_tracker(site: SiteConfig, own_detections: bool = False) -> tuple[SiteCo
     """
     if site.names_tracker or type(site.fusion) is not JointConfig or len(site.cameras) < 2:
         return site, ''
-    obstacles = (_obstacle(name, camera) for name, camera in site.cameras.items())
-    obstacle = next(filter(None, obstacles), '')
-    if own_detections:
-        obstacle = 'masks, which own detections do not have'
-    elif site.fusion.untrusted:
-        obstacle = 'cameras that may all start tracks, not untrusted ones'
-    if obstacle:
+    if obstacle := _obstacle(site.cameras, site.fusion, own_detections):
         return site, f'tracker joint: occupancy needs {obstacle}'
     try:
         views = site.views()
@@ -72,7 +67,11 @@ def with_tracker(site: SiteConfig, own_detections: bool = False) -> tuple[SiteCo
             'fusion.tracker: joint chooses the other'
         )
         return replace(site, fusion=VehicleConfig(**values)), why
-    fusion = OccupancyConfig(**values)
+    return _by_views(site, OccupancyConfig(**values), views)
+
+
+def _by_views(site: SiteConfig, fusion: OccupancyConfig, views: Views) -> tuple[SiteConfig, str]:
+    """Return the site with joint occupancy where its views suit that, and why."""
     height_px = min(each.usual_height_px(PERSON_M) for each in views.mappings.values())
     share = Scene(views, site.camera_names, fusion.people).shared()
     suits = share >= LEAST_SHARE and height_px >= LEAST_HEIGHT_PX
@@ -85,12 +84,19 @@ def with_tracker(site: SiteConfig, own_detections: bool = False) -> tuple[SiteCo
     return replace(site, fusion=fusion) if suits else site, why
 
 
-def _obstacle(name: str, camera: CameraSettings) -> str:
-    """Return what a camera lacks to publish masks; empty: nothing."""
-    if not isinstance(camera.pipeline, EventTrackerConfig):
-        return 'pipeline.local_tracker: groups in every camera'
-    if camera.boxes_topic:
-        return f'masks, which {name} does not send, as it has a boxes_topic'
+def _obstacle(
+    cameras: Mapping[str, CameraSettings], fusion: JointConfig, own_detections: bool
+) -> str:
+    """Return what a site lacks to be tracked by masks; empty: nothing."""
+    if own_detections:
+        return 'masks, which own detections do not have'
+    if fusion.untrusted:
+        return 'cameras that may all start tracks, not untrusted ones'
+    for name, camera in cameras.items():
+        if not isinstance(camera.pipeline, EventTrackerConfig):
+            return 'pipeline.local_tracker: groups in every camera'
+        if camera.boxes_topic:
+            return f'masks, which {name} does not send, as it has a boxes_topic'
     return ''
 
 

@@ -234,8 +234,8 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     if not isinstance(content, Mapping):
         raise ConfigError('expected a mapping with the key cameras')
     values = dict(content)
-    cameras, shared = values.pop('cameras', None), values.pop('pipeline', {})
-    cells = values.pop('cells', None)
+    cameras, cells = values.pop('cameras', None), values.pop('cells', None)
+    shared = values.pop('pipeline', {})
     if cells is not None:
         if cameras is not None or shared:
             raise ConfigError(
@@ -247,26 +247,10 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
             values['fusion'] = {FUSION.tag: 'cells', **given}
     elif not isinstance(cameras, Mapping) or not cameras:
         raise ConfigError('cameras is missing or empty: name at least one camera')
-    if not isinstance(shared, Mapping):
-        raise ConfigError(f'pipeline is {shared!r}, expected a mapping')
-    if len(cameras) > MAX_CAMERAS:
-        raise ConfigError(f'{len(cameras)} cameras, expected at most {MAX_CAMERAS}')
     zones = zones_from({block: values.pop(block, None) for block in BLOCKS})
     names_tracker = FUSION.tag in _mapping(values.get('fusion'))
     scalars = config_from(SiteScalars, values)
-    if scalars.area:
-        _check_area(scalars.area)
-    settings = {}
-    for name in sorted(cameras):
-        check_camera_name(name)
-        own = cameras[name]
-        if not isinstance(own, Mapping):
-            raise ConfigError(f'cameras.{name} is {own!r}, expected a mapping')
-        merged = dict(own) | {'pipeline': _pipeline(shared, own.get('pipeline', {}))}
-        if 'origin' in merged:
-            raise ConfigError(f'cameras.{name}.origin: the origin is one for the whole site')
-        camera = config_from(CameraSettings, merged, f'cameras.{name}.')
-        settings[name] = _with_paths(camera, directory)
+    settings = _cameras(cameras, shared, directory)
     _check_messages(settings, scalars.fusion, cells is not None)
     stated = scalars.origin
     origin = origin_from(stated) if stated else chosen_origin(_places(settings.values()))
@@ -294,6 +278,28 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         blur=scalars.blur,
         cells=cells or (),
     )
+
+
+def _cameras(
+    cameras: Mapping[str, Any], shared: Any, directory: Path
+) -> dict[str, CameraSettings]:
+    """Return the settings of cameras, sorted by name; `shared` are those of all pipelines."""
+    if not isinstance(shared, Mapping):
+        raise ConfigError(f'pipeline is {shared!r}, expected a mapping')
+    if len(cameras) > MAX_CAMERAS:
+        raise ConfigError(f'{len(cameras)} cameras, expected at most {MAX_CAMERAS}')
+    settings = {}
+    for name in sorted(cameras):
+        check_camera_name(name)
+        own = cameras[name]
+        if not isinstance(own, Mapping):
+            raise ConfigError(f'cameras.{name} is {own!r}, expected a mapping')
+        merged = dict(own) | {'pipeline': _pipeline(shared, own.get('pipeline', {}))}
+        if 'origin' in merged:
+            raise ConfigError(f'cameras.{name}.origin: the origin is one for the whole site')
+        camera = config_from(CameraSettings, merged, f'cameras.{name}.')
+        settings[name] = _with_paths(camera, directory)
+    return settings
 
 
 def _cells(names: Any) -> tuple[str, ...]:
@@ -333,18 +339,14 @@ def _check_messages(
             )
 
 
-def _check_area(text: str) -> None:
-    try:
-        area_from(text)
-    except FieldOfViewError as error:
-        raise ConfigError(str(error)) from error
-
-
 def _corners(area: str, origin: Origin) -> str:
     """Return the corners ``x0,y0,x1,y1`` about an area, told from an origin, m; empty: none."""
     if not area:
         return ''
-    corners = np.reshape(area_from(area).bounds, (2, 2)) - origin
+    try:
+        corners = np.reshape(area_from(area).bounds, (2, 2)) - origin
+    except FieldOfViewError as error:
+        raise ConfigError(str(error)) from error
     return ','.join(f'{value!r}' for value in corners.ravel().tolist())
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -39,10 +40,6 @@ def info(
     as_json: bool = typer.Option(False, '--json', help='As JSON.'),
 ) -> None:
     """Say what a bag holds: topics, rates, what was lost, what is attached, who made it."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
     said = _described(bag)
     if as_json:
         typer.echo(json.dumps(said, indent=1))
@@ -52,11 +49,7 @@ def info(
         f'{bag}: {said["messages"]} messages, {said["seconds"]:.3f} s from {begin}, '
         f'{said["bytes"] / 1e6:.1f} MB in {said["files"]} file(s)'
     )
-    table = Table('topic', 'type', 'messages', 'per second', 'lost', box=box.SIMPLE_HEAD)
-    for topic, each in said['topics'].items():
-        lost = '' if each['lost'] is None else str(each['lost'])
-        table.add_row(topic, each['type'], str(each['messages']), f'{each["rate"]:.2f}', lost)
-    Console(width=200).print(table)
+    _show_topics(said['topics'])
     for name, size in said['attachments'].items():
         typer.echo(f'attached: {name}, {size} bytes')
     for topic, each in said['track_logs'].items():
@@ -64,6 +57,19 @@ def info(
     versions = [f'{name} {each}' for name, each in said['made_by'].items() if name != 'processor']
     if versions:
         typer.echo(f'made by {", ".join(versions)}')
+
+
+def _show_topics(topics: Mapping[str, Any]) -> None:
+    """Print what a bag holds of each topic."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table('topic', 'type', 'messages', 'per second', 'lost', box=box.SIMPLE_HEAD)
+    for topic, each in topics.items():
+        lost = '' if each['lost'] is None else str(each['lost'])
+        table.add_row(topic, each['type'], str(each['messages']), f'{each["rate"]:.2f}', lost)
+    Console(width=200).print(table)
 
 
 def _described(bag: Path) -> dict[str, Any]:
@@ -127,11 +133,11 @@ def replay(
     ),
 ) -> None:
     """Fuse the detections of a bag again in lock step, and compare the tracks, bit by bit."""
-    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.cli.sites import optional_site
     from mctrack_ros.replay.proof.verify import Replay, verify_bag
 
     how = Replay(
-        named_site(site) if site else None,
+        optional_site(site),
         namespace,
         from_state.read_bytes() if from_state else None,
         until,

@@ -8,7 +8,8 @@ import shutil
 import sys
 import time
 import webbrowser
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,8 +41,8 @@ def demo(
     ),
 ) -> None:
     """Render a five-camera football pitch, track it live, and report into out/demo."""
-    from mctrack_ros.cli.commands.database.store import store_results
     from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.cli.tables import show_figures
     from mctrack_ros.report.demo import DemoOptions, evaluate_demo
     from mctrack_ros.simulation import Scenario
     from mctrack_ros.simulation.recording import simulate
@@ -51,20 +52,17 @@ def demo(
     with progress_bar('rendering') as progress:
         scenario = Scenario(seed=seed, duration_s=seconds, cameras=cameras)
         simulate(scenario, options.source, overwrite=True, progress=progress)
-    wall_seconds = None
     _remove_database(options.database)
+    wall_seconds = None
     if offline:
         wall_seconds = _track_offline(options, site)
-        store_results(out, options.database, site.name, overwrite=False)
     else:
         _track_live(options, site, domain, show_map)
     mappings = [settings.mapping() for settings in site.cameras.values()]
     with progress_bar('evaluating') as progress:
         figures = evaluate_demo(options, mappings, wall_seconds, _settings(site), progress)
-    typer.echo(figures.table())
+    show_figures(figures, json_file)
     typer.echo(f'\nopen {(out / "report.html").resolve().as_uri()}')
-    if json_file is not None:
-        figures.write(json_file)
 
 
 def _remove_database(path: Path) -> None:
@@ -97,21 +95,23 @@ def _settings(site: SiteConfig) -> dict[str, Any]:
 
 
 def _track_offline(options: DemoOptions, site: SiteConfig) -> float:
-    """Track in lock step; return the time that it took, s."""
+    """Track in lock step and store the results; return how long tracking took, s."""
+    from mctrack_ros.cli.commands.database.store import store_results
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.replay.track import track_bag
 
     began_s = time.monotonic()
     with progress_bar('tracking') as progress:
         track_bag(options.source, options.out, site, overwrite=True, progress=progress)
-    return time.monotonic() - began_s
+    wall_seconds = time.monotonic() - began_s
+    store_results(options.out, options.database, site.name, overwrite=False)
+    return wall_seconds
 
 
 def _track_live(
     options: DemoOptions, site: SiteConfig, domain: int | None, show_map: bool
 ) -> None:
     """Play the bag into the real graph and record what it publishes."""
-    from mctrack_ros.cli.lazy_map import LazyMap
     from mctrack_ros.cli.live import run_to_end
     from mctrack_ros.ros.graph.site_graph import site_nodes, store_node
 
@@ -121,18 +121,24 @@ def _track_live(
     store = store_node(options.database, site, finish=True)
     nodes = [fusion, *cameras, store, *_recorder_and_player(options, site)]
     typer.echo(f'tracking {options.seconds:g} s live with {len(nodes)} processes', err=True)
-    arguments = ['pitch5', '--database', str(options.database.absolute())]
-    log = options.out / 'map.log'
-    with LazyMap(arguments, log, domain) if show_map else nullcontext() as live_map:
-        if live_map is not None:
-            typer.echo(f'watch it at {live_map.address}', err=True)
-            if _has_desktop():
-                webbrowser.open(live_map.address)
+    with _watched(options, domain) if show_map else nullcontext():
         run_to_end(nodes, options.out / 'graph.log', domain)
-    if live_map is not None and live_map.has_failed:
+
+
+@contextmanager
+def _watched(options: DemoOptions, domain: int | None) -> Iterator[None]:
+    """Offer a map of what goes on meanwhile, and open it on a desktop."""
+    from mctrack_ros.cli.lazy_map import LazyMap
+
+    log = options.out / 'map.log'
+    with LazyMap(['pitch5', '--database', str(options.database.absolute())], log, domain) as shown:
+        typer.echo(f'watch it at {shown.address}', err=True)
+        if _has_desktop():
+            webbrowser.open(shown.address)
+        yield
+    if shown.has_failed:
         typer.echo(f'warning: the map could not be shown: see {log}', err=True)
-    if show_map:
-        typer.echo(f'watch it again: mctrack map pitch5 --bag {options.recorded}', err=True)
+    typer.echo(f'watch it again: mctrack map pitch5 --bag {options.recorded}', err=True)
 
 
 def _has_desktop() -> bool:

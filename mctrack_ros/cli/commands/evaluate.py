@@ -45,11 +45,11 @@ def evaluate(
     json_file: Path | None = _JSON,
 ) -> None:
     """Score tracks against truth on the ground plane, and list the switches of identity."""
+    from mctrack_ros.cli.tables import show_figures
     from mctrack_ros.evaluation.comparison import Comparison
 
     comparison = Comparison.read(truth, tracks, _selection(area, start, stop, kind), rate)
-    figures = comparison.figures(gate)
-    typer.echo(figures.table())
+    show_figures(comparison.figures(gate), json_file)
     if comparison.note:
         typer.echo(f'\n{comparison.note}')
     lines = comparison.switch_lines(gate)
@@ -57,8 +57,6 @@ def evaluate(
         typer.echo('\nidentity switches: true id, its old and its new track')
     for line in lines:
         typer.echo(line)
-    if json_file is not None:
-        figures.write(json_file)
 
 
 def _selection(area: str, start: float | None, stop: float | None, kind: str) -> Selection:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from mctrack_ros.cli.options import finite, image_file
 from mctrack_ros.site.names import namespace_of
+
+if TYPE_CHECKING:
+    from mctrack_ros.explain import Story
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 
@@ -37,35 +41,13 @@ def explain(
     json_file: Path | None = typer.Option(None, '--json', help='Also write all numbers here.'),
 ) -> None:
     """Say why a track took its detections, coasted, changed its id, began or ended."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
     from mctrack_ros.cli.sites import camera_site
-    from mctrack_ros.explain import (
-        COLUMNS,
-        candidate_rows,
-        course,
-        draw_explanation,
-        sentences,
-        tell,
-        write_story,
-    )
+    from mctrack_ros.explain import course, draw_explanation, sentences, tell, write_story
 
     story = tell(bag, track, at, length, camera_site(site) if site else None, namespace)
     for sentence in sentences(story):
         typer.echo(sentence)
-    table = Table(*COLUMNS, box=box.SIMPLE_HEAD)
-    for column in table.columns[1:-1]:
-        column.justify = 'right'
-    for row in candidate_rows(story):
-        table.add_row(*row)
-    if table.row_count:
-        Console(width=_TABLE_WIDTH).print(table)
-        typer.echo(
-            'distance², clutter, colours, belief and doubt add up to the cost: -2 log '
-            f"of the likelihood ratio against nobody's. The gate is {story.gate:g}."
-        )
+    _show_candidates(story)
     changes = list(course(story))
     for line in changes:
         typer.echo(line)
@@ -78,3 +60,24 @@ def explain(
         typer.echo(f'wrote {out}')
     if json_file is not None:
         write_story(story, json_file)
+
+
+def _show_candidates(story: Story) -> None:
+    """Print the detections that came into question, if any did."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    from mctrack_ros.explain import COLUMNS, candidate_rows
+
+    table = Table(*COLUMNS, box=box.SIMPLE_HEAD)
+    for column in table.columns[1:-1]:
+        column.justify = 'right'
+    for row in candidate_rows(story):
+        table.add_row(*row)
+    if table.row_count:
+        Console(width=_TABLE_WIDTH).print(table)
+        typer.echo(
+            'distance², clutter, colours, belief and doubt add up to the cost: -2 log '
+            f"of the likelihood ratio against nobody's. The gate is {story.gate:g}."
+        )

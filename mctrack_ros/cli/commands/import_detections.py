@@ -63,40 +63,27 @@ def import_detections(
     """Put the boxes or positions of your own detectors into a bag, for `mctrack track`."""
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.cli.sites import camera_site
-    from mctrack_ros.recording.tables.box_files import TextClock
     from mctrack_ros.recording.tables.class_names import CLASS_NAMES
     from mctrack_ros.recording.tables.sightings import with_all_images
     from mctrack_ros.replay.detections import import_detections as importing
 
     config = camera_site(site)
     files = by_camera(sources, 'north=north.txt')
-    delays = delays_of(later, files)
-    first = _of_each('--first-frame', first_frame, _FIRST_FRAME, files)
-    limits = _of_each('--score-range', score_range, _SCORE_RANGE, files)
-    sightings = {
-        name: _read(
-            name,
-            source,
-            TextClock(rate, _frame(first[name]), delays.get(name, 0.0), _limits(limits[name])),
-        )
-        for name, source in files.items()
-    }
-    known = {**CLASS_NAMES, **_classes(classes)}
+    clocks = _clocks(files, rate, first_frame, later, score_range)
+    sightings = {name: _read(name, source, clocks[name]) for name, source in files.items()}
     with progress_bar('importing') as progress:
         done = importing.import_detections(
             with_all_images(sightings),
             config,
             out,
             images=images,
-            classes=known,
+            classes={**CLASS_NAMES, **_classes(classes)},
             least_score=least_score,
             overwrite=overwrite,
             progress=progress,
         )
     for name, imported in done.items():
-        camera = config.cameras[name]
-        size = camera.image_width, camera.image_height
-        for line in _report(name, imported, size):
+        for line in _report(name, imported, config.image_sizes[name]):
             typer.echo(line)
         if sightings[name].unused:
             typer.echo(f'{name}: columns not read: {", ".join(sightings[name].unused)}')
@@ -106,6 +93,25 @@ def import_detections(
             err=True,
         )
     typer.echo(f'wrote {out}')
+
+
+def _clocks(
+    files: Mapping[str, str],
+    rate: float,
+    first_frame: list[str],
+    later: list[str],
+    score_range: list[str],
+) -> dict[str, TextClock]:
+    """Return what the options say of the text of each camera."""
+    from mctrack_ros.recording.tables.box_files import TextClock
+
+    delays = delays_of(later, files)
+    first = _of_each('--first-frame', first_frame, _FIRST_FRAME, files)
+    limits = _of_each('--score-range', score_range, _SCORE_RANGE, files)
+    return {
+        name: TextClock(rate, _frame(first[name]), delays.get(name, 0.0), _limits(limits[name]))
+        for name in files
+    }
 
 
 def _of_each(

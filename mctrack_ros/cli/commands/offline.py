@@ -19,6 +19,7 @@ from mctrack_ros.site.names import namespace_of, resolved
 if TYPE_CHECKING:
     from mctrack_ros.evaluation.figures import Figures
     from mctrack_ros.recording.video.videos import Video
+    from mctrack_ros.replay.camera_source import CameraTask
     from mctrack_ros.replay.track import TrackSummary
     from mctrack_ros.site.site import SiteConfig
 
@@ -40,6 +41,14 @@ class SceneName(StrEnum):
     INDOOR = 'indoor'
     GREY_CARPARK = 'grey_carpark'
     HALL = 'hall'
+
+
+_OF_ONE_SCENE = {
+    'bicycles': (SceneName.CARPARK, 'bicycles come'),
+    'follows_play': (SceneName.PTZ, 'cameras follow the play'),
+    'people': (SceneName.INDOOR, 'people are counted'),
+}
+"""Options that belong to one scene, and what they do."""
 
 
 def simulate(
@@ -98,6 +107,7 @@ def simulate(
 ) -> None:
     """Render the five-camera football pitch, a car park or a room, with truth, into a bag."""
     from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.cli.tables import show_figures
     from mctrack_ros.evaluation.figures import Figures
     from mctrack_ros.simulation import SCENES
     from mctrack_ros.simulation import calibration as calibration_files
@@ -117,13 +127,10 @@ def simulate(
         'follows_play': follow_play or None,
         'people': people,
     }
-    if bicycles and scene is not SceneName.CARPARK:
-        raise typer.BadParameter('bicycles come with --scene carpark only')
-    if follow_play and scene is not SceneName.PTZ:
-        raise typer.BadParameter('cameras follow the play with --scene ptz only')
-    if people is not None and scene is not SceneName.INDOOR:
-        raise typer.BadParameter('people are counted with --scene indoor only')
     options = {name: value for name, value in given.items() if value is not None}
+    for name, (only, what) in _OF_ONE_SCENE.items():
+        if name in options and scene is not only:
+            raise typer.BadParameter(f'{what} with --scene {only} only')
     scenario = SCENES[scene].scenario(seed=seed, **options)
     if calibration is not None:
         calibration_files.write_calibration(scenario, calibration)
@@ -132,8 +139,7 @@ def simulate(
             scenario, out, processes=processes, overwrite=overwrite, progress=progress
         )
     choice = '' if scene is SceneName.PITCH5 else f' --scene {scene}'
-    choice += ' --bicycles' if bicycles else ''
-    choice += ' --follow-play' if follow_play else ''
+    choice += ' --bicycles' * bicycles + ' --follow-play' * follow_play
     length = f'--seconds {scenario.duration_s:g} --seed {seed}'
     figures = Figures(
         name='simulate' if scene is SceneName.PITCH5 else f'simulate_{scene}',
@@ -141,10 +147,8 @@ def simulate(
         protocol=asdict(scenario),
         figures=difficulty.figures(),
     )
-    typer.echo(figures.table())
+    show_figures(figures, json_file)
     typer.echo(f'wrote {out}')
-    if json_file is not None:
-        figures.write(json_file)
 
 
 def track(
@@ -191,7 +195,9 @@ def track(
 ) -> None:
     """Track a bag, or video files, offline, in lock step; the same input gives the same bytes."""
     prepare_workers()
+    from mctrack_ros.cli.commands.database.store import check_database, store_results
     from mctrack_ros.cli.progress import progress_bar
+    from mctrack_ros.cli.tables import show_figures
     from mctrack_ros.replay.camera_source import Debug
     from mctrack_ros.replay.track import Source, track_bag
 
@@ -204,11 +210,8 @@ def track(
         raise typer.BadParameter('it names a run in a database: give --store', param_hint='--run')
     config = _site(site)
     if store:
-        from mctrack_ros.cli.commands.database.store import check_database
-
         check_database(store, run, overwrite=overwrite)
-    processes = processes or len(config.cameras)
-    started = time.perf_counter()
+    processes, started = processes or len(config.cameras), time.perf_counter()
     with progress_bar('tracking') as progress:
         summary = track_bag(
             Source(bag, namespace, log_times) if isinstance(bag, Path) else bag,
@@ -220,14 +223,11 @@ def track(
             debug=Debug(debug_images, debug_every) if debug_images else None,
             progress=progress,
         )
-    figures = _figures(summary, name, config, processes, time.perf_counter() - started)
-    _tell(figures, out, config)
+    wall_seconds = time.perf_counter() - started
+    show_figures(_figures(summary, name, config, processes, wall_seconds), json_file)
+    _tell_place(out, config)
     if store:
-        from mctrack_ros.cli.commands.database.store import store_results
-
         store_results(out, store, config.name, run, overwrite=overwrite)
-    if json_file is not None:
-        figures.write(json_file)
     for note in summary.notes:
         warn(note)
     if summary.faults:
@@ -269,11 +269,10 @@ def _figures(
     )
 
 
-def _tell(figures: Figures, out: Path, site: SiteConfig) -> None:
-    """Print the figures of a run and where its results are."""
+def _tell_place(out: Path, site: SiteConfig) -> None:
+    """Print where results are, and what their positions are relative to."""
     from mctrack_ros.site.stated_origin import origin_text
 
-    typer.echo(figures.table())
     typer.echo(f'wrote {out / "bag"}, {out / "tracks.txt"} and {out / "tracks.csv"}')
     if any(site.origin):
         origin = origin_text(site.origin)
@@ -304,11 +303,8 @@ def background(
     It is the median of images spread over the recording. Name it in the site as `background` of
     the camera: then live cameras see people from the first image on.
     """
-    import cv2
-
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.cli.sites import camera_site
-    from mctrack_ros.replay.camera_source import LEAST_IMAGES, plate_of
     from mctrack_ros.replay.lockstep import camera_tasks
     from mctrack_ros.replay.video_tasks import video_tasks
 
@@ -326,17 +322,26 @@ def background(
     with progress_bar('cameras') as progress:
         for done, task in enumerate(tasks):
             progress(done, len(tasks))
-            plate = plate_of(task)
-            if plate is None:
-                raise ValueError(
-                    f'{task.bag} holds fewer than {LEAST_IMAGES} usable images of {task.camera} '
-                    f'({task.image_topic}): record longer, at best for minutes'
-                )
-            cv2.imwrite(str(files[task.camera]), plate)
+            _write_background(task, files[task.camera])
             progress(done + 1, len(tasks))
     typer.echo('look at the images; then add to the site:')
     for camera, file in files.items():
         typer.echo(f'  {camera}: background: {file}')
+
+
+def _write_background(task: CameraTask, file: Path) -> None:
+    """Make the image without people of a camera."""
+    import cv2
+
+    from mctrack_ros.replay.camera_source import LEAST_IMAGES, plate_of
+
+    plate = plate_of(task)
+    if plate is None:
+        raise ValueError(
+            f'{task.bag} holds fewer than {LEAST_IMAGES} usable images of {task.camera} '
+            f'({task.image_topic}): record longer, at best for minutes'
+        )
+    cv2.imwrite(str(file), plate)
 
 
 def _source(

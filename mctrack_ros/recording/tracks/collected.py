@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import REPORTED, ClassCode, Tracks
 from mctrack_ros.recording.closing import Closing
-from mctrack_ros.recording.tables.columns import TableError
+from mctrack_ros.recording.tables.columns import TableError, read_lines
 from mctrack_ros.recording.tracks.pitch import Pitch
 
 Ints = NDArray[np.int64]
@@ -72,6 +73,10 @@ class Layout:
                 'or the pitch: --pitch x0,y0,x1,y1'
             )
         return self.pitch
+
+    def pitch_of(self, length: float, width: float) -> Pitch:
+        """Return the pitch; unless there is one, one of these sides, m, a corner the origin."""
+        return self.pitch or Pitch((length / 2, width / 2), length, width)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -164,6 +169,56 @@ class CollectingWriter(Closing):
     @abstractmethod
     def _finish(self, rows: Collected) -> None:
         """Write all rows."""
+
+
+def rows_of_lines(
+    path: Path, read: Callable[[str], Iterable[tuple[float, ...]]]
+) -> list[tuple[float, ...]]:
+    """
+    Return the rows of a text, of which a function returns those of each line that is not blank.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read, or the function raises `ValueError`; names file and line.
+
+    """
+    rows: list[tuple[float, ...]] = []
+    for number, line in enumerate(read_lines(path), 1):
+        if line.strip():
+            try:
+                rows += read(line.strip())
+            except ValueError as error:
+                raise TableError(f'{path}, line {number}: {error}') from error
+    return rows
+
+
+def instants_on_pitch(
+    stamp_ns: Ints, track_id: Ints, place: Floats, ball_id: int, pitch: Pitch, layout: Layout
+) -> list[Tracks]:
+    """
+    Return people and the ball as tracks, instant by instant.
+
+    Parameters
+    ----------
+    stamp_ns, track_id : (n,) int64 array
+        When each row is, ns, and of whom.
+    place : (n, 3) array
+        Where, m from the centre spot.
+    ball_id : int
+        Id of the ball.
+    pitch : Pitch
+        Where the centre spot is.
+    layout : Layout
+        Of the origin.
+
+    """
+    columns = {
+        'track_id': track_id,
+        'position': np.column_stack([pitch.to_ground(place[:, :2]), place[:, 2]]),
+        'class_id': np.where(track_id == ball_id, ClassCode.BALL, ClassCode.PERSON),
+    }
+    return instants_of(stamp_ns, columns, layout.origin)
 
 
 def instants_of(

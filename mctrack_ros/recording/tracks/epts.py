@@ -18,18 +18,19 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.interfaces import ClassCode, Tracks
-from mctrack_ros.recording.tables.columns import TableError, read_lines
+from mctrack_ros.interfaces import Tracks
+from mctrack_ros.recording.tables.columns import TableError
 from mctrack_ros.recording.tracks.collected import (
     Collected,
     CollectingWriter,
     Ints,
     Layout,
-    instants_of,
+    instants_on_pitch,
+    rows_of_lines,
 )
 from mctrack_ros.recording.tracks.pitch import Pitch
 from mctrack_ros.recording.tracks.teams import Teams, teams_of
-from mctrack_ros.recording.tracks.xml import add, metadata_file, read_xml, write_xml
+from mctrack_ros.recording.tracks.xml import add, add_texts, metadata_file, read_xml, write_xml
 
 _BLOCK_S = 60.0
 """Lines of so long have the same players: the metadata stay small, and so do the lines."""
@@ -77,52 +78,53 @@ class EptsWriter(CollectingWriter):
         began_ns = int(self._layout.stamp_ns(np.array(first)))
         began = f'{np.datetime64(began_ns, "ns")}Z'
         configuration = add(metadata, 'GlobalConfig')
-        add(configuration, 'FileDate', began)
-        add(configuration, 'FileName', self._path.name)
-        add(configuration, 'TrackingType', 'Optical')
-        add(configuration, 'ProviderName', 'mctrack_ros')
-        add(configuration, 'FrameRate', round(self._layout.rate_hz))
+        add_texts(
+            configuration,
+            FileDate=began,
+            FileName=self._path.name,
+            TrackingType='Optical',
+            ProviderName='mctrack_ros',
+            FrameRate=round(self._layout.rate_hz),
+        )
         parameters = add(configuration, 'ProviderGlobalParameters')
         for name, value in (('first_half_start', first), ('first_half_end', last)):
-            parameter = add(parameters, 'ProviderParameter')
-            add(parameter, 'Name', name)
-            add(parameter, 'Value', value)
+            add_texts(add(parameters, 'ProviderParameter'), Name=name, Value=value)
         session = add(add(metadata, 'Sessions'), 'Session', id='session1')
-        add(session, 'SessionType', 'Match')
-        add(session, 'Start', began)
-        field = add(session, 'FieldSize')
-        add(field, 'Width', f'{pitch.length:g}')
-        add(field, 'Height', f'{pitch.width:g}')
+        add_texts(session, SessionType='Match', Start=began)
+        sides = {'Width': f'{pitch.length:g}', 'Height': f'{pitch.width:g}'}
+        add_texts(add(session, 'FieldSize'), **sides)
 
 
 def _describe_players(metadata: Element, teams: Teams) -> None:
     """Add teams, players, sensors, and the channels of each player."""
     described = add(metadata, 'Teams')
     for name in ('home', 'away'):
-        add(add(described, 'Team', id=name), 'Name', name.capitalize())
-    players = add(metadata, 'Players')
-    away = set(teams.away)
+        add_texts(add(described, 'Team', id=name), Name=name.capitalize())
+    players, away = add(metadata, 'Players'), set(teams.away)
     for who in teams.players:
         team = 'away' if who in away else 'home'
         player = add(players, 'Player', id=f'track_{who}', teamId=team)
-        add(player, 'Name', f'Track #{who}')
-        add(player, 'ShirtNumber', who)
-    device = add(add(metadata, 'Devices'), 'Device', id='device1')
-    add(device, 'Name', 'mctrack_ros')
-    sensors = add(device, 'Sensors')
-    for sensor_id, name, channels in _SENSORS:
-        sensor = add(sensors, 'Sensor', id=sensor_id)
-        add(sensor, 'Name', name)
-        listed = add(sensor, 'Channels')
-        for channel_id, unit in channels:
-            channel = add(listed, 'Channel', id=channel_id)
-            add(channel, 'Name', f'{sensor_id}_{channel_id}')
-            add(channel, 'Unit', unit)
+        add_texts(player, Name=f'Track #{who}', ShirtNumber=who)
+    _describe_sensors(metadata)
     channels_of = add(metadata, 'PlayerChannels')
     for who in teams.players:
         for channel_id in _PLAYER:
             names = {'channelId': channel_id, 'playerId': f'track_{who}'}
             add(channels_of, 'PlayerChannel', id=f'track_{who}_{channel_id}', **names)
+
+
+def _describe_sensors(metadata: Element) -> None:
+    """Add what measures, and its channels."""
+    device = add(add(metadata, 'Devices'), 'Device', id='device1')
+    add_texts(device, Name='mctrack_ros')
+    sensors = add(device, 'Sensors')
+    for sensor_id, name, channels in _SENSORS:
+        sensor = add(sensors, 'Sensor', id=sensor_id)
+        add_texts(sensor, Name=name)
+        listed = add(sensor, 'Channels')
+        for channel_id, unit in channels:
+            channel = add(listed, 'Channel', id=channel_id)
+            add_texts(channel, Name=f'{sensor_id}_{channel_id}', Unit=unit)
 
 
 def _describe_lines(specifications: Element, block: _Block) -> None:
@@ -228,27 +230,15 @@ def read_epts(path: str | Path, layout: Layout) -> list[Tracks]:
     said = _read_metadata(metadata_file(path))
     numbers = _numbers(list(dict.fromkeys(who for who, _ in said.channels.values())))
     ball_id = 1 + max(numbers.values(), default=0)
-    rows: list[tuple[float, ...]] = []
-    for number, line in enumerate(read_lines(path), 1):
-        if line.strip():
-            try:
-                rows += _read_line(line.strip(), said, numbers, ball_id)
-            except ValueError as error:
-                raise TableError(f'{path}, line {number}: {error}') from error
+    rows = rows_of_lines(path, lambda line: _read_line(line, said, numbers, ball_id))
     if not rows:
         return []
     table = np.array(rows)
-    frame = table[:, 0].astype(np.int64)
+    frame, place = table[:, 0].astype(np.int64), said.metres(table[:, 2:5])
     began_ns = int(np.datetime64(said.began, 'ns').astype(np.int64)) if said.began else 0
     stamps = began_ns + np.rint((frame - frame.min()) * 1e9 / said.rate_hz).astype(np.int64)
-    pitch = layout.pitch or Pitch((said.length / 2, said.width / 2), said.length, said.width)
-    places = said.metres(table[:, 2:5])
-    columns = {
-        'track_id': table[:, 1],
-        'position': np.column_stack([pitch.to_ground(places[:, :2]), places[:, 2]]),
-        'class_id': np.where(table[:, 1] == ball_id, ClassCode.BALL, ClassCode.PERSON),
-    }
-    return instants_of(stamps, columns, layout.origin)
+    pitch = layout.pitch_of(said.length, said.width)
+    return instants_on_pitch(stamps, table[:, 1], place, ball_id, pitch, layout)
 
 
 def _numbers(names: list[str]) -> dict[str, int]:

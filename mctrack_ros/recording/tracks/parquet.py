@@ -19,6 +19,13 @@ _STATE = ('x', 'y', 'vx', 'vy')
 _VARIANCES = [f'variance_{_STATE[row]}{_STATE[to]}' for row, to in zip(_UPPER, _RIGHT)]
 _PLAIN = ('group', 'age', 'score', 'cameras', 'member_count', 'kit')
 _ENUMS: dict[str, type[TrackStatus | ClassCode]] = {'status': TrackStatus, 'class': ClassCode}
+_JOINED = {
+    'position': ('x', 'y', 'z'),
+    'velocity': ('vx', 'vy'),
+    'covariance': _VARIANCES,
+    'extent': ('width', 'height'),
+}
+"""Columns of `Tracks` of which each part is a column of the file."""
 _ROWS = 100_000
 """Of a row group."""
 
@@ -103,32 +110,21 @@ def read_parquet(path: str | Path, layout: Layout) -> list[Tracks]:
         If it cannot be used; says why.
 
     """
-    arrow, parquet = pyarrow_for(path)
-    check_size(path, TABLE, TableError)
-    try:
-        table = parquet.read_table(path)
-        given = {
-            name: table[name].to_numpy() if name not in _ENUMS else table[name].to_pylist()
-            for name in table.column_names
-        }
-    except (OSError, arrow.ArrowException) as error:
-        raise TableError(f'{path} cannot be read: {error}') from error
+    given = _read_columns(path)
     for name in ('stamp_ns', 'track_id', 'x', 'y'):
         if name not in given:
             raise TableError(f'{path} has no column {name}')
-    count = table.num_rows
-    z = given.get('z', np.zeros(count))
-    columns: dict[str, Any] = {
-        'track_id': given['track_id'],
-        'position': np.column_stack([given['x'], given['y'], z]).astype(np.float64),
+    given.setdefault('z', np.zeros(len(given['x'])))
+    joined = {
+        name: np.column_stack([given[part] for part in parts])
+        for name, parts in _JOINED.items()
+        if given.keys() >= set(parts)
     }
-    if {'vx', 'vy'} <= given.keys():
-        columns['velocity'] = np.column_stack([given['vx'], given['vy']])
-    if {'width', 'height'} <= given.keys():
-        columns['extent'] = np.column_stack([given['width'], given['height']])
-    if set(_VARIANCES) <= given.keys():
-        covariance = np.zeros((count, 4, 4), np.float32)
-        covariance[:, _UPPER, _RIGHT] = np.column_stack([given[name] for name in _VARIANCES])
+    columns: dict[str, Any] = {'track_id': given['track_id'], **joined}
+    columns['position'] = joined['position'].astype(np.float64)
+    if 'covariance' in joined:
+        covariance = np.zeros((len(joined['covariance']), 4, 4), np.float32)
+        covariance[:, _UPPER, _RIGHT] = joined['covariance']
         covariance[:, _RIGHT, _UPPER] = covariance[:, _UPPER, _RIGHT]
         columns['covariance'] = covariance
     columns |= {name: given[name] for name in _PLAIN if name in given}
@@ -136,6 +132,20 @@ def read_parquet(path: str | Path, layout: Layout) -> list[Tracks]:
         if name in given:
             columns[column] = _codes(given[name], name, path)
     return instants_of(given['stamp_ns'].astype(np.int64), columns, layout.origin)
+
+
+def _read_columns(path: str | Path) -> dict[str, Any]:
+    """Return the columns of a file; names of states and classes as lists."""
+    arrow, parquet = pyarrow_for(path)
+    check_size(path, TABLE, TableError)
+    try:
+        table = parquet.read_table(path)
+        return {
+            name: table[name].to_numpy() if name not in _ENUMS else table[name].to_pylist()
+            for name in table.column_names
+        }
+    except (OSError, arrow.ArrowException) as error:
+        raise TableError(f'{path} cannot be read: {error}') from error
 
 
 def _codes(names: list[str], column: str, path: str | Path) -> list[int]:

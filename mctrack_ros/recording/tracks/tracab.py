@@ -7,7 +7,8 @@ Whole centimetres from the centre spot, x along the pitch; team 1 is at home, 0 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -16,17 +17,19 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from mctrack_ros.input_size import SETTINGS, check_size
-from mctrack_ros.interfaces import ClassCode, Tracks
-from mctrack_ros.recording.tables.columns import TableError, read_lines
+from mctrack_ros.interfaces import Tracks
+from mctrack_ros.recording.tables.columns import TableError
 from mctrack_ros.recording.tracks.collected import (
     Collected,
     CollectingWriter,
+    Ints,
     Layout,
-    instants_of,
+    instants_on_pitch,
+    rows_of_lines,
 )
 from mctrack_ros.recording.tracks.pitch import Pitch
 from mctrack_ros.recording.tracks.teams import Teams, teams_of
-from mctrack_ros.recording.tracks.xml import add, metadata_file, read_xml, write_xml
+from mctrack_ros.recording.tracks.xml import add, add_texts, metadata_file, read_xml, write_xml
 
 _HOME, _AWAY, _ABSENT = 1, 0, 4
 _NOBODY = f'{_ABSENT},0,-1,5550,4400,0.00;'
@@ -62,22 +65,26 @@ class TracabWriter(CollectingWriter):
         )
         add(match, 'period', iId=1, iStartFrame=first, iEndFrame=last)
         if teams.home and teams.away:
-            tracks = rows.by_track()
             for name, number, ids in (('Home', 1, teams.home), ('Away', 2, teams.away)):
                 team = add(root, f'{name}Team')
-                add(team, 'LongName', name)
-                add(team, 'ShortName', name)
-                add(team, 'TeamId', number)
-                players = add(team, 'Players')
-                for who in ids:
-                    player = add(players, 'Player')
-                    add(player, 'PlayerId', who)
-                    add(player, 'FirstName', 'Track')
-                    add(player, 'LastName', f'#{who}')
-                    add(player, 'JerseyNo', who)
-                    add(player, 'StartFrameCount', frame[tracks[who][0]])
-                    add(player, 'EndFrameCount', frame[tracks[who][-1]])
+                add_texts(team, LongName=name, ShortName=name, TeamId=number)
+                _describe_players(add(team, 'Players'), ids, rows, frame)
         write_xml(metadata_file(self._path), root)
+
+
+def _describe_players(players: Element, ids: Iterable[int], rows: Collected, frame: Ints) -> None:
+    """Add the players of a team."""
+    tracks = rows.by_track()
+    for who in ids:
+        add_texts(
+            add(players, 'Player'),
+            PlayerId=who,
+            FirstName='Track',
+            LastName=f'#{who}',
+            JerseyNo=who,
+            StartFrameCount=frame[tracks[who][0]],
+            EndFrameCount=frame[tracks[who][-1]],
+        )
 
 
 def _lines(rows: Collected, frame: Any, teams: Teams, pitch: Pitch) -> Iterator[str]:
@@ -116,55 +123,33 @@ def read_tracab(path: str | Path, layout: Layout) -> list[Tracks]:
 
     """
     path = Path(path)
-    said = _metadata(metadata_file(path, ('.xml', '.json')))
-    length, width, rate, date = said
-    pitch = layout.pitch or Pitch((length / 2, width / 2), length, width)
-    rows: list[tuple[float, ...]] = []
-    balls: list[tuple[float, ...]] = []
-    for number, line in enumerate(read_lines(path), 1):
-        if line.strip():
-            try:
-                people, ball = _read_line(line.strip())
-            except ValueError as error:
-                raise TableError(f'{path}, line {number}: {error}') from error
-            rows += people
-            balls += ball
-    if not rows and not balls:
+    length, width, rate, date = _metadata(metadata_file(path, ('.xml', '.json')))
+    rows = rows_of_lines(path, _read_line)
+    if not rows:
         return []
-    ball_id = 1 + max((int(row[1]) for row in rows), default=0)
-    table = np.array([*rows, *((each[0], ball_id, *each[1:]) for each in balls)])
-    frame = table[:, 0].astype(np.int64)
-    period_ns = 1e9 / rate
+    table = np.array(rows)
+    frame, is_ball = table[:, 0].astype(np.int64), np.isnan(table[:, 1])
+    ball_id = 1 + int(table[~is_ball, 1].max()) if not is_ball.all() else 1
+    track_id = np.where(is_ball, ball_id, table[:, 1])
     began_ns = _stamp_ns(date) if date else layout.origin_ns
-    stamps = began_ns + np.rint((frame - frame.min()) * period_ns).astype(np.int64)
-    ground = pitch.to_ground(table[:, 2:4] * 0.01)
-    codes = np.full(len(table), int(ClassCode.PERSON))
-    codes[len(rows) :] = ClassCode.BALL
-    columns = {
-        'track_id': table[:, 1],
-        'position': np.column_stack([ground, table[:, 4] * 0.01]),
-        'class_id': codes,
-    }
-    return instants_of(stamps, columns, layout.origin)
+    stamps = began_ns + np.rint((frame - frame.min()) * (1e9 / rate)).astype(np.int64)
+    pitch = layout.pitch_of(length, width)
+    return instants_on_pitch(stamps, track_id, table[:, 2:] * 0.01, ball_id, pitch, layout)
 
 
-def _read_line(line: str) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]]]:
-    """Return frame, target, x, y and 0 of people, and frame, x, y, z of the ball, cm."""
+def _read_line(line: str) -> Iterator[tuple[float, ...]]:
+    """Yield frame, target, x, y and z, cm, of everybody in a line; the ball's target is NaN."""
     parts = line.split(':')
     if len(parts) < 3:
         raise ValueError('expected frame:targets:ball:')
     frame = float(int(parts[0]))
-    people: list[tuple[float, ...]] = []
-    balls: list[tuple[float, ...]] = []
-    for target in parts[1].split(';'):
-        if target:
-            team, who, _, x, y, *_ = target.split(',')
-            if int(team) != _ABSENT:
-                people.append((frame, float(int(who)), float(x), float(y), 0.0))
+    for target in filter(None, parts[1].split(';')):
+        team, who, _, x, y, *_ = target.split(',')
+        if int(team) != _ABSENT:
+            yield frame, float(int(who)), float(x), float(y), 0.0
     ball = [float(text) for text in parts[2].split(',')[:3]]
     if len(ball) == 3 and np.isfinite(ball).all() and tuple(ball[:2]) != _NO_BALL:
-        balls.append((frame, *ball))
-    return people, balls
+        yield frame, math.nan, *ball
 
 
 def _metadata(path: Path) -> tuple[float, float, float, str]:

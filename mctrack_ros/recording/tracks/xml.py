@@ -20,6 +20,12 @@ def add(parent: Element, tag: str, text: object = None, /, **attributes: object)
     return made
 
 
+def add_texts(parent: Element, **texts: object) -> None:
+    """Add an element with a text for each tag."""
+    for tag, text in texts.items():
+        add(parent, tag, text)
+
+
 def write_xml(path: Path, root: Element) -> None:
     """Write a document."""
     ElementTree.indent(root)

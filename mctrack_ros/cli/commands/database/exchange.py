@@ -11,6 +11,7 @@ import typer
 from mctrack_ros.cli import options
 
 if TYPE_CHECKING:
+    from mctrack_ros.interfaces import Tracks
     from mctrack_ros.recording.tracks.pitch import Pitch
     from mctrack_ros.site.site import SiteConfig
 
@@ -58,12 +59,13 @@ def export(
     ),
 ) -> None:
     """Write tracks into a file of another tool; identities as they are known now."""
+    from mctrack_ros.cli.sites import optional_site
     from mctrack_ros.recording.tracks.formats import format_of
     from mctrack_ros.store import View
     from mctrack_ros.store.exchange import Export, export_tracks, opened_run
 
     chosen = format_of(out, form)
-    on = _pitch(pitch, _named(site)) if chosen.is_on_pitch else None
+    on = _pitch(pitch, optional_site(site)) if chosen.is_on_pitch else None
     teams = _ids(away)
     with opened_run(source, run, View(corrected=not as_reported)) as opened:
         wanted = Export(options.times(opened, began, ended), rate, on, teams)
@@ -97,37 +99,16 @@ def import_tracks(
     overwrite: bool = typer.Option(False, '--overwrite', help='Replace an earlier bag.'),
 ) -> None:
     """Read tracks of another tool into a bag, a database, or both."""
-    import numpy as np
-
-    from mctrack_ros.recording.tracks.collected import Layout
-    from mctrack_ros.recording.tracks.formats import format_of
-    from mctrack_ros.recording.video.videos import START_NS
+    from mctrack_ros.cli.sites import optional_site
     from mctrack_ros.site.description import site_description
-    from mctrack_ros.site.origin import FARTHEST_M, chosen_origin
     from mctrack_ros.store import Database, NewRun
     from mctrack_ros.store.exchange import store_tracks, write_tracks_bag
 
     if bag is None and not database:
         raise typer.BadParameter('name where it goes: --bag BAG, --database DATABASE, or both')
-    config = _named(site)
-    origin = config.origin if config else (0.0, 0.0)
-    chosen = format_of(file, form)
-    on = _pitch(pitch, config) if chosen.is_on_pitch else None
-    layout = Layout(round(1e9 / rate), START_NS, origin, pitch=on)
-    read = chosen.read(file, layout)
-    if not read:
-        raise ValueError(f'{file} holds no tracks')
-    away = chosen_origin(np.concatenate([rows.position[:, :2] for rows in read]))
-    if config and any(away):
-        raise ValueError(
-            f'{file}: its positions are farther than {FARTHEST_M / 1000:g} km from the origin of '
-            f'{config.name}'
-        )
-    if any(away):
-        origin = away
-        read = chosen.read(file, replace(layout, origin=origin))
-    name = run or file.stem
-    frame_id = config.ground_frame if config else 'map'
+    config = optional_site(site)
+    read, origin = _read(file, form, rate, config, pitch)
+    name, frame_id = run or file.stem, config.ground_frame if config else 'map'
     said = site_description({'origin': list(origin), 'fusion': {}}, [], name, {})
     if bag is not None:
         write_tracks_bag(read, bag, frame_id, said, overwrite=overwrite)
@@ -135,16 +116,46 @@ def import_tracks(
         new = NewRun(name, config.name if config else 'site', (), frame_id)
         with Database(database, create=True) as opened:
             store_tracks(read, opened, new, said)
-    positions = sum(map(len, read))
     ids = {who for rows in read for who in rows.track_id.tolist()}
     places = ' and '.join(filter(None, [str(bag or ''), database]))
-    typer.echo(f'wrote {places}: {positions} positions of {len(ids)} tracks')
+    typer.echo(f'wrote {places}: {sum(map(len, read))} positions of {len(ids)} tracks')
 
 
-def _named(site: str) -> SiteConfig | None:
-    from mctrack_ros.cli.sites import named_site
+def _read(
+    file: Path, form: str, rate_hz: float, site: SiteConfig | None, pitch: str
+) -> tuple[list[Tracks], tuple[float, float]]:
+    """
+    Return the tracks of a file and the origin of their positions: the site's, or one near them.
 
-    return named_site(site) if site else None
+    Raises
+    ------
+    ValueError
+        If it holds none, or they are far from the site.
+
+    """
+    import numpy as np
+
+    from mctrack_ros.recording.tracks.collected import Layout
+    from mctrack_ros.recording.tracks.formats import format_of
+    from mctrack_ros.recording.video.videos import START_NS
+    from mctrack_ros.site.origin import FARTHEST_M, chosen_origin
+
+    chosen = format_of(file, form)
+    on = _pitch(pitch, site) if chosen.is_on_pitch else None
+    origin = site.origin if site else (0.0, 0.0)
+    layout = Layout(round(1e9 / rate_hz), START_NS, origin, pitch=on)
+    read = chosen.read(file, layout)
+    if not read:
+        raise ValueError(f'{file} holds no tracks')
+    away = chosen_origin(np.concatenate([rows.position[:, :2] for rows in read]))
+    if not any(away):
+        return read, origin
+    if site:
+        raise ValueError(
+            f'{file}: its positions are farther than {FARTHEST_M / 1000:g} km from the origin of '
+            f'{site.name}'
+        )
+    return chosen.read(file, replace(layout, origin=away)), away
 
 
 def _pitch(text: str, site: SiteConfig | None) -> Pitch | None:

@@ -31,7 +31,7 @@ def report(
     as_reported: bool = options.AS_REPORTED,
 ) -> None:
     """Tell of a run in a page and a PDF: who was where, how far and how fast, how good it is."""
-    from mctrack_ros.cli.sites import named_site
+    from mctrack_ros.cli.sites import optional_site
     from mctrack_ros.report.run.page import write_run_report
     from mctrack_ros.report.run.story import story_of
     from mctrack_ros.store import View
@@ -49,7 +49,7 @@ def report(
             options.times(opened, began, ended),
             title=title or (Path(source).resolve().name if bag else opened.name),
             bag=bag,
-            site=named_site(site) if site else None,
+            site=optional_site(site),
         )
     stated = f' --site {shlex.quote(Path(site).name)}' if site else ''
     command = f'mctrack report {shlex.quote(Path(source).name)}{stated}'

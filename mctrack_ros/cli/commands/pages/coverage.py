@@ -45,6 +45,7 @@ def coverage(
 ) -> None:
     """Show what a site's cameras see: overlaps, blind areas, hand-overs, predicted errors."""
     from mctrack_ros.cli.sites import camera_site
+    from mctrack_ros.cli.tables import show_figures
     from mctrack_ros.ground.coverage.coverage import CoverageConfig
     from mctrack_ros.report.coverage_figures import coverage_figures
     from mctrack_ros.site.coverage import site_coverage
@@ -55,14 +56,12 @@ def coverage(
     seen = site_coverage(loaded, config, area)
     options = f' --area={area}' if area else ''
     command = f'mctrack coverage {site}{options} --cell {cell:g} --reach {reach:g}'
-    figures = coverage_figures(seen, loaded.name, command)
-    typer.echo(figures.table())
-    if json_file is not None:
-        figures.write(json_file)
+    show_figures(coverage_figures(seen, loaded.name, command), json_file)
+    title = f'Coverage of {loaded.name}'
     if image is not None:
         from mctrack_ros.report.coverage_image import draw_coverage
 
-        draw_coverage(seen, f'Coverage of {loaded.name}', image)
+        draw_coverage(seen, title, image)
     if web:
         from mctrack_ros.web.coverage.page import coverage_page
         from mctrack_ros.web.coverage.site_fields import save_fields, site_fields
@@ -71,6 +70,5 @@ def coverage(
 
         images = site_images(loaded, sources)
         fields = site_fields(loaded, config, area)
-        title = f'Coverage of {loaded.name}'
         page = coverage_page(fields, title, lambda: save_fields(loaded, fields), images)
         serve(page, title, host, port, token, browser, typer.echo)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ from mctrack_ros.site.names import namespace_of
 
 if TYPE_CHECKING:
     from mctrack_ros.ros.topics.live_graph import LiveGraph
+    from mctrack_ros.site.site import SiteConfig
     from mctrack_ros.web.live.live_map import LiveMap
 
 
@@ -42,8 +44,7 @@ def live_map(
 ) -> None:
     """Show tracks, events and cameras on a map in the browser, now and in the past."""
     from mctrack_ros.cli.progress import progress_bar
-    from mctrack_ros.cli.sites import named_site
-    from mctrack_ros.site.names import named_image_topic, resolved
+    from mctrack_ros.cli.sites import optional_site
     from mctrack_ros.store.exchange import bag_of, stored_bag
     from mctrack_ros.web import check_address
     from mctrack_ros.web.live.backdrop import backdrop, no_backdrop
@@ -56,17 +57,8 @@ def live_map(
     if bag is not None and database:
         raise ValueError('--bag and --database both name the past: give one of them')
     check_address(host, token)
-    loaded = named_site(site) if site else None
-    topics = {
-        name: resolved(named_image_topic(name, settings.image_topic), namespace)
-        for name, settings in (loaded.cameras if loaded and not loaded.private else {}).items()
-    }
-
-    def listen(listener: LiveMap) -> LiveGraph:
-        from mctrack_ros.ros.topics.live_graph import LiveGraph
-
-        return LiveGraph(listener, namespace, topics, domain)
-
+    loaded = optional_site(site)
+    listen = None if bag else _listener(loaded, namespace, domain)
     with ExitStack() as stack:
         place = database
         if bag is not None:
@@ -75,7 +67,27 @@ def live_map(
         past = Past(place, run) if place else None
         ground = backdrop(loaded) if loaded else no_backdrop(bag.name if bag else 'tracks')
         zones = SiteZones(loaded) if loaded else None
-        shown = LiveMap(ground, None if bag else listen, past, zones)
         title = f'Map of {ground["name"]}'
-        page = add_pages(shown, title, loaded.floor_plan if loaded else None)
+        plan = loaded.floor_plan if loaded else None
+        page = add_pages(LiveMap(ground, listen, past, zones), title, plan)
         serve(page, title, host, port, token, browser, typer.echo)
+
+
+def _listener(
+    site: SiteConfig | None, namespace: str, domain: int | None
+) -> Callable[[LiveMap], LiveGraph]:
+    """Return what lets a map listen to the running graph, and to the images of its cameras."""
+    from mctrack_ros.site.names import named_image_topic, resolved
+
+    cameras = site.cameras if site and not site.private else {}
+    topics = {
+        name: resolved(named_image_topic(name, settings.image_topic), namespace)
+        for name, settings in cameras.items()
+    }
+
+    def listen(listener: LiveMap) -> LiveGraph:
+        from mctrack_ros.ros.topics.live_graph import LiveGraph
+
+        return LiveGraph(listener, namespace, topics, domain)
+
+    return listen
