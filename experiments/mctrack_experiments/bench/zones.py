@@ -19,8 +19,9 @@ from mctrack_experiments.bench.fusion.toolkit import Toolkit
 from mctrack_experiments.bench.workers import Progress, run_pinned, run_spread
 from mctrack_experiments.runs import listed
 from mctrack_ros.evaluation.figures import Figures
-from mctrack_ros.fusion import FusionOutput, JointTracker
+from mctrack_ros.fusion import FusionOutput
 from mctrack_ros.interfaces import Events, Feedback, Tick, Tracks
+from mctrack_ros.replay.drive import drive
 from mctrack_ros.zones.engine import ZoneEngine
 from mctrack_ros.zones.shapes import Line, Zone, Zones
 
@@ -137,12 +138,14 @@ def _tracked(folder: Path, seed: int) -> tuple[Floats, list[FusionOutput]]:
     """Return true positions, (ticks, people, 2), and what fusion makes of a scene."""
     scene = Toolkit(folder).scene(FRAMES, seed)
     cameras = SyntheticCameras(scene, seed)
-    tracker = JointTracker(told_config(scene.scenario), camera_names(scene.scenario))
+    config, names = told_config(scene.scenario), camera_names(scene.scenario)
     on_its_way = deque([Feedback.build(0)] * FEEDBACK_DELAY, FEEDBACK_DELAY)
+    ticks = (Tick.of(cameras.messages(frame, on_its_way[0])) for frame in range(FRAMES))
     outputs = []
-    for frame in range(FRAMES):
-        outputs.append(tracker.step(Tick.of(cameras.messages(frame, on_its_way[0]))))
-        on_its_way.append(tracker.feedback())
+    for ticked in drive(config, names, ticks):
+        outputs.append(ticked.output)
+        assert isinstance(ticked.feedback, Feedback)
+        on_its_way.append(ticked.feedback)
     assert outputs[-1].tracks.stamp_ns == stamp_of(scene.scenario, FRAMES - 1)
     return scene.scenario.truth, outputs
 

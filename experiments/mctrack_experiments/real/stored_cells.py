@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mctrack_experiments.bench.cells.play import Arrival, Process, play_site, timed
+from mctrack_experiments.bench.cells.play import Arrival, play_site, timed
 from mctrack_experiments.datasets.stored import StoredScene
 from mctrack_ros.evaluation import Trajectories
-from mctrack_ros.fusion import JointConfig, open_fusion
+from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.cells.report import CellReport
+from mctrack_ros.interfaces import Feedback
+from mctrack_ros.replay.drive import drive
 
 CELLS = 2
 
@@ -31,10 +33,10 @@ def track_in_cells(scene: StoredScene) -> Trajectories:
     tick_s, arrivals = 1 / scene.rate, []
     for cell in range(CELLS):
         cameras = scene.cameras[cell::CELLS]
-        process = Process(open_fusion(timed(JointConfig(), tick_s), cameras))
-        for tick in scene.ticks(cameras):
-            feedback = process.step(tick)
-            report = CellReport(process.tracks[-1], feedback)
+        config = timed(JointConfig(), tick_s)
+        for ticked in drive(config, cameras, scene.ticks(cameras)):
+            assert isinstance(ticked.feedback, Feedback)
+            report = CellReport(ticked.output.tracks, ticked.feedback)
             arrivals.append(Arrival(report.stamp_ns, cell, report))
     arrivals.sort(key=lambda each: (each.arrival_ns, each.cell))
     instants = play_site(arrivals, CELLS, tick_s).tracks
