@@ -106,15 +106,35 @@ def _show_warning(
     print(text, end='', file=file or sys.stderr)
 
 
+def _expected_errors() -> tuple[type[BaseException], ...]:
+    """Return the exceptions of what the user can mend: they are shown as one line."""
+    from mctrack_ros.codec import CodecError
+    from mctrack_ros.config import ConfigError
+    from mctrack_ros.ground import CalibrationError
+    from mctrack_ros.recording import BagError, MotTextError
+    from mctrack_ros.replay.lockstep import ReplayError
+    from mctrack_ros.store.errors import StoreError
+
+    return (
+        BagError,
+        CalibrationError,
+        CodecError,
+        ConfigError,
+        MotTextError,
+        ReplayError,
+        StoreError,
+        OSError,
+        ValueError,
+    )
+
+
 def main() -> None:
     """Run the command line; an expected error is one line and exit code 1, a warning one line."""
     warnings.showwarning = _show_warning
     try:
         app()
     except Exception as error:
-        from mctrack_ros.cli.errors import expected_errors
-
-        if not isinstance(error, expected_errors()):
+        if not isinstance(error, _expected_errors()):
             raise
         print(f'mctrack: {error}', file=sys.stderr)
         sys.exit(1)

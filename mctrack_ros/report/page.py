@@ -16,11 +16,14 @@ from mctrack_ros.evaluation.comparison import Comparison
 from mctrack_ros.evaluation.figures import Figures, text_of
 from mctrack_ros.report import charts
 from mctrack_ros.report.dropped import COUNTS, Drops, drops_of
+from mctrack_ros.report.ground_plan import hex_colour, pitch_lines
 from mctrack_ros.report.images import camera_images
-from mctrack_ros.report.replay_data import replay_data
 from mctrack_ros.report.session import Session
 from mctrack_ros.report.strips import encounter_strips
 from mctrack_ros.report.targets import DEMO_TARGETS, Target
+from mctrack_ros.simulation import LENGTH_M, WIDTH_M
+
+_PER_SECOND = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,3 +165,43 @@ def _json(value: Any) -> str:
     """Return JSON that may stand in a script element."""
     text = json.dumps(value, separators=(',', ':'))
     return text.replace('<', '\\u003c').replace('>', '\\u003e').replace('&', '\\u0026')
+
+
+def replay_data(
+    truth: Trajectories, tracks: Trajectories, line: Timeline, period_s: float
+) -> dict[str, Any]:
+    """
+    Return what the page's script draws, ready for JSON; positions in whole centimetres.
+
+    Parameters
+    ----------
+    truth, tracks : Trajectories
+        In frames of one period.
+    line : Timeline
+        For the switches.
+    period_s : float
+        Period of the frames, s.
+
+    """
+    step = max(1, round(1.0 / _PER_SECOND / period_s))
+    last = int(max(truth.frame.max(initial=0), tracks.frame.max(initial=0)))
+    return {
+        'size': [LENGTH_M, WIDTH_M],
+        'lines': [np.round(polyline, 2).tolist() for polyline in pitch_lines()],
+        'seconds_a_step': step * period_s,
+        'steps': last // step + 1,
+        'truth': _by_id(truth, step),
+        'tracks': _by_id(tracks, step),
+        'colours': {int(who): hex_colour(int(who)) for who in np.unique(tracks.id)},
+        'switches': np.stack([line.switch_frame / step, line.switch_truth_id], axis=1).tolist(),
+    }
+
+
+def _by_id(rows: Trajectories, step: int) -> dict[int, list[list[int]]]:
+    """Return id -> [step, x, y] ..., the time thinned to whole steps."""
+    kept = rows.select(rows.frame % step == 0)
+    order = np.lexsort((kept.frame, kept.id))
+    table = np.column_stack([kept.frame // step, np.round(kept.position * 100)]).astype(int)
+    ids, starts = np.unique(kept.id[order], return_index=True)
+    parts = np.split(table[order], starts[1:])
+    return {who: part.tolist() for who, part in zip(ids.tolist(), parts)}

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from mctrack_ros.codec import image_from_message
 from mctrack_ros.recording import BagReader, is_bag
-from mctrack_ros.web.image_topic import IMAGE_TYPES, image_topics
 
 if TYPE_CHECKING:
     from mctrack_ros.ros.topics.live_images import LiveImages
@@ -22,6 +21,10 @@ LIVE = 'live'
 """The source that is the running graph."""
 PATIENCE_S = 10.0
 """How long a live topic, and then its next image, is waited for, s."""
+IMAGE_TYPES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
+_COMPRESSED = '/compressed'
+_TAKEN = 'image_raw'
+"""Part of the name of what a camera takes, by ROS's custom; others are drawn or derived."""
 
 
 class ImageError(ValueError):
@@ -133,3 +136,24 @@ def _check_kind(kind: str, where: str) -> None:
 
 def _bytes(image: NDArray[np.generic]) -> Image:
     return np.asarray(image, np.uint8)
+
+
+def image_topics(topics: Mapping[str, str], camera: str) -> list[str]:
+    """
+    Return the topics that may hold a camera's images; exactly one if it is clear which.
+
+    Those with the camera's name in theirs, of these those that are called ``image_raw``; of a
+    topic and its compressed twin the twin, which gets through more surely.
+
+    Parameters
+    ----------
+    topics : mapping of str to str
+        Message type by topic.
+    camera : str
+        Name of the camera.
+
+    """
+    found = sorted(name for name, kind in topics.items() if kind in IMAGE_TYPES)
+    for word in (camera, _TAKEN):
+        found = [name for name in found if word in name.split('/')] or found
+    return [name for name in found if name + _COMPRESSED not in found]

@@ -5,7 +5,7 @@ import pytest
 from mctrack_ros.codec import image_message
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagWriter
 from mctrack_ros.web import ImageError, read_image
-from mctrack_ros.web.image_topic import image_topics
+from mctrack_ros.web.image_source import image_topics
 
 IMAGE = np.dstack([np.full((48, 64), level, np.uint8) for level in (20, 120, 220)])
 

@@ -5,7 +5,7 @@ import pytest
 
 from mctrack_experiments.datasets.epfl_terrace import PERIOD_NS
 from mctrack_experiments.real.places_left import boxes_at, overlap, places_left, shares
-from mctrack_ros.codec.foreground import png_from_foreground
+from mctrack_ros.codec.camera_messages import png_from_foreground
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import Foreground

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -19,7 +21,6 @@ from rclpy.qos import QoSProfile
 
 from mctrack_ros.config import Parameter
 from mctrack_ros.ros.node import parameters
-from mctrack_ros.ros.node.exceptions import Exceptions
 
 AUTOSTART = 'configure and activate on start; false: wait for the lifecycle services'
 """What the parameter of this name does, which every node has."""
@@ -209,3 +210,45 @@ class GraphNode(LifecycleNode):
 def one_line(error: Exception) -> str:
     """Return an error's text without line breaks, the traces of rcl's C code cut off."""
     return ' '.join(str(error).split(', at /')[0].split())
+
+
+@dataclass(slots=True)
+class Exceptions:
+    """
+    What callbacks of a node have raised.
+
+    Attributes
+    ----------
+    count, reported : int
+        Exceptions since the start, and at the last report.
+    last : str
+        What the last one says, and where it was raised.
+
+    """
+
+    count: int = 0
+    reported: int = 0
+    last: str = ''
+
+    def note(self, error: Exception) -> str:
+        """Count an exception and return it in one line."""
+        self.count += 1
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        text = ' '.join(str(error).split())
+        self.last = f'{type(error).__name__}: {text} ({place.filename}:{place.lineno})'
+        return self.last
+
+    def report(self, name: str) -> DiagnosticStatus:
+        """Return the state: an error if anything was raised since the last report."""
+        level, message = DiagnosticStatus.OK, 'no exception'
+        if self.count:
+            level, message = DiagnosticStatus.WARN, f'{self.count} so far; the last: {self.last}'
+        if self.count > self.reported:
+            level = DiagnosticStatus.ERROR
+        self.reported = self.count
+        return DiagnosticStatus(
+            level=level,
+            name=name,
+            message=message,
+            values=[KeyValue(key='exceptions', value=str(self.count))],
+        )

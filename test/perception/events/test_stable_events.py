@@ -1,6 +1,6 @@
 import numpy as np
 
-from mctrack_ros.perception.events.stable_events import StableEvents
+from mctrack_ros.perception.events.view_events import StableEvents
 
 PERIOD_NS = 40_000_000
 

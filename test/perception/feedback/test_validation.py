@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.interfaces import Feedback
-from mctrack_ros.perception.feedback.validation import is_sound
+from mctrack_ros.perception.feedback.buffer import is_sound
 
 TARGET = {
     'position': [[1.0, 2.0, 0.0]],
