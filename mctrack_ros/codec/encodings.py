@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mctrack_ros.codec.messages import CodecError
 
 Pixels = NDArray[Any]
-_HALF_16 = 128
+_HALF_16 = 128  # rounds where 16 bits become 8
 _STEPS_16 = 257  # 65535 / 255
 
 

@@ -17,7 +17,7 @@ from mctrack_ros.interfaces import REPORTED, ClassCode
 from mctrack_ros.site.stated_origin import Origin
 
 EVERYTHING = Selection()
-_SAME_PERIOD = 0.01
+_SAME_PERIOD = 0.01  # share by which periods may differ and count as equal
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import BYTES_3D, compiled
 
 Image = NDArray[np.uint8]
-SAMPLED_PX = 16
+SAMPLED_PX = 16  # every sixteenth pixel of a row and column tells a blank or frozen image
 BLACK, WHITE = 8.0, 247.0  # mean grey levels
-FROZEN_NS = 1_000_000_000
+FROZEN_NS = 1_000_000_000  # an image that stays the same so long: noise changes a live one
 NOISE = 30.0  # mean difference of neighbours, grey levels; images of scenes have 2 to 8
 
 

@@ -17,7 +17,7 @@ NEAR_M = 1.5
 """From here on fusion takes two people for exchangeable, and tracks for those of one person."""
 _LOOK_BACK_NS = 120_000_000_000
 """How long before a correction the encounter is looked for."""
-_LATEST_NS = 2**63 - 1
+_LATEST_NS = 2**63 - 1  # what a column of 64 bits holds
 _KNOWN = (
     select(CORRECTIONS)
     .where(CORRECTIONS.c.run_id == bindparam('run'))

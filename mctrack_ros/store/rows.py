@@ -17,7 +17,7 @@ from mctrack_ros.store.schema import CHUNKS, JOURNAL, RESTS, TICKS
 
 SPAN_NS = 2_000_000_000
 """Of a chunk: longer ones are smaller, and more of each is read in vain."""
-_LAST_SPAN = 2**31 - 1
+_LAST_SPAN = 2**31 - 1  # what a column of 32 bits holds
 _JOURNALED = select(JOURNAL).where(JOURNAL.c.run_id == bindparam('run')).order_by(JOURNAL.c.number)
 _AT_ONCE = 500
 """Numbers named in one statement; databases have a limit."""

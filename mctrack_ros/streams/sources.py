@@ -25,7 +25,7 @@ from mctrack_ros.streams.frames import About, Assembler, Frame
 _TRACKS_TOPIC = '/tracks'
 _SPANS = 5
 """Spans of a run that are read at once: ten seconds."""
-_LATEST_NS = 2**63 - 1
+_LATEST_NS = 2**63 - 1  # what a column of 64 bits holds
 
 
 def about_bag(bag: str | Path) -> About:

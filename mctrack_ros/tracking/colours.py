@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import colorsys
 
-_GOLDEN = 0.6180339887
+_GOLDEN = 0.6180339887  # golden ratio: consecutive ids get hues far apart
 
 
 def track_colour(track_id: int) -> tuple[int, int, int]:

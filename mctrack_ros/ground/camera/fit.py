@@ -29,8 +29,8 @@ LARGEST_ERROR = 0.05
 """Predicted error from which points say too little, as a share of the area that they span."""
 MOST_FOLDED = 0.05
 """Share of the points, at the image's rim, from which a lens may lead no way back."""
-FOCAL_STARTS = (0.5, 0.8, 1.3, 2.0, 4.0)
-TRIED = 2
+FOCAL_STARTS = (0.5, 0.8, 1.3, 2.0, 4.0)  # of the image width: lenses from wide to tele
+TRIED = 2  # best of these starts that are refined
 SWAPPED = 'no camera sees the points so: are two of them swapped?'
 
 

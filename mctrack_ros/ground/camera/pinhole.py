@@ -35,7 +35,7 @@ EDGE_SHARE = 0.97
 FARTHEST_EDGE = 100.0
 LARGEST_UNSURE_M = 0.01
 """How far off the digits of its rotation may leave a camera: its place is turned with them."""
-EDGE_POINTS = 720
+EDGE_POINTS = 720  # directions in which the edge is sought, two a degree
 _POINTS = types.f8[:, ::1]
 _MATRICES = types.f8[:, :, ::1]
 

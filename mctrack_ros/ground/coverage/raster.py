@@ -14,7 +14,7 @@ from mctrack_ros.ground.coverage.view import View
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-MOST_CELLS = 4_000_000
+MOST_CELLS = 4_000_000  # a map of 2 x 2 km in metres
 
 
 @dataclass(frozen=True, eq=False, slots=True)

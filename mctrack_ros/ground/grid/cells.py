@@ -27,7 +27,7 @@ from mctrack_ros.ground.support import distance_squared, doubt, side_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-GUESSES = 128
+GUESSES = 128  # a side of the raster that names the first cell to try
 UNIT = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
 FOUND = types.Tuple([types.i8[::1], types.b1[::1]])
 

@@ -17,8 +17,8 @@ Ints = NDArray[np.int64]
 STEPS = 40
 FARTHEST = 2.0
 """How far a point outside its cell is followed, in cells; beyond it is held there."""
-SLOPE_STEP = 1e-5
-SOLVED_PX = 1e-10
+SLOPE_STEP = 1e-5  # share of a cell by which slopes are told
+SOLVED_PX = 1e-10  # far below what a place in an image tells
 
 
 class IteratedMapping(GroundMapping):

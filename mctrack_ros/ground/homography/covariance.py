@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import inner
 
 Floats = NDArray[np.float64]
-BLOCKS = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
+BLOCKS = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))  # of a symmetric 3 x 3 matrix
 
 
 def by_entries(matrix: Floats, places: Floats) -> Floats:

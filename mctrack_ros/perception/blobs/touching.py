@@ -20,7 +20,7 @@ from mctrack_ros.perception.blobs.frame import Frame
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-NOWHERE = -1
+NOWHERE = -1  # of who is in no blob
 STRENGTH = Strength(0.4, 0.15)
 """What joins persons; the values that put the fewest pixels between two persons wrong on simulated
 matches."""

@@ -65,15 +65,15 @@ RENEWAL_S = 20.0
 """Time after which patches that are seldom found are exchanged: light changes slower."""
 UNKNOWN_PX = 20.0
 """Noise added to places in the image while the first view is not found again: a large shift."""
-SEARCH_PX = 5
-WIDE_SEARCH_PX = 12
-CLOSE_PX = 2.5
-ROUNDS = 3
-COARSE_NS = 1_000_000_000
+SEARCH_PX = 5  # around the last and the lasting shift
+WIDE_SEARCH_PX = 12  # around a coarse shift, which is told in pixels of a reduced image
+CLOSE_PX = 2.5  # shifts that differ by less count as one
+ROUNDS = 3  # of searches, each around what the one before found
+COARSE_NS = 1_000_000_000  # between phase correlations; twice as long once they find nothing
 LONGEST_COARSE_NS = 2_000_000_000  # less than the time in which a shift must be found
 KEPT = 9  # images in a reference
 LEARNING_SHARE = 0.6  # of the settling time; in the rest the reference is tried
-LEAST_MEASURES = 3
+LEAST_MEASURES = 3  # looks of which a shift is told
 LEAST_SPAN = 0.75  # of the time over which a shift must last
 END_SHARE = 0.5  # of the threshold, below which an alarm ends
 

@@ -16,15 +16,15 @@ COLUMNS, ROWS = 8, 6
 ORDER = 29 * np.arange(COLUMNS * ROWS) % (COLUMNS * ROWS)
 """Of cells that are sought: the first few are spread over the image."""
 
-HALF_PX = 10
-CORNER_PX = 7
+HALF_PX = 10  # a patch is 21 x 21 px
+CORNER_PX = 7  # window in which the gradients of a corner are summed
 LEAST_CONTRAST = 2.0  # standard deviation, grey levels
 LEAST_SCORE = 0.7  # normalised correlation
-TOLERANCE_PX = 1.0
-LEAST_PATCHES = 8
-LEAST_SHARE = 0.5
+TOLERANCE_PX = 1.0  # of a patch from the common shift
+LEAST_PATCHES = 8  # two fix a similarity, which has four unknowns; the others must agree
+LEAST_SHARE = 0.5  # of the patches found must agree: no other shift can have more
 PROBES = 16  # patches after which an image of which hardly any is found is given up
-LEAST_PROBED = 2
+LEAST_PROBED = 2  # of these, for the image to be searched on
 LEAST_SPREAD = 0.1  # of the image's diagonal
 
 

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 Grey = NDArray[np.uint8]
 Floats32 = NDArray[np.float32]
 
-WIDTH_PX = 192
-CANDIDATES = 6
-LOCAL_PX = 8
+WIDTH_PX = 192  # of the reduced image
+CANDIDATES = 6  # peaks that patches try
+LOCAL_PX = 8  # standard deviation of the surroundings that are taken off
 DARK = 10.0  # grey levels, of noise rather than light
 BAND = 0.15  # cycles a pixel
-AROUND_PX = 2
+AROUND_PX = 2  # cleared on each side of a peak before the next is sought
 
 
 def reduced(grey: Grey) -> Floats32:

@@ -20,7 +20,7 @@ from mctrack_ros.interfaces import (
 )
 
 R = TypeVar('R', bound=Rows)
-KEPT_TICKS = 64
+KEPT_TICKS = 64  # 2.5 s at 25 Hz
 Singles = NDArray[np.float32]
 FULL = 1.001
 """A bin of a template, which is a share, is no more, but for rounding."""

@@ -10,7 +10,7 @@ from mctrack_ros.perception.geometry.person_size import SizeTable
 
 Floats = NDArray[np.float64]
 
-ROUNDS = 4
+ROUNDS = 4  # of height from foot and foot from height
 
 
 def ground_depth(

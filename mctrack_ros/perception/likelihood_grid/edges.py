@@ -24,7 +24,7 @@ WEAK_EDGE, STRONG_EDGE = 20.0, 60.0
 FAINT = 0.5
 """The background's edges are sought at so much lower thresholds: those that light makes stronger,
 or noise now and then, are known already."""
-_BLUR_PX = 1.0
+_BLUR_PX = 1.0  # standard deviation of the smoothing before gradients
 
 
 class Gradient(NamedTuple):

@@ -74,7 +74,7 @@ class _Level(NamedTuple):
 
 HEAD_M = 1.75
 """A calibration is told by where it sees the ground and this height above it, m."""
-MOST_KNOWN = 32
+MOST_KNOWN = 32  # cameras whose outlines are kept
 _known: dict[str, list[_Level]] = {}
 """Outlines made before, by fingerprint: 0.1 s a camera each."""
 

@@ -13,11 +13,11 @@ from mctrack_ros.perception.moving_camera.turning_camera import TurningCamera
 Floats = NDArray[np.float64]
 Grey = NDArray[np.uint8]
 
-MOST = 300
-_QUALITY, _APART_PX = 0.01, 12
-_RANSAC_PX = 1.5
-_BACK_PX = 0.7
-_WINDOW, _LEVELS = (15, 15), 3
+MOST = 300  # corners of a key image
+_QUALITY, _APART_PX = 0.01, 12  # of corners: share of the strongest one's strength, and distance
+_RANSAC_PX = 1.5  # a feature farther from the homography is on something that moves
+_BACK_PX = 0.7  # a feature tracked back must end as near to where it began
+_WINDOW, _LEVELS = (15, 15), 3  # of the pyramid of Lucas and Kanade
 _HALF = 0.5  # OpenCV's pixel centres lie at whole numbers, the project's at halves
 
 

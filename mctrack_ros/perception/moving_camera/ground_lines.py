@@ -15,10 +15,10 @@ from mctrack_ros.perception.moving_camera.turning_camera import TurningCamera
 Floats = NDArray[np.float64]
 Grey = NDArray[np.uint8]
 
-_SPACING_M = 0.5
-_APART_PX = 4.0
-_CONTRAST = 25.0
-_WIDEST_PX = 6
+_SPACING_M = 0.5  # between samples along a line
+_APART_PX = 4.0  # between those that are used, so that near lines do not count most
+_CONTRAST = 25.0  # of paint to the ground on both sides, grey levels
+_WIDEST_PX = 6  # half the width of the widest line
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -23,12 +23,12 @@ LEAST_FEATURES = 12
 LEAST_LINES = 20
 """Fewer samples of lines may be something else that is bright."""
 _FEATURE_PX, _LINE_PX = 1.0, 3.0  # neighbours err alike, so each counts for less than its noise
-_START_RAD, _START_ZOOM = 1e-3, 1e-3
+_START_RAD, _START_ZOOM = 1e-3, 1e-3  # uncertainty of the given calibration
 _FREE_RAD, _FREE_ZOOM = 0.1, 0.1  # before features say where the camera turned
-_LOST_RAD, _LOST_ZOOM = 4e-3, 4e-3
-_REACH_PX, _FARTHEST_PX = 3.0, 12.0
-_KEPT_SHARE = 0.6
-_PERSON_MARGIN_PX = 4
+_LOST_RAD, _LOST_ZOOM = 4e-3, 4e-3  # growth of the uncertainty in an image without features
+_REACH_PX, _FARTHEST_PX = 3.0, 12.0  # search for lines: standard deviations, and at most
+_KEPT_SHARE = 0.6  # of the features of a key image; if fewer are found, another is begun
+_PERSON_MARGIN_PX = 4  # by which boxes of people are widened
 
 
 class CameraMotion(StrEnum):

@@ -12,8 +12,8 @@ from mctrack_ros.ground.homography.projective import ProjectiveMapping
 
 Floats = NDArray[np.float64]
 
-_ROUNDS = 5
-_HUBER = 2.0
+_ROUNDS = 5  # of Gauss-Newton
+_HUBER = 2.0  # standard deviations from which a measurement counts linearly
 
 
 @dataclass(frozen=True, eq=False, slots=True)

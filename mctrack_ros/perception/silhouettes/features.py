@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-BINS = 16
+BINS = 16  # the paper's number of bins of grey
 AREA, WIDTH, HEIGHT = 0, 1, 2
 HISTOGRAM = slice(3, 3 + BINS)
 PLACE = slice(3 + BINS, 5 + BINS)

@@ -31,7 +31,7 @@ TIMES: Spellings = {
 }
 """Names of the columns that say when, each with others for the same."""
 _NANOSECONDS = {'time': 10**9, 'time_ms': 10**6, 'time_us': 10**3, 'time_ns': 1}
-_LATEST_NS = 2**63 - 1
+_LATEST_NS = 2**63 - 1  # what 64 bits hold
 _SEPARATORS = ('\t', ';', ',')
 
 

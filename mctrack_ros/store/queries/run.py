@@ -29,7 +29,7 @@ Between = tuple[float, float]
 """From when until before when, since the run's first tick, s."""
 Moment = float | datetime
 """Seconds since a run's first tick, or a date."""
-_LATEST_NS = 2**63 - 1
+_LATEST_NS = 2**63 - 1  # what a column of 64 bits holds
 
 
 @dataclass(frozen=True, slots=True)

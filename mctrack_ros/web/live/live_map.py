@@ -34,7 +34,7 @@ _LINGER_S = 5.0
 """How long the graph is listened to when nobody looks any more."""
 _EVENTS = 100
 """Last events that a new window is told."""
-_TOO_LONG, _TOO_MANY = 1009, 1013
+_TOO_LONG, _TOO_MANY = 1009, 1013  # closing codes of web sockets, RFC 6455
 
 
 class LiveMap:

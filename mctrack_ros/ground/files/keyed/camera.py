@@ -21,7 +21,7 @@ from mctrack_ros.ground.files.keyed.stated import Stated, whole
 Floats = NDArray[np.float64]
 LARGEST_SKEW_PX = 1.0
 """A skew that moves the pixels of an image by less (root mean square) is left out."""
-_CLOSE = 1e-9
+_CLOSE = 1e-9  # rounding of what is written as 0 or 1
 
 
 def camera_of(

@@ -27,7 +27,7 @@ from mctrack_ros.perception.silhouettes.reference_update.absorbed import (
 from mctrack_ros.perception.silhouettes.reference_update.stationarity import Stationarity
 
 Image = NDArray[np.uint8]
-LOOK_S = 0.2
+LOOK_S = 0.2  # between looks at what stands still, which takes seconds to count as at rest
 ROOM = 0.15  # about what is inserted, in its widths and heights
 
 

@@ -21,7 +21,7 @@ from mctrack_ros.perception.silhouettes.reference_update.stationarity import Sta
 
 Image = NDArray[np.uint8]
 _CROSS = np.asarray(cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), np.uint8)
-_MARGIN = 2
+_MARGIN = 2  # px around a silhouette, beyond its outline
 
 
 @dataclass(frozen=True)
