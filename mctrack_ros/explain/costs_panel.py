@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mctrack_ros.explain.fates import fate_of
-from mctrack_ros.explain.story import Story
+from mctrack_ros.explain.history import TrackHistory
 from mctrack_ros.explain.words import row_of
 from mctrack_ros.interfaces import Choice
 
@@ -23,10 +23,10 @@ MOST = 14
 """So many candidates are shown: the most probable."""
 
 
-def draw_costs(axes: Axes, story: Story, camera_colour: Callable[[int], str]) -> None:
+def draw_costs(axes: Axes, history: TrackHistory, camera_colour: Callable[[int], str]) -> None:
     """Draw a bar a candidate, the camera's name in its colour, and what became of it."""
-    candidates, decisions = story.now.candidates, story.now.decisions
-    name = decisions.track_id[row_of(decisions, story.track_id)]
+    candidates, decisions = history.now.candidates, history.now.decisions
+    name = decisions.track_id[row_of(decisions, history.track_id)]
     weighed = (candidates.choice <= Choice.TAKEN) & np.isfinite(candidates.cost)
     rows = np.flatnonzero((candidates.track_id == name) & weighed)
     if not len(rows):
@@ -46,10 +46,10 @@ def draw_costs(axes: Axes, story: Story, camera_colour: Callable[[int], str]) ->
     axes.axvline(0.0, color='black', lw=0.8)
     left = min(float(low.min()), -1.0)
     for index, row in enumerate(rows.tolist()):
-        text = f'{candidates.probability[row]:.3f}  {fate_of(candidates, row, story.gate)}'
+        text = f'{candidates.probability[row]:.3f}  {fate_of(candidates, row, history.gate)}'
         axes.text(left, index - 0.3, text, fontsize=8.5, va='bottom')
     names = [
-        f'{story.cameras[candidates.camera[row]]} {candidates.detection[row]}' for row in rows
+        f'{history.cameras[candidates.camera[row]]} {candidates.detection[row]}' for row in rows
     ]
     axes.set_yticks(place, names)
     for tick, row in zip(axes.get_yticklabels(), rows.tolist()):

@@ -13,7 +13,7 @@ from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 
 from mctrack_ros.explain.costs_panel import draw_costs
-from mctrack_ros.explain.story import Story
+from mctrack_ros.explain.history import TrackHistory
 from mctrack_ros.explain.words import row_of, sentences
 from mctrack_ros.interfaces import Choice, TrackStatus
 from mctrack_ros.tracking.colours import track_colour
@@ -31,13 +31,13 @@ _GHOST = '#8a94a3'
 _LABEL = {'boxstyle': 'round,pad=0.12', 'facecolor': 'white', 'alpha': 0.8, 'linewidth': 0}
 
 
-def draw_explanation(story: Story, path: Path) -> None:
+def draw_explanation(history: TrackHistory, path: Path) -> None:
     """
     Draw the instant asked about.
 
     Parameters
     ----------
-    story : Story
+    history : TrackHistory
         As told.
     path : Path
         The file; its ending names the format.
@@ -45,12 +45,12 @@ def draw_explanation(story: Story, path: Path) -> None:
     """
     figure = Figure(figsize=(12.5, 7.4), layout='constrained', dpi=110)
     ground, costs = figure.subplots(1, 2, width_ratios=(1.55, 1.0))
-    said = sentences(story)
+    said = sentences(history)
     lines = [line for one in said[:2] for line in textwrap.wrap(one, 125)]
     figure.suptitle('\n'.join(lines), x=0.01, ha='left', fontsize=11)
-    _draw_ground(ground, story)
-    draw_costs(costs, story, camera_colour)
-    figure.legend(handles=_legend(story), loc='outside lower center', ncols=6, fontsize=9)
+    _draw_ground(ground, history)
+    draw_costs(costs, history, camera_colour)
+    figure.legend(handles=_legend(history), loc='outside lower center', ncols=6, fontsize=9)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path)
 
@@ -60,8 +60,8 @@ def camera_colour(index: int) -> str:
     return CAMERA_COLOURS[index % len(CAMERA_COLOURS)]
 
 
-def _draw_ground(axes: Axes, story: Story) -> None:
-    middle, reach = _window(story)
+def _draw_ground(axes: Axes, history: TrackHistory) -> None:
+    middle, reach = _window(history)
     axes.set(
         xlim=(middle[0] - reach, middle[0] + reach),
         ylim=(middle[1] - reach, middle[1] + reach),
@@ -70,16 +70,16 @@ def _draw_ground(axes: Axes, story: Story) -> None:
         ylabel='y [m]',
     )
     axes.grid(True, alpha=0.2)
-    _draw_trails(axes, story)
-    _draw_detections(axes, story, middle, reach)
-    _draw_gates(axes, story)
-    _draw_tracks(axes, story, middle, reach)
+    _draw_trails(axes, history)
+    _draw_detections(axes, history, middle, reach)
+    _draw_gates(axes, history)
+    _draw_tracks(axes, history, middle, reach)
 
 
-def _window(story: Story) -> tuple[Floats, float]:
+def _window(history: TrackHistory) -> tuple[Floats, float]:
     """Return the middle of what is shown, and how far it reaches, m."""
-    candidates, decisions = story.now.candidates, story.now.decisions
-    row = row_of(decisions, story.track_id)
+    candidates, decisions = history.now.candidates, history.now.decisions
+    row = row_of(decisions, history.track_id)
     middle = decisions.position[row, :2].astype(np.float64)
     mine = candidates.track_id == decisions.track_id[row]
     mine &= candidates.choice != Choice.HIDES
@@ -91,21 +91,21 @@ def _window(story: Story) -> tuple[Floats, float]:
     return middle, float(np.clip(2.0 * widest, SMALLEST_M, LARGEST_M))
 
 
-def _draw_trails(axes: Axes, story: Story) -> None:
+def _draw_trails(axes: Axes, history: TrackHistory) -> None:
     """Draw where tracks have been of late, and where this one goes."""
-    for begin, end, style in ((0, story.index + 1, '-'), (story.index, None, ':')):
+    for begin, end, style in ((0, history.index + 1, '-'), (history.index, None, ':')):
         paths: dict[int, list[Floats]] = {}
-        for each in story.explanations[begin:end]:
+        for each in history.explanations[begin:end]:
             for name, place in zip(each.decisions.track_id.tolist(), each.decisions.position):
                 paths.setdefault(name, []).append(place[:2])
         for name, path in paths.items():
             axes.plot(*np.array(path).T, style, color=_track_colour(name), alpha=0.45, lw=1.6)
 
 
-def _draw_detections(axes: Axes, story: Story, middle: Floats, reach: float) -> None:
+def _draw_detections(axes: Axes, history: TrackHistory, middle: Floats, reach: float) -> None:
     """Draw every detection once, with its row, and a line to the track that took it."""
-    candidates, decisions = story.now.candidates, story.now.decisions
-    name = decisions.track_id[row_of(decisions, story.track_id)]
+    candidates, decisions = history.now.candidates, history.now.decisions
+    name = decisions.track_id[row_of(decisions, history.track_id)]
     places = dict(zip(decisions.track_id.tolist(), decisions.position[:, :2]))
     drawn = set()
     for row in range(len(candidates)):
@@ -134,26 +134,26 @@ def _draw_detections(axes: Axes, story: Story, middle: Floats, reach: float) -> 
         )
 
 
-def _draw_gates(axes: Axes, story: Story) -> None:
+def _draw_gates(axes: Axes, history: TrackHistory) -> None:
     """Draw where each camera may show the track: the gate of its best candidate there."""
-    candidates, decisions = story.now.candidates, story.now.decisions
-    name = decisions.track_id[row_of(decisions, story.track_id)]
-    for camera in range(len(story.cameras)):
+    candidates, decisions = history.now.candidates, history.now.decisions
+    name = decisions.track_id[row_of(decisions, history.track_id)]
+    for camera in range(len(history.cameras)):
         mine = (candidates.track_id == name) & (candidates.camera == camera)
         mine &= candidates.choice <= Choice.TAKEN
         rows = np.flatnonzero(mine)
         if len(rows):
             best = rows[int(candidates.probability[rows].argmax())]
             spread = candidates.expected_covariance[best] + candidates.covariance[best]
-            colour, gate = camera_colour(camera), float(np.sqrt(story.gate))
+            colour, gate = camera_colour(camera), float(np.sqrt(history.gate))
             style = {'ec': colour, 'ls': (0, (1, 2)), 'lw': 1.6}
             _draw_ellipse(axes, candidates.expected[best], spread, gate, **style)
 
 
-def _draw_tracks(axes: Axes, story: Story, middle: Floats, reach: float) -> None:
+def _draw_tracks(axes: Axes, history: TrackHistory, middle: Floats, reach: float) -> None:
     """Draw tracks, and of the one asked about the prediction too."""
-    decisions = story.now.decisions
-    own = row_of(decisions, story.track_id)
+    decisions = history.now.decisions
+    own = row_of(decisions, history.track_id)
     for row, name in enumerate(decisions.track_id.tolist()):
         place, colour = decisions.position[row, :2], _track_colour(name)
         if np.abs(place - middle).max() > reach:
@@ -186,7 +186,7 @@ def _draw_ellipse(
     axes.add_patch(Ellipse(place.tolist(), width, height, angle=angle, **style, **fill))
 
 
-def _legend(story: Story) -> list[Line2D]:
+def _legend(history: TrackHistory) -> list[Line2D]:
     symbols = [
         Line2D([], [], color=_GHOST, ls='--', marker='o', mfc='white', label='predicted'),
         Line2D([], [], color='black', marker='o', label='track after the tick, in 0.5 s'),
@@ -197,7 +197,7 @@ def _legend(story: Story) -> list[Line2D]:
     ]
     colours = [
         Line2D([], [], color=camera_colour(index), lw=4, label=name)
-        for index, name in enumerate(story.cameras)
+        for index, name in enumerate(history.cameras)
     ]
     return symbols + colours
 

@@ -8,28 +8,28 @@ from typing import Any
 
 import numpy as np
 
-from mctrack_ros.explain.story import Story
+from mctrack_ros.explain.history import TrackHistory
 from mctrack_ros.explain.words import course, sentences
 from mctrack_ros.interfaces import Choice, Explanation, Reason, Rows, TrackStatus
 
 
-def write_story(story: Story, path: Path) -> None:
+def write_history(history: TrackHistory, path: Path) -> None:
     """Write all that is known from the instant asked about on; NaN becomes null."""
     content = {
-        'track_id': story.track_id,
-        'cameras': list(story.cameras),
-        'gate': story.gate,
-        'is_stored': story.is_stored,
-        'is_same': story.is_same,
-        'sentences': sentences(story),
-        'course': list(course(story)),
-        'ticks': [_tick(story, each) for each in story.explanations[story.index :]],
+        'track_id': history.track_id,
+        'cameras': list(history.cameras),
+        'gate': history.gate,
+        'is_stored': history.is_stored,
+        'is_same': history.is_same,
+        'sentences': sentences(history),
+        'course': list(course(history)),
+        'ticks': [_tick(history, each) for each in history.explanations[history.index :]],
     }
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(content, indent=1, allow_nan=False) + '\n')
 
 
-def _tick(story: Story, explanation: Explanation) -> dict[str, Any]:
+def _tick(history: TrackHistory, explanation: Explanation) -> dict[str, Any]:
     candidates, decisions = _plain(explanation.candidates), _plain(explanation.decisions)
     for row in candidates:
         row['choice'] = Choice(row['choice']).name
@@ -37,7 +37,7 @@ def _tick(story: Story, explanation: Explanation) -> dict[str, Any]:
         row['reason'] = Reason(row['reason']).name
         row['status'] = TrackStatus(row['status']).name
     return {
-        'seconds': story.seconds(explanation.stamp_ns),
+        'seconds': history.seconds(explanation.stamp_ns),
         'stamp_ns': explanation.stamp_ns,
         'candidates': candidates,
         'decisions': decisions,

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mctrack_ros.explain.fates import fate_of, taker_of
-from mctrack_ros.explain.story import Story
+from mctrack_ros.explain.history import TrackHistory
 from mctrack_ros.interfaces import Candidates, Choice, Decisions, Explanation, Reason, TrackStatus
 
 NEAR_M = 3.0
@@ -26,26 +26,26 @@ def row_of(decisions: Decisions, track_id: int) -> int:
     return int(rows[0] if len(rows) else np.flatnonzero(decisions.previous_id == track_id)[0])
 
 
-def sentences(story: Story) -> list[str]:
+def sentences(history: TrackHistory) -> list[str]:
     """Return what is to be said of the track at the instant asked about."""
-    now, decisions = story.now, story.now.decisions
-    row = row_of(decisions, story.track_id)
-    said = [_headline(story, row), reason_of(decisions, row, story.cameras, now.candidates)]
+    now, decisions = history.now, history.now.decisions
+    row = row_of(decisions, history.track_id)
+    said = [_headline(history, row), reason_of(decisions, row, history.cameras, now.candidates)]
     if not decisions.is_published[row]:
         why = f'nothing has supported it for {decisions.unsupported[row]:.2f} s'
-        if decisions.missed[row] >= story.gone:
+        if decisions.missed[row] >= history.gone:
             why = (
                 'cameras that should have seen it did not (log-odds of having gone '
-                f'{decisions.missed[row]:.1f}, the limit is {story.gone:.1f})'
+                f'{decisions.missed[row]:.1f}, the limit is {history.gone:.1f})'
             )
         said.append(f'It is remembered, not published: {why}.')
     if decisions.group[row]:
         mates = decisions.track_id[decisions.group == decisions.group[row]].tolist()
         others = [one for one in mates if one != decisions.track_id[row]]
         said.append(f'It is in a group with {_names(others)}: no camera sees it apart.')
-    said += _silent_cameras(story, int(decisions.track_id[row]))
+    said += _silent_cameras(history, int(decisions.track_id[row]))
     said += _neighbours(now, row)
-    if not story.is_same:
+    if not history.is_same:
         said.append(
             'Note: the bag recorded other tracks here than its detections give now: it was made '
             'with other settings (see --site), another version, or is not complete.'
@@ -53,21 +53,21 @@ def sentences(story: Story) -> list[str]:
     return said
 
 
-def candidate_rows(story: Story) -> list[tuple[str, ...]]:
+def candidate_rows(history: TrackHistory) -> list[tuple[str, ...]]:
     """Return the lines of the table: what was weighed for the track, camera by camera."""
-    candidates, decisions = story.now.candidates, story.now.decisions
-    track_id = decisions.track_id[row_of(decisions, story.track_id)]
+    candidates, decisions = history.now.candidates, history.now.decisions
+    track_id = decisions.track_id[row_of(decisions, history.track_id)]
     return [
-        _candidate_row(candidates, row, story)
+        _candidate_row(candidates, row, history)
         for row in np.flatnonzero(candidates.track_id == track_id).tolist()
     ]
 
 
-def course(story: Story) -> Iterator[str]:
+def course(history: TrackHistory) -> Iterator[str]:
     """Yield what changed for the track after the instant, a line each time."""
     before = None
-    name = story.track_id
-    for each in story.explanations[story.index :]:
+    name = history.track_id
+    for each in history.explanations[history.index :]:
         decisions = each.decisions
         if name not in decisions.track_id and name not in decisions.previous_id:
             return
@@ -75,9 +75,9 @@ def course(story: Story) -> Iterator[str]:
         name = int(decisions.track_id[row])
         state = decisions.reason[row], decisions.group[row], name, decisions.is_published[row]
         if state != before and before is not None:
-            text = reason_of(decisions, row, story.cameras, each.candidates)
+            text = reason_of(decisions, row, history.cameras, each.candidates)
             text += '' if decisions.is_published[row] else ' It is not published.'
-            yield f'{story.seconds(each.stamp_ns):8.3f} s  track {name}: {text}'
+            yield f'{history.seconds(each.stamp_ns):8.3f} s  track {name}: {text}'
         before = state
 
 
@@ -137,26 +137,26 @@ def reason_of(
     }[Reason(decisions.reason[row])]
 
 
-def _headline(story: Story, row: int) -> str:
-    decisions = story.now.decisions
+def _headline(history: TrackHistory, row: int) -> str:
+    decisions = history.now.decisions
     x, y, _ = decisions.position[row].tolist()
     speed = float(np.hypot(*decisions.velocity[row]))
     name, called = int(decisions.track_id[row]), int(decisions.previous_id[row])
     status = TrackStatus(decisions.status[row]).name.lower()
     former = f' ({called} until then)' if called else ''
     return (
-        f'Track {name}{former} at {story.seconds(decisions.stamp_ns):.3f} s '
+        f'Track {name}{former} at {history.seconds(decisions.stamp_ns):.3f} s '
         f'(stamp {decisions.stamp_ns * 1e-9:.3f}): {status}, at ({x:.2f}, {y:.2f}) m, '
         f'{speed:.1f} m/s, {decisions.age[row]:.1f} s old.'
     )
 
 
-def _silent_cameras(story: Story, track_id: int) -> Iterator[str]:
+def _silent_cameras(history: TrackHistory, track_id: int) -> Iterator[str]:
     """Say of cameras that offer the track nothing what they show nearest to it."""
-    candidates, decisions = story.now.candidates, story.now.decisions
+    candidates, decisions = history.now.candidates, history.now.decisions
     row = row_of(decisions, track_id)
     place = decisions.position[row, :2]
-    for index, camera in enumerate(story.cameras):
+    for index, camera in enumerate(history.cameras):
         here = np.flatnonzero(candidates.camera == index)
         if (candidates.track_id[here] == track_id).any():
             continue
@@ -185,7 +185,7 @@ def _neighbours(now: Explanation, row: int) -> Iterator[str]:
         yield f'Near it: {_list(near)}.'
 
 
-def _candidate_row(candidates: Candidates, row: int, story: Story) -> tuple[str, ...]:
+def _candidate_row(candidates: Candidates, row: int, history: TrackHistory) -> tuple[str, ...]:
     apart = candidates.position[row, :2] - candidates.expected[row]
     numbers = [float(np.hypot(*apart)), float(candidates.squared_distance[row])]
     names = ('clutter', 'appearance', 'belief', 'doubt', 'cost')
@@ -193,13 +193,13 @@ def _candidate_row(candidates: Candidates, row: int, story: Story) -> tuple[str,
     local_id, told_id = int(candidates.local_id[row]), int(candidates.told_id[row])
     weighed = np.isfinite(candidates.squared_distance[row]) and candidates.choice[row] < 3
     return (
-        story.cameras[candidates.camera[row]],
+        history.cameras[candidates.camera[row]],
         str(candidates.detection[row]),
         str(local_id) if local_id else '-',
         str(told_id) if told_id else '-',
         *(f'{number:.2f}' if np.isfinite(number) else '-' for number in numbers),
         f'{candidates.probability[row]:.3f}' if weighed else '-',
-        fate_of(candidates, row, story.gate),
+        fate_of(candidates, row, history.gate),
     )
 
 

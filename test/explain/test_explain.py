@@ -14,9 +14,9 @@ from mctrack_ros.explain import (
     candidate_rows,
     course,
     draw_explanation,
+    history_of,
     sentences,
-    tell,
-    write_story,
+    write_history,
 )
 from mctrack_ros.explain.words import reason_of
 from mctrack_ros.fusion import JointConfig
@@ -69,8 +69,11 @@ def test_storing_the_reasons_leaves_all_else_the_same_bytes(bags):
 
 @pytest.mark.parametrize('at', [0.0, 1.2, 3.16])
 def test_what_is_stored_is_what_is_found_again(bags, at):
-    stored = tell(bags / 'stored' / 'bag', 1, at)
-    found = [tell(bags / 'plain' / 'bag', 1, at), tell(bags / 'detections', 1, at, site=SITE)]
+    stored = history_of(bags / 'stored' / 'bag', 1, at)
+    found = [
+        history_of(bags / 'plain' / 'bag', 1, at),
+        history_of(bags / 'detections', 1, at, site=SITE),
+    ]
     assert stored.is_stored
     for again in found:
         assert not again.is_stored
@@ -87,36 +90,36 @@ def test_what_is_stored_is_what_is_found_again(bags, at):
 
 
 def test_people_who_meet_are_weighed_against_each_other(bags):
-    story = tell(bags / 'plain' / 'bag', 1, 1.2)
-    rows = [dict(zip(COLUMNS, row)) for row in candidate_rows(story)]
+    history = history_of(bags / 'plain' / 'bag', 1, 1.2)
+    rows = [dict(zip(COLUMNS, row)) for row in candidate_rows(history)]
     assert {row['camera'] for row in rows} == set(CAMERAS)
     assert sum(row['what became of it'] == 'taken' for row in rows) == 2
     assert sum(row['what became of it'].startswith('track 2 takes it') for row in rows) == 2
-    assert 'Near it: 2 at 0.' in ' '.join(sentences(story))
+    assert 'Near it: 2 at 0.' in ' '.join(sentences(history))
 
 
 def test_who_is_lost_coasts_and_ends_or_goes_on(bags):
-    story = tell(bags / 'plain' / 'bag', 1, 2.2, 0.6)
-    said = sentences(story)
+    history = history_of(bags / 'plain' / 'bag', 1, 2.2, 0.6)
+    said = sentences(history)
     assert said[1] == 'It coasts: nothing has supported it for 0.24 s; it ends after 1.00 s.'
     assert 'one offers nothing inside the gate; its nearest detection is' in ' '.join(said)
-    withheld, seen, *_ = course(story)
+    withheld, seen, *_ = course(history)
     assert withheld.endswith('it ends after 1.00 s. It is not published.')
     assert seen.endswith('track 1: It is seen by one and two.')
-    said = ' '.join(sentences(tell(bags / 'plain' / 'bag', 1, 2.28)))
+    said = ' '.join(sentences(history_of(bags / 'plain' / 'bag', 1, 2.28)))
     assert 'not published: cameras that should have seen it did not (log-odds of having' in said
 
 
 def test_the_image_shows_the_moment(bags, tmp_path):
     for name, at in (('met', 1.2), ('lost', 2.2), ('first', 0.0)):
-        draw_explanation(tell(bags / 'plain' / 'bag', 1, at), tmp_path / f'{name}.png')
+        draw_explanation(history_of(bags / 'plain' / 'bag', 1, at), tmp_path / f'{name}.png')
         image = cv2.imread(str(tmp_path / f'{name}.png'))
         assert image.shape[1] > 1000
         assert image.std() > 10
 
 
 def test_the_numbers_are_json(bags, tmp_path):
-    write_story(tell(bags / 'plain' / 'bag', 1, 1.2, 0.2), tmp_path / 'why.json')
+    write_history(history_of(bags / 'plain' / 'bag', 1, 1.2, 0.2), tmp_path / 'why.json')
     content = json.loads((tmp_path / 'why.json').read_text())
     assert [round(tick['seconds'], 2) for tick in content['ticks']] == [
         *(1.2, 1.24, 1.28, 1.32, 1.36, 1.4)
@@ -128,20 +131,20 @@ def test_the_numbers_are_json(bags, tmp_path):
 def test_errors_say_what_is_there(bags):
     bag = bags / 'plain' / 'bag'
     with pytest.raises(ValueError, match=r'no track 99 at 1\.2 s; there are: 1, 2$'):
-        tell(bag, 99, 1.2)
+        history_of(bag, 99, 1.2)
     for at in (-1.0, 77.0):
         with pytest.raises(ValueError, match=rf'no tick at {at:g} s: .* from 0 to 3\.16 s'):
-            tell(bag, 1, at)
+            history_of(bag, 1, at)
     with pytest.raises(ConfigError, match='does not say how fusion was set: name the site'):
-        tell(bags / 'detections', 1, 1.2)
+        history_of(bags / 'detections', 1, 1.2)
 
 
 def test_a_replay_that_differs_from_the_recording_is_told(bags):
     motion = dataclasses.replace(SITE.fusion.motion, sensor_sigma=0.5)
     other = dataclasses.replace(SITE, fusion=dataclasses.replace(SITE.fusion, motion=motion))
-    story = tell(bags / 'plain' / 'bag', 1, 1.2, site=other)
-    assert not story.is_same
-    assert sentences(story)[-1].startswith('Note: the bag recorded other tracks here')
+    history = history_of(bags / 'plain' / 'bag', 1, 1.2, site=other)
+    assert not history.is_same
+    assert sentences(history)[-1].startswith('Note: the bag recorded other tracks here')
 
 
 @pytest.mark.parametrize('reason', Reason)

@@ -9,7 +9,7 @@ import yaml
 
 from drawn_hall import walkers, write_hall
 from mctrack_ros.config import ConfigError
-from mctrack_ros.explain.story import tell
+from mctrack_ros.explain.history import history_of
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.interfaces import Detections, Foreground, Ticks, Tracks, TrackStatus
 from mctrack_ros.recording import BagError, BagReader, BagWriter
@@ -167,11 +167,11 @@ def test_a_bag_of_detections_alone_is_refused(tracked):
 def test_it_is_explained_with_the_site_and_refused_without(tracked):
     bag, site, _ = tracked
     track_id = int(rows(bag, '/tracks', Tracks)[-1].track_id[0])
-    story = tell(bag, track_id, 3.9, site=site)
-    assert story.is_same
-    assert story.cameras == ('all',)
+    history = history_of(bag, track_id, 3.9, site=site)
+    assert history.is_same
+    assert history.cameras == ('all',)
     with pytest.raises(ConfigError, match='name the site'):
-        tell(bag, track_id, 3.9)
+        history_of(bag, track_id, 3.9)
 
 
 def test_cameras_that_tell_no_masks_are_refused(tracked):

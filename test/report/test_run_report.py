@@ -13,8 +13,8 @@ from mctrack_ros.interfaces import EventCode, Events, Ticks, Tracks
 from mctrack_ros.recording import BagWriter
 from mctrack_ros.recording.bags.definitions import TYPES
 from mctrack_ros.report.run.clock import clock
+from mctrack_ros.report.run.data import CELL_M, run_data
 from mctrack_ros.report.run.page import run_page, write_run_report
-from mctrack_ros.report.run.story import CELL_M, story_of
 from mctrack_ros.store import Database, NewRun, Run, TrajectoryWriter
 from mctrack_ros.store.queries.run import ALWAYS
 from well_formed import Balanced
@@ -72,37 +72,37 @@ def database(tmp_path_factory):
 
 
 @pytest.fixture(scope='module')
-def story(database):
+def data(database):
     with Run(database) as run:
-        return story_of(run, ALWAYS)
+        return run_data(run, ALWAYS)
 
 
-def test_what_is_told_is_what_was(story):
-    assert [len(people_at(k)) for k in range(200) if k not in GAP] == story.present.tolist()
-    assert len(story.tracks) == PEOPLE
-    tracks = {track.summary.track_id: track for track in story.tracks}
+def test_what_is_told_is_what_was(data):
+    assert [len(people_at(k)) for k in range(200) if k not in GAP] == data.present.tolist()
+    assert len(data.tracks) == PEOPLE
+    tracks = {track.summary.track_id: track for track in data.tracks}
     assert np.ravel(tracks[3].spells) == pytest.approx([0.3, 4.9, 8.0, 11.9, 15.0, 19.9])
     assert tracks[3].seconds == pytest.approx(4.6 + 3.9 + 4.9)
     assert tracks[3].times.sum() == pytest.approx(tracks[3].seconds)
     assert tracks[5].spells[0] == pytest.approx((0.5, 11.9))
     first = np.floor(np.add(place(50, 50)[:2], ORIGIN) / CELL_M)
     assert tracks[50].cells[np.lexsort(tracks[50].cells.T)][0] == pytest.approx(first)
-    assert [track.seconds for track in story.tracks] == sorted(
-        (track.seconds for track in story.tracks), reverse=True
+    assert [track.seconds for track in data.tracks] == sorted(
+        (track.seconds for track in data.tracks), reverse=True
     )
-    (corrected,), (group,) = story.corrections, story.groups
+    (corrected,), (group,) = data.corrections, data.groups
     assert (corrected.old_id, corrected.new_id, corrected.time_s) == (99, 5, 10.0)
     assert (group.began_s, group.ended_s, group.members) == (6.0, 8.9, (8, 9))
-    assert [event.event for event in story.events] == ['correction', 'merge']
-    quality = story.quality
+    assert [event.event for event in data.events] == ['correction', 'merge']
+    quality = data.quality
     assert (quality.ticks, quality.missing) == (170, 30)
     assert quality.interval_s == pytest.approx(0.1)
     assert quality.gaps == (pytest.approx((11.9, 15.0)),)
     assert quality.error_m == pytest.approx(np.sqrt([0.07, 0.07]), rel=1e-5)
 
 
-def test_the_page_is_well_formed_needs_no_network_and_escapes_names(story):
-    text = run_page(story, f'mctrack report {HOSTILE}')
+def test_the_page_is_well_formed_needs_no_network_and_escapes_names(data):
+    text = run_page(data, f'mctrack report {HOSTILE}')
     page = Balanced()
     page.feed(text)
     assert page.open == []
@@ -117,10 +117,10 @@ def test_the_page_is_well_formed_needs_no_network_and_escapes_names(story):
 @pytest.mark.parametrize('between', [(100.0, 200.0), (0.1, 0.2), (0.1, 0.3)])
 def test_nobody_and_one_position_are_told_as_well(database, between):
     with Run(database) as run:
-        story = story_of(run, between, title='short')
-    text = run_page(story, 'mctrack report run.db')
-    assert ('Nobody was tracked in this time.' in text) == (not story.tracks)
-    assert len(story.tracks) == {100.0: 0, 0.1: round(10 * between[1]) - 1}[between[0]]
+        data = run_data(run, between, title='short')
+    text = run_page(data, 'mctrack report run.db')
+    assert ('Nobody was tracked in this time.' in text) == (not data.tracks)
+    assert len(data.tracks) == {100.0: 0, 0.1: round(10 * between[1]) - 1}[between[0]]
 
 
 def test_a_bag_tells_of_its_cameras_and_the_site_of_what_they_see(match, tmp_path):
@@ -163,12 +163,12 @@ def diagnostics(stamp_ns, *, bad):
     return types['diagnostic_msgs/msg/DiagnosticArray'](header=header, status=[status])
 
 
-def test_the_pdf_has_the_same_in_pages(story, tmp_path):
+def test_the_pdf_has_the_same_in_pages(data, tmp_path):
     try:
         import weasyprint  # noqa: F401
     except OSError as error:
         pytest.skip(f'Pango is not installed: {error}')
-    write_run_report(story, [tmp_path / 'a.pdf'], 'mctrack report run.db')
+    write_run_report(data, [tmp_path / 'a.pdf'], 'mctrack report run.db')
     content = (tmp_path / 'a.pdf').read_bytes()
     assert content.startswith(b'%PDF-')
     streams = re.findall(rb'stream\n(x\xda.*?)\nendstream', content, re.DOTALL)

@@ -143,10 +143,10 @@ def replay(
         until,
     )
     began_s = time.perf_counter()
-    verdict, state = verify_bag(bag, how)
-    speed = verdict.seconds / (time.perf_counter() - began_s)
+    check, state = verify_bag(bag, how)
+    speed = check.seconds / (time.perf_counter() - began_s)
     if save_state is not None:
         save_state.write_bytes(state)
-    typer.echo(f'{verdict.line()}; {speed:.1f} times real time')
-    if verify and verdict.is_fault:
+    typer.echo(f'{check.line()}; {speed:.1f} times real time')
+    if verify and check.is_fault:
         raise typer.Exit(1)

@@ -11,7 +11,7 @@ from mctrack_ros.cli.options import finite, image_file
 from mctrack_ros.site.names import namespace_of
 
 if TYPE_CHECKING:
-    from mctrack_ros.explain import Story
+    from mctrack_ros.explain import TrackHistory
 
 _TABLE_WIDTH = 10_000  # rows are not broken; a terminal or `less -S` does what it does
 
@@ -42,27 +42,27 @@ def explain(
 ) -> None:
     """Say why a track took its detections, coasted, changed its id, began or ended."""
     from mctrack_ros.cli.sites import camera_site
-    from mctrack_ros.explain import course, draw_explanation, sentences, tell, write_story
+    from mctrack_ros.explain import course, draw_explanation, history_of, sentences, write_history
 
-    story = tell(bag, track, at, length, camera_site(site) if site else None, namespace)
-    for sentence in sentences(story):
+    history = history_of(bag, track, at, length, camera_site(site) if site else None, namespace)
+    for sentence in sentences(history):
         typer.echo(sentence)
-    _show_candidates(story)
-    changes = list(course(story))
+    _show_candidates(history)
+    changes = list(course(history))
     for line in changes:
         typer.echo(line)
     if length and not changes:
-        last_s = story.seconds(story.explanations[-1].stamp_ns)
+        last_s = history.seconds(history.explanations[-1].stamp_ns)
         typer.echo(f'Nothing changed for it until {last_s:.3f} s.')
-    typer.echo('From the explanations in the bag.' if story.is_stored else 'Fused again.')
+    typer.echo('From the explanations in the bag.' if history.is_stored else 'Fused again.')
     if out is not None:
-        draw_explanation(story, out)
+        draw_explanation(history, out)
         typer.echo(f'wrote {out}')
     if json_file is not None:
-        write_story(story, json_file)
+        write_history(history, json_file)
 
 
-def _show_candidates(story: Story) -> None:
+def _show_candidates(history: TrackHistory) -> None:
     """Print the detections that came into question, if any did."""
     from rich import box
     from rich.console import Console
@@ -73,11 +73,11 @@ def _show_candidates(story: Story) -> None:
     table = Table(*COLUMNS, box=box.SIMPLE_HEAD)
     for column in table.columns[1:-1]:
         column.justify = 'right'
-    for row in candidate_rows(story):
+    for row in candidate_rows(history):
         table.add_row(*row)
     if table.row_count:
         Console(width=_TABLE_WIDTH).print(table)
         typer.echo(
             'distance², clutter, colours, belief and doubt add up to the cost: -2 log '
-            f"of the likelihood ratio against nobody's. The gate is {story.gate:g}."
+            f"of the likelihood ratio against nobody's. The gate is {history.gate:g}."
         )

@@ -172,9 +172,9 @@ class SilhouettePipeline:
         """Vote for the class of the objects, (n,), by how large those are that are seen whole."""
         objects = self._tracker.objects
         large = looks_like_vehicle(extent, self._config.tracker.classes)
-        shown = np.where(large, ClassCode.VEHICLE, ClassCode.PERSON)
+        likely = np.where(large, ClassCode.VEHICLE, ClassCode.PERSON)
         voting = objects.matched & is_whole
-        objects.class_id[:] = self._classes.count(objects.local_id, shown, voting, seconds)
+        objects.class_id[:] = self._classes.count(objects.local_id, likely, voting, seconds)
 
     def _place(self, shift: CameraShift) -> None:
         """Look up where on the ground the objects of this image are."""

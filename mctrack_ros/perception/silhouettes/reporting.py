@@ -140,9 +140,9 @@ def detections_of(
         Parameters.
 
     """
-    shown = objects.established & objects.matched & np.isfinite(objects.mean[:, :2]).all(axis=1)
-    shown &= np.isfinite(objects.covariance[:, :2, :2]).all(axis=(1, 2))
-    rows = np.flatnonzero(shown)
+    reported = objects.established & objects.matched & np.isfinite(objects.mean[:, :2]).all(axis=1)
+    reported &= np.isfinite(objects.covariance[:, :2, :2]).all(axis=(1, 2))
+    rows = np.flatnonzero(reported)
     age = (stamp_ns - objects.coherent_ns[rows]) * 1e-9
     return Detections.build(
         stamp_ns,

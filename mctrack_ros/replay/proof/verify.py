@@ -62,7 +62,7 @@ class Changed:
 
 
 @dataclass(slots=True)
-class Verdict:
+class ReplayCheck:
     """
     What a replay gave.
 
@@ -204,7 +204,7 @@ class Replay:
     until_s: float | None = None
 
 
-def verify_bag(bag: str | Path, how: Replay | None = None) -> tuple[Verdict, bytes]:
+def verify_bag(bag: str | Path, how: Replay | None = None) -> tuple[ReplayCheck, bytes]:
     """
     Fuse the recorded detections of a bag again, and compare.
 
@@ -219,7 +219,7 @@ def verify_bag(bag: str | Path, how: Replay | None = None) -> tuple[Verdict, byt
 
     Returns
     -------
-    verdict : Verdict
+    check : ReplayCheck
         What came of it.
     state : bytes
         Of the tracker after the last tick.
@@ -238,24 +238,24 @@ def verify_bag(bag: str | Path, how: Replay | None = None) -> tuple[Verdict, byt
         carried = load_site(place) if given is None and place is not None else given
         with BagReader(path, how.namespace) as reader:
             run = _Run(reader, how, carried)
-            run.verdict.changed = _changed(reader, how.namespace, stored)
+            run.check.changed = _changed(reader, how.namespace, stored)
             try:
                 for index, (said, span) in enumerate(recorded_runs(reader) or [({}, ALWAYS)]):
                     run.replay(index, said, span)
             except (BagError, ValueError, OverflowError) as error:
-                if not run.verdict.changed:
+                if not run.check.changed:
                     raise
-                run.verdict.failure = str(error)
-    verdict = run.verdict
-    if not (verdict.ticks or verdict.failure):
+                run.check.failure = str(error)
+    check = run.check
+    if not (check.ticks or check.failure):
         raise ReplayError(f'{path} has no tick to replay')
     count, digest = stored.hashes.get(f'{how.namespace}{TRACKS}', (0, EMPTY))
-    verdict.stored = digest if count == run.number else None
+    check.stored = digest if count == run.number else None
     if how.until_s is None:
-        verdict.lacking = max(count - run.number - run.earlier, 0)
+        check.lacking = max(count - run.number - run.earlier, 0)
     made_by: Mapping[str, str] = run.made_by or stored.made_by
-    verdict.made_elsewhere = differences(made_by, provenance())
-    return verdict, run.state()
+    check.made_elsewhere = differences(made_by, provenance())
+    return check, run.state()
 
 
 class _Run:
@@ -264,7 +264,7 @@ class _Run:
 
     Attributes
     ----------
-    verdict : Verdict
+    check : ReplayCheck
         What came of it so far.
     number : int
         Ticks since the bag's first one.
@@ -274,7 +274,7 @@ class _Run:
     """
 
     def __init__(self, reader: BagReader, how: Replay, site: SiteConfig | None) -> None:
-        self.verdict, self.number = Verdict(), 0
+        self.check, self.number = ReplayCheck(), 0
         self.made_by: Mapping[str, str] = {}
         self._reader, self._how, self._site = reader, how, site
         self._begin_ns: int | None = None
@@ -301,11 +301,11 @@ class _Run:
                 tracker.start(rows)
         if self._how.state is not None and index == self._behind['run']:
             restore_state(tracker, self._how.state)
-            self.verdict.digest = bytes.fromhex(self._behind['digest'])
+            self.check.digest = bytes.fromhex(self._behind['digest'])
         for tick in recorded_ticks(self._reader, cameras, config, span):
             self.number += 1
             if self._begin_ns is None:
-                self._begin_ns = self.verdict.first_ns = tick.stamp_ns
+                self._begin_ns = self.check.first_ns = tick.stamp_ns
             if self.number <= self._behind.get('number', 0):
                 self._recorded.tracks(tick.stamp_ns)
                 continue
@@ -319,7 +319,7 @@ class _Run:
         """Return the state of the tracker after the last tick; nothing if there was none."""
         if self._tracker is None:
             return b''
-        digest = self.verdict.digest.hex()
+        digest = self.check.digest.hex()
         said = {'run': self._run, 'number': self.number, 'digest': digest}
         return dump_state(self._tracker, said)
 
@@ -338,27 +338,27 @@ class _Run:
 
     def _compare(self, tick: RowsTick[Any], tracks: Tracks) -> None:
         """Add a tick's tracks to the log, and hold them against the recorded ones."""
-        verdict = self.verdict
-        verdict.ticks += 1
-        verdict.last_ns = tick.stamp_ns
+        check = self.check
+        check.ticks += 1
+        check.last_ns = tick.stamp_ns
         message = ros_from_message(tracks, ROSBAGS_CLASSES, '')
         fields = cloud_fields(message)
-        verdict.digest = chained(verdict.digest, tracks.stamp_ns, fields)
+        check.digest = chained(check.digest, tracks.stamp_ns, fields)
         recorded = self._recorded.tracks(tracks.stamp_ns)
         if recorded is None:
             return
-        verdict.compared += 1
+        check.compared += 1
         there = cloud_fields(recorded)
         if self.number == 1:
-            verdict.began_late = bool(rows_from_cloud(recorded, Tracks).age.max(initial=0.0) > 0)
+            check.began_late = bool(rows_from_cloud(recorded, Tracks).age.max(initial=0.0) > 0)
         if there == fields:
             return
         number = self.number - 1
-        verdict.first = verdict.first or first_difference(number, recorded, message)
+        check.first = check.first or first_difference(number, recorded, message)
         most = largest_difference(number, recorded, message)
-        if most and (verdict.largest is None or most.size > verdict.largest.size):
-            verdict.largest = most
-        verdict.other_ids += there.get('track_id') != fields['track_id']
+        if most and (check.largest is None or most.size > check.largest.size):
+            check.largest = most
+        check.other_ids += there.get('track_id') != fields['track_id']
 
 
 class _Recorded:

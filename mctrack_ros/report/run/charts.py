@@ -24,7 +24,7 @@ from mctrack_ros.report.charts import ACCENT, INK, WARNING, new_chart, svg_of
 from mctrack_ros.report.coverage_image import coverage_figure
 from mctrack_ros.report.ground_plan import hex_colour, pitch_lines
 from mctrack_ros.report.run.clock import clock
-from mctrack_ros.report.run.story import CELL_M, Story, TrackStory
+from mctrack_ros.report.run.data import CELL_M, RunData, TrackData
 from mctrack_ros.simulation import LENGTH_M, WIDTH_M
 
 Floats = NDArray[np.float64]
@@ -53,22 +53,22 @@ class Ground:
 
     Parameters
     ----------
-    story : Story
+    data : RunData
         Of which tracks.
 
     """
 
-    def __init__(self, story: Story) -> None:
-        self._lines = _lines(story.area)
-        if story.area is not None:
-            low, high = story.area.min(axis=0), story.area.max(axis=0)
+    def __init__(self, data: RunData) -> None:
+        self._lines = _lines(data.area)
+        if data.area is not None:
+            low, high = data.area.min(axis=0), data.area.max(axis=0)
         else:
-            low, high = _bounds(story.tracks)
+            low, high = _bounds(data.tracks)
         low, high = low - _MARGIN_M, high + _MARGIN_M
         self.low, self.size = low, high - low
         self._cell = CELL_M * max(1, int(np.ceil(self.size.max() / CELL_M / _MOST_CELLS)))
 
-    def heat(self, tracks: Sequence[TrackStory]) -> Floats:
+    def heat(self, tracks: Sequence[TrackData]) -> Floats:
         """Return how long tracks were where, (rows, columns) s a square metre, smoothed."""
         shape = np.ceil(self.size / self._cell).astype(np.int64)
         heat = np.zeros(shape[::-1])
@@ -101,11 +101,11 @@ class Ground:
         axes.grid(visible=False)
 
 
-def heat_chart(story: Story, ground: Ground) -> str:
+def heat_chart(data: RunData, ground: Ground) -> str:
     """Draw how long anybody was where."""
     ratio = float(np.clip(ground.size[1] / ground.size[0], 0.25, 1.2))
     figure, axes = new_chart('heat', 10.0, min(9.0 * ratio, _TALLEST_IN))
-    heat = ground.heat(story.tracks)
+    heat = ground.heat(data.tracks)
     hottest = _hottest(heat)
     ground.draw(axes, heat, hottest)
     axes.set_xlabel('x [m]')
@@ -117,7 +117,7 @@ def heat_chart(story: Story, ground: Ground) -> str:
     return svg_of(figure, 'Heat map: how long anybody was where')
 
 
-def track_heat_chart(track: TrackStory, ground: Ground) -> str:
+def track_heat_chart(track: TrackData, ground: Ground) -> str:
     """Draw how long one track was where."""
     ratio = float(np.clip(ground.size[1] / ground.size[0], 0.25, 1.6))
     figure, axes = new_chart(f'heat{track.summary.track_id}', 3.2, 3.2 * ratio)
@@ -127,7 +127,7 @@ def track_heat_chart(track: TrackStory, ground: Ground) -> str:
     return svg_of(figure, f'Heat map of track {track.summary.track_id}')
 
 
-def presence_chart(tracks: Sequence[TrackStory], between: tuple[float, float]) -> str:
+def presence_chart(tracks: Sequence[TrackData], between: tuple[float, float]) -> str:
     """Draw when each track was there."""
     figure, axes = new_chart('presence', 10.0, 0.9 + 0.19 * len(tracks))
     for row, track in enumerate(tracks):
@@ -142,11 +142,11 @@ def presence_chart(tracks: Sequence[TrackStory], between: tuple[float, float]) -
     return svg_of(figure, 'When each track was there')
 
 
-def count_chart(story: Story) -> str:
+def count_chart(data: RunData) -> str:
     """Draw how many tracks there were at once: mean, least and most."""
     figure, axes = new_chart('count', 10.0, 2.2)
-    at, parts = _binned(story.times, story.between)
-    counts = [story.present[part] for part in parts]
+    at, parts = _binned(data.times, data.between)
+    counts = [data.present[part] for part in parts]
     low, mean, high = (
         [float(each(part)) if len(part) else np.nan for part in counts]
         for each in (np.min, np.mean, np.max)
@@ -156,18 +156,18 @@ def count_chart(story: Story) -> str:
     axes.set_ylim(bottom=0)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel('tracks at once')
-    _time_axis(axes, story.between)
+    _time_axis(axes, data.between)
     return svg_of(figure, 'How many tracks there were at once')
 
 
-def event_chart(story: Story) -> str:
+def event_chart(data: RunData) -> str:
     """Draw when which events were: one by one where they are few, else how dense they are."""
     kinds: dict[str, list[float]] = defaultdict(list)
-    for event in story.events:
+    for event in data.events:
         kinds[event.event].append(event.time_s)
     names = sorted(kinds, key=lambda name: (-len(kinds[name]), name))
     figure, axes = new_chart('events', 10.0, 0.9 + 0.36 * max(1, len(names)))
-    first, last = story.between
+    first, last = data.between
     edges = np.linspace(first, max(last, first + 1e-3), _BINS + 1)
     for row, name in enumerate(names):
         times, colour = kinds[name], WARNING if name == 'correction' else ACCENT
@@ -184,7 +184,7 @@ def event_chart(story: Story) -> str:
     axes.set_ylim(max(len(names), 1) - 0.5, -0.5)
     axes.tick_params(axis='y', length=0)
     axes.grid(visible=False, axis='y')
-    _time_axis(axes, story.between)
+    _time_axis(axes, data.between)
     return svg_of(figure, 'When which events were')
 
 
@@ -219,7 +219,7 @@ def _lines(area: Floats | None) -> list[Floats]:
     return [pitch.to_ground(line - middle) for line in pitch_lines()]
 
 
-def _bounds(tracks: Sequence[TrackStory]) -> tuple[Floats, Floats]:
+def _bounds(tracks: Sequence[TrackData]) -> tuple[Floats, Floats]:
     """Return where tracks are, without those who are astray for an instant."""
     if not tracks:
         return np.zeros(2), np.array([LENGTH_M, WIDTH_M])

@@ -14,7 +14,7 @@ from mctrack_ros.report.ground_plan import hex_colour
 from mctrack_ros.report.page import template
 from mctrack_ros.report.run import charts
 from mctrack_ros.report.run.clock import clock
-from mctrack_ros.report.run.story import Story, TrackStory
+from mctrack_ros.report.run.data import RunData, TrackData
 
 _TRACKS, _MAPS, _ROWS, _GAPS = 40, 12, 20, 5
 """So many tracks, heat maps, rows of other tables, and gaps are shown at most."""
@@ -24,13 +24,13 @@ class ReportError(ValueError):
     """A report that cannot be made; says what is missing."""
 
 
-def write_run_report(story: Story, files: Sequence[Path], command: str) -> None:
+def write_run_report(data: RunData, files: Sequence[Path], command: str) -> None:
     """
     Write the report of a run.
 
     Parameters
     ----------
-    story : Story
+    data : RunData
         What is told.
     files : sequence of Path
         Where: names that end in ``.html`` or ``.pdf``.
@@ -43,7 +43,7 @@ def write_run_report(story: Story, files: Sequence[Path], command: str) -> None:
         If a PDF is wanted and WeasyPrint or a library of it is not installed.
 
     """
-    text = run_page(story, command)
+    text = run_page(data, command)
     for file in files:
         file.parent.mkdir(parents=True, exist_ok=True)
         if file.suffix.lower() == '.pdf':
@@ -52,61 +52,61 @@ def write_run_report(story: Story, files: Sequence[Path], command: str) -> None:
             file.write_text(text, encoding='utf-8')
 
 
-def run_page(story: Story, command: str) -> str:
+def run_page(data: RunData, command: str) -> str:
     """Return the page; parameters as in `write_run_report`."""
-    longest = story.tracks[:_TRACKS]
-    ground = charts.Ground(story)
-    by_length = sorted(story.groups, key=lambda each: each.began_s - each.ended_s)
-    made = {'count': charts.count_chart(story), 'heat': charts.heat_chart(story, ground)}
-    made['presence'] = charts.presence_chart(longest, story.between)
-    made['events'] = charts.event_chart(story)
-    if story.coverage:
-        made['coverage'] = charts.coverage_image(story.coverage)
+    longest = data.tracks[:_TRACKS]
+    ground = charts.Ground(data)
+    by_length = sorted(data.groups, key=lambda each: each.began_s - each.ended_s)
+    made = {'count': charts.count_chart(data), 'heat': charts.heat_chart(data, ground)}
+    made['presence'] = charts.presence_chart(longest, data.between)
+    made['events'] = charts.event_chart(data)
+    if data.coverage:
+        made['coverage'] = charts.coverage_image(data.coverage)
     return str(
         template('run.html.j2', clock=clock, css=_css).render(
-            story=story,
-            subtitle=_subtitle(story),
-            headline=_headline(story),
+            data=data,
+            subtitle=_subtitle(data),
+            headline=_headline(data),
             charts=made,
             tracks=_track_rows(longest),
-            shorter=_shorter(story.tracks[_TRACKS:]),
+            shorter=_shorter(data.tracks[_TRACKS:]),
             maps=[
                 (track.summary.track_id, charts.track_heat_chart(track, ground))
-                for track in story.tracks[:_MAPS]
+                for track in data.tracks[:_MAPS]
             ],
-            corrections=story.corrections[:_ROWS],
+            corrections=data.corrections[:_ROWS],
             groups=sorted(by_length[:_ROWS], key=lambda each: each.began_s),
-            quality=_quality(story),
-            troubles=story.quality.troubles[:_ROWS],
-            coverage=_coverage(story),
-            made=_made(story, command),
+            quality=_quality(data),
+            troubles=data.quality.troubles[:_ROWS],
+            coverage=_coverage(data),
+            made=_made(data, command),
         )
     )
 
 
-def _subtitle(story: Story) -> str:
-    first, last = story.between
+def _subtitle(data: RunData) -> str:
+    first, last = data.between
     when = f'{clock(first)} to {clock(last)} of a run'
-    return f'{when} that began at {story.began}' if story.began else when
+    return f'{when} that began at {data.began}' if data.began else when
 
 
-def _headline(story: Story) -> list[tuple[str, str]]:
-    distance = sum(track.summary.distance_m for track in story.tracks)
-    present = story.present
-    fastest = max((track.summary.top_mps for track in story.tracks), default=0.0)
+def _headline(data: RunData) -> list[tuple[str, str]]:
+    distance = sum(track.summary.distance_m for track in data.tracks)
+    present = data.present
+    fastest = max((track.summary.top_mps for track in data.tracks), default=0.0)
     return [
-        ('tracks', str(len(story.tracks))),
+        ('tracks', str(len(data.tracks))),
         ('at once, on average', f'{present.mean():.1f}' if len(present) else '0'),
         ('at once, at most', str(present.max(initial=0))),
-        ('tracked altogether', clock(sum(track.seconds for track in story.tracks), 0)),
+        ('tracked altogether', clock(sum(track.seconds for track in data.tracks), 0)),
         ('walked altogether', _metres(distance)),
         ('top speed', f'{fastest:.1f} m/s'),
-        ('identities corrected', str(len(story.corrections))),
-        ('ticks missing', str(story.quality.missing)),
+        ('identities corrected', str(len(data.corrections))),
+        ('ticks missing', str(data.quality.missing)),
     ]
 
 
-def _track_rows(tracks: Sequence[TrackStory]) -> list[dict[str, Any]]:
+def _track_rows(tracks: Sequence[TrackData]) -> list[dict[str, Any]]:
     farthest = max((track.summary.distance_m for track in tracks), default=0.0) or 1.0
     return [
         {
@@ -125,7 +125,7 @@ def _track_rows(tracks: Sequence[TrackStory]) -> list[dict[str, Any]]:
     ]
 
 
-def _shorter(tracks: Sequence[TrackStory]) -> str:
+def _shorter(tracks: Sequence[TrackData]) -> str:
     """Return a sentence on the tracks that are not listed; empty: all are."""
     if not tracks:
         return ''
@@ -137,15 +137,15 @@ def _shorter(tracks: Sequence[TrackStory]) -> str:
     )
 
 
-def _quality(story: Story) -> list[tuple[str, str]]:
-    quality = story.quality
+def _quality(data: RunData) -> list[tuple[str, str]]:
+    quality = data.quality
     rate = f', {1 / quality.interval_s:.4g} a second' if quality.interval_s else ''
     told = [('ticks', f'{quality.ticks}{rate}'), ('missing in between', str(quality.missing))]
     if quality.gaps:
         shown = [f'{clock(first)} to {clock(last)}' for first, last in quality.gaps[:_GAPS]]
         rest = len(quality.gaps) - len(shown)
         told.append(('longest gaps', ', '.join(shown) + (f' and {rest} more' if rest else '')))
-    nobody = float((story.present == 0).mean()) if len(story.present) else 1.0
+    nobody = float((data.present == 0).mean()) if len(data.present) else 1.0
     told.append(('ticks without a track', f'{100 * nobody:.1f} %'))
     if len(quality.error_m):
         median, most = quality.error_m.tolist()
@@ -155,18 +155,18 @@ def _quality(story: Story) -> list[tuple[str, str]]:
                 f'{median:.2f} m (median), {most:.2f} m (95th percentile), 1 sigma',
             )
         )
-    returns = [max(len(track.spells) - 1, 0) for track in story.tracks]
+    returns = [max(len(track.spells) - 1, 0) for track in data.tracks]
     told.append(
         ('tracks that were away for more than a second', str(int(np.count_nonzero(returns))))
     )
     return told
 
 
-def _coverage(story: Story) -> list[tuple[str, str]]:
+def _coverage(data: RunData) -> list[tuple[str, str]]:
     """Return the figures of the site's coverage that matter here."""
-    if not story.coverage:
+    if not data.coverage:
         return []
-    figures = coverage_figures(story.coverage, story.site, '').figures
+    figures = coverage_figures(data.coverage, data.site, '').figures
     return [
         ('area', f'{figures["area_m2"]:.0f} m²'),
         ('seen by a camera', f'{100 * figures["share.at_least_1"]:.1f} %'),
@@ -180,11 +180,11 @@ def _coverage(story: Story) -> list[tuple[str, str]]:
     ]
 
 
-def _made(story: Story, command: str) -> list[tuple[str, str]]:
+def _made(data: RunData, command: str) -> list[tuple[str, str]]:
     return [
         ('command', command),
-        ('run', story.run),
-        ('site', story.site),
+        ('run', data.run),
+        ('site', data.site),
         ('distance', 'over steps of 0.2 s; pauses of more than a second do not count'),
         ('top speed', 'the fastest step of 0.2 s'),
         ('version', f'mctrack_ros {__version__}'),

@@ -17,8 +17,8 @@ from starlette.responses import Response
 
 from mctrack_ros.ground import GridError
 from mctrack_ros.web.board import Board
+from mctrack_ros.web.calibrate.assessment import assessed, point_rows
 from mctrack_ros.web.calibrate.pairing import Pairing, PairingError
-from mctrack_ros.web.calibrate.verdict import point_rows, verdict
 from mctrack_ros.web.drawing import (
     ARROW_SCALE,
     image_drawing,
@@ -116,7 +116,7 @@ class _View:
         self._delete.set_enabled(pairing.chosen in pairing.pairs)
         self._hint.set_text(_hint(pairing))
         self._table.rows = point_rows(pairing)
-        found = verdict(pairing)
+        found = assessed(pairing)
         self._verdict.classes(replace=f'verdict {found.kind}')
         self._verdict.set_content(
             f'<div class="headline">{html.escape(found.headline)}</div>'

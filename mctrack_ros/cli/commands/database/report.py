@@ -32,8 +32,8 @@ def report(
 ) -> None:
     """Tell of a run in a page and a PDF: who was where, how far and how fast, how good it is."""
     from mctrack_ros.cli.sites import optional_site
+    from mctrack_ros.report.run.data import run_data
     from mctrack_ros.report.run.page import write_run_report
-    from mctrack_ros.report.run.story import story_of
     from mctrack_ros.store import View
     from mctrack_ros.store.exchange import bag_of, opened_run
 
@@ -44,7 +44,7 @@ def report(
         options.output_file(file)
     bag = bag_of(source)
     with opened_run(source, run, View(corrected=not as_reported)) as opened:
-        story = story_of(
+        data = run_data(
             opened,
             options.times(opened, began, ended),
             title=title or (Path(source).resolve().name if bag else opened.name),
@@ -53,6 +53,6 @@ def report(
         )
     stated = f' --site {shlex.quote(Path(site).name)}' if site else ''
     command = f'mctrack report {shlex.quote(Path(source).name)}{stated}'
-    write_run_report(story, files, command)
+    write_run_report(data, files, command)
     for file in files:
         typer.echo(f'wrote {file}')

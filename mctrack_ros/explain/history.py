@@ -1,4 +1,4 @@
-"""The story of a track around an instant: stored in a bag, or fused again from its detections."""
+"""The history of a track around an instant: stored in a bag, or fused again."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ TRAIL_S = 2.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Story:
+class TrackHistory:
     """
     What is known of an instant and of what was before and after.
 
     Attributes
     ----------
     track_id : int
-        Whose story it is, as the user named it.
+        Whose history it is, as the user named it.
     cameras : tuple of str
         Names in the site's order.
     start_ns : int
@@ -75,14 +75,14 @@ class Story:
         return (stamp_ns - self.start_ns) * 1e-9
 
 
-def tell(
+def history_of(
     bag: str | Path,
     track_id: int,
     at_s: float,
     for_s: float = 0.0,
     site: SiteConfig | None = None,
     namespace: str = '',
-) -> Story:
+) -> TrackHistory:
     """
     Find out why a track was treated as it was.
 
@@ -127,7 +127,7 @@ def tell(
         now = reported[index].decisions
         _check_is_there(now, track_id, at_s)
         same = is_stored or _is_as_recorded(reader, now)
-    return Story(
+    return TrackHistory(
         track_id=track_id,
         cameras=(ALL,) if isinstance(config, OccupancyConfig) else cameras,
         start_ns=start_ns,

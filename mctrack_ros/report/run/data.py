@@ -38,7 +38,7 @@ _WARNING = 1
 
 
 @dataclass(frozen=True, slots=True)
-class TrackStory:
+class TrackData:
     """
     A track.
 
@@ -115,7 +115,7 @@ class Quality:
 
 
 @dataclass(frozen=True, slots=True)
-class Story:
+class RunData:
     """
     A run.
 
@@ -127,7 +127,7 @@ class Story:
         When, in UTC; empty: its stamps do not count from 1970.
     between : (float, float)
         What is told of it, s.
-    tracks : tuple of TrackStory
+    tracks : tuple of TrackData
         Those that were there for longest first.
     present : (m,) int64 array
         How many were there at each of ``times``.
@@ -149,7 +149,7 @@ class Story:
     site: str
     began: str
     between: Between
-    tracks: tuple[TrackStory, ...]
+    tracks: tuple[TrackData, ...]
     present: Ints
     times: Floats
     events: tuple[Event, ...]
@@ -160,14 +160,14 @@ class Story:
     area: Floats | None
 
 
-def story_of(
+def run_data(
     run: Run,
     between: Between,
     *,
     title: str = '',
     bag: Path | None = None,
     site: SiteConfig | None = None,
-) -> Story:
+) -> RunData:
     """
     Read what is told of a run, track by track: what it takes does not grow with their number.
 
@@ -208,7 +208,7 @@ def story_of(
     quantiles = np.quantile(known, [0.5, 0.95]) if len(known) else np.zeros(0)
     is_absolute = run.began_ns >= ABSOLUTE_NS
     began = datetime.fromtimestamp((run.began_ns // 10**9), UTC) if is_absolute else None
-    return Story(
+    return RunData(
         title or run.name,
         run.name,
         site.name if site else run.site,
@@ -226,12 +226,12 @@ def story_of(
     )
 
 
-def _track(run: Run, rows: TrackRows, origin: Floats) -> TrackStory:
+def _track(run: Run, rows: TrackRows, origin: Floats) -> TrackData:
     seconds = (rows.stamp_ns - run.began_ns) * 1e-9
     parts = np.split(seconds, np.flatnonzero(np.diff(rows.stamp_ns) > PAUSE_NS) + 1)
     spells = tuple((float(part[0]), float(part[-1])) for part in parts)
     cells, times = time_in_cells(rows, CELL_M)
-    return TrackStory(
+    return TrackData(
         summary_of(run, rows),
         spells,
         sum(last - first for first, last in spells),

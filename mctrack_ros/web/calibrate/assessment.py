@@ -11,7 +11,7 @@ from mctrack_ros.web.calibrate.pairing import Pairing
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class Assessment:
     """
     What stands beside the image.
 
@@ -34,15 +34,15 @@ class Verdict:
     kind: str
 
 
-def verdict(pairing: Pairing) -> Verdict:
+def assessed(pairing: Pairing) -> Assessment:
     """Judge the pairs."""
     warnings = [*_suspicions(pairing), *_cells(pairing)]
     if pairing.fit is None:
-        return Verdict('No camera yet', (_sentence(pairing.reason),), tuple(warnings), 'open')
+        return Assessment('No camera yet', (_sentence(pairing.reason),), tuple(warnings), 'open')
     fit = pairing.fit
     headline = f'Fits to {fit.rms_px:.2f} px (rms of {len(fit.ground)} points)'
     kind = 'bad' if pairing.suspicious() else 'good'
-    return Verdict(headline, (_uncertainty(fit), _where(fit)), tuple(warnings), kind)
+    return Assessment(headline, (_uncertainty(fit), _where(fit)), tuple(warnings), kind)
 
 
 def point_rows(pairing: Pairing) -> list[dict[str, str | float | None]]:
