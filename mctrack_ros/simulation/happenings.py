@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ HOLD_S = 0.4
 
 Booleans = NDArray[np.bool_]
 Indices = NDArray[np.int64]
+_Happening = tuple[EventCode, int, Indices]
 
 
 class EventWatcher:
@@ -55,16 +57,19 @@ class EventWatcher:
         self._out_for = np.where(seen, 0, self._out_for + 1)
         self._inside = seen | (was_inside & (self._out_for < self._hold))
         self._blob = self._blobs(view)
-        rows: list[tuple[EventCode, int, Indices]] = []
-        for person in np.flatnonzero(self._inside & ~was_inside).tolist():
-            known = self._world.feet_in_view[:step, :, person].any()
-            rows.append((EventCode.ENTER if known else EventCode.NEW, person, np.array([person])))
-        for person in np.flatnonzero(was_inside & ~self._inside).tolist():
-            rows.append((EventCode.EXIT, person, np.array([person])))
+        rows = [*self._passages(step, was_inside)]
         rows += _parted(EventCode.MERGE, self._blob, was_blob, self._inside)
         rows += _parted(EventCode.SPLIT, was_blob, self._blob, was_inside & self._inside)
         rows.sort(key=lambda row: row[:2])
         return self._events(step, rows)
+
+    def _passages(self, step: int, was_inside: Booleans) -> Iterator[_Happening]:
+        """Yield who comes into view and who leaves it."""
+        for person in np.flatnonzero(self._inside & ~was_inside).tolist():
+            known = self._world.feet_in_view[:step, :, person].any()
+            yield EventCode.ENTER if known else EventCode.NEW, person, np.array([person])
+        for person in np.flatnonzero(was_inside & ~self._inside).tolist():
+            yield EventCode.EXIT, person, np.array([person])
 
     def _blobs(self, view: View) -> Indices:
         """Return for each person the first person of the blob, after the hold time."""
@@ -78,7 +83,7 @@ class EventWatcher:
         _, first = np.unique(blob, return_index=True)
         return np.asarray(first[blob], np.int64)
 
-    def _events(self, step: int, rows: list[tuple[EventCode, int, Indices]]) -> Events:
+    def _events(self, step: int, rows: list[_Happening]) -> Events:
         place = self._world.motion.position[step]
         position = np.zeros((len(rows), 3))
         others = np.zeros((len(rows), MEMBERS), np.uint32)
@@ -99,7 +104,7 @@ class EventWatcher:
 
 def _parted(
     code: EventCode, whole: Indices, parts: Indices, counted: Booleans
-) -> list[tuple[EventCode, int, Indices]]:
+) -> list[_Happening]:
     """Return an event for every part of a blob but the largest: what joins it or leaves it."""
     rows = []
     for blob in np.unique(whole[counted]).tolist():

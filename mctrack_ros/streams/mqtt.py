@@ -72,16 +72,7 @@ class MqttPublisher:
         self._next_ns = 0
         self._unsent: deque[MQTTMessageInfo] = deque()
         self.left_out = 0
-        self._client = Client(CallbackAPIVersion.VERSION2)
-        self._client.reconnect_delay_set(*_RETRY_S)
-        user, password = user_and_password('MQTT', config.credentials_file)
-        if user:
-            self._client.username_pw_set(user, password or None)
-        if config.tls:
-            try:
-                self._client.tls_set(config.ca_file or None)
-            except OSError as error:
-                raise ConfigError(f'mqtt.ca_file {config.ca_file}: {error}') from error
+        self._client = _client(config)
         self._client.connect_async(config.host, config.port)
         self._client.loop_start()
 
@@ -112,3 +103,18 @@ class MqttPublisher:
             self.left_out += 1
             return
         self._unsent.append(self._client.publish(topic, payload, quality))
+
+
+def _client(config: MqttConfig) -> Client:
+    """Return a client that knows how to log in, and waits longer and longer before it retries."""
+    client = Client(CallbackAPIVersion.VERSION2)
+    client.reconnect_delay_set(*_RETRY_S)
+    user, password = user_and_password('MQTT', config.credentials_file)
+    if user:
+        client.username_pw_set(user, password or None)
+    if config.tls:
+        try:
+            client.tls_set(config.ca_file or None)
+        except OSError as error:
+            raise ConfigError(f'mqtt.ca_file {config.ca_file}: {error}') from error
+    return client

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,18 +89,7 @@ def read_track_table(
         if not numbered:
             raise TableError(f'{path} has neither a column time nor frame')
         stamps = (frame - 1) * period_ns + period_ns // 2
-    columns = {
-        'track_id': table.whole_numbers('track_id', 0),
-        'position': np.column_stack(
-            [_filled(table, 'x') - origin[0], _filled(table, 'y') - origin[1], 0 * stamps]
-        ),
-        'velocity': np.nan_to_num(np.column_stack([table.numbers('vx'), table.numbers('vy')])),
-        'class_id': _codes(table),
-        'status': _states(table),
-        'score': np.nan_to_num(table.numbers('score'), nan=1.0),
-    }
-    if 'group' in table.cells:
-        columns['group'] = table.whole_numbers('group', 0)
+    columns = _columns(table, origin)
     order = np.argsort(stamps, kind='stable')
     parts = np.split(order, np.flatnonzero(np.diff(stamps[order])) + 1)
     parts = [part for part in parts if len(part)]
@@ -111,6 +101,27 @@ def read_track_table(
     ]
     frames = [int(frame[part[0]]) for part in parts] if numbered and not counts_frames else []
     return instants, frames, counts_frames
+
+
+def _columns(table: Table, origin: tuple[float, float]) -> dict[str, Any]:
+    """Return the columns of `Tracks`, row by row; positions are relative to an origin, m."""
+    columns: dict[str, Any] = {
+        'track_id': table.whole_numbers('track_id', 0),
+        'position': np.column_stack(
+            [
+                _filled(table, 'x') - origin[0],
+                _filled(table, 'y') - origin[1],
+                np.zeros(len(table)),
+            ]
+        ),
+        'velocity': np.nan_to_num(np.column_stack([table.numbers('vx'), table.numbers('vy')])),
+        'class_id': _codes(table),
+        'status': _states(table),
+        'score': np.nan_to_num(table.numbers('score'), nan=1.0),
+    }
+    if 'group' in table.cells:
+        columns['group'] = table.whole_numbers('group', 0)
+    return columns
 
 
 def track_table_place(path: str | Path) -> tuple[float, float] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mctrack_ros.interfaces import ClassCode, EventCode, Events
 from mctrack_ros.simulation.carpark.rendering.render import CarParkView
@@ -80,10 +81,15 @@ class CarParkMeter:
         whole = active & person & ~view.truncated & (view.visible > 0)
         self._contrast += view.contrast[whole].tolist()
         self._pieces += view.pieces[whole].tolist()
-        index = view.person[whole]
+        self._count_people(view.person[whole], view.pieces[whole] > 1, camera)
+
+    def _count_people(
+        self, index: NDArray[np.int64], is_in_pieces: NDArray[np.bool_], camera: int
+    ) -> None:
+        """Count who is seen, (n,), and who of them is in pieces for long enough."""
         self._seen[index] = True
         in_pieces = np.zeros_like(self._seen)
-        in_pieces[index] = view.pieces[whole] > 1
+        in_pieces[index] = is_in_pieces
         lasting = self._in_pieces_for[camera]
         lasting[:] = np.where(in_pieces, lasting + 1, 0)
         self._fragmented |= lasting >= _LASTING

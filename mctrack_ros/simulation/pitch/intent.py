@@ -64,9 +64,7 @@ class Intent:
 
     def targets(self, step: int, position: Floats) -> Floats:
         """Return the (n, 2) places wanted at a step, given the (n, 2) positions, m."""
-        keep = np.exp(-self._period / _WANDER_S)
-        kick = self._rng.normal(scale=_WANDER_M * np.sqrt(1 - keep**2), size=(PLAYERS, 2))
-        self._wander = keep * self._wander + kick
+        self._stroll()
         ball = self._play.ball[step]
         self._focus = self._focus + (ball - self._focus) * self._period / _FOLLOW_S
         places = self._home + _BALL_PULL * (self._focus - self._home)
@@ -81,6 +79,12 @@ class Intent:
         wander = self._wander * (1.0 if situation == Situation.OPEN_PLAY else 0.25)
         wanted = self._with_referees(places, self._focus) + wander
         return np.clip(wanted, [0.5, 0.5], [LENGTH_M - 0.5, WIDTH_M - 0.5])
+
+    def _stroll(self) -> None:
+        """Let everybody wander a little from where they want to be."""
+        keep = np.exp(-self._period / _WANDER_S)
+        kick = self._rng.normal(scale=_WANDER_M * np.sqrt(1 - keep**2), size=(PLAYERS, 2))
+        self._wander = keep * self._wander + kick
 
     def _play_on(self, places: Floats, ball: Floats, attackers: int, position: Floats) -> None:
         """Let the nearest chase the ball and the defending team mark."""

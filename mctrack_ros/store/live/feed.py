@@ -147,17 +147,10 @@ class Feed:
             self._writer.position = record.number
         if record.topic == SITE_TOPIC:
             return self._write_site(record)
-        kind = kind_of(record.topic)
         try:
-            message: Any = TYPES.deserialize_cdr(memoryview(record.data), _CLOUD)
-            rows = rows_from_cloud(message, kind)
-            frame_id = str(message.header.frame_id)
+            rows, frame_id = self._rows(record)
         except Exception as error:  # whatever a stranger sent
             return self._refuse(record, str(error))
-        if record.topic not in self._looked_at:
-            self._looked_at.add(record.topic)
-            if further := further_fields(message, kind):
-                self._state.said.append(f'{record.topic}: not stored: {", ".join(further)}')
         if isinstance(rows, Tracks):
             return self._write_tracks(record, rows, frame_id)
         writer = self._writer or self._begin(record, frame_id)
@@ -165,6 +158,17 @@ class Feed:
             return self._refuse(record, f'it is in the frame {frame_id}, not {self._frame_id}')
         writer.write_events(rows, record.topic, record.log_ns)
         return True
+
+    def _rows(self, record: Record) -> tuple[Any, str]:
+        """Return what a message holds and its frame; say once of each topic what is not stored."""
+        kind = kind_of(record.topic)
+        message: Any = TYPES.deserialize_cdr(memoryview(record.data), _CLOUD)
+        rows = rows_from_cloud(message, kind)
+        if record.topic not in self._looked_at:
+            self._looked_at.add(record.topic)
+            if further := further_fields(message, kind):
+                self._state.said.append(f'{record.topic}: not stored: {", ".join(further)}')
+        return rows, str(message.header.frame_id)
 
     def _write_tracks(self, record: Record, rows: Tracks, frame_id: str) -> bool:
         last_ns = None if self._writer is None else self._writer.last_ns

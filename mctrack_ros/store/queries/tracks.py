@@ -11,6 +11,7 @@ from sqlalchemy import select
 
 from mctrack_ros.interfaces import PAUSE_NS, ClassCode, TrackStatus
 from mctrack_ros.store.blocks import ID
+from mctrack_ros.store.boxes import Box
 from mctrack_ros.store.queries.results import Meeting, Place, TrackSummary, Visit
 from mctrack_ros.store.queries.run import ALWAYS, Between, Run
 from mctrack_ros.store.rows import SPAN_NS, TrackRows, load_journal, load_rows
@@ -71,6 +72,16 @@ def near(
     path = run.rows(between, tracks=[whom])
     if not len(path):
         return []
+    rows = run.rows(between, boxes=_boxes_along(run, path, radius))
+    at = np.minimum(np.searchsorted(path.stamp_ns, rows.stamp_ns), len(path) - 1)
+    kept = (path.stamp_ns[at] == rows.stamp_ns) & (rows.life != whom)
+    rows, at = rows.select(kept), at[kept]
+    distance = np.hypot(*(rows.position() - path.position()[at]).T)
+    return _visits(run, rows, distance, radius)
+
+
+def _boxes_along(run: Run, path: TrackRows, radius: float) -> list[Box]:
+    """Return boxes, each of some seconds, around a path and what is near it."""
     span = (path.stamp_ns - run.began_ns) // (2 * SPAN_NS)
     boxes = []
     for part in np.split(np.arange(len(path)), np.flatnonzero(np.diff(span)) + 1):
@@ -78,12 +89,7 @@ def near(
         (left, low), (right, high) = place.min(axis=0) - radius, place.max(axis=0) + radius
         times = run.seconds(path.stamp_ns[part[0]]), run.seconds(path.stamp_ns[part[-1]])
         boxes.append(run.box(times, (left, low, right, high)))
-    rows = run.rows(between, boxes=boxes)
-    at = np.minimum(np.searchsorted(path.stamp_ns, rows.stamp_ns), len(path) - 1)
-    kept = (path.stamp_ns[at] == rows.stamp_ns) & (rows.life != whom)
-    rows, at = rows.select(kept), at[kept]
-    distance = np.hypot(*(rows.position() - path.position()[at]).T)
-    return _visits(run, rows, distance, radius)
+    return boxes
 
 
 def meetings(

@@ -226,6 +226,14 @@ def _notification(events: Events, row: int, frame: Frame) -> Notification:
     source: dict[str, Any] = {'VideoSource': PROFILE}
     if zone:
         source['Rule'] = frame.zone_name(zone) or f'zone{zone}'
+    name = ''.join(word.title() for word in event_name(code).split('_'))
+    topic = 'LineDetector/Crossed' if code in _CROSSED else f'mct:Tracking/{name}'
+    return Notification(f'RuleEngine/{topic}', events.stamp_ns, source, _data(events, row))
+
+
+def _data(events: Events, row: int) -> dict[str, Any]:
+    """Return who did what where, and how sure that is."""
+    code = int(events.event[row])
     data: dict[str, Any] = {}
     if code in _COUNTS:
         data['Count'] = int(events.new_id[row])
@@ -239,9 +247,7 @@ def _notification(events: Events, row: int, frame: Frame) -> Notification:
     data['Likelihood'] = rounded(events.probability[row], 2)
     if code in _CROSSED:
         data['Direction'] = _CROSSED[EventCode(code)]
-    name = ''.join(word.title() for word in event_name(code).split('_'))
-    topic = 'LineDetector/Crossed' if code in _CROSSED else f'mct:Tracking/{name}'
-    return Notification(f'RuleEngine/{topic}', events.stamp_ns, source, data)
+    return data
 
 
 def _notification_xml(notification: Notification) -> str:

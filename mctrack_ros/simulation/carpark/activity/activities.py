@@ -132,29 +132,36 @@ class Activities:
         """Stop a car in the lane, let somebody out, drive on."""
         lane = int(self._rng.integers(2))
         stop_x = float(self._routes.inside(1 + lane, 0.6)[0])
-        ends = [layout.FAR_LEFT_M, layout.FAR_RIGHT_M]
-        if self._rng.random() < 0.5:
-            ends.reverse()
-        y = layout.LANES_Y[lane]
-        come = self._driven(*paths.along(np.array([(ends[0], y), (stop_x, y)])), 4.0, 0.2)
-        stop = _SHORT_STOP_S if self._rng.random() < 0.35 else _LONG_STOP_S
-        wait = self._for(stop)
-        go = self._driven(*paths.along(np.array([(stop_x, y), (ends[1], y)])), 0.2, 4.0)
+        near, far = self._ends(lane)
+        stop = (stop_x, layout.LANES_Y[lane])
+        come = self._driven(*paths.along(np.array([near, stop])), 4.0, 0.2)
+        wait = self._for(_SHORT_STOP_S if self._rng.random() < 0.35 else _LONG_STOP_S)
+        go = self._driven(*paths.along(np.array([stop, far])), 0.2, 4.0)
         car = self._car(first, come.waiting(wait).then(go))
-        door = come.position[-1] + np.array([0.2, 1.25 * self._rng.choice((-1, 1))])
+        way = self._way_from(come.position[-1], lane)
+        return [car, self._person(first + len(come) + max(wait // 2, 3), self._walked(way))]
+
+    def _way_from(self, place: Floats, lane: int) -> Floats:
+        """Return the way of who gets out of a car in a lane, on either side."""
+        y = layout.LANES_Y[lane]
+        door = place + np.array([0.2, 1.25 * self._rng.choice((-1, 1))])
         aside = np.array([door[0], CORRIDORS[1 + lane][0 if door[1] < y else 1]])
         corridor = 1 + lane + (-1 if door[1] < y else 1)  # on the side that the door is on
         end = self._routes.outside(corridor, int(self._rng.choice((-1, 1))))
-        way = np.concatenate([[door], self._routes.between(aside, end)])
-        return [car, self._person(first + len(come) + max(wait // 2, 3), self._walked(way))]
+        return np.concatenate([[door], self._routes.between(aside, end)])
 
     def drive_through(self, first: int) -> list[Actor]:
         """Drive a car along a lane."""
-        y = layout.LANES_Y[int(self._rng.integers(2))]
+        ends = self._ends(int(self._rng.integers(2)))
+        return [self._car(first, self._driven(*paths.along(np.array(ends)), 4.0, 4.0))]
+
+    def _ends(self, lane: int) -> list[tuple[float, float]]:
+        """Return the ends of a lane, in the direction in which it is driven."""
+        y = layout.LANES_Y[lane]
         ends = [(layout.FAR_LEFT_M, y), (layout.FAR_RIGHT_M, y)]
         if self._rng.random() < 0.5:
             ends.reverse()
-        return [self._car(first, self._driven(*paths.along(np.array(ends)), 4.0, 4.0))]
+        return ends
 
     def ride(self, first: int) -> list[Actor]:
         """One person rides through on a bicycle."""

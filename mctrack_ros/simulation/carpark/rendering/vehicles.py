@@ -96,23 +96,17 @@ def _faces(size: Floats) -> tuple[Floats, NDArray[np.int64]]:
     """Return the (faces, 4, 3) corners in the car's frame, seen from outside anticlockwise."""
     scale = np.array([size[0], size[1] / 2])
     sill, belt, top = _SILL * size[2], _BELT * size[2], size[2]
-    rings = [
-        (_BODY, 0.06, _BODY, sill, [Part.SKIRT] * 4),
-        (_BODY, sill, _BODY, belt, [Part.LIT_SIDE] * 4),
-    ]
-    faces, parts = [], []
-    for low, low_z, high, high_z, kinds in rings:
-        faces += _ring(low * scale, low_z, high * scale, high_z)
-        parts += kinds
-    faces += [_lamp(scale, side, sill, belt) for side in (-1, 1)]
-    parts += [Part.LAMP] * 2
-    faces += [_wheel(np.array(spot) * scale) for spot in _WHEELS]
-    parts += [Part.WHEEL] * 4
-    faces.append(_flat(_BODY * scale, belt))
-    faces += _ring(_CABIN * scale, belt, _ROOF * scale, top)
-    faces.append(_flat(_ROOF * scale, top))
-    parts += [Part.TOP, *[Part.GLASS] * 4, Part.ROOF]
-    return np.array(faces), np.array(parts, np.int64)
+    parts = (
+        (Part.SKIRT, _ring(_BODY * scale, 0.06, _BODY * scale, sill)),
+        (Part.LIT_SIDE, _ring(_BODY * scale, sill, _BODY * scale, belt)),
+        (Part.LAMP, [_lamp(scale, side, sill, belt) for side in (-1, 1)]),
+        (Part.WHEEL, [_wheel(np.array(spot) * scale) for spot in _WHEELS]),
+        (Part.TOP, [_flat(_BODY * scale, belt)]),
+        (Part.GLASS, _ring(_CABIN * scale, belt, _ROOF * scale, top)),
+        (Part.ROOF, [_flat(_ROOF * scale, top)]),
+    )
+    faces = [face for _, some in parts for face in some]
+    return np.array(faces), np.array([part for part, some in parts for _ in some], np.int64)
 
 
 def _ring(low: Floats, low_z: float, high: Floats, high_z: float) -> list[Floats]:
