@@ -234,24 +234,15 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
     if not isinstance(content, Mapping):
         raise ConfigError('expected a mapping with the key cameras')
     values = dict(content)
-    cameras, cells = values.pop('cameras', None), values.pop('cells', None)
-    shared = values.pop('pipeline', {})
-    if cells is not None:
-        if cameras is not None or shared:
-            raise ConfigError(
-                'a site has cells, or cameras and pipeline, not both: remove one of them'
-            )
-        cells, cameras = _cells(cells), {}
-        given = values.get('fusion', {})
-        if isinstance(given, Mapping):
-            values['fusion'] = {FUSION.tag: 'cells', **given}
-    elif not isinstance(cameras, Mapping) or not cameras:
+    cells = _cells(values)
+    cameras, shared = values.pop('cameras', {}), values.pop('pipeline', {})
+    if not cells and not (isinstance(cameras, Mapping) and cameras):
         raise ConfigError('cameras is missing or empty: name at least one camera')
     zones = zones_from({block: values.pop(block, None) for block in BLOCKS})
     names_tracker = FUSION.tag in _mapping(values.get('fusion'))
     scalars = config_from(SiteScalars, values)
     settings = _cameras(cameras, shared, directory)
-    _check_messages(settings, scalars.fusion, cells is not None)
+    _check_messages(settings, scalars.fusion, bool(cells))
     stated = scalars.origin
     origin = origin_from(stated) if stated else chosen_origin(_places(settings.values()))
     check_zones_near(zones, origin)
@@ -276,7 +267,7 @@ def site_from(content: Any, directory: Path) -> SiteConfig:
         floor_plan=floor_plan(scalars.plan, directory),
         private=scalars.private,
         blur=scalars.blur,
-        cells=cells or (),
+        cells=cells,
     )
 
 
@@ -302,14 +293,24 @@ def _cameras(
     return settings
 
 
-def _cells(names: Any) -> tuple[str, ...]:
-    """Return the namespaces of cells, sorted as cameras are."""
+def _cells(values: dict[str, Any]) -> tuple[str, ...]:
+    """Take the namespaces of cells out of a site, which then fuses them; sorted as cameras are."""
+    names = values.pop('cells', None)
+    if names is None:
+        return ()
+    if values.get('cameras') is not None or values.get('pipeline'):
+        raise ConfigError(
+            'a site has cells, or cameras and pipeline, not both: remove one of them'
+        )
     if not isinstance(names, list) or not names:
         raise ConfigError(f'cells is {names!r}, expected a list of the namespaces of cells')
     for name in names:
         check_camera_name(name)
     if len(set(names)) < len(names) or len(names) > MAX_CAMERAS:
         raise ConfigError(f'cells is {names!r}, expected at most {MAX_CAMERAS} different names')
+    values['cameras'], given = {}, values.get('fusion', {})
+    if isinstance(given, Mapping):
+        values['fusion'] = {FUSION.tag: 'cells', **given}
     return tuple(sorted(names))
 
 
