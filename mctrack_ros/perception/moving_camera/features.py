@@ -14,6 +14,7 @@ Floats = NDArray[np.float64]
 Grey = NDArray[np.uint8]
 
 MOST = 300  # corners of a key image
+LEAST = 4  # features that fix a homography
 _QUALITY, _APART_PX = 0.01, 12  # of corners: share of the strongest one's strength, and distance
 _RANSAC_PX = 1.5  # a feature farther from the homography is on something that moves
 _BACK_PX = 0.7  # a feature tracked back must end as near to where it began
@@ -76,22 +77,32 @@ class KeyImage:
         inside = np.isfinite(expected).all(axis=1)
         inside &= ((expected >= 0) & (expected < grey.shape[::-1])).all(axis=1)
         rays, before, start = rays[inside], self.pixel[inside], expected[inside]
-        if len(rays) < 4:
+        if len(rays) < LEAST:
             return rays[:0], start[:0]
         one, other = ((each - _HALF).astype(np.float32) for each in (before, start))
-        found, good = _flow(self.grey, grey, one, other)
-        back, is_back = _flow(grey, self.grey, found, one)
-        good &= is_back
-        good &= np.linalg.norm(back - one, axis=1) < _BACK_PX
+        found, good = _to_and_fro(self.grey, grey, one, other)
         column, row = np.clip(found.astype(int), 0, np.array(grey.shape[::-1]) - 1).T
-        good &= still[row, column] > 0
-        if np.count_nonzero(good) < 4:
-            return rays[:0], start[:0]
-        homography, agrees = cv2.findHomography(one[good], found[good], cv2.RANSAC, _RANSAC_PX)
-        if homography is None:
-            return rays[:0], start[:0]
-        kept = np.flatnonzero(good)[agrees.ravel() > 0]
+        kept = _agreeing(one, found, np.flatnonzero(good & (still[row, column] > 0)))
         return rays[kept], found[kept].astype(np.float64) + _HALF
+
+
+def _agreeing(
+    one: NDArray[np.float32], found: NDArray[np.float32], rows: NDArray[np.intp]
+) -> NDArray[np.intp]:
+    """Return those of some rows, (n,), of (m, 2) pixels that one homography leads to others."""
+    if len(rows) < LEAST:
+        return rows[:0]
+    homography, agrees = cv2.findHomography(one[rows], found[rows], cv2.RANSAC, _RANSAC_PX)
+    return rows[:0] if homography is None else rows[agrees.ravel() > 0]
+
+
+def _to_and_fro(
+    before: Grey, after: Grey, pixel: NDArray[np.float32], guess: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Return where (n, 2) pixels went, near a guess, and which came back when followed back."""
+    found, good = _flow(before, after, pixel, guess)
+    back, is_back = _flow(after, before, found, pixel)
+    return found, good & is_back & (np.linalg.norm(back - pixel, axis=1) < _BACK_PX)
 
 
 def _flow(
