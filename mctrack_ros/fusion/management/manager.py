@@ -167,10 +167,7 @@ class TrackManager:
         for keep, drop in joined:
             table.absorb(keep, drop)
             reid.forget(int(table.track_id[drop]))
-        ended = self._correct(table, joined, events)
-        if joined:
-            reid.note_joined(ended, stamp_ns)
-        return ended
+        return self._correct(table, joined, events)
 
     def delete(
         self, table: TrackTable, reid: Reassignment, stamp_ns: int, events: EventLog

@@ -38,9 +38,6 @@ KEEP = 0.15
 MOST_MEETINGS = 300
 """Most pairs of a lost target and a track near it that are looked at in one tick."""
 
-PAST_S = 2.7
-"""A track older than this is no duplicate of another: a second more than joining takes, s."""
-
 
 class Reassignment:
     """
@@ -80,18 +77,6 @@ class Reassignment:
         for row, column in np.argwhere(near)[:MOST_MEETINGS].tolist():
             self._hypotheses.meet(int(table.track_id[column]), names[row])
         self._lose(removed, stamp_ns)
-
-    def note_joined(self, removed: TrackTable, stamp_ns: int) -> None:
-        """
-        Remember tracks that were taken for duplicates though they had a past of their own.
-
-        Two who walk as one are one track to all cameras; when they part, the new track is the
-        other one again.
-        """
-        age_s = (stamp_ns - removed.first_ns) / 1e9
-        own = removed.confirmed & (age_s > PAST_S)
-        if own.any():
-            self._remember(removed.select(own), stamp_ns)
 
     def forget(self, name: int) -> None:
         """Forget one who turned out to be another."""
@@ -254,9 +239,6 @@ class Reassignment:
         for name in tracks.track_id.tolist():
             self._hypotheses.end(name)
         self._hypotheses.erase(tracks.track_id[tracks.gallery_s == 0.0].tolist())
-        self._remember(tracks, stamp_ns)
-
-    def _remember(self, tracks: TrackTable, stamp_ns: int) -> None:
         for name in self.lost.add(tracks, stamp_ns):
             self.forget(name)
 

@@ -409,20 +409,6 @@ def test_two_tracks_of_one_target_become_one():
     assert (codes == EventCode.CORRECTION).sum() == 1
 
 
-def test_two_who_walk_as_one_for_long_have_their_ids_again_when_they_part():
-    def met(index):
-        """From 4 s to 7 s they are one detection, that of each camera nearer to another."""
-        gap = 0.15 + np.clip(abs(index - 137) - 38, 0, 50) * 0.05
-        pair = [[index * 0.04, gap], [index * 0.04, -gap]]
-        return {'one': pair, 'two': pair} if gap > 0.2 else {'one': pair[:1], 'two': pair[1:]}
-
-    outputs = run(met, 250)
-    assert len(published(outputs[170])) == 1
-    assert sorted(published(outputs[-1])) == sorted(published(outputs[80]))
-    corrected = np.concatenate([out.events.event for out in outputs]) == EventCode.CORRECTION
-    assert corrected.sum() == 2
-
-
 def test_two_targets_that_a_camera_tells_apart_stay_two():
     near = [[0, 0], [0.4, 0]]
     outputs = run(lambda index: {'one': near, 'two': near}, 60)

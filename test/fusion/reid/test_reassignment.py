@@ -5,13 +5,10 @@ import pytest
 
 from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.fusion import JointConfig, JointTracker
-from mctrack_ros.fusion.reid.reassignment import PAST_S, Reassignment
-from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE, EventCode
 
 CAMERAS = ('one', 'two')
 RED, BLUE, GREEN = 3, 20, 30
-NOBODY_NEAR = np.empty(0, np.int64), np.empty(0, np.int64)
 
 
 def template(colour, seed):
@@ -173,16 +170,3 @@ def test_two_who_look_different_are_not_taken_for_one_when_one_hides_the_other(s
     after = scene.hold(50, ([-0.3, 0], RED), ([3, 0], BLUE))
     assert after.keys() == before.keys()
     assert id_at(after, [3, 0]) == id_at(before, [3, 0])
-
-
-@pytest.mark.parametrize(('past_s', 'changes'), [(PAST_S - 0.1, {}), (PAST_S + 0.1, {9: 2})])
-def test_who_was_joined_with_another_is_found_again_if_he_was_somebody_before(past_s, changes):
-    config = JointConfig()
-    recognition, now_ns = Reassignment(config), 10_000_000_000
-    joined, fresh = TrackTable.blank(1, 2), TrackTable.blank(1, 2)
-    for table, name in ((joined, 2), (fresh, 9)):
-        table.track_id, table.confirmed = name, True
-        table.mean, table.covariance = [5, 5, 1, 0], np.diag([0.1, 0.1, 0.2, 0.2])
-    joined.first_ns = now_ns - round(past_s * 1e9)
-    recognition.note_joined(joined, now_ns)
-    assert recognition.step(fresh, NOBODY_NEAR, now_ns, np.ones(1, bool)) == changes
