@@ -14,8 +14,6 @@ from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 MERGE_S = 1.7
 """So long two tracks are in one place before they are one, s: chosen on 24 development crowds."""
-TENTATIVE_GAIN = 4.0
-"""Two that are not confirmed become one so many times as fast: they are not published."""
 TOLD_LOSS = 5.0
 """An image that shows both takes away what so many others in one place add."""
 ENDING = 0.5
@@ -123,7 +121,7 @@ def _close(
 ) -> tuple[Indices, Indices, Floats, Mask, Mask]:
     """Return the columns of `ClosePairs`."""
     mean, cameras, group = tracks['mean'], tracks['cameras'], tracks['group']
-    confirmed, gain = tracks['confirmed'], np.empty(len(one))
+    gain = np.empty(len(one))
     reported, close = np.zeros(len(one), np.bool_), np.empty(len(one), np.bool_)
     for pair in range(len(one)):
         first, second = one[pair], other[pair]
@@ -138,8 +136,6 @@ def _close(
         gain[pair] = seconds * (1.0 - apart / distance)
         if reported[pair]:
             gain[pair] = -TOLD_LOSS * seconds
-        elif not (confirmed[first] or confirmed[second]):
-            gain[pair] *= TENTATIVE_GAIN
     left = np.flatnonzero(close)
     first, second = one[left], other[left]
     return first, second, gain[left], reported[left], (group[first] | group[second]) != 0

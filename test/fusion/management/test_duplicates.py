@@ -72,12 +72,6 @@ def test_the_farther_apart_the_longer_it_takes(watched, distance, seconds):
     assert watched.found == [(0, 1)]
 
 
-def test_two_that_are_not_confirmed_are_one_four_times_as_soon(watched):
-    assert watched.ticks(200, confirmed=(False, False)) - 1 == pytest.approx(
-        0.25 / PERIOD_S, abs=1
-    )
-
-
 def test_who_is_confirmed_is_kept_else_the_first(watched):
     watched.ticks(200, confirmed=(False, True))
     assert watched.found == [(1, 0)]
