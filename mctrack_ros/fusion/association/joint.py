@@ -33,9 +33,6 @@ SETTLED = 0.01
 """It is settled when no probability changes by more."""
 LEAST = 0.01
 """The best pair of a slot and of a detection is theirs if it is as probable as that."""
-NEAR = 2.0
-"""Pairs are tried that pass so many times the gate by prediction alone: the others may bring them
-nearer."""
 
 
 class JointAssociation:
@@ -81,7 +78,7 @@ class JointAssociation:
             self._seconds,
             self._seen,
             batch.image[single],
-            NEAR * config.gate,
+            config.gate,
         )
         self._prior = prior_costs(table, batch, self._track, self._detection, config)
         self._probability = np.zeros(len(self._track))
