@@ -10,7 +10,7 @@ from mctrack_ros.compiled import COLUMN_1D, COLUMN_2D, COLUMN_3D, FLOATS_1D, com
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.motion.information import invert
 from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA
-from mctrack_ros.fusion.reid.appearance import distances
+from mctrack_ros.fusion.reid.appearance import AppearanceModel
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.appearance import squared_hellinger
 from mctrack_ros.tracking.kalman import moved_on
@@ -45,6 +45,8 @@ class LostTargets:
     ----------
     config : JointConfig
         Parameters.
+    model : AppearanceModel
+        How much targets differ from themselves.
 
     Attributes
     ----------
@@ -55,8 +57,9 @@ class LostTargets:
 
     """
 
-    def __init__(self, config: JointConfig) -> None:
+    def __init__(self, config: JointConfig, model: AppearanceModel) -> None:
         self._config = config
+        self._model = model
         self.tracks = TrackTable.blank(0, 0)
         self._lost_ns = np.zeros(0, np.int64)
         self.found: dict[int, float] = {}
@@ -153,7 +156,7 @@ class LostTargets:
         association, last = self._config.association, self.tracks.template[[index]]
         if self.tracks.gallery_s[index] > 0.0 and sample.any():
             gallery = self.tracks.gallery[[index]]
-            more = np.log1p(distances(sample[None], gallery)[0, 0]) - np.log1p(NEW)
+            more = np.log1p(self._model.distances(sample[None], gallery)[0, 0]) - np.log1p(NEW)
         elif template.any() and last.any():
             more = squared_hellinger(template, last)[0, 0] - association.usual_difference
         else:

@@ -14,7 +14,7 @@ from scipy.special import expit
 from mctrack_ros.compiled import INTS_1D, compiled
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.neighbours import NearPairs, is_near
-from mctrack_ros.fusion.reid.appearance import distances, learn, samples
+from mctrack_ros.fusion.reid.appearance import AppearanceModel, samples
 from mctrack_ros.fusion.reid.id_hypotheses import IdHypotheses
 from mctrack_ros.fusion.reid.lost_targets import NEW, LostTargets
 from mctrack_ros.fusion.table import TRACKS, TrackTable
@@ -55,6 +55,8 @@ class Reassignment:
 
     Attributes
     ----------
+    model : AppearanceModel
+        How much targets differ from themselves.
     lost : LostTargets
         Who is tracked no more.
     certainty : dict of int to float
@@ -64,8 +66,9 @@ class Reassignment:
 
     def __init__(self, config: JointConfig) -> None:
         self._config = config.recognition
+        self.model = AppearanceModel()
         self._hypotheses = IdHypotheses()
-        self.lost = LostTargets(config)
+        self.lost = LostTargets(config, self.model)
         self.certainty: dict[int, float] = {}
 
     def note_lost(self, removed: TrackTable, table: TrackTable, stamp_ns: int) -> None:
@@ -86,8 +89,8 @@ class Reassignment:
         """Return by how much a track's sample differs from its target and from the former one."""
         both = table.extended(self.lost.tracks)
         sample, former = samples(table, np.array([row])), both.track_id == old_id
-        own = distances(sample, table.gallery[[row]])
-        other = distances(sample, both.gallery[former & (both.gallery_s > 0.0)])
+        own = self.model.distances(sample, table.gallery[[row]])
+        other = self.model.distances(sample, both.gallery[former & (both.gallery_s > 0.0)])
         return float(own[0, 0]), float(other.min(initial=NEW)) if other.size else NEW
 
     def step(
@@ -157,7 +160,7 @@ class Reassignment:
         judged: set[int] = set()
         for name in table.track_id[due].tolist():
             if len(self._hypotheses.of(name)) == 1:
-                learn(table, row_of[name])
+                self.model.learn(table, row_of[name])
             elif name not in judged:
                 circle = self._hypotheses.circle(name, present)
                 judged.update(circle)
@@ -217,11 +220,11 @@ class Reassignment:
         names, unknown = targets.track_id, targets.gallery_s == 0.0
         allowed = np.array([np.isin(names, list(may)) for may in may_be])
         is_own = table.track_id[rows, None] == names
-        apart = distances(samples(table, rows), targets.gallery)
+        apart = self.model.distances(samples(table, rows), targets.gallery)
         apart[:, unknown] = STRANGE
         is_strange = np.where(allowed, apart, np.inf).min(axis=1) >= STRANGE
         apart[is_own & unknown] = NEW
-        tells = ~is_strange & (table.sample_s[rows] >= SAMPLE_S)
+        tells = ~is_strange & (table.sample_s[rows] >= SAMPLE_S) & self.model.is_trained
         cost = tells[:, None] * np.log1p(apart) - KEEP * is_own
         return np.where(allowed, cost, IMPOSSIBLE), is_strange
 

@@ -2,6 +2,7 @@ import numpy as np
 
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.management.lineage import origins
+from mctrack_ros.fusion.reid.appearance import AppearanceModel
 from mctrack_ros.fusion.reid.lost_targets import LostTargets
 from mctrack_ros.fusion.table import TrackTable
 
@@ -43,7 +44,7 @@ def test_without_tracks_nothing_has_a_past():
 
 
 def test_who_was_lost_lately_is_known_until_he_is_found_again_or_that_is_long_past():
-    lost = LostTargets(JointConfig())
+    lost = LostTargets(JointConfig(), AppearanceModel())
     lost.add(tracks([[3.0, 0.0], [2.0, 0.0]], first_id=8), SECOND)
     place, ago_s = lost.lately(3 * SECOND, 10.0)
     assert place.tolist() == [[3, 0], [2, 0]]

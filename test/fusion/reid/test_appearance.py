@@ -4,29 +4,46 @@ import pytest
 from fusion_scenes import PERIOD_NS, detections
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
-from mctrack_ros.fusion.reid.appearance import collect, learn, samples
+from mctrack_ros.fusion.reid.appearance import AppearanceModel, collect, samples
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.update import note
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 
-def root(bin):
-    return np.eye(TEMPLATE_SIZE)[bin]
+def root(*bins, noise=0.0):
+    mean = np.zeros(TEMPLATE_SIZE)
+    mean[list(bins)] = 1 / np.sqrt(len(bins))
+    return mean + noise
 
 
-def learned(table, row, mean, seconds=5.0):
+def learned(model, table, row, mean, seconds=5.0):
     table.sample[row], table.sample_s[row] = seconds * mean, seconds
-    learn(table, row)
+    model.learn(table, row)
+
+
+def test_by_what_everybody_differs_from_himself_is_not_told_apart():
+    """Light changes bins 1 and 2 of everybody; bins 3 and 4 only by who it is."""
+    rng, model, table = np.random.default_rng(1), AppearanceModel(), TrackTable.blank(2, 1)
+    for _ in range(40):
+        for row, own in ((0, 3), (1, 4)):
+            light = np.zeros(TEMPLATE_SIZE)
+            light[[1, 2]] = rng.normal(0, 0.1) * np.array([1, -1])
+            learned(model, table, row, root(1, 2, own, noise=light))
+    changed, other = np.zeros((2, TEMPLATE_SIZE))
+    changed[[1, 2]] = other[[5, 6]] = 0.1, -0.1
+    seen = np.stack([root(1, 2, 3, noise=each) for each in (changed, other)])
+    by_light, by_colour = model.distances(seen, table.gallery[[0]])[:, 0]
+    assert by_light < by_colour / 3
 
 
 def test_a_gallery_is_the_mean_of_samples_and_follows_slow_change():
-    table = TrackTable.blank(1, 1)
-    learned(table, 0, root(1), 1.0)
-    learned(table, 0, root(2), 3.0)
+    model, table = AppearanceModel(), TrackTable.blank(1, 1)
+    learned(model, table, 0, root(1), 1.0)
+    learned(model, table, 0, root(2), 3.0)
     np.testing.assert_allclose(table.gallery[0], (root(1) + 3 * root(2)) / 4)
     assert (table.gallery_s[0], table.sample_s[0]) == (4.0, 0.0)
     for _ in range(40):
-        learned(table, 0, root(3))
+        learned(model, table, 0, root(3))
     assert np.abs(table.gallery[0] - root(3)).max() < 0.01
 
 

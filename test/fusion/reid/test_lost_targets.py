@@ -4,6 +4,7 @@ from scipy.stats import multivariate_normal
 
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA
+from mctrack_ros.fusion.reid.appearance import AppearanceModel
 from mctrack_ros.fusion.reid.lost_targets import ARRIVAL_DENSITY, MOST_LOST, LostTargets
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
@@ -26,7 +27,7 @@ def tracks(states, ids, templates):
 def lost():
     """One who goes right along y = 0, in red, and one along y = 1.5, in blue; lost at 0 s."""
     config = JointConfig()
-    lost = LostTargets(config)
+    lost = LostTargets(config, AppearanceModel())
     lost.add(tracks([[0, 0, 1.4, 0], [0, 1.5, 1.4, 0]], [1, 2], [RED, BLUE]), 0)
     return lost
 
@@ -50,7 +51,7 @@ def test_who_comes_out_too_soon_or_elsewhere_is_somebody_new(lost):
 def test_what_it_costs_to_be_him_is_how_unlikely_his_state_is():
     """Against scipy's density of where he would be by now and of how surely both are known."""
     config, state, seconds = JointConfig(), np.array([4.2, 0.3, 1.1, 0.2]), 3.0
-    lost = LostTargets(config)
+    lost = LostTargets(config, AppearanceModel())
     before = tracks([[0, 0, 1.4, 0]], [1], [NOTHING])
     lost.add(before, 0)
     assert found(lost, state, seconds=seconds) == 1
