@@ -40,4 +40,5 @@ class Reduction:
         height, width = mask.shape
         size = max(width // self._factor, 1), max(height // self._factor, 1)
         share = cv2.resize(mask, size, interpolation=cv2.INTER_AREA)
-        return Foreground(stamp_ns, np.where(share > 127, np.uint8(255), np.uint8(0)))
+        _, reduced = cv2.threshold(share, 127, 255, cv2.THRESH_BINARY)
+        return Foreground(stamp_ns, np.asarray(reduced, np.uint8))

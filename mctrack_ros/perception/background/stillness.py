@@ -119,7 +119,7 @@ class Stillness:
         self, image: Image, model: Image, mask: Image, protected: Image, age: int
     ) -> tuple[Labels, Floats]:
         """Return connected regions that are as old, by label from 1, and what is measured."""
-        old = np.where(self._age >= age, np.uint8(255), np.uint8(0))
+        _, old = cv2.threshold(self._age, age - 1, 255, cv2.THRESH_BINARY)
         still = cv2.morphologyEx(old, cv2.MORPH_OPEN, KERNEL)
         if not cv2.countNonZero(still):
             return np.zeros(mask.shape, np.int32), np.zeros((0, 6))
