@@ -25,7 +25,7 @@ from mctrack_ros.perception.silhouettes.reporting import (
     note_groups,
     passes,
 )
-from mctrack_ros.perception.silhouettes.segmentation import Foreground, Segmentation
+from mctrack_ros.perception.silhouettes.segmentation import Segmentation, Subtracted
 from mctrack_ros.perception.silhouettes.tracker import SilhouetteTracker
 from mctrack_ros.tracking.appearance import colour_templates
 
@@ -128,7 +128,7 @@ class SilhouettePipeline:
     def _track(
         self,
         image: Image,
-        foreground: Foreground,
+        foreground: Subtracted,
         stamp_ns: int,
         arrival: Arrival,
         feedback: Feedback | None,

@@ -26,7 +26,7 @@ Image = NDArray[np.uint8]
 SPECK_SHARE = 0.3  # of a difference of what is too narrow to be anybody, learned in one look
 
 
-class Foreground(NamedTuple):
+class Subtracted(NamedTuple):
     """
     What differs from the background in an image.
 
@@ -82,7 +82,7 @@ class Segmentation:
         """Forget the background, as the images are of another time."""
         self._scene.begin_anew()
 
-    def foreground(self, image: Image, stamp_ns: int) -> Foreground | None:
+    def foreground(self, image: Image, stamp_ns: int) -> Subtracted | None:
         """
         Return what differs; all else but what may be a shadow is learned.
 
@@ -95,7 +95,7 @@ class Segmentation:
 
         Returns
         -------
-        Foreground or None
+        Subtracted or None
             None while the background is learned.
 
         """
@@ -107,10 +107,10 @@ class Segmentation:
         kept = np.asarray(cv2.threshold(apart, least, 255, cv2.THRESH_BINARY)[1], np.uint8)
         background.learn(smooth, kept, self._nobody, self._nobody, stamp_ns)
         self._rest.watch(background, smooth, mask, stamp_ns)
-        return Foreground(smooth, mask)
+        return Subtracted(smooth, mask)
 
     def silhouettes(
-        self, foreground: Foreground, objects: ObjectList, sizes: SizeTable
+        self, foreground: Subtracted, objects: ObjectList, sizes: SizeTable
     ) -> Silhouettes:
         """Return the silhouettes of an image; a few times a second, mend the background."""
         (image, mask), config = foreground, self._config
@@ -130,7 +130,7 @@ class Segmentation:
     def insert_resting(
         self,
         objects: ObjectList,
-        foreground: Foreground,
+        foreground: Subtracted,
         silhouettes: Silhouettes,
         stamp_ns: int,
     ) -> NDArray[np.bool_]:
