@@ -32,7 +32,7 @@ NO_BALANCE = np.ones(3)
 MEAN_LEVEL = 128.0
 """What the mean of a background becomes in every channel, grey levels."""
 COUNTED = 250
-"""Of a box that is larger, every so many rows and columns count that at least so many pixels do."""
+"""Pixels of a box that count, at least: those of every second row and column, or third ..."""
 _SAMPLED_PX = 16
 
 

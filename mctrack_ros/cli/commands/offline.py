@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path
@@ -109,7 +109,6 @@ def simulate(
     from mctrack_ros.cli.progress import progress_bar
     from mctrack_ros.cli.tables import show_figures
     from mctrack_ros.evaluation.figures import Figures
-    from mctrack_ros.simulation import SCENES
     from mctrack_ros.simulation import calibration as calibration_files
     from mctrack_ros.simulation import recording as rendering
 
@@ -127,11 +126,7 @@ def simulate(
         'follows_play': follow_play or None,
         'people': people,
     }
-    options = {name: value for name, value in given.items() if value is not None}
-    for name, (only, what) in _OF_ONE_SCENE.items():
-        if name in options and scene is not only:
-            raise typer.BadParameter(f'{what} with --scene {only} only')
-    scenario = SCENES[scene].scenario(seed=seed, **options)
+    scenario = _scenario(scene, seed, given)
     if calibration is not None:
         calibration_files.write_calibration(scenario, calibration)
     with progress_bar('rendering') as progress:
@@ -149,6 +144,17 @@ def simulate(
     )
     show_figures(figures, json_file)
     typer.echo(f'wrote {out}')
+
+
+def _scenario(scene: SceneName, seed: int, given: Mapping[str, Any]) -> Any:
+    """Return the scenario of a scene with what is given; `typer.BadParameter`: of another one."""
+    from mctrack_ros.simulation import SCENES
+
+    options = {name: value for name, value in given.items() if value is not None}
+    for name, (only, what) in _OF_ONE_SCENE.items():
+        if name in options and scene is not only:
+            raise typer.BadParameter(f'{what} with --scene {only} only')
+    return SCENES[scene].scenario(seed=seed, **options)
 
 
 def track(
@@ -201,20 +207,21 @@ def track(
     from mctrack_ros.replay.camera_source import Debug
     from mctrack_ros.replay.track import Source, track_bag
 
-    bag, name = _source(sources, later, rate)
-    if namespace and not isinstance(bag, Path):
-        raise ValueError('--namespace is for bags, which have topics: videos have none')
     if out is None:
         raise typer.BadParameter('name a folder for the results', param_hint='--out')
     if run and not store:
         raise typer.BadParameter('it names a run in a database: give --store', param_hint='--run')
+    found, name = _source(sources, later, rate)
+    source = Source(found, namespace, log_times) if isinstance(found, Path) else found
+    if namespace and not isinstance(found, Path):
+        raise ValueError('--namespace is for bags, which have topics: videos have none')
     config = _site(site)
     if store:
         check_database(store, run, overwrite=overwrite)
     processes, started = processes or len(config.cameras), time.perf_counter()
     with progress_bar('tracking') as progress:
         summary = track_bag(
-            Source(bag, namespace, log_times) if isinstance(bag, Path) else bag,
+            source,
             out,
             config,
             processes=processes,
@@ -228,10 +235,7 @@ def track(
     _tell_place(out, config)
     if store:
         store_results(out, store, config.name, run, overwrite=overwrite)
-    for note in summary.notes:
-        warn(note)
-    if summary.faults:
-        raise ValueError(f'{"; ".join(summary.faults)}; {out} holds what was read')
+    _tell_trouble(summary, out)
 
 
 def _site(name: str) -> SiteConfig:
@@ -280,6 +284,14 @@ def _tell_place(out: Path, site: SiteConfig) -> None:
             f'positions in the bag are relative to the origin {origin}, '
             "those in the text are in the coordinates of the site's files"
         )
+
+
+def _tell_trouble(summary: TrackSummary, out: Path) -> None:
+    """Warn of what was odd; ValueError: something could not be read."""
+    for note in summary.notes:
+        warn(note)
+    if summary.faults:
+        raise ValueError(f'{"; ".join(summary.faults)}; {out} holds what was read')
 
 
 def background(
