@@ -207,14 +207,14 @@ def track(
     from mctrack_ros.replay.camera_source import Debug
     from mctrack_ros.replay.track import Source, track_bag
 
-    if out is None:
-        raise typer.BadParameter('name a folder for the results', param_hint='--out')
-    if run and not store:
-        raise typer.BadParameter('it names a run in a database: give --store', param_hint='--run')
     found, name = _source(sources, later, rate)
     source = Source(found, namespace, log_times) if isinstance(found, Path) else found
     if namespace and not isinstance(found, Path):
         raise ValueError('--namespace is for bags, which have topics: videos have none')
+    if out is None:
+        raise typer.BadParameter('name a folder for the results', param_hint='--out')
+    if run and not store:
+        raise typer.BadParameter('it names a run in a database: give --store', param_hint='--run')
     config = _site(site)
     if store:
         check_database(store, run, overwrite=overwrite)

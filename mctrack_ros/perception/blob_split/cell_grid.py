@@ -81,7 +81,7 @@ def cell_grid_of(
         upright = metre_at(sizes, middle, top + (row + 1) * step)[1]
         metre[row] = upright / step if upright > 0 else 0.0
         tallest = max(tallest, metre[row])
-    across = metre_at(sizes, middle, top + (rows // 2 + 1) * step)[0] / step
+    across = metre_at(sizes, middle, top + height)[0] / step
     body = max(1, round(across * width_m))
     above = math.ceil(tallest * (TALLEST + 0.05) * height_m)
     side = body // 2

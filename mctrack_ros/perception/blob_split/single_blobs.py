@@ -78,18 +78,17 @@ def single_blobs(
     alone, single = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
     track, best = np.full(count, NEW), np.full(count, NEW)
     for blob in range(count):
-        members, most, least = 0, 0.0, 0.0
+        members, most = 0, 0.0
         for row in range(len(blob_of)):
             if blob_of[row] == blob:
-                members, least = members + 1, predicted[row, 3]
+                members += 1
                 alike = iou_of_two(predicted[row], box[blob])
                 if alike > most or members == 1:
                     most, best[blob] = alike, row
         width, height = box[blob, 2], box[blob, 3]
         usual_width, usual_height = expected[blob]
         small = width <= ODD_WIDTH * usual_width and height <= ODD_HEIGHT * usual_height
-        not_halved = height * ODD_HEIGHT > min(least, usual_height)
-        whole = members < 2 and (truncated[blob] or (small and not_halved))
+        whole = members < 2 and (truncated[blob] or small)
         whole = whole or vehicle[blob]
         fits_one = width / usual_width < SINGLE_WIDTH and height / usual_height < ODD_HEIGHT
         single[blob] = not whole and fits_one

@@ -36,7 +36,7 @@ Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 
 
-BODY_WIDTH_M, BODY_SHARE = 0.5, 0.7
+BODY_WIDTH_M, BODY_SHARE = 0.4, 0.6
 """Least width of a body, m, and its width as a share of the known width of a person in motion,
 whose arms and legs reach beyond it."""
 CELLS = 24

@@ -16,14 +16,14 @@ def camera(new_stage, mapping):
     return stage
 
 
-def reported(*places):
+def reported(*places, variance=0.02):
     """Feedback of targets 1, 2, ... who stand at some places."""
 
     def feedback(stamp_ns):
         return Feedback.build(
             stamp_ns - 80_000_000,
             position=[[*place, 0.0] for place in places],
-            covariance=[np.eye(4) * 0.02] * len(places),
+            covariance=[np.eye(4) * variance] * len(places),
             track_id=np.arange(1, len(places) + 1),
         )
 
@@ -46,7 +46,8 @@ def test_who_is_expected_in_a_group_is_looked_for_there(camera):
 
 def test_of_whom_nothing_is_seen_nothing_is_told(camera):
     for _ in range(12):
-        output = camera.show(people(NEAR, BESIDE), reported(NEAR, BESIDE, (0.3, 0.1)))
+        told = reported(NEAR, BESIDE, (0.3, 0.1), variance=0.005)
+        output = camera.show(people(NEAR, BESIDE), told)
     assert 3 not in output.detections.track_id.tolist()
 
 
