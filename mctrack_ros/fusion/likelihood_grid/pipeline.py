@@ -56,8 +56,6 @@ with 0.15, .973 with 0.1; the indoor scene, seeds 1, 2, 4, MOTA: .982, .909, .92
 .903."""
 LONGEST_S = 1.0
 """A gap counts for so long at most, s."""
-COLOURED_M = 0.3
-"""How near to a person the target must have been predicted that tells his colours, m."""
 LEAST_S = 1e-6
 """A counter that has run down to this is empty, s."""
 SEEN = -3.0
@@ -274,7 +272,7 @@ class LikelihoodGridTracker:
 
 
 def _colours(position: Floats, tick: RowsTick[GridSighting]) -> Floats:
-    """Return the colours that cameras saw at the positions of people, (n, 48); zero: none."""
+    """Return the colours that cameras saw nearest to people, (n, 48); zero: none."""
     colours = np.zeros((len(position), TEMPLATE_SIZE))
     received = [message.rows.detections for message in tick.messages]
     seen = Detections.joined(tick.stamp_ns, received)
@@ -282,9 +280,7 @@ def _colours(position: Floats, tick: RowsTick[GridSighting]) -> Floats:
     if not len(position) or not len(seen):
         return colours
     gap = np.linalg.norm(seen.position[:, None, :2] - position, axis=2)
-    nearest = gap.argmin(axis=1)
-    near = gap[np.arange(len(seen)), nearest] < COLOURED_M
-    np.add.at(colours, nearest[near], seen.template[near])
+    np.add.at(colours, gap.argmin(axis=1), seen.template)
     return np.asarray(colours / np.maximum(colours.sum(axis=1, keepdims=True), 1e-9))
 
 
