@@ -9,8 +9,9 @@ from mctrack_ros.site.choice import with_tracker
 from mctrack_ros.site.site import load_site
 
 
-@pytest.fixture(scope='module', params=[1, 2, 3])
+@pytest.fixture(scope='module', params=[1, 2, 3, 3003])
 def world(request):
+    """Seed 3003 finds no room at its first attempt."""
     return GREY_CARPARK.world(GreyCarParkScenario(seed=request.param))
 
 
