@@ -63,7 +63,8 @@ def colour_templates(
     """
     Count the colours of the foreground in boxes: of upper halves, and of lower ones.
 
-    A pixel counts for its hue as far as it has colour, and for its brightness by the rest.
+    A pixel counts for its hue as far as it has colour, and for its brightness by the rest. In a
+    large box not every pixel does, see `COUNTED`.
 
     Parameters
     ----------
