@@ -44,9 +44,19 @@ def test_who_is_expected_in_a_group_is_looked_for_there(camera):
     assert sorted(tracked(camera)) == [1, 2, 3]
 
 
-def test_of_whom_nothing_is_seen_nothing_is_told(camera):
+@pytest.mark.parametrize(
+    'variance',
+    [
+        0.005,
+        pytest.param(
+            0.02,
+            marks=pytest.mark.xfail(strict=True, reason='he is taken for what two bodies leave'),
+        ),
+    ],
+)
+def test_of_whom_nothing_is_seen_nothing_is_told(camera, variance):
     for _ in range(12):
-        told = reported(NEAR, BESIDE, (0.3, 0.1), variance=0.005)
+        told = reported(NEAR, BESIDE, (0.3, 0.1), variance=variance)
         output = camera.show(people(NEAR, BESIDE), told)
     assert 3 not in output.detections.track_id.tolist()
 
