@@ -47,8 +47,8 @@ from mctrack_experiments.pixel_scenes import (
     terrace_videos,
 )
 from mctrack_experiments.pixel_scenes import disturbed as disturbed_ticks
-from mctrack_experiments.real.stored_cells import track_in_cells
-from mctrack_experiments.real.stored_detections import DATA_SETS, DISTURBANCE_M, StoredSet
+from mctrack_experiments.real.stored.cells import track_in_cells
+from mctrack_experiments.real.stored.detections import DATA_SETS, DISTURBANCE_M, StoredSet
 from mctrack_experiments.scenarios.changing_views import SCENES, score, tracked
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.fusion.association import likelihood

@@ -20,8 +20,8 @@ from mctrack_experiments.datasets.epfl_terrace import (
 )
 from mctrack_experiments.papers.event_tracking.tracked_match import with_backgrounds
 from mctrack_experiments.real import pets_pixels
-from mctrack_experiments.real import terrace as terrace4
-from mctrack_experiments.real import terrace_videos as terrace
+from mctrack_experiments.real.terrace import four_cameras as terrace4
+from mctrack_experiments.real.terrace import videos as terrace
 from mctrack_experiments.scenarios.hall import ground_scores
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation import Trajectories, evaluate_ground

@@ -41,7 +41,7 @@ def ground(json_file: Path | None = _JSON) -> None:
 @app.command()
 def watchdog(json_file: Path | None = _JSON) -> None:
     """Time the watch for cameras that have moved."""
-    from mctrack_experiments.bench.camera_shift import bench_watchdog
+    from mctrack_experiments.bench.perception.camera_shift import bench_watchdog
 
     _tell(bench_watchdog(), json_file)
 
@@ -49,7 +49,7 @@ def watchdog(json_file: Path | None = _JSON) -> None:
 @app.command()
 def camera(json_file: Path | None = _JSON) -> None:
     """Time a camera's trackers: images a second."""
-    from mctrack_experiments.bench.camera import bench_camera
+    from mctrack_experiments.bench.perception.camera import bench_camera
 
     _tell(bench_camera(), json_file)
 
@@ -57,7 +57,7 @@ def camera(json_file: Path | None = _JSON) -> None:
 @app.command()
 def belief(json_file: Path | None = _JSON) -> None:
     """Time belief propagation: images a second, without and with their likelihood."""
-    from mctrack_experiments.bench.belief import bench_belief
+    from mctrack_experiments.bench.perception.belief import bench_belief
 
     _tell(bench_belief(), json_file)
 
@@ -70,7 +70,7 @@ def occupancy(
     json_file: Path | None = _JSON,
 ) -> None:
     """Time joint occupancy: 40 x 40 m with eight cameras, and EPFL's terrace."""
-    from mctrack_experiments.bench.occupancy import bench_occupancy
+    from mctrack_experiments.bench.perception.occupancy import bench_occupancy
     from mctrack_experiments.cli.reproduce import data_folder
 
     _tell(bench_occupancy(data_folder(data)), json_file)
@@ -98,7 +98,7 @@ def store(
 @app.command('map')
 def live_map(json_file: Path | None = _JSON) -> None:
     """Time the live map: the server's share of a core, frames drawn a second in a browser."""
-    from mctrack_experiments.bench.live_map import bench_map
+    from mctrack_experiments.bench.nodes.live_map import bench_map
 
     _tell(bench_map(), json_file)
 
@@ -127,7 +127,7 @@ def kills(
     json_file: Path | None = _JSON,
 ) -> None:
     """Kill the store, its database and the fusion node while tracks come: what is lost."""
-    from mctrack_experiments.bench.kills import bench_kills
+    from mctrack_experiments.bench.nodes.kills import bench_kills
 
     _tell(bench_kills(count, seed, domain), json_file)
 
@@ -167,7 +167,7 @@ def soak(
     json_file: Path | None = _JSON,
 ) -> None:
     """Run a small site live for an hour: whether memory or latency grows."""
-    from mctrack_experiments.bench.soak import bench_soak
+    from mctrack_experiments.bench.nodes.soak import bench_soak
     from mctrack_ros.cli.progress import progress_bar
 
     with progress_bar('soaking, s') as progress:
@@ -262,7 +262,7 @@ def live_replay(
     json_file: Path | None = _JSON,
 ) -> None:
     """Play a bag into a live fusion node at 0.5 to 1000 times its speed; verify each run."""
-    from mctrack_experiments.bench.live_replay import bench_live_replay
+    from mctrack_experiments.bench.nodes.live_replay import bench_live_replay
 
     _tell(bench_live_replay(bag, runs), json_file)
 

@@ -207,7 +207,7 @@ def _experiment(
     if experiment in (Experiment.TABLE3, Experiment.FIG18):
         return _accuracy(experiment, image)
     if experiment is Experiment.TERRACE4:
-        from mctrack_experiments.real.terrace import reproduce_terrace4
+        from mctrack_experiments.real.terrace.four_cameras import reproduce_terrace4
         from mctrack_ros.cli.progress import progress_bar
 
         with progress_bar('runs') as progress:
@@ -245,7 +245,7 @@ def _on_seeds(
 
 
 def _live(data: Path | None) -> Figures:
-    from mctrack_experiments.real.terrace_live import track_terrace_live
+    from mctrack_experiments.real.terrace.live import track_terrace_live
 
     return track_terrace_live(data_folder(data))
 
@@ -255,15 +255,15 @@ def _tell(line: str) -> None:
 
 
 def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
-    from mctrack_experiments.real import stored_detections as real_data
     from mctrack_experiments.real.cameras import reproduce_cameras
-    from mctrack_experiments.real.foreground import reproduce_foreground
+    from mctrack_experiments.real.foreground.comparison import reproduce_foreground
     from mctrack_experiments.real.intel import reproduce_intel
     from mctrack_experiments.real.pets import reproduce_pets
+    from mctrack_experiments.real.stored import detections as real_data
     from mctrack_experiments.real.street import reproduce_street
 
     if experiment is Experiment.TERRACE:
-        from mctrack_experiments.real.terrace import reproduce_terrace
+        from mctrack_experiments.real.terrace.four_cameras import reproduce_terrace
 
         return reproduce_terrace
     if experiment is Experiment.WATCHDOG:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_experiments.real.pets_pixels import IMAGE_SIZE, TsaiCamera, images, stamp_of
-from mctrack_experiments.real.terrace_videos import CAMERAS, video, watermark_mask
+from mctrack_experiments.real.terrace.videos import CAMERAS, video, watermark_mask
 from mctrack_experiments.real.watched_scene import KINDS, SIZE, WIND_PX, WatchedScene
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.perception import ShiftState

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mctrack_experiments.real.stored_detections import (
+from mctrack_experiments.real.stored.detections import (
     DATA_SETS,
     DISTURBANCE_M,
     Settings,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from mctrack_experiments.real.pets_pixels import pets_pixels
-from mctrack_experiments.real.stored_detections import reproduce_pets_multiview
+from mctrack_experiments.real.stored.detections import reproduce_pets_multiview
 from mctrack_ros.evaluation.figures import Figures
 
 

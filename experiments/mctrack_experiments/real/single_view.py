@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 from mctrack_experiments.datasets import epfl_terrace as terrace
 from mctrack_experiments.datasets.stored import inside
 from mctrack_experiments.papers.event_tracking.tracked_match import with_backgrounds
-from mctrack_experiments.real import pets_pixels, terrace_videos
+from mctrack_experiments.real import pets_pixels
+from mctrack_experiments.real.terrace import videos as terrace_videos
 from mctrack_ros.codec import image_from_message
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation import Trajectories, evaluate_ground

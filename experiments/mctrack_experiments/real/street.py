@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 
 from mctrack_experiments.datasets.epfl_terrace import PERIOD_NS
-from mctrack_experiments.real.terrace import read_tracks, write_jpegs
+from mctrack_experiments.real.terrace.four_cameras import read_tracks, write_jpegs
 from mctrack_ros.evaluation import Trajectories, evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.recording.video.videos import START_NS

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from mctrack_experiments.bench.workers import run_spread
-from mctrack_experiments.real import terrace_videos
-from mctrack_experiments.real.terrace import IMAGES_S, write_images, write_site
-from mctrack_experiments.scenarios.stage import merged
+from mctrack_experiments.real.terrace import videos as terrace_videos
+from mctrack_experiments.real.terrace.four_cameras import IMAGES_S, write_images, write_site
+from mctrack_experiments.scenarios.staged.stage import merged
 from mctrack_ros.cli.sites import named_site
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.fusion import JointConfig

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from mctrack_experiments.bench.workers import run_spread
-from mctrack_experiments.scenarios.playing import GATE_M, Played, play
 from mctrack_experiments.scenarios.rooms import AROUND, HALL, PERSONAL
-from mctrack_experiments.scenarios.stage import TICK_S, Stage, View, hidden_in
-from mctrack_experiments.scenarios.walks import walk
+from mctrack_experiments.scenarios.staged.playing import GATE_M, Played, play
+from mctrack_experiments.scenarios.staged.stage import TICK_S, Stage, View, hidden_in
+from mctrack_experiments.scenarios.staged.walks import walk
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.evaluation.frames import ground_distance, matched
 from mctrack_ros.fusion import JointConfig

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from mctrack_experiments.scenarios.haunted import WINDOW_S, haunted
-from mctrack_experiments.scenarios.rates import rate_figures
+from mctrack_experiments.scenarios.staged.haunted import WINDOW_S, haunted
+from mctrack_experiments.scenarios.staged.rates import rate_figures
 from mctrack_ros.evaluation import Trajectories, evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.evaluation.instants import TRUTH_TOPIC, read_instants

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_experiments.scenarios.stage import Rectangle, View
+from mctrack_experiments.scenarios.staged.stage import Rectangle, View
 
 Floats = NDArray[np.float64]
 

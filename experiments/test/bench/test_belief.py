@@ -1,4 +1,4 @@
-from mctrack_experiments.bench.belief import bench_belief
+from mctrack_experiments.bench.perception.belief import bench_belief
 
 
 def test_the_bench_times_a_tick_without_and_with_images_and_people_are_followed():

@@ -1,5 +1,5 @@
-from mctrack_experiments.bench.camera import bench_camera
-from mctrack_experiments.bench.pitch import crowd
+from mctrack_experiments.bench.perception.camera import bench_camera
+from mctrack_experiments.bench.perception.pitch import crowd
 
 STAGES = ('decoding', 'watchdog', 'background', 'cleaning', 'blobs')
 

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from mctrack_experiments.bench.kills import bench_kills
+from mctrack_experiments.bench.nodes.kills import bench_kills
 from mctrack_experiments.postgres_server import missing
 
 pytestmark = [pytest.mark.live, pytest.mark.timeout(900)]

@@ -5,7 +5,7 @@ import os
 import numpy as np
 import pytest
 
-from mctrack_experiments.bench.soak import Watched, bench_soak
+from mctrack_experiments.bench.nodes.soak import Watched, bench_soak
 
 
 def test_growth_and_latency_are_of_the_rest_beside_the_first_minutes():

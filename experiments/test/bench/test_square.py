@@ -1,7 +1,13 @@
 import numpy as np
 
-from mctrack_experiments.bench.occupancy import _people, _square
-from mctrack_experiments.bench.square import PEOPLE, SIDE_M, square_world, ticks_of, views_of
+from mctrack_experiments.bench.perception.occupancy import _people, _square
+from mctrack_experiments.bench.perception.square import (
+    PEOPLE,
+    SIDE_M,
+    square_world,
+    ticks_of,
+    views_of,
+)
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig
 
 

@@ -3,7 +3,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from mctrack_experiments.bench.camera_shift import bench_watchdog
+from mctrack_experiments.bench.perception.camera_shift import bench_watchdog
 from mctrack_experiments.real.camera_shift import (
     detection_delay,
     pitch_images,

@@ -2,9 +2,9 @@ import cv2
 import numpy as np
 import pytest
 
-from mctrack_experiments.real.foreground import ours
-from mctrack_experiments.real.foreground_peers import filtered, peers
-from mctrack_experiments.real.foreground_sequences import SEQUENCES, measure
+from mctrack_experiments.real.foreground.comparison import ours
+from mctrack_experiments.real.foreground.peers import filtered, peers
+from mctrack_experiments.real.foreground.sequences import SEQUENCES, measure
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from mctrack_experiments.datasets.pets_multiview import (
     load_pets_multiview,
 )
 from mctrack_experiments.datasets.stored import inside
-from mctrack_experiments.real.stored_tracking import track_stored
+from mctrack_experiments.real.stored.tracking import track_stored
 from mctrack_ros.cli.main import app
 from mctrack_ros.evaluation import evaluate_ground
 from mctrack_ros.interfaces import Detections

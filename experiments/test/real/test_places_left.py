@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mctrack_experiments.datasets.epfl_terrace import PERIOD_NS
-from mctrack_experiments.real.places_left import boxes_at, overlap, places_left, shares
+from mctrack_experiments.real.foreground.places_left import boxes_at, overlap, places_left, shares
 from mctrack_ros.codec.camera_messages import png_from_foreground
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.ground import ProjectiveMapping

@@ -11,8 +11,8 @@ from mctrack_experiments.datasets.stored import (
     inside,
 )
 from mctrack_experiments.datasets.wildtrack import load_wildtrack, load_wildtrack_boxes
-from mctrack_experiments.real import stored_detections
-from mctrack_experiments.real.stored_detections import (
+from mctrack_experiments.real.stored import detections as stored_detections
+from mctrack_experiments.real.stored.detections import (
     by_passage,
     reproduce_cmc,
     reproduce_lab6p,

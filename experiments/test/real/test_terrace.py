@@ -19,7 +19,12 @@ from mctrack_experiments.datasets.epfl_terrace import (
     read_positions,
     top_view_from_image,
 )
-from mctrack_experiments.real.terrace import read_tracks, scored, write_images, write_site
+from mctrack_experiments.real.terrace.four_cameras import (
+    read_tracks,
+    scored,
+    write_images,
+    write_site,
+)
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.interfaces import Tracks, TrackStatus
 from mctrack_ros.recording import BagReader, TrackTableWriter

@@ -1,6 +1,6 @@
 import numpy as np
 
-from mctrack_experiments.scenarios.haunted import (
+from mctrack_experiments.scenarios.staged.haunted import (
     AT_A_TIME,
     SECOND_NS,
     TOLD_S,

@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from mctrack_experiments.scenarios.blind_area import blind_area
-from mctrack_experiments.scenarios.coalescence import coalescence
-from mctrack_experiments.scenarios.ghosts import ghost
-from mctrack_experiments.scenarios.hand_over import hand_over, stranger
-from mctrack_experiments.scenarios.rates import rate_figures, wilson
-from mctrack_experiments.scenarios.reproduce import SCENARIOS
-from mctrack_experiments.scenarios.stage import View, foot_covariance, merged
-from mctrack_experiments.scenarios.swapped_kits import swapped_kits
+from mctrack_experiments.scenarios.staged.blind_area import blind_area
+from mctrack_experiments.scenarios.staged.coalescence import coalescence
+from mctrack_experiments.scenarios.staged.ghosts import ghost
+from mctrack_experiments.scenarios.staged.hand_over import hand_over, stranger
+from mctrack_experiments.scenarios.staged.rates import rate_figures, wilson
+from mctrack_experiments.scenarios.staged.reproduce import SCENARIOS
+from mctrack_experiments.scenarios.staged.stage import View, foot_covariance, merged
+from mctrack_experiments.scenarios.staged.swapped_kits import swapped_kits
 
 
 @pytest.mark.parametrize('kind', ['told', 'two_cameras'])

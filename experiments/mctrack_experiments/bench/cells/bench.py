@@ -32,7 +32,7 @@ from mctrack_experiments.bench.cells.site import (
 from mctrack_experiments.bench.fusion.adapter import reported
 from mctrack_experiments.bench.workers import Progress, run_spread
 from mctrack_experiments.runs import listed
-from mctrack_experiments.scenarios.playing import GATE_M
+from mctrack_experiments.scenarios.staged.playing import GATE_M
 from mctrack_ros.evaluation import Trajectories, evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.evaluation.frames import ground_distance, matched

@@ -13,8 +13,8 @@ import numpy as np
 from mctrack_experiments.bench.cells.site import TICK_S, CellSite
 from mctrack_experiments.bench.fusion.adapter import camera_names, stamp_of
 from mctrack_experiments.bench.fusion.synthetic_cameras import SyntheticCameras
-from mctrack_experiments.scenarios.playing import FEEDBACK_DELAY, TEMPLATE_PIXELS
 from mctrack_experiments.scenarios.rooms import PERSONAL
+from mctrack_experiments.scenarios.staged.playing import FEEDBACK_DELAY, TEMPLATE_PIXELS
 from mctrack_ros.fusion import FusionConfig, FusionTracker, JointConfig, open_batcher, open_fusion
 from mctrack_ros.fusion.cells.config import CellsConfig
 from mctrack_ros.fusion.cells.report import CellReport

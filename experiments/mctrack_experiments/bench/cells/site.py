@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from mctrack_experiments.bench.fusion.synthetic_cameras import KITS
 from mctrack_experiments.bench.fusion.toolkit import Scene
-from mctrack_experiments.scenarios import stage
 from mctrack_experiments.scenarios.rooms import PERSONAL
-from mctrack_experiments.scenarios.stage import Stage, View, hidden_in, scene_of
-from mctrack_experiments.scenarios.walks import walk
+from mctrack_experiments.scenarios.staged import stage
+from mctrack_experiments.scenarios.staged.stage import Stage, View, hidden_in, scene_of
+from mctrack_experiments.scenarios.staged.walks import walk
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]

@@ -17,8 +17,13 @@ from mctrack_experiments.datasets.epfl_terrace import (
     read_identities,
     read_positions,
 )
-from mctrack_experiments.real import terrace_videos as terrace
-from mctrack_experiments.real.terrace import FIRST_OF_VIDEO, TUNED_TO, read_tracks, scored
+from mctrack_experiments.real.terrace import videos as terrace
+from mctrack_experiments.real.terrace.four_cameras import (
+    FIRST_OF_VIDEO,
+    TUNED_TO,
+    read_tracks,
+    scored,
+)
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.recording.video.videos import open_video
 from mctrack_ros.replay.track import track_bag

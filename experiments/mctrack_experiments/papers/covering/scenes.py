@@ -17,7 +17,7 @@ from mctrack_experiments.datasets.lab6p import load_lab6p
 from mctrack_experiments.datasets.stored import StoredScene, stamp_of
 from mctrack_experiments.papers.event_tracking.tracked_match import with_backgrounds
 from mctrack_experiments.real import pets_pixels
-from mctrack_experiments.real import terrace_videos as terrace
+from mctrack_experiments.real.terrace import videos as terrace
 from mctrack_ros.codec import jpeg_from_image
 from mctrack_ros.config import config_from, values_of
 from mctrack_ros.evaluation import Trajectories

@@ -13,7 +13,7 @@ from mctrack_experiments.papers.covering.joint_particles import JointParticleTra
 from mctrack_experiments.papers.covering.mean_shift import MeanShiftTracker
 from mctrack_experiments.papers.covering.scenes import CoveringScene
 from mctrack_experiments.papers.covering.targets import PointTracker, Sight
-from mctrack_experiments.real.stored_tracking import fused
+from mctrack_experiments.real.stored.tracking import fused
 from mctrack_ros.config import config_from, of_chosen, values_of
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.fusion import JointConfig

@@ -21,7 +21,7 @@ from mctrack_experiments.datasets.epfl_terrace import (
     read_positions,
 )
 from mctrack_experiments.papers.likelihood_grid.speed import sets_a_second
-from mctrack_experiments.real import terrace
+from mctrack_experiments.real.terrace import four_cameras as terrace
 from mctrack_ros.evaluation import Trajectories
 from mctrack_ros.evaluation.clear_mot import clear_mot
 from mctrack_ros.evaluation.figures import Figures

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import func, select
 
-from mctrack_experiments.bench.kills_feed import PERIOD_S, TRACKS
+from mctrack_experiments.bench.nodes.kills_feed import PERIOD_S, TRACKS
 from mctrack_experiments.postgres_server import missing, postgres_server
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.ros.graph.graph import ENVIRONMENT, NodeSpec
@@ -99,7 +99,7 @@ class _Graph:
 
     def feed(self, *words: str) -> None:
         """Start what publishes tracks, or detections, and takes down what was sent and heard."""
-        module = 'mctrack_experiments.bench.kills_feed'
+        module = 'mctrack_experiments.bench.nodes.kills_feed'
         self.start('feed', [sys.executable, '-m', module, str(self.folder / 'feed.txt'), *words])
 
     def kill(self, name: str) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_experiments.scenarios.stage import TICK_S
+from mctrack_experiments.scenarios.staged.stage import TICK_S
 
 Floats = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_experiments.bench.pitch import (
+from mctrack_experiments.bench.perception.pitch import (
     CAMERA,
     WARM_UP,
     PitchBench,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mctrack_experiments.bench.fusion.adapter import Reported, camera_names, reported
 from mctrack_experiments.bench.fusion.synthetic_cameras import KITS, SyntheticCameras
-from mctrack_experiments.scenarios.stage import TICK_S, Stage, scene_of
+from mctrack_experiments.scenarios.staged.stage import TICK_S, Stage, scene_of
 from mctrack_ros.evaluation.frames import ground_distance, matched
 from mctrack_ros.fusion import FusionOutput, JointConfig
 from mctrack_ros.interfaces import (

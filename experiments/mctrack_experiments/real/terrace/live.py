@@ -6,7 +6,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from mctrack_experiments.real.terrace_videos import terrace_figures, video, write_site
+from mctrack_experiments.real.terrace.videos import terrace_figures, video, write_site
 from mctrack_ros.cli.live import run_to_end
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.ros.graph.graph import NodeSpec, recorder_node

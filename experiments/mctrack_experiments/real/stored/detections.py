@@ -24,7 +24,7 @@ from mctrack_experiments.datasets.social_pose import ANKLE_M
 from mctrack_experiments.datasets.stored import Floats, StoredScene, disturbed, inside
 from mctrack_experiments.datasets.wildtrack import AREA as WILDTRACK_AREA
 from mctrack_experiments.datasets.wildtrack import load_wildtrack, load_wildtrack_boxes
-from mctrack_experiments.real.stored_tracking import track_stored
+from mctrack_experiments.real.stored.tracking import track_stored
 from mctrack_ros.evaluation import Scores, Trajectories, evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS

@@ -1,7 +1,7 @@
 """
 Other background subtractors on the same images, in a Python environment of their own.
 
-``python -m mctrack_experiments.real.foreground_peers DATA FILE`` writes their figures as JSON. It
+``python -m mctrack_experiments.real.foreground.peers DATA FILE`` writes their figures as JSON. It
 needs OpenCV with its contributed modules; bgslibrary's are measured where it is installed.
 """
 
@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_experiments.real.foreground_sequences import SEQUENCES, Subtractor, measure
+from mctrack_experiments.real.foreground.sequences import SEQUENCES, Subtractor, measure
 
 Image = NDArray[np.uint8]
 FILTERS = {'': 0, ', median of 5': 5}

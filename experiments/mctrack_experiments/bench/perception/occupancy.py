@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from mctrack_experiments.bench.square import (
+from mctrack_experiments.bench.perception.square import (
     RATE_HZ,
     SIDE_M,
     SIZE,
@@ -25,7 +25,7 @@ from mctrack_experiments.datasets.epfl_terrace import (
     read_identities,
     read_positions,
 )
-from mctrack_experiments.real import terrace
+from mctrack_experiments.real.terrace import four_cameras as terrace
 from mctrack_ros.config import config_from
 from mctrack_ros.evaluation import Trajectories, evaluate_ground
 from mctrack_ros.evaluation.figures import Figures

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_experiments.scenarios.playing import keeps, play
 from mctrack_experiments.scenarios.rooms import (
     EVERYBODY_ALIKE,
     LENGTH_M,
@@ -13,8 +12,9 @@ from mctrack_experiments.scenarios.rooms import (
     TWO_TEAMS,
     corridor,
 )
-from mctrack_experiments.scenarios.stage import Stage, hidden_in
-from mctrack_experiments.scenarios.walks import walk
+from mctrack_experiments.scenarios.staged.playing import keeps, play
+from mctrack_experiments.scenarios.staged.stage import Stage, hidden_in
+from mctrack_experiments.scenarios.staged.walks import walk
 
 Floats = NDArray[np.float64]
 

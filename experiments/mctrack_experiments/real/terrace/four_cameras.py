@@ -24,8 +24,8 @@ from mctrack_experiments.datasets.epfl_terrace import (
     write_calibration,
 )
 from mctrack_experiments.datasets.stored import inside
-from mctrack_experiments.real import terrace_videos as terrace
-from mctrack_experiments.real.places_left import places_left
+from mctrack_experiments.real.foreground.places_left import places_left
+from mctrack_experiments.real.terrace import videos as terrace
 from mctrack_experiments.runs import medians
 from mctrack_experiments.targets import TARGETS
 from mctrack_ros.codec import compressed_message

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from mctrack_experiments.bench.workers import run_spread
-from mctrack_experiments.scenarios import blind_area as blind
-from mctrack_experiments.scenarios import coalescence as pairs
-from mctrack_experiments.scenarios import ghosts, hand_over, swapped_kits
-from mctrack_experiments.scenarios.rates import rate_figures
+from mctrack_experiments.scenarios.staged import blind_area as blind
+from mctrack_experiments.scenarios.staged import coalescence as pairs
+from mctrack_experiments.scenarios.staged import ghosts, hand_over, swapped_kits
+from mctrack_experiments.scenarios.staged.rates import rate_figures
 from mctrack_ros.evaluation.figures import Figures
 
 Outcome = dict[str, bool]

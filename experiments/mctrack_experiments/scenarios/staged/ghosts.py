@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_experiments.scenarios.playing import Played, play
 from mctrack_experiments.scenarios.rooms import AROUND, PERSONAL, TWO_TEAMS, turned
-from mctrack_experiments.scenarios.stage import (
+from mctrack_experiments.scenarios.staged.playing import Played, play
+from mctrack_experiments.scenarios.staged.stage import (
     TICK_S,
     Stage,
     foot_covariance,
     hidden_in,
 )
-from mctrack_experiments.scenarios.walks import walk
+from mctrack_experiments.scenarios.staged.walks import walk
 from mctrack_ros.interfaces import CameraDetections, Detections, Feedback
 
 Floats = NDArray[np.float64]

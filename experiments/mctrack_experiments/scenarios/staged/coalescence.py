@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_experiments.scenarios.playing import Played, keeps, play
 from mctrack_experiments.scenarios.rooms import (
     AROUND,
     EVERYBODY_ALIKE,
@@ -15,8 +14,9 @@ from mctrack_experiments.scenarios.rooms import (
     TWO_TEAMS,
     turned,
 )
-from mctrack_experiments.scenarios.stage import TICK_S, Stage, hidden_in
-from mctrack_experiments.scenarios.walks import walk
+from mctrack_experiments.scenarios.staged.playing import Played, keeps, play
+from mctrack_experiments.scenarios.staged.stage import TICK_S, Stage, hidden_in
+from mctrack_experiments.scenarios.staged.walks import walk
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.association.config import ASSOCIATION
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mctrack_experiments
-from mctrack_experiments.real.foreground_sequences import SEQUENCES, Subtractor, images, measure
+from mctrack_experiments.real.foreground.sequences import SEQUENCES, Subtractor, images, measure
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.perception.background.model import Background, BackgroundConfig
 from mctrack_ros.perception.background.objects import objects_in
@@ -86,7 +86,7 @@ def _peers(data: Path) -> dict[str, Any]:
     here = Path(mctrack_experiments.__file__).parents[1]
     with tempfile.TemporaryDirectory() as name:
         out = Path(name) / 'peers.json'
-        module = 'mctrack_experiments.real.foreground_peers'
+        module = 'mctrack_experiments.real.foreground.peers'
         subprocess.run(
             [python, '-m', module, str(data.resolve()), str(out)],
             env={**os.environ, 'PYTHONPATH': str(here)},

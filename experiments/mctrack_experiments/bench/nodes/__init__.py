@@ -1,0 +1,1 @@
+"""Running nodes: killed, replayed, watched for hours."""

@@ -1,0 +1,1 @@
+"""Foreground against pixel truth, beside peers."""

@@ -1,0 +1,1 @@
+"""Detections that others made: lab6p, CMC, PETS, WILDTRACK."""

@@ -1,0 +1,1 @@
+"""EPFL's terrace: four cameras, two videos, and live."""

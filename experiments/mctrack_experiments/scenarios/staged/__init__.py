@@ -1,0 +1,1 @@
+"""Staged scenes of a few people: one question each."""
