@@ -70,7 +70,8 @@ class LocalTracker:
         self._observer = Observer(mapping, sizes, blobs, filtering)
         self.tracks = LocalTracks(filtering, mapping, sizes)
         usual = np.array([blobs.person_width_m, blobs.person_height_m])
-        self._vehicles = Vehicles(config.classes, config.tracker.vehicles, usual)
+        come = config.tracker.vehicles
+        self._vehicles = Vehicles(config.classes, come, blobs, sizes, mapping)
         self._events = ViewEvents(groups, usual, sizes, mapping)
         self.predicted_box: NDArray[np.float64] = np.zeros((0, 4))
         self._last_ns: int | None = None
@@ -109,6 +110,7 @@ class LocalTracker:
 
         """
         log = EventLog(stamp_ns)
+        blobs = self._vehicles.whole(blobs, feedback, stamp_ns)  # pieces of one are one
         predicted = self._predict(stamp_ns, log)  # local tracks to the image
         seen = self._associate(blobs, frame, predicted)  # blobs split among those expected
         sure = self._confirmed(seen, stamp_ns)  # who is in view, and who touches whom

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.interfaces import ClassCode
+from mctrack_ros.ground import GroundMapping
+from mctrack_ros.interfaces import ClassCode, Feedback
 from mctrack_ros.perception.blob_split.measurements import Observations
-from mctrack_ros.perception.blobs.extraction import Blobs
+from mctrack_ros.perception.blobs.extraction import BlobConfig, Blobs, describe, overlap
+from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.local_tracks.classification import (
     BICYCLE_LENGTH_M,
     ClassConfig,
@@ -22,6 +24,8 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 BICYCLE_HEIGHT_M = 1.7  # of people on bicycles: about as on foot
+PIECE_SHARE = 0.5
+"""Share of a blob's box, where fusion expects a vehicle, from which it is a piece of that."""
 PROVEN_S = 0.3
 """What has looked like something for so long is that, also in a blob as large as a vehicle, s."""
 
@@ -36,14 +40,69 @@ class Vehicles:
         What makes a vehicle.
     come : bool
         Whether there are any; else all are people.
-    usual : (2,) array
-        Width and height of a person, m.
+    blobs : BlobConfig
+        A person's usual size.
+    sizes : SizeTable
+        Of the camera.
+    mapping : GroundMapping
+        Of the camera.
 
     """
 
-    def __init__(self, config: ClassConfig, come: bool, usual: Floats) -> None:
-        self._config, self._come, self._usual = config, come, usual
+    def __init__(
+        self,
+        config: ClassConfig,
+        come: bool,
+        blobs: BlobConfig,
+        sizes: SizeTable,
+        mapping: GroundMapping,
+    ) -> None:
+        self._config, self._come, self._blobs = config, come, blobs
+        self._usual = np.array([blobs.person_width_m, blobs.person_height_m])
+        self._sizes, self._mapping = sizes, mapping
         self._votes = ClassVotes()
+
+    def whole(self, blobs: Blobs, feedback: Feedback | None, stamp_ns: int) -> Blobs:
+        """
+        Join the pieces of each vehicle that fusion knows to one blob.
+
+        Of a car as grey as the ground an image shows windows, wheels and a shadow.
+
+        Parameters
+        ----------
+        blobs : Blobs
+            Of an image.
+        feedback : Feedback or None
+            The fusion node's.
+        stamp_ns : int
+            Time of the image, ns.
+
+        """
+        if not self._come or feedback is None or not len(blobs):
+            return blobs
+        expected = self._expected(feedback, stamp_ns)
+        share = overlap(blobs.box, expected) / blobs.box[:, 2:].prod(axis=1)[:, None]
+        piece, vehicle = (share >= PIECE_SHARE).nonzero()
+        if not len(piece):
+            return blobs
+        part = np.arange(len(blobs)) + len(expected)
+        part[piece] = vehicle
+        _, part = np.unique(part, return_inverse=True)
+        low, high = np.full((2, part.max() + 1, 2), [[[np.inf]], [[-np.inf]]])
+        np.minimum.at(low, part, blobs.box[:, :2])
+        np.maximum.at(high, part, blobs.box[:, :2] + blobs.box[:, 2:])
+        box, area = np.hstack([low, high - low]), np.bincount(part, blobs.area).astype(float)
+        order = np.lexsort(box.T[::-1])  # from left to right
+        return describe(box[order], area[order], self._mapping, self._sizes, self._blobs)[0]
+
+    def _expected(self, feedback: Feedback, stamp_ns: int) -> Floats:
+        """Return the boxes, (n, 4) px, from roof to near end, of vehicles that are in view."""
+        known = feedback.extent[:, 0] >= self._config.vehicle_width_m
+        place, extent = feedback.places(stamp_ns)[known], feedback.extent[known].astype(float)
+        box = self._sizes.box_of(self._mapping.image_from_ground(place), extent)
+        along = np.hypot(*self._mapping.image_jacobian(place)[:, 1].T)
+        box[:, 3] += along * extent[:, 0] / 2
+        return box[np.isfinite(box).all(axis=1)]
 
     def heights(self, blobs: Blobs, blob_of: Ints, tracks: LocalTracks) -> Floats:
         """

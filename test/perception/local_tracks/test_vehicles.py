@@ -13,13 +13,14 @@ from sensor_noise import with_noise
 GROUND = (60, 120, 60)
 
 
-def reported(targets, stamp_ns):
-    """Return feedback of standing targets, two periods old, by id."""
+def reported(targets, stamp_ns, extent=None):
+    """Return feedback of standing targets, two periods old, by id, all of one size."""
     return Feedback.build(
         stamp_ns - 80_000_000,
         position=[[*place, 0.0] for place in targets.values()],
         covariance=np.tile(np.diag([0.02, 0.02, 0.1, 0.1]), (len(targets), 1, 1)),
         track_id=list(targets),
+        **({} if extent is None else {'extent': [extent] * len(targets)}),
     )
 
 
@@ -44,7 +45,7 @@ class Road:
         pixel = self.mapping.image_from_ground(corner[:, :2], corner[:, 2])
         return cv2.convexHull(np.rint(pixel).astype(np.int32))
 
-    def show(self, bodies, targets=None):
+    def show(self, bodies, targets=None, extent=None):
         """Return what is told of an image; targets are where the fusion node has whom."""
         self.index += 1
         stamp_ns = round(self.index / self.rate_hz * 1e9)
@@ -53,7 +54,7 @@ class Road:
         for place, size, colour in bodies:
             cv2.fillConvexPoly(image, self.outline(place, size), colour)
         noisy = with_noise(image, 2, self.rng)
-        feedback = reported(targets, stamp_ns) if targets else None
+        feedback = reported(targets, stamp_ns, extent) if targets else None
         return self.pipeline.step(noisy, stamp_ns, feedback)
 
 
@@ -162,3 +163,17 @@ def test_bicycles_side_by_side_are_no_vehicle():
     look, truncated = np.full(3, VEHICLE), np.zeros(3, np.bool_)
     vehicle = vehicles_among(blob_of, kind, lead, look, truncated)
     assert vehicle.tolist() == [False, True, True]
+
+
+@pytest.mark.parametrize('extent', [(3.0, 1.5), (0.5, 1.7), None])
+def test_pieces_of_a_car_that_fusion_knows_are_one(mapping, extent):
+    """Of a car as green as the ground four dark windows; somebody stands beside."""
+    road = Road(mapping, 12.5, vehicles=True)
+    windows = [((x, -1.0), (0.4, 1.8, 1.2), (20, 20, 20)) for x in (-1.2, -0.4, 0.4, 1.2)]
+    beside = ((4.5, -1.0), PERSON, (200, 60, 30))
+    for _ in range(20):
+        found = road.show([*windows, beside], {7: (0.0, -1.0)}, extent).detections
+    single = found.select(found.member_count == 1)
+    known = extent == (3.0, 1.5)
+    assert (single.class_id == VEHICLE).tolist().count(True) == known
+    assert len(single) == (2 if known else 5)
