@@ -16,7 +16,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, compiled, inner
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, compiled, inlined, inner
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -178,18 +178,32 @@ def _begun(masks: Bytes, places: Places, prior: Floats, used: Mask, cost: float)
 
 
 @inner
-def _own(search: _Search, camera: int, cell: int) -> tuple[int, int]:
-    """Return the pixels of one in a cell that nobody covers, and the foreground among them."""
-    sums, box, row = search.sums[camera], search.boxes[camera, cell], search.first[camera, cell]
+def _inside(sums: Indices, box: Boxes) -> int:
+    """Return the sum of a box that is covered wholly."""
     total = 0
+    above, below = sums[box[1]], sums[box[3]]
+    for x in range(box[0], box[2]):
+        total += below[x] - above[x]
+    return total
+
+
+@inner
+def _within(sums: Indices, left: int, outline: Boxes) -> int:
+    """Return the sum of columns from one on, each from a top to a bottom, (w, 2)."""
+    total = 0
+    for column in range(len(outline)):
+        top, bottom = outline[column, 0], outline[column, 1]
+        total += sums[bottom, left + column] - sums[top, left + column]
+    return total
+
+
+@inlined
+def _own(sums: Indices, box: Boxes, row: int, outline: Boxes) -> tuple[int, int]:
+    """Return the pixels of one that nobody covers, and the foreground among them."""
     if row < 0:
-        above, below = sums[box[1]], sums[box[3]]
-        for x in range(box[0], box[2]):
-            total += below[x] - above[x]
+        total = _inside(sums, box)
     else:
-        for x in range(box[0], box[2]):
-            top, bottom = search.outline[row + x - box[0]]
-            total += sums[bottom, x] - sums[top, x]
+        total = _within(sums, box[0], outline[row : row + box[2] - box[0]])
     return total // FREE, total % FREE
 
 
@@ -201,7 +215,9 @@ def _hopeful(search: _Search) -> Indices:
         for camera in range(len(search.boxes)):
             box = search.boxes[camera, cell]
             if box[2] > box[0]:
-                own, lit = _own(search, camera, cell)
+                own, lit = _own(
+                    search.sums[camera], box, search.first[camera, cell], search.outline
+                )
                 if 2 * lit > own:
                     hopeful[count], count = cell, count + 1
                     break
@@ -225,7 +241,7 @@ def _gain(search: _Search, cell: int) -> float:
         box = boxes[camera, cell]
         if box[2] <= box[0]:
             continue
-        own, lit = _own(search, camera, cell)
+        own, lit = _own(search.sums[camera], box, search.first[camera, cell], search.outline)
         gain += wrong[camera] / (union[camera] + SMALLEST_UNION)
         gain -= (wrong[camera] + own - 2 * lit) / (union[camera] + own + SMALLEST_UNION)
     return float(gain + search.prior[cell])
@@ -240,14 +256,18 @@ def _put(search: _Search, by: int, cell: int) -> None:
             continue
         left, top, right, bottom = box[0], box[1], box[2], box[3]
         cover, sums = search.cover[camera], search.sums[camera]
-        before, row = _own(search, camera, cell), search.first[camera, cell]
-        for x in range(left, right):
-            if row >= 0:
-                top, bottom = search.outline[row + x - left]
+        row, outline = search.first[camera, cell], search.outline
+        before = _own(sums, box, row, outline)
+        if row < 0:
             for y in range(top, bottom):
-                cover[y, x] += by
-        _refresh(search.masks[camera], cover, sums, left, right, box[1])
-        own, lit = before if by > 0 else _own(search, camera, cell)
+                for x in range(left, right):
+                    cover[y, x] += by
+        else:
+            for x in range(left, right):
+                for y in range(outline[row + x - left, 0], outline[row + x - left, 1]):
+                    cover[y, x] += by
+        _refresh(search.masks[camera], cover, sums, left, right, top)
+        own, lit = before if by > 0 else _own(sums, box, row, outline)
         search.wrong[camera] += by * (own - 2 * lit)
         search.union[camera] += by * own
     position, least = search.position, search.distance
@@ -337,7 +357,7 @@ def _support(search: _Search, cell: int, support: Floats) -> None:
     for camera in range(len(search.boxes)):
         box = search.boxes[camera, cell]
         if box[2] > box[0]:
-            own, lit = _own(search, camera, cell)
+            own, lit = _own(search.sums[camera], box, search.first[camera, cell], search.outline)
             if own > 0:
                 support[camera] = lit / own
 
