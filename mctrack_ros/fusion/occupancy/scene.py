@@ -97,9 +97,8 @@ class Scene:
         """
         if shapes not in self._scaled:
             boxes = self._scale(shapes)
-            whole = np.full(boxes.shape[:2], -1, np.int32)
-            none = np.empty((0, 2), np.int16)
-            places = Places(self.position, boxes, whole, none, REACH_M, LEAST_DISTANCE_M)
+            first, none = np.zeros(boxes.shape[:2], np.int32), np.empty((0, 2), np.int16)
+            places = Places(self.position, boxes, first, none, REACH_M, LEAST_DISTANCE_M)
             self._scaled = {shapes: places}
         return self._scaled[shapes]
 

@@ -23,6 +23,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Boxes = NDArray[np.int16]
 Mask = NDArray[np.bool_]
+_Columns = tuple[Indices, Floats, Floats, Floats, Floats]
 
 SMALLEST_UNION = 200.0
 """Added to the area of a camera's union, px of the reduced mask: one distant person is no sure
@@ -48,9 +49,10 @@ class Places(NamedTuple):
     boxes : (cameras, n, 4) int16 array
         Left, top, right and bottom (exclusive), px of the mask; without area: not in the image.
     first : (cameras, n) int32 array
-        Row of `outline` that is the leftmost column of the box; -1: the box is covered wholly.
+        Row of `outline` that is the leftmost column of the box.
     outline : (m, 2) int16 array
-        Top and bottom (exclusive) of what is covered in a column, px of the mask.
+        Top and bottom (exclusive) of what is covered in a column, px of the mask; without rows
+        boxes are covered wholly.
     reach : float
         How far one moves in a round, m.
     distance : float
@@ -115,7 +117,8 @@ def solve(
     stacked = np.zeros((len(masks), height, width), np.uint8)
     for camera, mask in enumerate(masks):
         stacked[camera, : mask.shape[0], : mask.shape[1]] = mask > 0
-    return Occupancy(*_solve(stacked, places, prior, used, cost))
+    search = _solve_outlines if len(places.outline) else _solve_boxes
+    return Occupancy(*search(stacked, places, prior, used, cost))
 
 
 @inner
@@ -135,8 +138,10 @@ class _Search(NamedTuple):
 
     `cover` counts the boxes over each pixel; `sums` holds, down each column, how many pixels none
     covers, times `FREE`, and how many of these are foreground: a person is narrow and changes few
-    columns; `wrong` and `union` are |B xor A| and |A| of the energy, by camera; `taken` counts the
-    people beside whom nobody can stand in a cell.
+    columns; `outlined` is None where boxes are covered wholly: its type decides when compiled,
+    since a branch in the innermost loops makes the search five times slower; `wrong` and `union`
+    are |B xor A| and |A| of the energy, by camera; `taken` counts the people beside whom nobody
+    can stand in a cell.
     """
 
     masks: Bytes
@@ -144,6 +149,7 @@ class _Search(NamedTuple):
     boxes: Boxes
     first: NDArray[np.int32]
     outline: Boxes
+    outlined: int | None
     reach: float
     distance: float
     prior: Floats
@@ -156,7 +162,9 @@ class _Search(NamedTuple):
 
 
 @inner
-def _begun(masks: Bytes, places: Places, prior: Floats, used: Mask, cost: float) -> _Search:
+def _begun(
+    masks: Bytes, places: Places, prior: Floats, used: Mask, cost: float, outlined: int | None
+) -> _Search:
     """Return a search that has found nobody."""
     cameras, height, width = masks.shape
     position, boxes, first, outline, reach, distance = places
@@ -172,38 +180,26 @@ def _begun(masks: Bytes, places: Places, prior: Floats, used: Mask, cost: float)
         wrong[camera] = masks[camera].sum()
     taken = np.zeros(len(prior), np.int64)
     return _Search(
-        masks, position, boxes, first, outline, reach, distance, prior, cost, cover, sums, wrong,
-        union, taken,
+        masks, position, boxes, first, outline, outlined, reach, distance, prior, cost, cover,
+        sums, wrong, union, taken,
     )  # fmt: skip
 
 
-@inner
-def _inside(sums: Indices, box: Boxes) -> int:
-    """Return the sum of a box that is covered wholly."""
-    total = 0
-    above, below = sums[box[1]], sums[box[3]]
-    for x in range(box[0], box[2]):
-        total += below[x] - above[x]
-    return total
-
-
-@inner
-def _within(sums: Indices, left: int, outline: Boxes) -> int:
-    """Return the sum of columns from one on, each from a top to a bottom, (w, 2)."""
-    total = 0
-    for column in range(len(outline)):
-        top, bottom = outline[column, 0], outline[column, 1]
-        total += sums[bottom, left + column] - sums[top, left + column]
-    return total
-
-
 @inlined
-def _own(sums: Indices, box: Boxes, row: int, outline: Boxes) -> tuple[int, int]:
-    """Return the pixels of one that nobody covers, and the foreground among them."""
-    if row < 0:
-        total = _inside(sums, box)
+def _own(search: _Search, camera: int, cell: int) -> tuple[int, int]:
+    """Return the pixels of one in a cell that nobody covers, and the foreground among them."""
+    sums, boxes, outline = search.sums, search.boxes, search.outline
+    left, top = boxes[camera, cell, 0], boxes[camera, cell, 1]
+    right, bottom = boxes[camera, cell, 2], boxes[camera, cell, 3]
+    total = 0
+    if search.outlined is None:
+        for x in range(left, right):
+            total += sums[camera, bottom, x] - sums[camera, top, x]
     else:
-        total = _within(sums, box[0], outline[row : row + box[2] - box[0]])
+        row = search.first[camera, cell]
+        for x in range(left, right):
+            column = row + x - left
+            total += sums[camera, outline[column, 1], x] - sums[camera, outline[column, 0], x]
     return total // FREE, total % FREE
 
 
@@ -215,9 +211,7 @@ def _hopeful(search: _Search) -> Indices:
         for camera in range(len(search.boxes)):
             box = search.boxes[camera, cell]
             if box[2] > box[0]:
-                own, lit = _own(
-                    search.sums[camera], box, search.first[camera, cell], search.outline
-                )
+                own, lit = _own(search, camera, cell)
                 if 2 * lit > own:
                     hopeful[count], count = cell, count + 1
                     break
@@ -232,16 +226,15 @@ def _rows(position: Floats, cell: int, reach: float) -> tuple[int, int]:
     return int(first), int(np.searchsorted(y, y[cell] + reach, side='right'))
 
 
-@inner
+@inlined
 def _gain(search: _Search, cell: int) -> float:
     """Return by how much a person in a cell lowers the energy, but for his cost."""
     boxes, wrong, union = search.boxes, search.wrong, search.union
     gain = 0.0
     for camera in range(len(boxes)):
-        box = boxes[camera, cell]
-        if box[2] <= box[0]:
+        if boxes[camera, cell, 2] <= boxes[camera, cell, 0]:
             continue
-        own, lit = _own(search.sums[camera], box, search.first[camera, cell], search.outline)
+        own, lit = _own(search, camera, cell)
         gain += wrong[camera] / (union[camera] + SMALLEST_UNION)
         gain -= (wrong[camera] + own - 2 * lit) / (union[camera] + own + SMALLEST_UNION)
     return float(gain + search.prior[cell])
@@ -256,18 +249,18 @@ def _put(search: _Search, by: int, cell: int) -> None:
             continue
         left, top, right, bottom = box[0], box[1], box[2], box[3]
         cover, sums = search.cover[camera], search.sums[camera]
-        row, outline = search.first[camera, cell], search.outline
-        before = _own(sums, box, row, outline)
-        if row < 0:
+        before = _own(search, camera, cell)
+        if search.outlined is None:
             for y in range(top, bottom):
                 for x in range(left, right):
                     cover[y, x] += by
         else:
             for x in range(left, right):
-                for y in range(outline[row + x - left, 0], outline[row + x - left, 1]):
+                column = search.first[camera, cell] + x - left
+                for y in range(search.outline[column, 0], search.outline[column, 1]):
                     cover[y, x] += by
         _refresh(search.masks[camera], cover, sums, left, right, top)
-        own, lit = before if by > 0 else _own(sums, box, row, outline)
+        own, lit = before if by > 0 else _own(search, camera, cell)
         search.wrong[camera] += by * (own - 2 * lit)
         search.union[camera] += by * own
     position, least = search.position, search.distance
@@ -357,7 +350,7 @@ def _support(search: _Search, cell: int, support: Floats) -> None:
     for camera in range(len(search.boxes)):
         box = search.boxes[camera, cell]
         if box[2] > box[0]:
-            own, lit = _own(search.sums[camera], box, search.first[camera, cell], search.outline)
+            own, lit = _own(search, camera, cell)
             if own > 0:
                 support[camera] = lit / own
 
@@ -371,16 +364,9 @@ _PLACES = types.NamedTuple(
 )  # fmt: skip
 
 
-@compiled(
-    types.Tuple(
-        [types.i8[::1], types.f8[::1], types.f8[:, ::1], types.f8[:, :, ::1], types.f8[:, ::1]]
-    )(types.u1[:, :, ::1], _PLACES, FLOATS_1D, BOOLS_1D, types.f8)
-)
-def _solve(
-    masks: Bytes, places: Places, prior: Floats, used: Mask, cost: float
-) -> tuple[Indices, Floats, Floats, Floats, Floats]:
+@inner
+def _explained(search: _Search) -> _Columns:
     """Return the columns of `Occupancy`."""
-    search = _begun(masks, places, prior, used, cost)
     cells = _hopeful(search)
     people, gains, number = np.empty(MOST_PEOPLE, np.int64), np.zeros(MOST_PEOPLE), 0
     for _ in range(ROUNDS):
@@ -393,7 +379,7 @@ def _solve(
     else:
         number = _add(search, cells, people, gains, number)
     mean, covariance = np.zeros((number, 2)), np.zeros((number, 2, 2))
-    support = np.full((number, len(masks)), np.nan)
+    support = np.full((number, len(search.masks)), np.nan)
     for index in range(number):
         cell = people[index]
         _put(search, -1, cell)
@@ -401,3 +387,20 @@ def _solve(
         _support(search, cell, support[index])
         _put(search, 1, cell)
     return people[:number].copy(), gains[:number].copy(), mean, covariance, support
+
+
+_SOLVED = types.Tuple(
+    [types.i8[::1], types.f8[::1], types.f8[:, ::1], types.f8[:, :, ::1], types.f8[:, ::1]]
+)(types.u1[:, :, ::1], _PLACES, FLOATS_1D, BOOLS_1D, types.f8)
+
+
+@compiled(_SOLVED)
+def _solve_boxes(masks: Bytes, places: Places, prior: Floats, used: Mask, cost: float) -> _Columns:
+    return _explained(_begun(masks, places, prior, used, cost, None))
+
+
+@compiled(_SOLVED)
+def _solve_outlines(
+    masks: Bytes, places: Places, prior: Floats, used: Mask, cost: float
+) -> _Columns:
+    return _explained(_begun(masks, places, prior, used, cost, 1))
