@@ -108,14 +108,6 @@ class Rule:
 
 
 RULES = {
-    'identity bonus': Rule(
-        'a camera that believes it is the same target',
-        {'association.identity_bonus': 0.0},
-        feeds_back=True,
-    ),
-    'overlap trust': Rule(
-        'it is believed less where boxes overlap', patches={(likelihood, 'OVERLAP_TRUST'): 1.0}
-    ),
     'appearance': Rule('colours in the cost of a pair', {'association.appearance_weight': 0.0}),
     'tentative cost': Rule(
         'a track that is not confirmed gives way', patches={(likelihood, 'TENTATIVE_COST'): 0.0}

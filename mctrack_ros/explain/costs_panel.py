@@ -16,7 +16,6 @@ PARTS = {
     'squared_distance': ('distance²', '#4c6a92'),
     'clutter': ('clutter', '#c9ced6'),
     'appearance': ('colours', '#d98324'),
-    'belief': ('belief', '#5a9367'),
     'doubt': ('doubt', '#a23b3b'),
 }
 MOST = 14

@@ -15,7 +15,7 @@ NEAR_M = 3.0
 
 COLUMNS = (
     *('camera', 'row', 'calls it', 'takes it for', 'off by m', 'distance²', 'clutter', 'colours'),
-    *('belief', 'doubt', 'cost', 'probability', 'what became of it'),
+    *('doubt', 'cost', 'probability', 'what became of it'),
 )
 """Of the table of candidates."""
 
@@ -188,7 +188,7 @@ def _neighbours(now: Explanation, row: int) -> Iterator[str]:
 def _candidate_row(candidates: Candidates, row: int, history: TrackHistory) -> tuple[str, ...]:
     apart = candidates.position[row, :2] - candidates.expected[row]
     numbers = [float(np.hypot(*apart)), float(candidates.squared_distance[row])]
-    names = ('clutter', 'appearance', 'belief', 'doubt', 'cost')
+    names = ('clutter', 'appearance', 'doubt', 'cost')
     numbers += [float(getattr(candidates, name)[row]) for name in names]
     local_id, told_id = int(candidates.local_id[row]), int(candidates.told_id[row])
     weighed = np.isfinite(candidates.squared_distance[row]) and candidates.choice[row] < 3

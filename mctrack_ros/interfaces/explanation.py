@@ -38,8 +38,6 @@ class Candidates(Rows):
         Of false detections in an area as large as the uncertainty.
     appearance : (n,) float32 array
         Of colours: how they differ.
-    belief : (n,) float32 array
-        Below 0 where the camera takes the two for one, above where it takes them for others.
     doubt : (n,) float32 array
         Of a track that is not confirmed.
     probability : (n,) float32 array
@@ -69,7 +67,6 @@ class Candidates(Rows):
         'squared_distance': Column('f4', (), UNKNOWN),
         'clutter': Column('f4', (), UNKNOWN),
         'appearance': Column('f4', (), UNKNOWN),
-        'belief': Column('f4', (), UNKNOWN),
         'doubt': Column('f4', (), UNKNOWN),
         'probability': Column('f4'),
         'seconds': Column('f4'),
@@ -89,7 +86,6 @@ class Candidates(Rows):
     squared_distance: NDArray[np.float32]
     clutter: NDArray[np.float32]
     appearance: NDArray[np.float32]
-    belief: NDArray[np.float32]
     doubt: NDArray[np.float32]
     probability: NDArray[np.float32]
     seconds: NDArray[np.float32]
@@ -104,7 +100,7 @@ class Candidates(Rows):
     @property
     def cost(self) -> NDArray[np.float32]:
         """What each pair costs in all, (n,)."""
-        weighed = self.appearance + self.belief + self.doubt
+        weighed = self.appearance + self.doubt
         return np.asarray(self.squared_distance + self.clutter + weighed, np.float32)
 
 

@@ -16,7 +16,7 @@ def test_of_blank_tracks_nothing_is_known():
     assert len(table) == 2
     assert (table.seen_by_ns == NEVER_NS).all()
     assert not table.covariance.any()
-    assert table.local_id.shape == (2, 3)
+    assert table.seen_by_ns.shape == (2, 3)
 
 
 def test_columns_are_changed_in_place_and_copied_by_selection():

@@ -78,6 +78,6 @@ def _show_candidates(history: TrackHistory) -> None:
     if table.row_count:
         Console(width=_TABLE_WIDTH).print(table)
         typer.echo(
-            'distance², clutter, colours, belief and doubt add up to the cost: -2 log '
+            'distance², clutter, colours and doubt add up to the cost: -2 log '
             f"of the likelihood ratio against nobody's. The gate is {history.gate:g}."
         )

@@ -60,13 +60,6 @@ class JointAssociationConfig(AssociationConfig):
         maximum=100.0,
         at_run_time=True,
     )
-    identity_bonus: float = parameter(
-        1.0,
-        'What a pair gains if the camera believes it is the same target [-2 log]',
-        minimum=0.0,
-        maximum=100.0,
-        at_run_time=True,
-    )
 
 
 @dataclass(frozen=True)
@@ -102,8 +95,6 @@ class AssociationColumns(Columns):
         Stamp of the last detection of its own or of its group.
     seen_by_ns : (n, cameras) int64 array
         Stamp of the last detection of its own, by camera.
-    local_id : (n, cameras) uint32 array
-        Local track that each of these belonged to; 0: none.
     hidden_ns : (n, cameras) int64 array
         Stamp of the last detection of its group, by camera.
     group : (n,) uint32 array
@@ -121,13 +112,9 @@ class AssociationColumns(Columns):
     group_ns = Column(np.int64, fill=NEVER_NS)
     seen_by_ns = Column(np.int64, PER_CAMERA, fill=NEVER_NS)
     hidden_ns = Column(np.int64, PER_CAMERA, fill=NEVER_NS)
-    local_id = Column(np.uint32, PER_CAMERA)
 
     def absorb(self, kept: int, dropped: int) -> None:
         """Take the later detections."""
-        newer = self.seen_by_ns[dropped] > self.seen_by_ns[kept]
-        for column in (self.local_id, self.seen_by_ns):
-            column[kept] = np.where(newer, column[dropped], column[kept])
-        for column in (self.seen_ns, self.kept_ns):
-            column[kept] = max(column[kept], column[dropped])
+        for column in (self.seen_ns, self.kept_ns, self.seen_by_ns):
+            column[kept] = np.maximum(column[kept], column[dropped])
         self.cameras[kept] |= self.cameras[dropped]

@@ -9,7 +9,6 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import (
-    BOOLS_1D,
     COLUMN_FLAGS,
     COLUMN_SINGLES_2D,
     INTS_1D,
@@ -23,14 +22,9 @@ from mctrack_ros.fusion.table import TRACKS, TrackTable
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Templates = NDArray[np.float32]
-Ids = NDArray[np.uint32]
 Mask = NDArray[np.bool_]
 _TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
-_MEMORY = types.Array(types.u4, 2, 'A', readonly=True)
 
-OVERLAP_TRUST = 0.3
-"""Share of the identity bonus that is left where boxes overlap: all of it costs the terrace .12
-MOTA."""
 TENTATIVE_COST = 4.0
 """What a track that is not confirmed costs more, -2 log: without it the terrace loses .16 MOTA."""
 RARELY_FALSE = 0.2
@@ -56,7 +50,7 @@ def prior_costs(
     """
     row = batch.single[detection]
     parts = cost_parts(table, batch, track, row, config)
-    return parts['appearance'] + parts['belief'] + parts['doubt'] + parts['clutter']
+    return parts['appearance'] + parts['doubt'] + parts['clutter']
 
 
 def cost_parts(
@@ -67,17 +61,11 @@ def cost_parts(
 
     What false detections cost (clutter) is for each unit of area of a pair's uncertainty.
     """
-    bonus = config.identity_bonus
-    belief, doubt = _beliefs(
-        batch.rows, batch.is_overlapped, table.fixed, table.local_id, track, row, bonus,
-        bonus * OVERLAP_TRUST, TENTATIVE_COST,
-    )  # fmt: skip
     rare = _rarely_false(batch.rows, table.fixed, track, row)
     density = config.false_density * np.where(rare, RARELY_FALSE, 1.0)
     return {
         'appearance': _appearance_costs(table, batch, track, row, config),
-        'belief': belief,
-        'doubt': doubt,
+        'doubt': np.where(table.confirmed[track], 0.0, TENTATIVE_COST),
         'clutter': 2 * np.log(2 * np.pi * density),
     }
 
@@ -110,56 +98,6 @@ def _rarely_false(rows: Any, tracks: Any, track: Indices, row: Indices) -> Mask:
         is_unwatched = stamp_ns[one] - seen_ns[own] > UNWATCHED_NS and missed[own] == 0.0
         rare[pair] = local_id[one] > 0 or is_unwatched
     return rare
-
-
-@compiled(
-    types.Tuple([types.f8[::1], types.f8[::1]])(
-        ROWS, BOOLS_1D, TRACKS, _MEMORY, INTS_1D, INTS_1D, types.f8, types.f8, types.f8,
-    )
-)  # fmt: skip
-def _beliefs(
-    rows: Any, is_overlapped: Mask, tracks: Any, remembered: Ids, track: Indices, row: Indices,
-    bonus: float, overlapped: float, tentative: float,
-) -> tuple[Floats, Floats]:  # fmt: skip
-    """
-    Return what pairs (k,) cost by who the cameras and we believe that they are.
-
-    A global id that the camera had from fusion goes before its local one. Boxes that
-    are overlapped have a bonus of their own.
-
-    Returns
-    -------
-    belief : (k,) array
-        Less for what the camera takes for one target, more for two.
-    doubt : (k,) array
-        More for a track that is not confirmed.
-
-    """
-    global_id, local_id, camera = rows['track_id'], rows['local_id'], rows['camera']
-    track_id, confirmed = tracks['track_id'], tracks['confirmed']
-    ids = np.sort(track_id)
-    is_reported, is_known = np.zeros(len(global_id), np.bool_), np.zeros(len(global_id), np.bool_)
-    for one in range(len(global_id)):
-        at = np.searchsorted(ids, global_id[one]) if global_id[one] else len(ids)
-        is_reported[one] = at < len(ids) and ids[at] == global_id[one]
-    belief, doubt = np.zeros(len(track)), np.zeros(len(track))
-    for pair in range(len(track)):
-        own, one = track[pair], row[pair]
-        if is_reported[one]:
-            believed = global_id[one] == track_id[own]
-        else:
-            believed = local_id[one] > 0 and local_id[one] == remembered[own, camera[one]]
-        if believed:
-            belief[pair] = -1.0
-        is_known[one] |= believed or is_reported[one]
-    for pair in range(len(track)):
-        one = row[pair]
-        if belief[pair] == 0.0 and is_known[one]:
-            belief[pair] = 1.0
-        belief[pair] *= overlapped if is_overlapped[one] else bonus
-        if not confirmed[track[pair]]:
-            doubt[pair] = tentative
-    return belief, doubt
 
 
 @compiled(types.f8[::1](COLUMN_SINGLES_2D, _TEMPLATES, COLUMN_FLAGS, INTS_1D, INTS_1D, types.f8))

@@ -28,8 +28,7 @@ NO_IMAGE = [Detections.build(0)]
 MOST_DETECTIONS = 1000
 """More than this in one image are not detections: those of the highest score are used."""
 TOLD = attrgetter(
-    'position', 'covariance', 'template', 'box', 'extent', 'local_id', 'track_id', 'member_count',
-    'class_id',
+    'position', 'covariance', 'template', 'box', 'extent', 'local_id', 'member_count', 'class_id'
 )  # fmt: skip
 """What is read of every image."""
 ROW = np.dtype(
@@ -42,7 +41,6 @@ ROW = np.dtype(
         ('box', 'f4', 4),
         ('extent', 'f4', 2),
         ('local_id', 'u4'),
-        ('track_id', 'u4'),
         ('member_count', 'u1'),
         ('class_id', 'u1'),
         ('is_described', '?'),
@@ -56,7 +54,7 @@ ROWS = types.Array(from_dtype(ROW), 1, 'C')
 _TOLD = types.Tuple(
     [COLUMN_SINGLES_2D, COLUMN_SINGLES_3D, types.Array(types.f4, 2, 'C', readonly=True)]
     + [COLUMN_SINGLES_2D] * 2
-    + [COLUMN_IDS] * 2
+    + [COLUMN_IDS]
     + [COLUMN_BYTES] * 2
 )
 
@@ -178,7 +176,7 @@ def _take(
     all_rows: Any, first: int,
 ) -> int:  # fmt: skip
     """Write what one image tells into records, from one on; return how many can be used."""
-    position, covariance, template, box, extent, local_id, track_id, member_count, kind = reported
+    position, covariance, template, box, extent, local_id, member_count, kind = reported
     rows = all_rows[first : first + len(position)]
     to_place, to_noise = rows['place'], rows['noise']
     to_box, to_extent, usable = rows['box'], rows['extent'], 0
@@ -197,6 +195,6 @@ def _take(
             to_box[row, i] = box[row, i]
         own['stamp_ns'], own['image'], own['camera'] = stamp_ns, image, camera
         own['is_described'], own['is_single'] = _is_filled(template, row), member_count[row] == 1
-        own['local_id'], own['track_id'] = local_id[row], track_id[row]
-        own['member_count'], own['class_id'] = member_count[row], kind[row]
+        own['local_id'], own['class_id'] = local_id[row], kind[row]
+        own['member_count'] = member_count[row]
     return usable

@@ -27,7 +27,6 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Templates = NDArray[np.float32]
 Stamps = NDArray[np.int64]
-Ids = NDArray[np.uint32]
 TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
 
 MOST_AT_ONCE = 0.5
@@ -105,7 +104,7 @@ def _left(single: Indices, count: int, columns: Indices, consumed: Indices) -> I
 
 def note(table: TrackTable, batch: Batch, rows: Indices, columns: Indices) -> None:
     """Note in tracks (k,) what the detections (k,) tell beside place and colours."""
-    _note(table.fixed, table.seen_by_ns, table.local_id, rows, columns, batch.rows)
+    _note(table.fixed, table.seen_by_ns, rows, columns, batch.rows)
 
 
 @inner
@@ -125,13 +124,10 @@ def _vote(track: Any, kind: int, seconds: float) -> None:
 
 @compiled(
     types.void(
-        TRACKS, types.Array(types.i8, 2, 'A'), types.Array(types.u4, 2, 'A'), INTS_1D, INTS_1D,
-        ROWS,
+        TRACKS, types.Array(types.i8, 2, 'A'), INTS_1D, INTS_1D, ROWS,
     )
 )  # fmt: skip
-def _note(
-    tracks: Any, seen_by_ns: Stamps, local_id: Ids, rows: Indices, columns: Indices, reported: Any
-) -> None:
+def _note(tracks: Any, seen_by_ns: Stamps, rows: Indices, columns: Indices, reported: Any) -> None:
     extent, told_extent = tracks['extent'], reported['extent']
     for index in range(len(rows)):
         row, column = rows[index], columns[index]
@@ -151,5 +147,4 @@ def _note(
         track['seen_ns'] = max(track['seen_ns'], stamp_ns)
         track['kept_ns'] = track['seen_ns']
         seen_by_ns[row, own] = stamp_ns
-        local_id[row, own] = one['local_id']
         track['cameras'] |= np.uint32(1) << np.uint32(own)

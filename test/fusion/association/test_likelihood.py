@@ -16,15 +16,14 @@ from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
 
-CONFIG = JointAssociationConfig(identity_bonus=2.0)
+CONFIG = JointAssociationConfig()
 
 
 def scene(**columns):
-    """Return two tracks, 5 and 9, of which camera 1 called the second one 3, and all pairs."""
+    """Return two tracks, 5 and 9, detections of camera 1, and all pairs."""
     table = TrackTable.blank(2, 2)
     table.track_id[:] = 5, 9
     table.confirmed[:] = True
-    table.local_id[:, 1] = 0, 3
     count = len(next(iter(columns.values())))
     seen = detections(PERIOD_NS, np.zeros((count, 2)), **columns)
     fusion = JointConfig()
@@ -37,20 +36,8 @@ def parts(*scene, config=CONFIG):
     return {name: cost.reshape(2, -1) for name, cost in cost_parts(*scene, config).items()}
 
 
-def test_who_a_camera_says_it_is_gains_the_bonus_and_everybody_else_pays_it():
-    """Told a known id; an unknown one; one against what it calls him; what it calls him; none."""
-    given = scene(track_id=[5, 7, 5, 0, 0], local_id=[1, 3, 3, 3, 8])
-    np.testing.assert_array_equal(parts(*given)['belief'], [[-2, 2, -2, 2, 0], [2, -2, 2, -2, 0]])
-
-
-def test_where_boxes_overlap_a_camera_is_believed_less():
-    boxes = [[0, 0, 10, 20], [5, 5, 10, 20], [50, 0, 10, 20]]
-    given = scene(track_id=[5, 9, 9], box=boxes)
-    np.testing.assert_array_equal(parts(*given)['belief'], [[-0.6, 0.6, 2], [0.6, -0.6, -2]])
-
-
 def test_a_track_that_is_not_confirmed_costs_more():
-    given = scene(track_id=[0])
+    given = scene(score=[1.0])
     given[0].confirmed[1] = False
     np.testing.assert_array_equal(parts(*given)['doubt'], [[0], [TENTATIVE_COST]])
 
@@ -64,7 +51,7 @@ def test_false_detections_are_rare_by_a_camera_s_own_tracker():
 
 def test_whom_nobody_has_looked_for_a_detection_is_rather_than_nobody():
     """One seen just now, one not seen for long, one whom cameras have missed."""
-    given = scene(track_id=[0])
+    given = scene(score=[1.0])
     for silent_ns, missed, share in (
         (UNWATCHED_NS, 0.0, 1.0),
         (UNWATCHED_NS + 1, 0.0, RARELY_FALSE),
@@ -88,7 +75,7 @@ def test_colours_cost_what_they_differ_by_beyond_the_usual():
 
 
 def test_a_pair_costs_the_sum():
-    given = scene(track_id=[5, 0], local_id=[0, 3], template=np.eye(2, TEMPLATE_SIZE))
+    given = scene(local_id=[0, 3], template=np.eye(2, TEMPLATE_SIZE))
     given[0].template[:] = np.eye(2, TEMPLATE_SIZE)
     given[0].confirmed[0] = False
     expected = sum(cost_parts(*given, CONFIG).values())

@@ -132,7 +132,6 @@ def test_who_is_one_with_somebody_seen_has_not_gone():
 def test_of_two_who_are_one_all_that_is_known_is_kept():
     table = two_tracks()
     table.seen_by_ns[:] = [[5, 9], [7, 3]]
-    table.local_id[:] = [[1, 2], [3, 4]]
     table.seen_ns, table.kept_ns, table.evidence = [5, 8], [9, 7], [1.0, 2.0]
     table.covariance[:] = np.eye(4) * np.array([2.0, 1.0])[:, None, None]
     table.mean[:] = np.arange(8).reshape(2, 4)
@@ -144,7 +143,6 @@ def test_of_two_who_are_one_all_that_is_known_is_kept():
     for each in (sure, unsure):
         each.absorb(0, 1)
         assert each.seen_by_ns[0].tolist() == [7, 9]
-        assert each.local_id[0].tolist() == [3, 2]
         assert (each.seen_ns[0], each.kept_ns[0], each.evidence[0]) == (8, 9, 2.0)
         assert (each.cameras[0], each.previous_id[0]) == (0b11, 8)
         np.testing.assert_allclose(each.extent[0], [0.5, 1.8])

@@ -55,8 +55,7 @@ def test_a_track_begins_at_the_weighted_mean_of_its_detections_at_rest():
     rng = np.random.default_rng(0)
     root = rng.normal(0, 0.3, (3, 1, 2, 2))
     covariance = root @ root.swapaxes(-1, -2) + 0.05 * np.eye(2)
-    images = [(rng.normal(5, 0.1, (1, 2)), one, {'local_id': [4 + c]}) for c, one in
-                enumerate(covariance)]  # fmt: skip
+    images = [(rng.normal(5, 0.1, (1, 2)), one, {}) for one in covariance]
     batch, table = begun(images, next_id=17)
     weight = np.linalg.inv(batch.noise)
     spread = np.linalg.inv(weight.sum(axis=0))
@@ -67,7 +66,6 @@ def test_a_track_begins_at_the_weighted_mean_of_its_detections_at_rest():
     expected[2:, 2:] = INITIAL_SPEED_SIGMA**2 * np.eye(2)
     np.testing.assert_allclose(table.covariance, expected[None], atol=1e-12)
     assert (table.track_id[0], table.cameras[0]) == (17, 0b111)
-    assert table.local_id.tolist() == [[4, 5, 6]]
     stamps = table.first_ns, table.seen_ns, table.kept_ns, table.seen_by_ns
     assert all((each == PERIOD_NS).all() for each in stamps)
 

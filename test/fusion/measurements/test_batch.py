@@ -86,7 +86,7 @@ def test_columns_of_all_images_lie_one_after_the_other():
     template = np.zeros((2, TEMPLATE_SIZE), np.float32)
     template[1, 5] = 1.0
     batch = looks_of(
-        rows(2, score=[0.1, 0.2], template=template, local_id=[3, 4], track_id=[0, 9]),
+        rows(2, score=[0.1, 0.2], template=template, local_id=[3, 4]),
         rows(2, score=[0.3, 0.4], position=[[np.nan, 0, 0], [1, 2, 0]], class_id=[1, 3]),
     )
     np.testing.assert_allclose(batch.detections.score, [0.1, 0.2, 0.4], rtol=1e-6)
@@ -94,6 +94,5 @@ def test_columns_of_all_images_lie_one_after_the_other():
     assert batch.has_templates
     assert not looks_of(rows(2)).has_templates
     assert batch.rows['local_id'].tolist() == [3, 4, 0]
-    assert batch.rows['track_id'].tolist() == [0, 9, 0]
     assert batch.rows['class_id'].tolist() == [0, 0, 3]
     np.testing.assert_array_equal(batch.position, [[0, 0], [0, 0], [1, 2]])

@@ -32,13 +32,10 @@ def test_who_saw_a_track_when_and_as_what_is_noted():
     table = TrackTable.blank(2, 3)
     rows = np.array([0, 1, 1])
     stamps = 100 * SECOND_NS + np.array([0, -5, -9])
-    images = [
-        detections(stamp, [[0, 0]], local_id=[7 + camera]) for camera, stamp in enumerate(stamps)
-    ]
+    images = [detections(stamp, [[0, 0]]) for stamp in stamps]
     batch = Batch(images, [0, 1, 2], stamps[0], CONFIG)
     note(table, batch, rows, np.arange(3))
     assert table.cameras.tolist() == [0b001, 0b110]
-    assert table.local_id.tolist() == [[7, 0, 0], [0, 8, 9]]
     assert table.seen_ns.tolist() == table.kept_ns.tolist() == stamps[:2].tolist()
     assert table.seen_by_ns[rows, [0, 1, 2]].tolist() == stamps.tolist()
 

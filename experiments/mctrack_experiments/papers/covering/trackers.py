@@ -24,7 +24,6 @@ PROPOSED = ('covering_text', 'covering_code')
 BY_DISTANCE: Mapping[str, Any] = {
     'method': 'nearest',
     'appearance_weight': 0.0,
-    'identity_bonus': 0.0,
 }
 """Kalman filter and nearest neighbour: the likeliest by distance alone."""
 ASSOCIATED: Mapping[str, Mapping[str, Any]] = {
