@@ -46,7 +46,7 @@ def prior_costs(
     Return the (k,) costs of pairs of tracks and single detections of a tick.
 
     Minus twice the logarithm of a likelihood ratio, "this target's" against "nobody's", but for
-    the density of the position: what the camera believes, appearance, and how sure the track is.
+    the density of the position: appearance, how sure the track is, and clutter.
     """
     row = batch.single[detection]
     parts = cost_parts(table, batch, track, row, config)
