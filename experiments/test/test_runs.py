@@ -1,5 +1,6 @@
 import pytest
 
+from mctrack_experiments.definitions import definition_of
 from mctrack_experiments.runs import (
     RunsError,
     listed,
@@ -63,7 +64,7 @@ def test_command_of_a_run_repeats_it(tmp_path):
         'pairs', 'mctrack reproduce pairs', {}, {'same.kept': seeds[0]}
     ))  # fmt: skip
     assert figures.command == 'mctrack reproduce pairs --seeds 1001-1005'
-    assert figures.protocol['definition'] == 2
+    assert figures.protocol['definition'] == definition_of('pairs')
 
 
 @pytest.mark.parametrize('seeds', [(7,), (1001, 1002, 1003), (1, 5, 2)])
