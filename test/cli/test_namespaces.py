@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 import yaml
 
@@ -95,9 +96,15 @@ def test_a_cut_file_is_tracked_up_to_the_cut_with_one_warning(hall, tmp_path):
     lines, whole = (tracks_of(folder / 'out').splitlines() for folder in (tmp_path, hall))
     last = int(lines[-1].split(',')[0])
     assert 50 <= last <= 55
-    # in the last tick images of one camera may be missing
-    before = [line for line in lines if int(line.split(',')[0]) < last - 1]
-    assert before == [line for line in whole if int(line.split(',')[0]) < last - 1] != []
+    # in the last tick images of one camera may be missing; a first pass over fewer images gives
+    # colours, and so places, that differ in the sixth digit
+    cut, uncut = (
+        np.array([[float(value) for value in line.split(',')] for line in each])
+        for each in (lines, whole)
+    )
+    cut, uncut = (each[each[:, 0] < last - 1] for each in (cut, uncut))
+    assert len(cut)
+    np.testing.assert_allclose(cut, uncut, rtol=0, atol=2e-4)
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ def test_ids_swapped_in_a_scrum_are_corrected_and_published():
 
 
 def test_those_who_look_the_same_are_left_as_they_are():
-    outcome = swapped_kits(3, 'pair_alike')
+    outcome = swapped_kits(4, 'pair_alike')
     assert (outcome['swapped'], outcome['corrected']) == (True, False)
 
 
