@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 import yaml
 
@@ -85,26 +84,33 @@ def test_echo_and_explain_read_a_namespace(hall, tmp_path):
 
 
 def test_a_cut_file_is_tracked_up_to_the_cut_with_one_warning(hall, tmp_path):
+    """Both with backgrounds given: a first pass over fewer images gives other ones."""
+    learned = ('--site', hall / 'site.yaml', '--out', tmp_path)
+    code, _, errors = mctrack('background', hall / 'bag', *learned)
+    assert code == 0, errors
+    site = yaml.safe_load((hall / 'site.yaml').read_text())
+    for name, camera in site['cameras'].items():
+        camera |= {
+            'background': str(tmp_path / f'{name}.png'),
+            'calibration': str(hall / camera['calibration']),
+        }
+    (tmp_path / 'site.yaml').write_text(yaml.safe_dump(site))
     (file,) = (hall / 'bag').glob('*.mcap')
-    whole = file.read_bytes()
-    (tmp_path / 'cut.mcap').write_bytes(whole[: int(0.7 * len(whole))])
-    command = ('track', tmp_path / 'cut.mcap', '--out', tmp_path / 'out')
-    code, _, errors = mctrack(*command, '--site', hall / 'site.yaml')
+    content = file.read_bytes()
+    (tmp_path / 'cut.mcap').write_bytes(content[: int(0.7 * len(content))])
+    given = ('--site', tmp_path / 'site.yaml')
+    code, _, errors = mctrack('track', hall / 'bag', '--out', tmp_path / 'whole', *given)
+    assert code == 0, errors
+    code, _, errors = mctrack('track', tmp_path / 'cut.mcap', '--out', tmp_path / 'cut', *given)
     assert code == 0, errors
     assert errors.count('breaks off: it is read until') == 1
     assert 'Traceback' not in errors
-    lines, whole = (tracks_of(folder / 'out').splitlines() for folder in (tmp_path, hall))
+    lines, whole = (tracks_of(tmp_path / name).splitlines() for name in ('cut', 'whole'))
     last = int(lines[-1].split(',')[0])
     assert 50 <= last <= 55
-    # in the last tick images of one camera may be missing; a first pass over fewer images gives
-    # colours, and so places, that differ in the sixth digit
-    cut, uncut = (
-        np.array([[float(value) for value in line.split(',')] for line in each])
-        for each in (lines, whole)
-    )
-    cut, uncut = (each[each[:, 0] < last - 1] for each in (cut, uncut))
-    assert len(cut)
-    np.testing.assert_allclose(cut, uncut, rtol=0, atol=2e-4)
+    # in the last tick images of one camera may be missing
+    before = [line for line in lines if int(line.split(',')[0]) < last - 1]
+    assert before == [line for line in whole if int(line.split(',')[0]) < last - 1] != []
 
 
 @pytest.mark.parametrize(
