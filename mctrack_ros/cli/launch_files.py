@@ -59,7 +59,7 @@ CALIBRATION: Arguments = {
 
 
 def site_specs(values: Values) -> tuple[list[NodeSpec], str]:
-    """Return the nodes of a site, and why its tracker was chosen; empty: it was named."""
+    """Return the nodes of a site, and why its tracker is that one."""
     from mctrack_ros.cli.sites import site_path
     from mctrack_ros.site.choice import with_tracker
     from mctrack_ros.site.site import load_site

@@ -10,13 +10,14 @@ from typing import Any
 
 from mctrack_ros.config import ConfigError, config_from, of_chosen
 from mctrack_ros.fusion import FUSION, FusionConfig, Joining, fusion_method, joined
-from mctrack_ros.fusion.trackers import FusionMethod
+from mctrack_ros.fusion.trackers import TRACKERS, FusionMethod
 from mctrack_ros.interfaces import CameraRows, Events, Message, RowsTick, Stamped, Ticks
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.camera_source import CameraResult
 from mctrack_ros.replay.lockstep import Batches, in_order
 from mctrack_ros.replay.quality import LEFT_OUT
 from mctrack_ros.replay.stamps import Entry, judge
+from mctrack_ros.site.choice import with_tracker
 from mctrack_ros.site.description import STATE
 from mctrack_ros.site.site import SiteConfig
 
@@ -94,11 +95,19 @@ def recorded_ticks(
         yield from _judged(messages, cameras, config)
 
 
+def holds_masks(reader: BagReader, camera: str) -> bool:
+    """Return whether a bag holds what every tracker takes of a camera: masks, too."""
+    kinds = TRACKERS['occupancy'].messages
+    return all(reader.count(f'/{camera}/{kind.TOPIC}') for kind in kinds)
+
+
 def recorded_settings(
     reader: BagReader, site: SiteConfig | None
 ) -> tuple[tuple[str, ...], FusionConfig]:
     """
     Return the cameras' names and how fusion was set: as a site says, else as the bag's ``/site``.
+
+    A site that names no tracker has that which `mctrack track` chooses.
 
     Raises
     ------
@@ -114,7 +123,8 @@ def recorded_settings(
                 f'{reader.path} was made by the cameras {", ".join(cameras)}; '
                 f'the site has {", ".join(site.camera_names)}'
             )
-        return site.camera_names, site.fusion
+        own_detections = not all(holds_masks(reader, camera) for camera in cameras)
+        return cameras, with_tracker(site, own_detections)[0].fusion
     if 'fusion' not in said:
         raise ConfigError(
             f'{reader.path} does not say how fusion was set: name the site, for example '

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field, replace
@@ -11,9 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mctrack_ros.fusion.camera_clocks import Jump
+from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
-from mctrack_ros.fusion.trackers import START_TOPIC, TRACKERS
-from mctrack_ros.interfaces import REPORTED, Detections, Tracks
+from mctrack_ros.fusion.trackers import START_TOPIC
+from mctrack_ros.interfaces import REPORTED, Detections
 from mctrack_ros.recording import BagReader, stated_origin
 from mctrack_ros.replay.camera_source import CameraTask, Debug, topic_of
 from mctrack_ros.replay.lockstep import ReplayError, Results, camera_tasks, run_lockstep
@@ -25,6 +27,7 @@ from mctrack_ros.replay.quality import (
     figures,
     pace_complaint,
 )
+from mctrack_ros.replay.recorded import holds_masks
 from mctrack_ros.replay.results import RunFiles
 from mctrack_ros.replay.stamps import corrected, judge, read_entries
 from mctrack_ros.replay.workers import CameraWorkers, peak_memory_mb
@@ -82,6 +85,10 @@ class TrackSummary:
         What a user should know of the data, and why videos are not whole, a line each.
     cameras : dict of str to float
         Counts of the cameras, by name of the camera and of the count.
+    left_out : Counter of (str, str)
+        Ticks without a camera's mask, by camera and reason.
+    tracker : str
+        Which fusion tracker was used, and why.
 
     """
 
@@ -93,12 +100,23 @@ class TrackSummary:
     notes: list[str] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)
     cameras: dict[str, float] = field(default_factory=dict)
+    left_out: Counter[tuple[str, str]] = field(default_factory=Counter)
+    tracker: str = ''
 
-    def add(self, results: Results, tracks: Tracks) -> None:
+    def add(self, results: Results, output: FusionOutput) -> None:
         """Count a tick."""
         self.ticks += 1
         self.images += len(results)
+        tracks = output.tracks
         self.confirmed_ids.update(tracks.track_id[np.isin(tracks.status, REPORTED)].tolist())
+        self.left_out.update(output.left_out.items())
+
+    def masks_left_out(self) -> list[str]:
+        """Return whose masks were left out, how often and why, a line each."""
+        return [
+            f'{camera}: its mask is left out of {count} of {self.ticks} ticks: {why}'
+            for (camera, why), count in sorted(self.left_out.items())
+        ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +202,7 @@ def track_bag(
         raise ReplayError(f'the site {site.name} is private: no debug images are written')
     if isinstance(source, str | Path):
         source = Source(source)
-    site, why = with_tracker(site) if _suits_all(source, site) else (site, '')
+    site, why = with_tracker(site, own_detections=not _suits_all(source, site))
     given = _bag(source, site) if isinstance(source, Source) else _videos(source, site)
     debug = debug and replace(debug, blur=site.blur)
     tasks = [replace(task, debug=debug) for task in given.tasks]
@@ -196,7 +214,7 @@ def track_bag(
     ):
         for results, ticked in run_lockstep(workers, site, explain=explain, starts=given.starts):
             files.write(results, ticked)
-            summary.add(results, ticked.output.tracks)
+            summary.add(results, ticked.output)
             bias = ticked.bias
             progress(summary.images, given.messages)
     offsets = dict.fromkeys(site.camera_names, 0.0)
@@ -205,7 +223,7 @@ def track_bag(
     _conclude(summary, given, workers, offsets)
     if pace := pace_complaint(given.intervals, site.fusion.batching.period):
         summary.notes.insert(0, ': '.join(pace))
-    summary.notes = [why, *summary.notes] if why else summary.notes
+    summary.tracker = why
     return summary
 
 
@@ -216,6 +234,7 @@ def _conclude(
     summary.peak_memory_mb = max(peak_memory_mb(), workers.peak_memory_mb)
     summary.notes, summary.faults = sorted(workers.notes), sorted(workers.faults)
     summary.notes += [f'{jump}: {JUMP_REMEDY}' for jump in given.jumps]
+    summary.notes += summary.masks_left_out()
     stamps = {task.camera: task.stamps or Stamps() for task in given.tasks}
     for each in sorted(workers.quality, key=lambda quality: quality.camera):
         summary.notes += complaints(each, stamps[each.camera], offsets[each.camera])
@@ -227,11 +246,9 @@ def _suits_all(source: Source | Mapping[str, Video], site: SiteConfig) -> bool:
     """Return whether every camera has images, or what each tracker takes: masks, too."""
     if not isinstance(source, Source):
         return True
-    masks = TRACKERS['occupancy'].messages
     with BagReader(source.bag, source.namespace) as reader:
         return all(
-            reader.count(task.image_topic)
-            or all(reader.count(f'/{task.camera}/{kind.TOPIC}') for kind in masks)
+            reader.count(task.image_topic) or holds_masks(reader, task.camera)
             for task in camera_tasks(source.bag, site, source.namespace)
         )
 

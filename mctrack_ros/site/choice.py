@@ -31,10 +31,9 @@ def with_tracker(site: SiteConfig, own_detections: bool = False) -> tuple[SiteCo
 
     With two cameras or more whose poses are known, or follow from their homographies, vehicles are
     found by the masks of all, if a camera looks for them; else joint occupancy suits those that
-    see large people in a common part of the ground. Every other site keeps the joint tracker. A
-    site that names its tracker is returned as it is, without a reason. `mctrack run`,
-    `mctrack track` and the launch file ask here; a fusion node that is started alone takes what
-    its parameters say.
+    see large people in a common part of the ground. Every other site keeps the joint tracker, and
+    one that names its tracker that one. `mctrack run`, `mctrack track` and the launch file ask
+    here; a fusion node that is started alone takes what its parameters say.
 
     Parameters
     ----------
@@ -44,8 +43,8 @@ def with_tracker(site: SiteConfig, own_detections: bool = False) -> tuple[SiteCo
         Whether detectors of others send detections in place of the site's camera nodes.
 
     """
-    if site.names_tracker or type(site.fusion) is not JointConfig or len(site.cameras) < 2:
-        return site, ''
+    if site.names_tracker or type(site.fusion) is not JointConfig:
+        return site, f'tracker {site.fusion.tracker}: as the site says'
     if obstacle := _obstacle(site.cameras, site.fusion, own_detections):
         return site, f'tracker joint: occupancy needs {obstacle}'
     try:
@@ -88,6 +87,8 @@ def _obstacle(
     cameras: Mapping[str, CameraSettings], fusion: JointConfig, own_detections: bool
 ) -> str:
     """Return what a site lacks to be tracked by masks; empty: nothing."""
+    if len(cameras) < 2:
+        return 'two cameras or more'
     if own_detections:
         return 'masks, which own detections do not have'
     if fusion.untrusted:

@@ -105,7 +105,7 @@ def test_a_site_of_cells_is_one_fusion_node(tmp_path):
     path.write_text(yaml.safe_dump({'cells': ['north', 'south'], 'origin': '5,6'}))
     specs, why = site_specs(given(SITE, site=str(path), store=str(tmp_path / 'a.db')))
     assert [spec.name for spec in specs] == ['fusion', 'store']
-    assert why == ''
+    assert why == 'tracker cells: as the site says'
     fusion, store = (spec.parameters for spec in specs)
     assert list(fusion['cameras']) == store['cameras'] == ['north', 'south']
     assert fusion['fusion']['tracker'] == 'cells'

@@ -1,5 +1,6 @@
 """People are tracked by the masks of a bag's cameras, from images and from what was recorded."""
 
+import re
 from dataclasses import replace
 
 import cv2
@@ -17,7 +18,7 @@ from mctrack_ros.replay.camera_source import CameraSource
 from mctrack_ros.replay.drive import drive
 from mctrack_ros.replay.lockstep import camera_tasks
 from mctrack_ros.replay.proof.verify import Replay, verify_bag
-from mctrack_ros.replay.recorded import recorded_ticks
+from mctrack_ros.replay.recorded import recorded_settings, recorded_ticks
 from mctrack_ros.replay.track import track_bag
 from mctrack_ros.site.site import load_site
 
@@ -117,7 +118,10 @@ def test_a_tracker_is_chosen_for_recorded_masks_as_for_images(tracked, topics):
         for name, kind, message, time_ns in reader.serialized(names):
             writer.write_copy(reader, name, kind, message, time_ns)
     summary = track_bag(out, folder / f'{topics} out', unnamed)
-    assert any(note.startswith('tracker ') for note in summary.notes) == ('masks' in topics)
+    assert ('own detections do not have' in summary.tracker) == ('masks' not in topics)
+    with BagReader(out) as reader:
+        _, fusion = recorded_settings(reader, unnamed)
+    assert (fusion.tracker == 'occupancy') == ('tracker occupancy' in summary.tracker)
 
 
 def test_an_image_whose_mask_was_lost_is_left_out_and_the_others_go_on(tracked):
@@ -130,6 +134,18 @@ def test_an_image_whose_mask_was_lost_is_left_out_and_the_others_go_on(tracked):
     assert [int(t.admitted[1]) for t in ticks[78:83]] == [1, 0, 0, 1, 1]
     last = rows(folder / 'cut_out/bag', '/tracks', Tracks)[-1]
     assert (last.status == TrackStatus.CONFIRMED).sum() == 3
+
+
+def test_a_run_names_the_cameras_whose_masks_were_left_out(tracked):
+    bag, site, folder = tracked
+    assert not track_bag(bag, folder / 'whole', site).masks_left_out()
+    cut = without(bag, folder / 'silent', set(range(40, 60)), '/north/foreground/compressed')
+    summary = track_bag(cut, folder / 'silent_out', site)
+    (said,) = summary.masks_left_out()
+    assert said in summary.notes
+    assert re.fullmatch(
+        r'north: its mask is left out of 1\d of 100 ticks: it sent no mask for 0\.3 s', said
+    )
 
 
 def test_messages_of_an_image_are_found_whichever_was_logged_first(tracked):

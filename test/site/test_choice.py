@@ -77,9 +77,9 @@ def test_vehicles_are_found_jointly_however_small_people_are(site, away):
 
 def test_a_named_tracker_stays(site):
     given = site(tracker='joint')
-    assert with_tracker(given) == (given, '')
+    assert with_tracker(given) == (given, 'tracker joint: as the site says')
     given = site(tracker='occupancy')
-    assert with_tracker(given) == (given, '')
+    assert with_tracker(given) == (given, 'tracker occupancy: as the site says')
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,7 @@ def test_one_camera_keeps_the_joint_tracker(site, tmp_path):
     del content['cameras']['south']
     (tmp_path / 'site.yaml').write_text(yaml.safe_dump(content))
     given = load_site(tmp_path / 'site.yaml')
-    assert with_tracker(given) == (given, '')
+    assert with_tracker(given) == (given, 'tracker joint: occupancy needs two cameras or more')
 
 
 def by_homographies(site, folder, away, height):

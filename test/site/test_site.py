@@ -53,7 +53,7 @@ def test_cells_stand_in_place_of_cameras(tmp_path):
     assert not loaded.cameras
     assert (loaded.fusion.tracker, loaded.fusion.cell_sigma) == ('cells', 0.3)
     assert loaded.origin == (10.0, 0.0)
-    assert with_tracker(loaded) == (loaded, '')
+    assert with_tracker(loaded) == (loaded, 'tracker cells: as the site says')
     assert loaded.values()['cells'] == ['north', 'south']
     assert backdrop(loaded)['cameras'] == []
     assert list(examine_site(loaded)) == []

@@ -232,6 +232,8 @@ def track(
         )
     wall_seconds = time.perf_counter() - started
     show_figures(_figures(summary, name, config, processes, wall_seconds), json_file)
+    if summary.tracker:
+        typer.echo(summary.tracker, err=True)
     _tell_place(out, config)
     if store:
         store_results(out, store, config.name, run, overwrite=overwrite)
