@@ -1,4 +1,4 @@
-"""Who was taken for whom, and when: the identity switches of CLEAR MOT one by one."""
+"""Identity switches of CLEAR MOT one by one: when, and between whom."""
 
 from __future__ import annotations
 

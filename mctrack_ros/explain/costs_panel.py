@@ -19,7 +19,7 @@ PARTS = {
     'doubt': ('doubt', '#a23b3b'),
 }
 MOST = 14
-"""So many candidates are shown: the most probable."""
+"""Number of candidates that are shown: the most probable."""
 
 
 def draw_costs(axes: Axes, history: TrackHistory, camera_colour: Callable[[int], str]) -> None:

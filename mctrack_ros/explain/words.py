@@ -11,7 +11,7 @@ from mctrack_ros.explain.history import TrackHistory
 from mctrack_ros.interfaces import Candidates, Choice, Decisions, Explanation, Reason, TrackStatus
 
 NEAR_M = 3.0
-"""Who is nearer is named as a neighbour."""
+"""Distance up to which another track is named as a neighbour."""
 
 COLUMNS = (
     *('camera', 'row', 'calls it', 'takes it for', 'off by m', 'distance²', 'clutter', 'colours'),

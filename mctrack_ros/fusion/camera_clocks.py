@@ -16,7 +16,7 @@ KEPT = 9
 """A camera's clock is judged by so many of its last messages: up to four of them may be wrong."""
 
 JUMPED = 3
-"""So many messages in a row that are not in line with those before show that the clock jumped."""
+"""Number of messages in a row, out of line with those before, that show a jump of the clock."""
 
 MOST_TOLERATED_NS = 50_000_000
 """What a longer wait would absorb is removed all the same: in it people walk 7 cm, ns."""

@@ -1,4 +1,4 @@
-"""Who is near whom on the ground."""
+"""Pairs of tracks that are near each other on the ground."""
 
 from __future__ import annotations
 

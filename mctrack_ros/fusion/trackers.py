@@ -206,7 +206,7 @@ SELDOM = (
     'mctrack_ros.fusion.motion.imm',
     'mctrack_ros.fusion.occupancy',
 )
-"""Whose loops are compiled when they are first called: methods that are not the default."""
+"""Methods that are not the default: their loops are compiled when they are first called."""
 
 
 def fusion_method(config: FusionConfig) -> FusionMethod:

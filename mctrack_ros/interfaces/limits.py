@@ -1,13 +1,13 @@
 """What a target is at most: what says more is not believed; and when time begins anew."""
 
 LARGEST_DISTANCE = 1e6
-"""Nobody is farther than this from the origin, m."""
+"""Largest distance from the origin, m."""
 LARGEST_VARIANCE = 1e6
-"""Who is less certain than this is not known at all, m² and m²/s²."""
+"""Variances from which a target is not known at all, m² and m²/s²."""
 LARGEST_SPEED = 1e3
-"""Nobody is faster, m/s."""
+"""Highest speed, m/s."""
 LARGEST_EXTENT = 100.0
-"""Nobody is larger, m."""
+"""Largest extent, m."""
 
 PAUSE_NS = 1_000_000_000
 """Longest gap within one visit, and within one stretch of a path, ns."""

@@ -18,7 +18,7 @@ from mctrack_ros.replay.recorded import recorded_ticks
 from mctrack_ros.site.site import SiteConfig
 
 WINDOW_S = 600.0
-"""So much of a recording counts, its end: clocks drift by some ms in that time."""
+"""Length of the end of a recording that counts: clocks drift by some ms in that time."""
 TRACKS_TOPIC = '/tracks'
 
 

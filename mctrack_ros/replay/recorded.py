@@ -24,7 +24,7 @@ from mctrack_ros.site.site import SiteConfig
 TICKS_TOPIC = '/ticks'
 SITE_TOPIC = '/site'
 EARLY_NS = 2_000_000_000
-"""So long before a run of fusion began the messages may have been logged that it was given."""
+"""Time before a run of fusion began in which messages that it was given may have been logged."""
 ALWAYS = (None, None)
 Span = tuple[int | None, int | None]
 """Log times from which and until before which something is read, ns; None: all."""

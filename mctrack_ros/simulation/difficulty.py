@@ -13,7 +13,7 @@ from mctrack_ros.simulation.rendering.sight import View
 from mctrack_ros.simulation.world import World
 
 OCCLUDED_BELOW = 0.95
-"""Somebody is partly occluded in an image when less than this share of him is visible."""
+"""Visible share below which somebody is partly occluded in an image."""
 
 CLOSE_M = 1.5
 """People of one kit are close to each other within this distance, m."""

@@ -1,4 +1,4 @@
-"""Who is who, by the corrections of identities that fusion published."""
+"""Identities, by the corrections that fusion published."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who is in which group, from when to when."""
+"""Membership of groups, from when to when."""
 
 from __future__ import annotations
 

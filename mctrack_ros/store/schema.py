@@ -137,7 +137,7 @@ MEMBERS = Table(
     Column('began_ns', BigInteger, primary_key=True),
     Column('ended_ns', BigInteger, nullable=False),
 )
-"""Who was in a group from when to when."""
+"""Membership of a group, from when to when."""
 EVENT_MESSAGES = Table(
     'event_messages',
     METADATA,

@@ -37,7 +37,7 @@ from mctrack_ros.store.summary import add_tracks
 
 EVENTS_TOPIC = '/events'
 FLUSH_S = 0.5
-"""So much is lost at most if the process is killed."""
+"""Most that is lost if the process is killed."""
 _MOST_WAITING = 100_000
 """Rows that wait for the next transaction; an import is faster than its clock."""
 

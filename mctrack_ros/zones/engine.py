@@ -14,7 +14,7 @@ from mctrack_ros.zones.shapes import Zones
 from mctrack_ros.zones.sides import Look, Sides
 
 MEMORY_NS = 120_000_000_000
-"""So long it is remembered where a track was last, should a correction join another to it, ns."""
+"""Time for which the last place of a track is kept, should a correction join another to it, ns."""
 
 Rows = NDArray[np.intp]
 Lives = NDArray[np.void]

@@ -32,7 +32,7 @@ RARELY_FALSE = 0.2
 and for a track that nobody has looked for. Without the first the terrace by two videos loses .02
 MOTA and .05 IDF1; without the second people lose their ids over a time without images."""
 UNWATCHED_NS = 700_000_000
-"""Nobody has looked for what was not seen for so long, ns, though no camera has missed it."""
+"""Time after which what was not seen counts as not looked for, though no camera missed it, ns."""
 
 
 def prior_costs(

@@ -37,7 +37,7 @@ VIEW_EXTENT_SIGMA = (0.1, 0.12)
 FIRST_SPEED = 1.0
 """Standard deviation of the velocity of a new target, m/s."""
 SHARED_M, SHARED_S = 0.25, 1.0
-"""So near to an older target for so long, a target shares its image, and ends."""
+"""Distance to an older target, and time, after which a target shares its image, and ends."""
 ENOUGH = 0.5
 """Effective share of the ground particles from which no further round is needed."""
 SEEN = -6.0

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 APART_M = 0.8
-"""Who is so far from every target is somebody new."""
+"""Distance to every target from which a detection is of somebody new."""
 BOX_NOISE_M = 0.15
 """Added to what is known of a starting position, m: where in a body that is."""
 

@@ -24,7 +24,7 @@ HOLD = 8.0
 MEMORY_S = 0.5
 """Over so long the evidence of a pair is averaged, s: errors of a filter last so long."""
 DECIDE_S = 0.4
-"""So long a cell must know somebody near another's target before it is decided who he is, s."""
+"""Time that a cell must know somebody near another's target before it is decided who he is, s."""
 LIMIT = 40.0
 """A cost counts for so much at most, either way: one bad state decides nothing."""
 JUMP = 13.8

@@ -25,7 +25,7 @@ ROUNDS = 4
 MEDIAN_SQUARED = 2 * np.log(2)
 """Median of a squared Mahalanobis distance in the plane."""
 LAGS = 2
-"""So many blocks later the errors of a target are independent."""
+"""Number of blocks after which the errors of a target are independent."""
 CONFIDENCE = 0.975
 
 

@@ -14,7 +14,7 @@ Mask = NDArray[np.bool_]
 TURNS = 8
 """Each track is looked at in one of so many ticks."""
 LEAST_SHARE = 0.02
-"""Who sees less than this of what another camera sees has no view in common with it."""
+"""Share of what another camera sees below which two have no view in common."""
 PRIOR_S = 2.0
 """How long they must be watched to say as much as what is assumed, s."""
 MEMORY_S = 1000.0

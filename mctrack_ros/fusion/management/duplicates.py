@@ -13,7 +13,7 @@ from mctrack_ros.fusion.neighbours import is_near
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 MERGE_S = 1.7
-"""So long two tracks are in one place before they are one, s: chosen on 24 development crowds."""
+"""Time that two tracks are in one place before they are one, s: by 24 development crowds."""
 TOLD_LOSS = 5.0
 """An image that shows both takes away what so many others in one place add."""
 ENDING = 0.5

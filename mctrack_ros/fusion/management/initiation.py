@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 MOST_STARTS = 256
-"""So many detections start tracks in one tick, of all cameras in turn."""
+"""Most detections that start tracks in one tick, of all cameras in turn."""
 CLUSTER_M = 1.5
 """Unassigned detections of two cameras farther apart start no common track, m: several times what
 feet are off by."""

@@ -1,4 +1,4 @@
-"""Whose trajectory a new track shares: that of the group out of which it came."""
+"""Lineage: a new track shares the trajectory of the group out of which it came."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 TOLD = 13
-"""So many numbers are what a tick measures of a track, see `gathered`."""
+"""Number of values that a tick measures of a track, see `gathered`."""
 
 
 @inlined

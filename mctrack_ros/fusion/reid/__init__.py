@@ -1,1 +1,1 @@
-"""Who is who after an encounter or a loss: re-identification by appearance."""
+"""Re-identification by appearance, after an encounter or a loss."""

@@ -13,7 +13,7 @@ from mctrack_ros.interfaces import TEMPLATE_SIZE
 
 @dataclass(frozen=True)
 class ReidConfig:
-    """Who is who after an encounter."""
+    """Parameters of re-identification after an encounter."""
 
     contact_distance: float = parameter(
         1.5,

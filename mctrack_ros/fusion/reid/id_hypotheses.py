@@ -1,4 +1,4 @@
-"""Whom each track may be, after it met others."""
+"""Identity hypotheses: the targets that each track may be, after it met others."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ class IdHypotheses:
         self._of.pop(track_id, None)
 
     def become(self, old: int, new: int) -> None:
-        """Whoever may be one is another instead: the first turned out to be nobody."""
+        """Replace an identity by another in all hypotheses: the first turned out to be nobody."""
         for one, may_be in self._of.items():
             if old in may_be:
                 self._of[one] = may_be - {old} | {new}
 
     def erase(self, track_ids: Iterable[int]) -> None:
-        """Nobody may be any of these any more."""
+        """Remove identities from all hypotheses."""
         gone = frozenset(track_ids)
         if not gone:
             return

@@ -27,7 +27,7 @@ NEW = 2.5
 on the tuning matches of the pitch."""
 
 MOST_LOST = 100
-"""So many are remembered, those who were lost last."""
+"""Number of targets that are remembered, those who were lost last."""
 
 SPEED = 3.0
 """How fast a lost target may have gone on, m/s: a run."""

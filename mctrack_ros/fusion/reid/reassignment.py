@@ -1,4 +1,4 @@
-"""Who is who after an encounter: ids follow appearance, not the tracks."""
+"""Reassignment of ids after an encounter: they follow appearance, not the tracks."""
 
 from __future__ import annotations
 

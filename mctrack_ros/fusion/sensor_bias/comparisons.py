@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 MOST_TRACKS = 32
-"""So many tracks are compared at a time."""
+"""Number of tracks that are compared at a time."""
 REACH_M = 3.0
 """A detection farther from where the others see a target is not taken for it."""
 ROOM = 6.0

@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 LARGEST_RESIDUAL_PX = 1.0
 """A lens that OpenCV's coefficients do not follow so closely everywhere is refused."""
 FINE_PX = 0.05
-"""So closely k1, k2 and k3 are enough."""
+"""Error up to which k1, k2 and k3 are enough."""
 REWEIGHTED = 6
 STRAIGHT_PX = 0.1
 """A lens that moves no pixel of the image further is none."""

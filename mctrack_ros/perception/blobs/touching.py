@@ -1,4 +1,4 @@
-"""Who touches whom: connected foreground, cut where it is weak."""
+"""Touching people: connected foreground, cut where it is weak."""
 
 from __future__ import annotations
 

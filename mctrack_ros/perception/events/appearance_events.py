@@ -1,4 +1,4 @@
-"""Who is in a camera's view: created, entered, left (events E1, E2 and E4)."""
+"""Appearance events of a camera: created, entered, left (E1, E2 and E4)."""
 
 from __future__ import annotations
 

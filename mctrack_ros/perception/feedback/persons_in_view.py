@@ -1,4 +1,4 @@
-"""Everybody in a camera's view: its own tracks and the fusion node's targets, each once."""
+"""People in a camera's view: its own tracks and the fusion node's targets, each once."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ ROSBAGS_CLASSES = MessageClasses(
 
 _SUFFIXES = {'mcap': '.mcap', 'sqlite3': '.db3'}
 _LATCHED_KEPT = 10
-"""So many messages of a latched topic are repeated of a publisher that does not say its depth."""
+"""Number of messages of a latched topic that are repeated, if the publisher states no depth."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,7 +39,7 @@ from mctrack_ros.site.portable import unpack_site
 from mctrack_ros.site.site import SiteConfig, load_site
 
 _AHEAD = 50
-"""So many recorded messages are looked through for the tracks of a tick."""
+"""Number of recorded messages that are looked through for the tracks of a tick."""
 
 
 @dataclass(frozen=True, slots=True)

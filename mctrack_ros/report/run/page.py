@@ -17,7 +17,7 @@ from mctrack_ros.report.run.clock import clock
 from mctrack_ros.report.run.data import RunData, TrackData
 
 _TRACKS, _MAPS, _ROWS, _GAPS = 40, 12, 20, 5
-"""So many tracks, heat maps, rows of other tables, and gaps are shown at most."""
+"""Most tracks, heat maps, rows of other tables, and gaps that are shown."""
 
 
 class ReportError(ValueError):

@@ -19,10 +19,10 @@ from mctrack_ros.ros.topics.quality import reliable
 
 NODE = 'supervisor'
 _HEARD_S = 3.0
-"""So long the last words wait for a listener, s: nodes take up to two to find one another."""
+"""Time that the last words wait for a listener, s: nodes take up to two to find one another."""
 _POLL_S = 0.05
 _RECENT_S = 5.0
-"""So long a process that was started again is a warning."""
+"""Time for which a process that was started again is a warning."""
 
 
 class ProcessHealth:

@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from mctrack_ros.ros.health.stream_health import PERIOD_S, status
 
 _LATE_NS = 100_000_000
-"""So late is a warning: two images and a half at 25 Hz."""
+"""Delay that is a warning: two images and a half at 25 Hz."""
 
 
 @dataclass(slots=True)

@@ -29,7 +29,7 @@ _OTHER_CLOCK_NS = 60_000_000_000
 _SILENT_S = 0.6
 """A stream is silent after so long, and after three of its intervals."""
 _SLACK = 1.5
-"""So many messages more or less in a second are a matter of when the second begins."""
+"""Difference in messages a second that only depends on when the second begins."""
 _COUNTS = ('lost', 'late', 'refused')
 """What is reported of every stream, even if there is none."""
 _LOSSES = ('lost', 'late', 'refused', 'duplicate', 'out of order')

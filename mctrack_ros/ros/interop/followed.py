@@ -19,7 +19,7 @@ from mctrack_ros.interfaces import (
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 
 WALKING_M_S = 0.3
-"""Who is slower stands, and keeps looking where they went."""
+"""Speed below which a target stands, and keeps its direction."""
 
 
 class Followed:

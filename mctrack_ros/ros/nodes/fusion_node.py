@@ -151,7 +151,7 @@ class FusionNodeConfig:
 
 
 _PACE_NS = 200_000_000
-"""So long the pace of simulated time is measured each time, ns."""
+"""Time over which the pace of simulated time is measured, ns."""
 
 
 class FusionNode(GraphNode):

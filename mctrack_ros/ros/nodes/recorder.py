@@ -39,7 +39,7 @@ from mctrack_ros.ros.topics.raw_source import RawSource, subscribe_raw
 _LOOK_S = 0.2
 _DRAIN_S = 0.02
 _FLUSH_S = 0.5
-"""So much is lost at most when the process is killed, s."""
+"""Most that is lost when the process is killed, s."""
 _REPORT_S = 10.0
 _MB = 1_000_000
 _ASK_S = 2.0

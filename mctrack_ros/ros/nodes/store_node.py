@@ -37,7 +37,7 @@ _DRAIN_S = 0.05
 _DEPTH = 200
 """Messages of a topic that may wait for the next look."""
 _HELD_S = 2.0
-"""So long messages wait for the first `/site`, which says whose they are."""
+"""Time that messages wait for the first `/site`, which says whose they are."""
 _STAMP = Struct('<4xiI')
 _LATE_S = 3.0
 """From then on a database is behind."""

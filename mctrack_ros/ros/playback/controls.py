@@ -22,7 +22,7 @@ from mctrack_ros.ros.playback.pacing import SECOND_NS, Transport
 _FACTOR = 1.1
 """By so much a key changes the speed, as in rosbag2."""
 _SKIP_S = {'left': -5.0, 'right': 5.0}
-"""So far these keys jump, s."""
+"""Distance that these keys jump, s."""
 _ESCAPE, _OPENINGS, _FIRST_END, _LAST_END = '\x1b', ('[', 'O'), '@', '~'
 """Of a key's escape sequence (ECMA-48): how it opens, and between what its end lies."""
 _ARROWS = {'C': 'right', 'D': 'left'}

@@ -14,7 +14,7 @@ from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion.management.initiation import MOST_STARTS
 
 _BLOCK = 1000
-"""So many ids are reserved at a time; those not used are lost when the process is killed."""
+"""Number of ids that are reserved at a time; unused ones are lost when the process is killed."""
 _LAST_START = 2**31
 """A run that would begin above this begins at 1 again: each has half of all ids at least."""
 _REASON = 'without it ids of tracks could be used twice'

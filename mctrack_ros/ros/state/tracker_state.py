@@ -17,9 +17,9 @@ from mctrack_ros.replay.proof.state import StateError, TakenState, stated, take_
 from mctrack_ros.zones.engine import ZoneEngine
 
 _KEEP_NS = 500_000_000
-"""So old is what is kept at most, if nothing happens: people walk 0.7 m in that time."""
+"""Largest age of what is kept, if nothing happens: people walk 0.7 m in that time."""
 _RECENT_S = 10.0
-"""So long the diagnostics warn of a restart."""
+"""Time for which the diagnostics warn of a restart."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -92,7 +92,7 @@ class Picture:
 
 
 class Listener(Protocol):
-    """Who is told; called in the graph's thread."""
+    """Called with each message, in the graph's thread."""
 
     def heard_tracks(self, tracks: Tracks) -> None:
         """Take a message of `/tracks`."""

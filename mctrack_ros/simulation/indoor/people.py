@@ -21,7 +21,7 @@ _NOWHERE = (-500.0, -500.0)
 _ENTER_EVERY_S = 1.2
 _SPEED, _ACCELERATION = 1.3, 4.0
 _ROOM_M, _PUSH = 0.7, 4.0
-"""Who is nearer than this steps aside."""
+"""Distance below which people step aside."""
 _LEAST_M = 0.4
 """People do not come nearer: shoulders are 0.45 m wide, bodies half as deep."""
 _SPOTS_M = 0.75

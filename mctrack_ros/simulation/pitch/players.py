@@ -14,10 +14,10 @@ from mctrack_ros.simulation.scenario import Scenario
 Floats = NDArray[np.float64]
 
 MAX_SPEED = 8.0
-"""Nobody runs faster, m/s."""
+"""Highest speed, m/s."""
 
 MAX_ACCELERATION = 4.0
-"""Nobody speeds up or brakes harder, m/s²."""
+"""Highest acceleration and braking, m/s²."""
 
 _START_M, _STOP_M = 0.8, 0.3
 _WALK_PER_M, _RUN_PER_M, _NEAR_M = 0.45, 0.2, 5.0

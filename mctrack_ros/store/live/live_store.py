@@ -19,7 +19,7 @@ from mctrack_ros.store.upkeep.retention import Keep, forget_old
 from mctrack_ros.store.writer import FLUSH_S
 
 _SAVE_S = 0.1
-"""So much is lost at most if the process is killed: what the system holds outlives it."""
+"""Most that is lost if the process is killed: what the system holds outlives it."""
 _LONGEST_PAUSE_S = 5.0
 _FORGET_S = 3600.0
 """How often what is too old is deleted."""

@@ -23,9 +23,9 @@ Points = Sequence[tuple[float, float]]
 Ints = NDArray[np.int64]
 
 _STRIDE_M = 2.0
-"""Nobody goes farther from one tick to the next."""
+"""Longest way from one tick to the next."""
 _LOOK_BACK_S = 60.0
-"""Nobody stands on a line for longer before a question begins, or a window."""
+"""Longest time that somebody stands on a line before a question begins, or a window."""
 _MOST_PERIODS = 1_000_000
 _WINDOW_S = 600.0
 """Crossings and stays are looked for in so much at a time."""

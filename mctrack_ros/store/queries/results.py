@@ -49,7 +49,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    """Somebody was near, from when to when; the rest is of the closest instant."""
+    """A time of being near, from when to when; the rest is of the closest instant."""
 
     track_id: int
     began_s: float
@@ -156,7 +156,7 @@ class Correction:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Who was together, from when to when; the members by the ids that are known now."""
+    """A time of being together, from when to when; the members by the ids that are known now."""
 
     group_id: int
     began_s: float

@@ -30,7 +30,7 @@ from mctrack_ros.store.schema import (
 from mctrack_ros.store.writer import box_of
 
 _SPANS = 100
-"""So many are read at a time."""
+"""Number that are read at a time."""
 _EVENT_BYTES = sum(dtype.itemsize * int(np.prod(shape)) for _, dtype, shape, _ in Events.LAYOUT)
 _RANK = blocks.WHERE['rank'].start
 

@@ -37,7 +37,7 @@ from mctrack_ros.store.writer import EVENTS_TOPIC
 _UNITS = {'s': 1, 'm': 60, 'h': 3600, 'd': 86400}
 _AGE = re.compile(r'(\d+(?:\.\d+)?)([smhd])')
 _SPANS = 300
-"""So many are deleted in one transaction: meanwhile others who write wait."""
+"""Number that are deleted in one transaction: meanwhile other writers wait."""
 _OF_RUN = (
     *(JOURNAL, TICKS, TRACKS, MEMBERS, GROUPS, EVENTS, EVENT_MESSAGES, CORRECTIONS),
     *(DESCRIPTIONS, RUN_CAMERAS),

@@ -1,4 +1,4 @@
-"""Who may read: this machine, or whoever knows the token."""
+"""Access to streams: for this machine, or whoever knows the token."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ REQUEST_S = 5.0
 LARGEST_REQUEST = 8192
 """Of a request line with its headers, bytes."""
 LARGEST_MESSAGE = 1024
-"""That a client may send over a web socket, bytes; it has nothing to say."""
+"""Most that a client may send over a web socket, bytes; it has nothing to say."""
 CONNECTION = 'connection'
 """Under which name a request's state holds its connection."""
 

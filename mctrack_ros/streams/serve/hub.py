@@ -19,9 +19,9 @@ from mctrack_ros.streams.serve.packing import Block, SharedPacker
 MOST_WAITING = 100
 """Frames that may wait for a reader; with more, 4 s at 25 Hz, he is dropped."""
 STUCK_S = 10.0
-"""So long one who asked for the past may take to read a frame of it, s."""
+"""Time that a reader of the past may take for a frame of it, s."""
 UNKNOWN_S = 3.0
-"""So long a reader waits to be told which run it is, s."""
+"""Time that a reader waits to be told which run it is, s."""
 MOST_REMEMBERED = 20_000
 """Frames, whatever the time that the memory is to reach back."""
 _LATEST_NS = 2**63 - 1

@@ -1,4 +1,4 @@
-"""Who may see a page: this machine, or whoever knows the token."""
+"""Access to a page: for this machine, or whoever knows the token."""
 
 from __future__ import annotations
 

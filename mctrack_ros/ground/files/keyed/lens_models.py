@@ -23,7 +23,7 @@ Lens = tuple[Floats, Floats, float]
 """Intrinsics (4,), OpenCV's terms (5,) or (8,), and how far at most they miss a lens, px."""
 ANGLES = 400
 OWN_TERMS = 8
-"""So many of OpenCV's terms a camera keeps; these follow thin prisms and a tilted sensor."""
+"""Number of OpenCV's terms that are kept; the others are for thin prisms and a tilted sensor."""
 TERMS = {
     'none': 0,
     'plumb_bob': 5,

@@ -1,4 +1,4 @@
-"""Everybody and everything that moves in the car park, without running into one another."""
+"""People and vehicles that move in the car park, without running into one another."""
 
 from __future__ import annotations
 

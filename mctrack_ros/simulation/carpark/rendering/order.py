@@ -1,4 +1,4 @@
-"""Who stands before whom: exact for upright people and the rectangles of cars."""
+"""Order of drawing, far to near: exact for upright people and the rectangles of cars."""
 
 from __future__ import annotations
 
