@@ -69,7 +69,6 @@ from mctrack_ros.perception.background.noise import NoiseMap
 from mctrack_ros.perception.background.shadows import Shadows
 from mctrack_ros.perception.blobs import extraction
 from mctrack_ros.perception.event_tracker import tracker
-from mctrack_ros.perception.local_tracks import table
 from mctrack_ros.perception.local_tracks.table import LocalTracks
 from mctrack_ros.replay import camera_source, workers
 
@@ -171,7 +170,10 @@ CAMERA_RULES = {
         'a background that is lit anew or shifted is taken over',
         patches={(model, 'scene_after'): lambda *_: None},
     ),
-    'walked': Rule('who never walked becomes background', patches={(table, 'WALKED_M'): 0.0}),
+    'walked': Rule(
+        'who walked in and stands becomes no background',
+        patches={(tracker.LocalTracker, 'walked_ids'): lambda _: np.zeros(0, np.int64)},
+    ),
     'first pass': Rule(
         'the background of a recording is learned beforehand',
         patches={(camera_source, 'plate_of'): lambda task: None},

@@ -22,8 +22,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 ROUND = np.eye(2)  # the same in all directions
-WALKED_M = 1.0
-"""Way from where a track began by which it has walked: more than parting blobs shift it."""
 
 
 @dataclass(frozen=True)
@@ -186,7 +184,7 @@ class LocalTracks(ParallelArrays):
         correct(self.mean, self.covariance, rows, predicted.foot, predicted.slope, foot, noise)
         way = np.hypot(*(self.mean[:, :2] - self.origin).T)
         spread = np.sqrt(self.covariance[:, [0, 1], [0, 1]].sum(axis=1))
-        self.walked |= way > np.maximum(WALKED_M, 3.0 * spread)
+        self.walked |= way > 3.0 * spread
 
     def follow_noise(
         self, predicted: Prediction, rows: Ints, foot: Floats, noise: Floats, seconds: float
