@@ -11,7 +11,7 @@ ABOUT = About('night & day', 'map', (389000.0, 5820000.0), 2 * PERIOD_NS, ('goal
 SITE = {
     'run': ABOUT.run,
     'origin': ABOUT.origin,
-    'fusion': {'recognition': {'lost_time': ABOUT.lost_ns / 1e9}},
+    'fusion': {'reid': {'lost_time': ABOUT.lost_ns / 1e9}},
     'zones': [{'index': n, 'name': name} for n, name in enumerate(ABOUT.zones, start=1)],
 }
 """What `/site` says of it."""

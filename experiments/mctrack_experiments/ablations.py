@@ -135,12 +135,12 @@ RULES = {
         'cameras that see nobody together count less',
         patches={(ViewOverlap, 'share'): lambda self: np.ones_like(self.together)},
     ),
-    'merge': Rule('two tracks of one target become one', {'life.merge_distance': 0.0}),
+    'merge': Rule('two tracks of one target become one', {'management.merge_distance': 0.0}),
     're-entry': Rule(
         'the lost are found by prediction and colours',
         patches={(lost_targets, 'ARRIVAL_DENSITY'): 100.0},
     ),
-    'contacts': Rule('ids are corrected after encounters', {'recognition.contact_distance': 0.0}),
+    'contacts': Rule('ids are corrected after encounters', {'reid.contact_distance': 0.0}),
     'strange': Rule(
         'who looks like nobody decides nothing', patches={(reassignment, 'STRANGE'): 1000.0}
     ),

@@ -145,7 +145,7 @@ def _belief() -> CameraMethod:
 
 
 TRACKERS: dict[str, CameraMethod | Deferred] = {
-    'groups': CameraMethod(
+    'event_tracker': CameraMethod(
         EventTrackerConfig,
         lambda config, given: EventTracker(config, *given[1:4]),
         MESSAGES,
@@ -157,7 +157,7 @@ TRACKERS: dict[str, CameraMethod | Deferred] = {
 }
 CAMERA: OneOf[CameraConfig] = OneOf(
     'local_tracker',
-    'groups',
+    'event_tracker',
     "the camera's own tracker: filters on the ground with groups, the silhouettes paper's, the "
     "likelihood-grid paper's, or the view filters of belief propagation",
     TRACKERS,

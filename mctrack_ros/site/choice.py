@@ -95,7 +95,7 @@ def _obstacle(
         return 'cameras that may all start tracks, not untrusted ones'
     for name, camera in cameras.items():
         if not isinstance(camera.pipeline, EventTrackerConfig):
-            return 'pipeline.local_tracker: groups in every camera'
+            return 'pipeline.local_tracker: event_tracker in every camera'
         if camera.boxes_topic:
             return f'masks, which {name} does not send, as it has a boxes_topic'
     return ''

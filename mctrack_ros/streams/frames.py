@@ -56,7 +56,7 @@ class About:
         try:
             said: Mapping[str, Any] = json.loads(text)
             x, y = said['origin']
-            lost_s = said['fusion'].get('recognition', {}).get('lost_time', 0.0)
+            lost_s = said['fusion'].get('reid', {}).get('lost_time', 0.0)
             return cls(
                 run or str(said['run']),
                 frame_id,

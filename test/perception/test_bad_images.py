@@ -115,7 +115,7 @@ def test_the_silhouettes_tracker_takes_black_and_white_for_none_too(mapping, new
     assert stage.pipeline.objects.local_id.tolist() == before
 
 
-@pytest.mark.parametrize('tracker', ['groups', 'silhouettes'])
+@pytest.mark.parametrize('tracker', ['event_tracker', 'silhouettes'])
 @pytest.mark.parametrize(('black', 'after'), [(range(20, 100), 100), (range(91, 200), 85)])
 def test_a_clip_that_begins_again_with_black_images_is_tracked_again(
     mapping, new_stage, tracker, black, after

@@ -163,7 +163,7 @@ def test_a_site_without_an_area_or_with_other_cameras_is_refused(tracked):
     path.write_text(yaml.safe_dump({key: content[key] for key in content if key != 'area'}))
     with pytest.raises(ConfigError, match='name the area'):
         load_site(path).cameras['north'].open('north')
-    content['cameras']['south']['pipeline'] = {'local_tracker': 'groups'}
+    content['cameras']['south']['pipeline'] = {'local_tracker': 'event_tracker'}
     path.write_text(yaml.safe_dump(content))
     with pytest.raises(ConfigError, match='takes detections and likelihood and foreground'):
         load_site(path)

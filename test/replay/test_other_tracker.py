@@ -78,11 +78,11 @@ def test_the_doctor_examines_its_site(hall):
 def test_cameras_that_do_not_tell_what_fusion_wants_are_refused(hall, tmp_path):
     path = tmp_path / 'site.yaml'
     content = yaml.safe_load(path.read_text())
-    content['cameras']['south']['pipeline'] = {'local_tracker': 'groups'}
+    content['cameras']['south']['pipeline'] = {'local_tracker': 'event_tracker'}
     content['pipeline'] = {'local_tracker': 'feet'}
     path.write_text(yaml.safe_dump(content))
     reason = (
-        'cameras.south.pipeline.local_tracker is groups, which publishes detections and '
+        'cameras.south.pipeline.local_tracker is event_tracker, which publishes detections and '
         'foreground/compressed; '
     )
     with pytest.raises(ConfigError, match=reason + 'fusion.tracker feet takes foot_points'):

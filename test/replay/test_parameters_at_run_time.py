@@ -92,7 +92,7 @@ def test_nothing_in_a_tracker_depends_on_what_such_a_parameter_was_before(
 
 def test_a_tracker_goes_on_with_another_threshold():
     before = configured('joint')
-    after = configured('joint', **{'life.most_tracks': 1})
+    after = configured('joint', **{'management.most_tracks': 1})
     changed, kept = (open_fusion(before, CAMERAS) for _ in range(2))
     for index in range(60):
         if index == 30:

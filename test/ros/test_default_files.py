@@ -51,7 +51,7 @@ def test_files_of_another_method_hold_its_parameters_and_are_read(tmp_path):
     )
     assert camera.settings.pipeline == CAMERA.made('silhouettes')
     assert fusion.fusion.motion == MOTION.made('interacting')
-    assert 'local_tracker=groups' in files['camera_node']
+    assert 'local_tracker=event_tracker' in files['camera_node']
 
 
 def test_the_shipped_file_says_how_to_see_those_of_another_method():

@@ -57,21 +57,23 @@ def site(tmp_path):
 
 
 def test_cameras_that_share_a_view_of_large_people_find_them_jointly(site):
-    given = site(batching={'period': 0.2}, life={'coast_time': 2.0})
+    given = site(batching={'period': 0.2}, management={'coast_time': 2.0})
     chosen, why = with_tracker(given)
     assert chosen.fusion.tracker == 'occupancy'
     assert chosen.fusion.batching.period == 0.2
-    assert chosen.fusion.life.coast_time == 2.0
+    assert chosen.fusion.management.coast_time == 2.0
     assert 'occupancy' in why
     assert chosen.cameras == given.cameras
 
 
 @pytest.mark.parametrize('away', [8.0, 40.0])
 def test_vehicles_are_found_jointly_however_small_people_are(site, away):
-    given = site(away=away, pipeline={'tracker': {'vehicles': True}}, life={'coast_time': 2.0})
+    given = site(
+        away=away, pipeline={'tracker': {'vehicles': True}}, management={'coast_time': 2.0}
+    )
     chosen, why = with_tracker(given)
     assert chosen.fusion.tracker == 'vehicles'
-    assert chosen.fusion.life.coast_time == 2.0
+    assert chosen.fusion.management.coast_time == 2.0
     assert 'pipeline.tracker.vehicles' in why
 
 
@@ -86,7 +88,7 @@ def test_a_named_tracker_stays(site):
     ('settings', 'reason'),
     [
         ({'away': 40.0, 'height': 15.0}, 'people are about'),
-        ({'pipeline': {'local_tracker': 'silhouettes'}}, 'local_tracker: groups'),
+        ({'pipeline': {'local_tracker': 'silhouettes'}}, 'local_tracker: event_tracker'),
         ({'own': {'boxes_topic': 'boxes'}}, 'masks, which east does not send'),
         ({'untrusted': 'east'}, 'not untrusted ones'),
         ({'untrusted': 'east', 'pipeline': {'tracker': {'vehicles': True}}}, 'not untrusted ones'),

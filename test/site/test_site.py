@@ -103,7 +103,7 @@ def test_a_camera_with_another_tracker_takes_nothing_that_is_shared_of_the_first
         pipeline={'local_tracker': 'silhouettes', 'silhouettes': {'holes': {'still_s': 3.0}}},
         cameras={
             'west': {'calibration': 'view.yaml'},
-            'east': {'calibration': 'view.yaml', 'pipeline': {'local_tracker': 'groups'}},
+            'east': {'calibration': 'view.yaml', 'pipeline': {'local_tracker': 'event_tracker'}},
         },
     )
     assert loaded.cameras['west'].pipeline.silhouettes.holes.still_s == 3.0
@@ -133,7 +133,7 @@ def test_paths_are_relative_to_the_file(site, tmp_path):
         ({'pipeline': [1]}, 'pipeline is'),
         (
             {'pipeline': {'local_tracker': 'silhouettes', 'reduction': 2}},
-            'cameras.north.pipeline.reduction belongs to local_tracker groups, but '
+            'cameras.north.pipeline.reduction belongs to local_tracker event_tracker, but '
             'cameras.north.pipeline.local_tracker is silhouettes',
         ),
         ({'fusion': {'motion': {'calm_time': 1}}}, 'fusion.motion.calm_time belongs to model int'),

@@ -130,7 +130,7 @@ def test_who_was_found_again_is_not_forgotten():
 
 
 def test_the_site_says_which_run_it_is():
-    said = {'run': 'abc', 'origin': [1, 2], 'fusion': {'recognition': {'lost_time': 20.0}}}
+    said = {'run': 'abc', 'origin': [1, 2], 'fusion': {'reid': {'lost_time': 20.0}}}
     assert About.of_site(json.dumps(said), 'map') == About('abc', 'map', (1.0, 2.0), 20 * 10**9)
     for text in ('', '[]', '{"run": 1}', '{"run": "a", "origin": [1], "fusion": {}}'):
         with pytest.raises(ValueError, match='/site'):

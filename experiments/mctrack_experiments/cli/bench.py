@@ -39,11 +39,11 @@ def ground(json_file: Path | None = _JSON) -> None:
 
 
 @app.command()
-def watchdog(json_file: Path | None = _JSON) -> None:
+def camera_shift(json_file: Path | None = _JSON) -> None:
     """Time the watch for cameras that have moved."""
-    from mctrack_experiments.bench.perception.camera_shift import bench_watchdog
+    from mctrack_experiments.bench.perception.camera_shift import bench_camera_shift
 
-    _tell(bench_watchdog(), json_file)
+    _tell(bench_camera_shift(), json_file)
 
 
 @app.command()

@@ -36,7 +36,7 @@ class Experiment(StrEnum):
     TABLE3 = 'table3'
     FIG18 = 'fig18'
     HONESTY = 'honesty'
-    WATCHDOG = 'watchdog'
+    CAMERA_SHIFT = 'camera_shift'
     SILHOUETTES = 'silhouettes'
     CLASSES = 'classes'
     GREY_CARPARK = 'grey_carpark'
@@ -122,11 +122,11 @@ def reproduce(
     ),
 ) -> None:
     """
-    Measure on real data, matches, car parks, staged scenarios, mappings or the watchdog.
+    Measure on real data, matches, car parks, staged scenarios, mappings or moved cameras.
 
     Real data is needed by pets, terrace, terrace4, street, foreground, lab6p, cmc, wildtrack,
-    defaults, cameras, intel, watchdog, covering, grid, belief and clocks, the fusion benchmark by
-    biased; others are simulated. docs/results.md has what each one gave. The k-th run of an
+    defaults, cameras, intel, camera_shift, covering, grid, belief and clocks, the fusion benchmark
+    by biased; others are simulated. docs/results.md has what each one gave. The k-th run of an
     experiment on simulated scenes has the seeds 1000 k + 1, 1000 k + 2 ...; mean and spread of all
     its runs are printed.
     """
@@ -266,10 +266,10 @@ def _real_experiment(experiment: Experiment) -> Callable[[Path], Figures]:
         from mctrack_experiments.real.terrace.four_cameras import reproduce_terrace
 
         return reproduce_terrace
-    if experiment is Experiment.WATCHDOG:
-        from mctrack_experiments.real.camera_shift import reproduce_watchdog
+    if experiment is Experiment.CAMERA_SHIFT:
+        from mctrack_experiments.real.camera_shift import reproduce_camera_shift
 
-        return reproduce_watchdog
+        return reproduce_camera_shift
     return {
         Experiment.INTEL: reproduce_intel,
         Experiment.FOREGROUND: reproduce_foreground,

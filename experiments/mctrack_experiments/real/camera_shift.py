@@ -1,5 +1,5 @@
 """
-Whether the watchdog finds a camera that has moved, how soon, and whether it ever cries wolf.
+Whether a camera that has moved is found, how soon, and whether there are false alarms.
 
 Its parameters were chosen on seeds 100 to 399.
 """
@@ -36,7 +36,7 @@ PITCH_DRIFT = 0.15
 SHIFTS: dict[str, float] = {'2px': 2.0, '5px': 5.0, '20px': 20.0}
 
 
-def reproduce_watchdog(
+def reproduce_camera_shift(
     data: Path, hours: float = HOURS, trials: int = TRIALS, seed: int = 1
 ) -> Figures:
     """
@@ -67,11 +67,11 @@ def reproduce_watchdog(
         value for name, value in figures.items() if name.endswith('.false_alarms')
     )
     return Figures(
-        'watchdog',
-        'mctrack reproduce watchdog',
+        'camera_shift',
+        'mctrack reproduce camera_shift',
         {
-            'drawn': f'{hours:g} h of {SIZE[0]} x {SIZE[1]} px, only the images that the '
-            f'watchdog looks at, one in {PERIOD_S:g} s: light, clouds, up to '
+            'drawn': f'{hours:g} h of {SIZE[0]} x {SIZE[1]} px, only the images that are '
+            f'looked at, one in {PERIOD_S:g} s: light, clouds, up to '
             '120 people who stand on the ground, a pole in the wind with '
             f'{WIND_PX:g} px along each axis (rms, 0.6 Hz)',
             'trials': f'{trials} of each movement in each of {", ".join(KINDS)}',
@@ -115,10 +115,10 @@ def real_clips(data: Path) -> dict[str, tuple[Images, Image | None]]:
 
 def watch(source: Images, allowed: Image | None = None) -> tuple[int, float, float]:
     """Return how often the alarm began, the largest lasting shift, px, and the share judged."""
-    watchdog = CameraShiftMonitor(CameraShiftConfig(), allowed)
+    monitor = CameraShiftMonitor(CameraShiftConfig(), allowed)
     alarms, largest, judged, count, before = 0, 0.0, 0, 0, ShiftState.SETTLING
     for stamp_ns, image in source:
-        shift = watchdog.watch(image, stamp_ns)
+        shift = monitor.watch(image, stamp_ns)
         alarms += shift.state is ShiftState.MOVED and before is not ShiftState.MOVED
         before = shift.state
         largest = max(largest, shift.size_px)
@@ -132,13 +132,13 @@ def detection_delay(kind: str, name: str, seed: int) -> tuple[float, float]:
     rng = np.random.default_rng([seed, 7])
     begin_s = float(rng.uniform(0, 200))
     scene = WatchedScene(kind, seed, begin_s + BEFORE_S + AFTER_S + 1)
-    watchdog = CameraShiftMonitor(CameraShiftConfig())
+    monitor = CameraShiftMonitor(CameraShiftConfig())
     period_s = PERIOD_S
     moved, moved_s = _movement(name, rng), BEFORE_S + float(rng.uniform(0, period_s))
     delay_s = float('inf')
     for time_s in np.arange(0, BEFORE_S + AFTER_S, period_s).tolist():
         image = scene.image(begin_s + time_s, moved if time_s >= moved_s else None)
-        shift = watchdog.watch(image, round(time_s * 1e9))
+        shift = monitor.watch(image, round(time_s * 1e9))
         if shift.state is ShiftState.MOVED:
             delay_s = min(delay_s, time_s - moved_s)
     return delay_s, shift.size_px

@@ -25,9 +25,9 @@ CHOICES: Mapping[str, Sequence[float | str]] = {
     'association.gate': (9.2, 18.4),
     'motion.sensor_sigma': (0.05, 0.07, 0.1),
     'motion.model': ('interacting',),
-    'life.hit_evidence': (1.5, 3.0),
-    'life.coverage_prior': (0.1, 0.5, 0.9),
-    'life.coverage_cell': (0.5, 1.0),
+    'management.hit_evidence': (1.5, 3.0),
+    'management.coverage_prior': (0.1, 0.5, 0.9),
+    'management.coverage_cell': (0.5, 1.0),
 }
 """What is tried beside the default: what somebody who installs a site might turn."""
 SEARCH_SEEDS, SEEDS = (0, 1, 2), (0, *range(11, 19))

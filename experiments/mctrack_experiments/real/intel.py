@@ -29,7 +29,7 @@ SETTLING_S = 1.0
 TUNED: dict[str, Any] = {
     'background': {'shadow_share': 0.35, 'threshold': 12.0},  # shadows under cars; compressed
     'holes': {'edge_ratio': 0.0},  # both scenes are empty at first: nothing can leave a hole
-    'rest': {'rest_s': 60.0, 'pedestrian_rest_s': 60.0},  # people stand for up to 25 s
+    'absorption': {'rest_s': 60.0, 'pedestrian_rest_s': 60.0},  # people stand for up to 25 s
 }
 
 

@@ -43,7 +43,7 @@ FUSION_SETTINGS: dict[str, Any] = {
     'batching': {'period': PERIOD_S},
     'motion': {'acceleration_density': 1.0},
     'association': {'appearance_weight': 30.0},
-    'life': {'tentative_time': 0.3, 'report_time': 0.5, 'coast_time': 3.0},
+    'management': {'tentative_time': 0.3, 'report_time': 0.5, 'coast_time': 3.0},
 }
 SETTINGS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     'pets.pixels': ({}, {'batching': {'period': PERIOD_S}}),

@@ -1,7 +1,7 @@
 from mctrack_experiments.bench.perception.camera import bench_camera
 from mctrack_experiments.bench.perception.pitch import crowd
 
-STAGES = ('decoding', 'watchdog', 'background', 'cleaning', 'blobs')
+STAGES = ('decoding', 'camera_shift', 'background', 'cleaning', 'blobs')
 
 
 def test_the_bench_times_both_trackers_their_stages_and_peers():

@@ -4,7 +4,7 @@ from typer.testing import CliRunner
 from mctrack_experiments.cli.bench import app
 
 
-@pytest.mark.parametrize('part', ['ground', 'watchdog', 'camera', 'store', 'fusion'])
+@pytest.mark.parametrize('part', ['ground', 'camera-shift', 'camera', 'store', 'fusion'])
 def test_every_part_explains_itself(part):
     result = CliRunner().invoke(app, [part, '--help'])
     assert result.exit_code == 0

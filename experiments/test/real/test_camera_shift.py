@@ -3,7 +3,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from mctrack_experiments.bench.perception.camera_shift import bench_watchdog
+from mctrack_experiments.bench.perception.camera_shift import bench_camera_shift
 from mctrack_experiments.real.camera_shift import (
     detection_delay,
     pitch_images,
@@ -45,7 +45,7 @@ def test_the_wind_is_as_strong_as_stated():
 
 
 def test_the_bench_compares_with_its_peer():
-    figures = bench_watchdog(10).figures
+    figures = bench_camera_shift(10).figures
     assert figures['ms_per_image'] > 0
     assert figures['square.peer.phase_correlation.ms_per_image'] > 0
 

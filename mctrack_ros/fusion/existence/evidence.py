@@ -58,10 +58,12 @@ class Evidence:
     """
 
     def __init__(self, cameras: int, config: JointConfig) -> None:
-        self._life = life = config.life
+        self._management = management = config.management
         self._alive_s = TIMEOUTS * config.batching.patience
         self._cameras = cameras
-        self._coverage = DetectionProbability(cameras, life.coverage_cell, life.coverage_prior)
+        self._coverage = DetectionProbability(
+            cameras, management.coverage_cell, management.coverage_prior
+        )
         self._common = ViewOverlap(cameras)
         self._silent_s = np.full(cameras, np.inf)
         self._interval_s = np.zeros(cameras)
@@ -97,7 +99,7 @@ class Evidence:
             The newly confirmed.
 
         """
-        life, coverage = self._life, self._coverage
+        management, coverage = self._management, self._coverage
         self._silent_s += seconds
         since_s = np.where(np.isfinite(self._silent_s), self._silent_s, seconds)
         self._note_intervals(batch.cameras)
@@ -114,9 +116,9 @@ class Evidence:
             seconds,
             np.minimum(since_s / LOOK_S, 1.0),
             self._interval_s,
-            life.hit_evidence,
+            management.hit_evidence,
             MISS_WEIGHT,
-            life.confirm_evidence,
+            management.confirm_evidence,
         )
         sure = tick_ns - table.first_ns >= SURE_S * 1e9
         self._common.learn(seen, could, sure, min(seconds, LOOK_S))

@@ -145,8 +145,8 @@ def _joined(table: TrackTable, ended: TrackTable, reset_ids: NDArray[np.uint32])
 
 def _judge_living(verdicts: _Verdicts, predicted: TrackTable, config: JointConfig) -> None:
     """Say of each track whether it is seen, hidden or coasts, whether it is new or confirmed."""
-    table, life = verdicts.table, config.life
-    verdicts.limit[:] = np.where(table.confirmed, life.coast_time, life.tentative_time)
+    table, management = verdicts.table, config.management
+    verdicts.limit[:] = np.where(table.confirmed, management.coast_time, management.tentative_time)
     known, row = _known(verdicts.former_id(), predicted)
     supported, begun = np.zeros(len(table), bool), np.ones(len(table), bool)
     supported[known] = table.kept_ns[known] > predicted.kept_ns[row]
@@ -155,8 +155,10 @@ def _judge_living(verdicts: _Verdicts, predicted: TrackTable, config: JointConfi
     confirmed[known] &= ~predicted.confirmed[row]
     verdicts.say(supported, Reason.HIDDEN, np.nan, np.nan)
     verdicts.say(table.cameras > 0, Reason.SEEN, np.nan, np.nan)
-    verdicts.say(begun, Reason.BEGAN, table.evidence[begun], life.confirm_evidence)
-    verdicts.say(confirmed, Reason.CONFIRMED, table.evidence[confirmed], life.confirm_evidence)
+    verdicts.say(begun, Reason.BEGAN, table.evidence[begun], management.confirm_evidence)
+    verdicts.say(
+        confirmed, Reason.CONFIRMED, table.evidence[confirmed], management.confirm_evidence
+    )
     verdicts.other_id[begun | confirmed] = table.origin[begun | confirmed]
 
 
@@ -185,8 +187,8 @@ def _judge_ended(
     config: JointConfig,
 ) -> None:
     """Say why each track ended."""
-    table, life = verdicts.table, config.life
-    limit = np.where(table.confirmed, life.coast_time, life.tentative_time)
+    table, management = verdicts.table, config.management
+    limit = np.where(table.confirmed, management.coast_time, management.tentative_time)
     limit = np.maximum(limit, 1.5 * config.batching.period)
     verdicts.say(np.ones(len(table), bool), Reason.SILENT, verdicts.value, limit)
     unseen = table.confirmed & (table.evidence < 0)

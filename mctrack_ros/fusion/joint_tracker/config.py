@@ -10,7 +10,7 @@ from mctrack_ros.config import parameter, tag
 from mctrack_ros.fusion.association.config import ASSOCIATION, AssociationConfig
 from mctrack_ros.fusion.columns import Column, Columns
 from mctrack_ros.fusion.config import FusionConfig
-from mctrack_ros.fusion.management.config import LifeConfig
+from mctrack_ros.fusion.management.config import ManagementConfig
 from mctrack_ros.fusion.motion.config import MOTION, MotionConfig
 from mctrack_ros.fusion.reid.config import ReidConfig
 
@@ -27,8 +27,8 @@ class JointConfig(FusionConfig):
     )
     motion: MotionConfig = MOTION.field()
     association: AssociationConfig = ASSOCIATION.field()
-    life: LifeConfig = LifeConfig()
-    recognition: ReidConfig = ReidConfig()
+    management: ManagementConfig = ManagementConfig()
+    reid: ReidConfig = ReidConfig()
 
 
 class OutputColumns(Columns):

@@ -87,7 +87,7 @@ class JointTracker:
     def _nearby(self) -> float:
         """How near tracks are to each other that matter to each other, m."""
         config = self._config
-        return max(config.recognition.contact_distance, config.life.merge_distance)
+        return max(config.reid.contact_distance, config.management.merge_distance)
 
     @property
     def next_id(self) -> int:

@@ -12,7 +12,7 @@ from mctrack_ros.fusion.existence.config import ExistenceConfig
 
 
 @dataclass(frozen=True)
-class LifeConfig(ExistenceConfig):
+class ManagementConfig(ExistenceConfig):
     """When a track begins and ends."""
 
     tentative_time: float = parameter(

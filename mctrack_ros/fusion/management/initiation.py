@@ -97,7 +97,7 @@ def with_room(
 
     And rows of those, (k,), that are beside others, within `CROWD_M`.
     """
-    room = max(config.life.most_tracks - len(table), 0)
+    room = max(config.management.most_tracks - len(table), 0)
     together, most = _together(fresh.mean, table.mean, CROWD_M)
     if len(fresh) > room or most >= MOST_TOGETHER:
         kept = np.flatnonzero(together < MOST_TOGETHER)[:room]

@@ -37,8 +37,11 @@ def is_over(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:
     One whom a slow camera saw last waits for its next images: a confirmed one for two, a
     tentative one while the latest shows it.
     """
-    life, least = config.life, 1.5 * config.batching.period
-    tentative_s, confirmed_s = max(life.tentative_time, least), max(life.coast_time, least)
+    management, least = config.management, 1.5 * config.batching.period
+    tentative_s, confirmed_s = (
+        max(management.tentative_time, least),
+        max(management.coast_time, least),
+    )
     return _is_over(table.fixed, stamp_ns, tentative_s, confirmed_s)
 
 
@@ -58,7 +61,7 @@ def _is_over(tracks: Any, stamp_ns: int, tentative_s: float, confirmed_s: float)
 
 def is_expected(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:
     """Return the mask of the tracks whose target may be seen any moment: feedback has them."""
-    limit = max(config.life.report_time, 1.5 * config.batching.period)
+    limit = max(config.management.report_time, 1.5 * config.batching.period)
     return silence(table, stamp_ns) <= np.maximum(limit, 1.5 * table.pace_s)
 
 

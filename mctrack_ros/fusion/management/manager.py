@@ -195,7 +195,7 @@ class TrackManager:
         self, table: TrackTable, near: NearPairs, stamp_ns: int, seconds: float
     ) -> list[tuple[int, int]]:
         """Return pairs of rows (kept, dropped) that are one; two seen alone never are."""
-        close = close_pairs(table, *near, self._config.life.merge_distance, seconds)
+        close = close_pairs(table, *near, self._config.management.merge_distance, seconds)
         if not len(close.one):
             self._duplicates.clear()
             return []

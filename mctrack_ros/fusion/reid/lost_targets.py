@@ -37,7 +37,7 @@ class LostTargets:
     """
     Targets that no track has any more, each with the last record of its track.
 
-    A target stays for `recognition.lost_time` after it was lost, unless it is found or `MOST_LOST`
+    A target stays for `reid.lost_time` after it was lost, unless it is found or `MOST_LOST`
     others were lost since. A new track is a lost target if that is likelier than a new one: by its
     state against the predicted one (so the time away counts as well as the place) and by colours.
 
@@ -80,7 +80,7 @@ class LostTargets:
     def expire(self, stamp_ns: int) -> list[int]:
         """Forget those lost too long ago, or after this stamp; return their ids."""
         age_ns = stamp_ns - self._lost_ns
-        kept = (age_ns >= 0) & (age_ns <= self._config.recognition.lost_time * 1e9)
+        kept = (age_ns >= 0) & (age_ns <= self._config.reid.lost_time * 1e9)
         expired: list[int] = self.tracks.track_id[~kept].tolist()
         self._keep(kept)
         return expired
@@ -102,7 +102,7 @@ class LostTargets:
 
     def reach(self, since_ns: NDArray[np.int64]) -> Floats:
         """Return how far targets have gone at most that were seen so long ago, m."""
-        return np.asarray(self._config.recognition.contact_distance + SPEED * since_ns * 1e-9)
+        return np.asarray(self._config.reid.contact_distance + SPEED * since_ns * 1e-9)
 
     def find(self, table: TrackTable, row: int, sample: Floats, stamp_ns: int) -> int:
         """Return whom a new track with a sample (48,) most likely is; 0: somebody new."""

@@ -65,7 +65,7 @@ class Reassignment:
     """
 
     def __init__(self, config: JointConfig) -> None:
-        self._config = config.recognition
+        self._config = config.reid
         self.model = AppearanceModel()
         self._hypotheses = IdHypotheses()
         self.lost = LostTargets(config, self.model)

@@ -41,7 +41,7 @@ class BeliefCameraConfig(CameraConfig):
     )
     seed: int = parameter(1, 'seed of the random numbers', minimum=0)
     background: BackgroundConfig = BackgroundConfig()
-    watchdog: CameraShiftConfig = CameraShiftConfig()
+    camera_shift: CameraShiftConfig = CameraShiftConfig()
 
     @property
     def moves(self) -> bool:

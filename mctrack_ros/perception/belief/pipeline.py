@@ -73,9 +73,11 @@ class BeliefCamera:
                 )
             self._moving = MovingCamera(mapping, lines)
         else:
-            detector = EventTrackerConfig(background=config.background, watchdog=config.watchdog)
+            detector = EventTrackerConfig(
+                background=config.background, camera_shift=config.camera_shift
+            )
             self._detector = EventTracker(detector, mapping, mask, background)
-        self._front = FrontEnd(mapping, config.watchdog, mask)
+        self._front = FrontEnd(mapping, config.camera_shift, mask)
         self._filters = ViewFilters(mapping, name, config)
         self._box: Floats = np.zeros((0, 4))
         self._looked: dict[int, Floats] = {}

@@ -46,7 +46,7 @@ class TrackerConfig:
 class EventTrackerConfig(CameraConfig):
     """Parameters of `EventTracker`."""
 
-    local_tracker: str = tag('groups')
+    local_tracker: str = tag('event_tracker')
     reduction: int = parameter(
         1, 'images are reduced by this factor before the background', minimum=1, maximum=4
     )
@@ -58,7 +58,7 @@ class EventTrackerConfig(CameraConfig):
     groups: GroupConfig = field(default_factory=GroupConfig)
     classes: ClassConfig = field(default_factory=ClassConfig)
     tracker: TrackerConfig = field(default_factory=TrackerConfig)
-    watchdog: CameraShiftConfig = field(default_factory=CameraShiftConfig)
+    camera_shift: CameraShiftConfig = field(default_factory=CameraShiftConfig)
 
     @property
     def sight(self) -> Sight:

@@ -60,7 +60,7 @@ class EventTracker:
         least_px = config.sight.farthest_px(mapping)
         config = replace(config, blobs=replace(config.blobs, farthest_height_px=least_px))
         self._config, self._mapping = config, mapping
-        self._front = FrontEnd(mapping, config.watchdog, mask)
+        self._front = FrontEnd(mapping, config.camera_shift, mask)
         self._sizes = SizeTable(mapping)
         if background is not None:
             check_image(background, mapping.image_size)

@@ -47,7 +47,7 @@ class LikelihoodCameraConfig(CameraConfig):
         'also send the foreground mask, for fusion.layers both; false: edges alone, as the paper',
     )
     background: BackgroundConfig = BackgroundConfig()
-    watchdog: CameraShiftConfig = CameraShiftConfig()
+    camera_shift: CameraShiftConfig = CameraShiftConfig()
 
     def within(self, area: str) -> Self:
         """Return the parameters with the site's area, unless they name an own one."""

@@ -79,7 +79,7 @@ class LikelihoodCamera:
         background: Image | None = None,
     ) -> None:
         self._config, self._mapping = config, mapping
-        self._front = FrontEnd(mapping, config.watchdog, mask)
+        self._front = FrontEnd(mapping, config.camera_shift, mask)
         self._factor = _factor(mapping, config.grid.person_height)
         self._mask = None if mask is None else self.reduced(mask)
         grid = grid_of(config.grid)

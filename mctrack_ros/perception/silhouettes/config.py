@@ -66,12 +66,14 @@ class SilhouetteConfig:
     background: SubtractionConfig = field(default_factory=SubtractionConfig)
     components: ComponentConfig = field(default_factory=ComponentConfig)
     holes: HoleConfig = field(default_factory=HoleConfig)
-    stains: FalseForegroundConfig = field(default_factory=FalseForegroundConfig)
+    stationary_false_foreground: FalseForegroundConfig = field(
+        default_factory=FalseForegroundConfig
+    )
     tracker: SilhouetteTrackerConfig = field(default_factory=SilhouetteTrackerConfig)
-    rest: AbsorptionConfig = field(default_factory=AbsorptionConfig)
-    places: PlaceConfig = field(default_factory=PlaceConfig)
+    absorption: AbsorptionConfig = field(default_factory=AbsorptionConfig)
+    ground_position: PlaceConfig = field(default_factory=PlaceConfig)
     report: ReportConfig = field(default_factory=ReportConfig)
-    watchdog: CameraShiftConfig = field(default_factory=CameraShiftConfig)
+    camera_shift: CameraShiftConfig = field(default_factory=CameraShiftConfig)
 
 
 @dataclass(frozen=True)
@@ -90,9 +92,9 @@ def as_printed() -> SilhouetteConfig:
         ),
         components=ComponentConfig(closing_px=1, learn_specks=False),
         holes=HoleConfig(edge_ratio=0.0),
-        stains=FalseForegroundConfig(still_s=0.0),
+        stationary_false_foreground=FalseForegroundConfig(still_s=0.0),
         tracker=SilhouetteTrackerConfig(
-            gathering=FragmentMergingConfig(
+            fragment_merging=FragmentMergingConfig(
                 person_height_m=0.0, least_part_m=0.0, faint_sigmas=0.0
             ),
             comparison=ComparisonConfig(place_weight=0.0),
@@ -108,7 +110,7 @@ def as_printed() -> SilhouetteConfig:
                 motion_s=0.0,
             ),
         ),
-        rest=AbsorptionConfig(
+        absorption=AbsorptionConfig(
             rest_s=4.0,
             rest_px=3.0,
             still_share=0.0,

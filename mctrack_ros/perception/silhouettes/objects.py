@@ -40,8 +40,8 @@ class ObjectConfig:
     )
     move_px: float = parameter(
         6.0,
-        'distance that it must have come by then, which holes and stains do not; 0: as printed '
-        '[px]',
+        'distance that it must have come by then, which holes and false foreground do not; 0: '
+        'as printed [px]',
         minimum=0.0,
     )
     hold_s: float = parameter(

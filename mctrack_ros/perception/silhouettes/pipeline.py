@@ -62,10 +62,12 @@ class SilhouettePipeline:
         mask: Image | None = None,
         background: Image | None = None,
     ) -> None:
-        self._front = FrontEnd(mapping, config.watchdog, mask)
+        self._front = FrontEnd(mapping, config.camera_shift, mask)
         self._config = config
         self._segmentation = Segmentation(config, mapping, mask, background)
-        self._places = Places(config.places, config.tracker.classes.vehicle_height_m, mapping)
+        self._places = Places(
+            config.ground_position, config.tracker.classes.vehicle_height_m, mapping
+        )
         self._tracker = SilhouetteTracker(config.tracker, self._places.sizes)
         self._classes = ClassVotes()
         self._groups = Groups(GroupConfig(part_s=config.report.part_s))

@@ -67,7 +67,7 @@ class Segmentation:
             background = self._smoothed(background)
         self._scene = Scene(own.background(), own.shadows(), mapping, 1.0, mask, background)
         self._nobody = np.zeros(mapping.image_size[::-1], np.uint8)
-        self._rest = Absorption(config.rest)
+        self._rest = Absorption(config.absorption)
 
     @property
     def background(self) -> Background:
@@ -125,7 +125,9 @@ class Segmentation:
         if config.components.learn_specks:
             _learn_specks(image, np.where(found.labels == 0, mask, np.uint8(0)), background)
         found = patched(found, image, background, config.holes)
-        return without_stains(found, still, objects, sizes, image, background, config.stains)
+        return without_stains(
+            found, still, objects, sizes, image, background, config.stationary_false_foreground
+        )
 
     def insert_resting(
         self,

@@ -56,7 +56,7 @@ class SilhouetteTrackerConfig:
 
     comparison: ComparisonConfig = field(default_factory=ComparisonConfig)
     match: MatchConfig = field(default_factory=MatchConfig)
-    gathering: FragmentMergingConfig = field(default_factory=FragmentMergingConfig)
+    fragment_merging: FragmentMergingConfig = field(default_factory=FragmentMergingConfig)
     division: DivisionConfig = field(default_factory=DivisionConfig)
     objects: ObjectConfig = field(default_factory=ObjectConfig)
     classes: ClassConfig = field(default_factory=ClassConfig)
@@ -185,7 +185,7 @@ class SilhouetteTracker:
 
     def _bodies(self, silhouettes: Silhouettes, background: Background) -> Silhouettes:
         """Gather what belongs to one body; leave out what is too small to be one."""
-        sizes, config = self._sizes, self._config.gathering
+        sizes, config = self._sizes, self._config.fragment_merging
         is_known = self.objects.established & (self.objects.alone_s >= config.known_s)
         silhouettes = gathered(silhouettes, self.objects.shapes.select(is_known), sizes, config)
         small_px = self._config.objects.least_area_px

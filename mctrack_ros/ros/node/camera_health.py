@@ -24,7 +24,7 @@ class PoseHealth:
     Attributes
     ----------
     shift : CameraShift
-        What its watchdog said last.
+        What is known of its shift.
 
     """
 

@@ -185,7 +185,9 @@ class CameraNode(GraphNode):
     def boxes_topic(self) -> str:
         """Return where boxes come from; refuse a tracker of fusion that needs more."""
         if self.method.messages[0] is not Detections:
-            raise ConfigError('boxes_topic gives detections alone: name local_tracker groups')
+            raise ConfigError(
+                'boxes_topic gives detections alone: name local_tracker event_tracker'
+            )
         return named_image_topic(self.config.camera, self.config.settings.boxes_topic)
 
     def on_boxes(self, message: Any) -> None:
@@ -254,7 +256,7 @@ class CameraNode(GraphNode):
             self.get_logger().warning('the background is learned: nobody is seen meanwhile')
 
     def note_shift(self, shift: CameraShift) -> None:
-        """Keep what the watchdog says; log when the camera moves or is back."""
+        """Keep how far the camera has moved; log when the camera moves or is back."""
         before, self.pose.shift = self.pose.shift.state, shift
         if shift.state is before:
             return

@@ -7,12 +7,12 @@ from fusion_scenes import detections
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import LOOK_S
 from mctrack_ros.fusion.existence.evidence import MISS_WEIGHT, MOST_EVIDENCE, Evidence
-from mctrack_ros.fusion.management.config import LifeConfig
+from mctrack_ros.fusion.management.config import ManagementConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
 
-LIFE = LifeConfig(hit_evidence=2.0)
-CONFIG = JointConfig(life=LIFE)
+LIFE = ManagementConfig(hit_evidence=2.0)
+CONFIG = JointConfig(management=LIFE)
 SECONDS = 0.1
 SHARE = SECONDS / LOOK_S
 HIT, MISS = SHARE * LIFE.hit_evidence, -SHARE * np.log(1 - LIFE.coverage_prior)

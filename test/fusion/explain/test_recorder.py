@@ -11,7 +11,7 @@ from mctrack_ros.fusion.association.joint import JointAssociation
 from mctrack_ros.fusion.association.likelihood import prior_costs
 from mctrack_ros.fusion.association.solvers import ASSOCIATORS, Pairs
 from mctrack_ros.fusion.explain.decisions import decisions_of
-from mctrack_ros.fusion.management.config import LifeConfig
+from mctrack_ros.fusion.management.config import ManagementConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.reid.reassignment import Reassignment
 from mctrack_ros.fusion.table import TrackTable
@@ -148,7 +148,7 @@ def test_a_life_is_told_from_its_begin_to_its_end():
     assert np.isnan(told[0].predicted).all()
     assert np.isfinite(told[1].predicted).all()
     last = next(each for each in told if Reason.SILENT in each.reason)
-    assert last.value[0] > last.limit[0] == CONFIG.life.coast_time
+    assert last.value[0] > last.limit[0] == CONFIG.management.coast_time
 
 
 def test_detections_that_begin_a_track_and_those_that_do_not_are_told():
@@ -188,7 +188,7 @@ def test_a_group_that_hides_nobody_is_told_as_unused():
 
 
 def test_a_detection_that_there_is_no_room_for_is_told_as_unused():
-    pipeline = JointTracker(JointConfig(life=LifeConfig(most_tracks=1)), CAMERAS)
+    pipeline = JointTracker(JointConfig(management=ManagementConfig(most_tracks=1)), CAMERAS)
     _, why = explained(lambda index: {'one': [[0, 0], [9, 0]][: index + 1]}, 2, pipeline)[-1]
     told = dict(zip(why.candidates.choice.tolist(), why.candidates.track_id.tolist()))
     assert told == {Choice.TAKEN: 1, Choice.UNUSED: 0}
@@ -269,7 +269,7 @@ def test_who_ended_was_silent_or_not_seen_where_he_should_have_been():
     told, _ = decisions_of(nobody, ended, nobody, reset, Reassignment(CONFIG), now_ns, CONFIG)
     assert told.reason.tolist() == [Reason.UNSEEN, *[Reason.SILENT] * 3]
     assert told.value.tolist() == [-0.5, 5, 5, 5]
-    coast, tentative = CONFIG.life.coast_time, CONFIG.life.tentative_time
+    coast, tentative = CONFIG.management.coast_time, CONFIG.management.tentative_time
     np.testing.assert_allclose(told.limit, [0, coast, coast, tentative], rtol=1e-6)
     assert told.status.tolist() == [TrackStatus.DELETED] * 4
     assert told.is_published.all()

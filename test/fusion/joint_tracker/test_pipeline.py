@@ -7,7 +7,7 @@ from fusion_scenes import PERIOD_NS, detections, published, tick
 from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion import JointConfig, JointTracker
 from mctrack_ros.fusion.association.config import ASSOCIATION
-from mctrack_ros.fusion.management.config import LifeConfig
+from mctrack_ros.fusion.management.config import ManagementConfig
 from mctrack_ros.fusion.management.initiation import MOST_TOGETHER
 from mctrack_ros.fusion.measurements.admission import MOST_DETECTIONS, usable_rows
 from mctrack_ros.interfaces import (
@@ -161,7 +161,9 @@ def test_whom_cameras_that_saw_him_well_see_no_longer_is_soon_published_no_longe
 
 
 def test_whom_the_only_camera_sees_again_is_published_at_once():
-    pipeline = JointTracker(JointConfig(life=LifeConfig(report_time=3, coast_time=3)), ('one',))
+    pipeline = JointTracker(
+        JointConfig(management=ManagementConfig(report_time=3, coast_time=3)), ('one',)
+    )
     (name,) = published(run(lambda index: {'one': [[0, 0]]}, 250, pipeline)[-1])
     assert not published(run(lambda index: {'one': []}, 50, pipeline, 250)[-1])
     assert list(published(run(lambda index: {'one': [[0, 0]]}, 1, pipeline, 300)[-1])) == [name]
@@ -211,7 +213,7 @@ def test_whom_no_camera_could_have_seen_is_published_for_a_while():
     pipeline = JointTracker(JointConfig(), tuple(well_seen(0)))
     run(well_seen, 250, pipeline)
     silent = run(lambda index: {}, 14, pipeline, 250)
-    told = int(LifeConfig().report_time * 1e9 / PERIOD_NS)
+    told = int(ManagementConfig().report_time * 1e9 / PERIOD_NS)
     assert [len(published(output)) for output in silent] == [1] * told + [0] * (14 - told)
 
 
@@ -453,7 +455,7 @@ def test_a_flood_of_detections_is_bounded():
     rng = np.random.default_rng(0)
     pipeline = JointTracker(JointConfig(), CAMERAS)
     spread = [pipeline.step(tick(i, {'one': rng.uniform(-50, 50, (3000, 2))})) for i in range(8)]
-    assert max(len(output.tracks) for output in spread) <= JointConfig().life.most_tracks
+    assert max(len(output.tracks) for output in spread) <= JointConfig().management.most_tracks
     pipeline = JointTracker(JointConfig(), CAMERAS)
     spot = [pipeline.step(tick(i, {'one': rng.normal(0, 0.1, (3000, 2))})) for i in range(8)]
     assert max(len(output.tracks) for output in spot) <= 2 * MOST_TOGETHER

@@ -5,7 +5,7 @@ import pytest
 
 from fusion_scenes import PERIOD_NS
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.management.config import LifeConfig
+from mctrack_ros.fusion.management.config import ManagementConfig
 from mctrack_ros.fusion.management.initiation import (
     CROWD_EVIDENCE,
     CROWD_M,
@@ -147,7 +147,7 @@ def test_no_more_begin_than_there_is_room_for_and_none_in_a_dense_crowd():
     fresh, beside = with_room(tracks([[5, 0], [0.5, 0], [5.5, 0], [9, 9]]), known, CONFIG)
     assert len(fresh) == 4
     assert beside.tolist() == [1, 2]
-    small = JointConfig(life=LifeConfig(most_tracks=5))
+    small = JointConfig(management=ManagementConfig(most_tracks=5))
     assert with_room(tracks([[5, 0], [7, 0], [20, 0], [30, 0]]), known, small)[0].mean[
         :, 0
     ].tolist() == [5, 7, 20]

@@ -4,7 +4,7 @@ import pytest
 
 from mctrack_ros.fusion import JointConfig
 from mctrack_ros.fusion.config import BatchingConfig
-from mctrack_ros.fusion.management.config import LifeConfig
+from mctrack_ros.fusion.management.config import ManagementConfig
 from mctrack_ros.fusion.management.lifecycle import (
     GROUP_MEMORY_S,
     is_expected,
@@ -14,9 +14,9 @@ from mctrack_ros.fusion.management.lifecycle import (
 )
 from mctrack_ros.fusion.table import TrackTable
 
-LIFE = LifeConfig(tentative_time=0.2, report_time=0.5, coast_time=1.0)
-CONFIG = JointConfig(life=LIFE)
-SLOW_TICKS = JointConfig(batching=BatchingConfig(period=2.0), life=LIFE)
+LIFE = ManagementConfig(tentative_time=0.2, report_time=0.5, coast_time=1.0)
+CONFIG = JointConfig(management=LIFE)
+SLOW_TICKS = JointConfig(batching=BatchingConfig(period=2.0), management=LIFE)
 NOW_NS = 90_000_000_000
 
 

@@ -17,11 +17,11 @@ SETTLED_S = 10.0
 
 
 class Camera:
-    """A camera in front of a textured ground, and its watchdog."""
+    """A camera in front of a textured ground, and what watches it."""
 
     def __init__(self, allowed=None, seed=0):
         self.still = ground(seed)
-        self.watchdog = CameraShiftMonitor(CameraShiftConfig(settling_s=5.0), allowed)
+        self.monitor = CameraShiftMonitor(CameraShiftConfig(settling_s=5.0), allowed)
         self.rng = np.random.default_rng(seed)
         noise = self.rng.normal(0, 2, (2 * SIZE[1], SIZE[0], 3))
         self.noise = np.rint(noise).astype(np.int16)
@@ -35,7 +35,7 @@ class Camera:
             image = change(seen(self.still, **moved), self.time_s)
             row = self.rng.integers(SIZE[1])
             noisy = np.clip(image + self.noise[row : row + SIZE[1]], 0, 255)
-            said.append(self.watchdog.watch(noisy.astype(np.uint8), round(self.time_s * 1e9)))
+            said.append(self.monitor.watch(noisy.astype(np.uint8), round(self.time_s * 1e9)))
         return said
 
 
@@ -211,6 +211,6 @@ def test_the_same_images_give_the_same_answers():
 
 
 def test_images_between_looks_cost_nothing_and_change_nothing(camera):
-    before = camera.watchdog.shift
+    before = camera.monitor.shift
     stamp_ns = round(camera.time_s * 1e9) + 1
-    assert camera.watchdog.watch(np.zeros((*SIZE[::-1], 3), np.uint8), stamp_ns) is before
+    assert camera.monitor.watch(np.zeros((*SIZE[::-1], 3), np.uint8), stamp_ns) is before

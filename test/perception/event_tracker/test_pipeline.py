@@ -271,7 +271,7 @@ def test_a_camera_that_has_moved_is_less_certain_by_the_shift(mapping):
     quick = CameraShiftConfig(settling_s=2.0, sustain_s=2.0)
 
     def walk(shift_px):
-        pipeline = EventTracker(EventTrackerConfig(watchdog=quick), mapping)
+        pipeline = EventTracker(EventTrackerConfig(camera_shift=quick), mapping)
         for index in range(80):
             offset = 20 - (shift_px if index > 50 else 0)
             image = paving[20 : 20 + size[1], offset : offset + size[0]].copy()

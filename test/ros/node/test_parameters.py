@@ -15,14 +15,14 @@ CASES = {
     'unknown': ('camera_node', {'peroid': 0.04}, 'unknown parameter peroid: was period meant?'),
     'unknown below': (
         'fusion_node',
-        {'fusion': {'life': {'coast': 1.0}}},
-        'unknown parameter fusion.life.coast',
+        {'fusion': {'management': {'coast': 1.0}}},
+        'unknown parameter fusion.management.coast',
     ),
     'of another method': (
         'camera_node',
         {'settings': {'pipeline': {'silhouettes': {'holes': {'still_s': 2.0}}}}},
         'settings.pipeline.silhouettes.holes.still_s belongs to local_tracker silhouettes, but '
-        'settings.pipeline.local_tracker is groups',
+        'settings.pipeline.local_tracker is event_tracker',
     ),
     'no method': (
         'fusion_node',
@@ -163,5 +163,5 @@ def test_a_method_named_before_configuration_brings_its_parameters(bench, projec
     node.trigger_configure()
     assert not node.failure
     assert node.config.settings.pipeline.silhouettes.holes.still_s == 2.0
-    refused = node.set_parameters([Parameter(choice.name, value='groups')])[0]
+    refused = node.set_parameters([Parameter(choice.name, value='event_tracker')])[0]
     assert 'takes effect on configuration' in refused.reason

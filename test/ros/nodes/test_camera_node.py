@@ -256,7 +256,7 @@ def test_a_camera_that_has_moved_is_a_warning_until_it_is_configured_anew(bench,
     parameters = camera_parameters(projection)
     parameters['settings'] |= {'image_width': moving_camera.SIZE[0]}
     parameters['settings'] |= {'image_height': moving_camera.SIZE[1]}
-    parameters['settings']['pipeline']['watchdog'] = {'settling_s': 5.0}
+    parameters['settings']['pipeline']['camera_shift'] = {'settling_s': 5.0}
     node = bench.make(CameraNode, **parameters)
     reports = bench.messages(DiagnosticArray, '/diagnostics')
     camera, still = Images(bench), moving_camera.ground()

@@ -305,7 +305,7 @@ def test_thresholds_change_at_run_time_and_the_rest_is_refused_with_what_to_do(b
     for _ in range(20):
         index = graph.connect(index, count=1)
     node = bench.nodes[0]
-    changes = [Parameter('fusion.life.most_tracks', value=1)]
+    changes = [Parameter('fusion.management.most_tracks', value=1)]
     assert node.set_parameters(changes)[0].successful
     told = [Parameter('fusion.batching.period', value=0.1)]
     reason = node.set_parameters(told)[0].reason
@@ -317,7 +317,7 @@ def test_thresholds_change_at_run_time_and_the_rest_is_refused_with_what_to_do(b
     bench.until(lambda: len(sites) == 2)
     first, second = (json.loads(site.data) for site in sites)
     assert first['run'] == second['run']
-    assert second['fusion']['life']['most_tracks'] == 1
+    assert second['fusion']['management']['most_tracks'] == 1
 
 
 def test_ids_begin_at_one_each_time_if_no_file_keeps_them(bench):

@@ -59,7 +59,7 @@ def test_a_fusion_node_takes_its_messages_and_tells_its_feedback(bench):
         FusionNode, cameras=['cam1', 'cam2'], fusion={'tracker': 'feet', 'gate': 2.0}
     )
     assert node.has_parameter('fusion.gate')
-    assert not node.has_parameter('fusion.life.coast_time')
+    assert not node.has_parameter('fusion.management.coast_time')
     tracks, ticks = bench.rows(Tracks, '/tracks'), bench.rows(Ticks, '/ticks')
     feedback = bench.rows(foot_points.Headcount, '/headcount')
     senders = [bench.publisher(PointCloud2, f'/cam{n}/foot_points') for n in (1, 2)]

@@ -407,7 +407,9 @@ def test_a_graph_is_replayed_to_the_same_over_a_restart_of_fusion_and_another_th
         listened = time.monotonic() + 1.0  # to /ticks, too
         bench.until(lambda listened=listened: time.monotonic() > listened)
         follow()
-        parameter = Parameter('fusion.life.report_time', value=0.3 + 0.1 * life).to_parameter_msg()
+        parameter = Parameter(
+            'fusion.management.report_time', value=0.3 + 0.1 * life
+        ).to_parameter_msg()
         client = bench.observer.create_client(SetParameters, '/fusion_node/set_parameters')
         assert client.wait_for_service(30.0)
         answer = client.call_async(SetParameters.Request(parameters=[parameter]))

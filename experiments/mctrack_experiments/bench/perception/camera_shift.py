@@ -23,7 +23,7 @@ SEEN_S = 16.0  # before the camera is covered
 COVER_GRAIN_PX = 3
 
 
-def bench_watchdog(images_count: int = 2000, seed: int = 1) -> Figures:
+def bench_camera_shift(images_count: int = 2000, seed: int = 1) -> Figures:
     """
     Measure what watching costs an image, on one core, beside phase correlation.
 
@@ -48,8 +48,8 @@ def bench_watchdog(images_count: int = 2000, seed: int = 1) -> Figures:
         cv2.setNumThreads(threads)
     figures['ms_per_image'] = max(figures[f'{kind}.ms_per_image'] for kind in (*KINDS, 'covered'))
     return Figures(
-        'bench_watchdog',
-        'mctrack bench watchdog',
+        'bench_camera_shift',
+        'mctrack bench camera-shift',
         {
             'images': f'{images_count} of {SIZE[0]} x {SIZE[1]} px at {RATE_HZ:g} Hz in each '
             'kind of scene, from the start; drawing is not counted',
@@ -63,7 +63,7 @@ def bench_watchdog(images_count: int = 2000, seed: int = 1) -> Figures:
 
 
 def _costs(kind: str, count: int, seed: int) -> dict[str, float]:
-    scene, watchdog = (
+    scene, monitor = (
         WatchedScene(kind, seed, count / RATE_HZ),
         CameraShiftMonitor(CameraShiftConfig()),
     )
@@ -74,7 +74,7 @@ def _costs(kind: str, count: int, seed: int) -> dict[str, float]:
         looked_at = index % between == 0
         if looked_at:  # the others are not looked at
             image = scene.image(index / RATE_HZ)
-        spent[index] = _seconds(watchdog.watch, image, round(index / RATE_HZ * 1e9))
+        spent[index] = _seconds(monitor.watch, image, round(index / RATE_HZ * 1e9))
         if index % PEER_EVERY == 0:
             peer.append(_seconds(_phase_correlation, first, image))
     looks = spent[::between]
@@ -88,13 +88,13 @@ def _costs(kind: str, count: int, seed: int) -> dict[str, float]:
 
 def _covered_ms(count: int, seed: int) -> float:
     """Return what an image costs while the reference is looked for and never found, ms."""
-    scene, watchdog = WatchedScene('square', seed, SEEN_S), CameraShiftMonitor(CameraShiftConfig())
+    scene, monitor = WatchedScene('square', seed, SEEN_S), CameraShiftMonitor(CameraShiftConfig())
     for time_s in np.arange(0, SEEN_S, PERIOD_S).tolist():
-        watchdog.watch(scene.image(time_s), round(time_s * 1e9))
+        monitor.watch(scene.image(time_s), round(time_s * 1e9))
     noise = np.random.default_rng(seed).integers(0, 256, (SIZE[1], SIZE[0], 3), np.uint8)
     cover = np.asarray(cv2.GaussianBlur(noise, (0, 0), COVER_GRAIN_PX), np.uint8)
     stamps = [round((SEEN_S + index / RATE_HZ) * 1e9) for index in range(count)]
-    return float(np.mean([_seconds(watchdog.watch, cover, stamp) for stamp in stamps])) * 1e3
+    return float(np.mean([_seconds(monitor.watch, cover, stamp) for stamp in stamps])) * 1e3
 
 
 def _seconds(work: Callable[..., object], *arguments: object) -> float:

@@ -87,19 +87,19 @@ class PitchBench:
         return clock.ms(self._count) | {'persons': persons / self._count}
 
     def stages(self) -> dict[str, float]:
-        """Return what background, blobs and watchdog cost, each alone, ms an image."""
+        """Return what background, blobs and camera_shift cost, each alone, ms an image."""
         settings = self._site.cameras[CAMERA]
         config, mapping = settings.pipeline, settings.mapping()
         assert isinstance(config, EventTrackerConfig)
         background, sizes = Background(config.background), SizeTable(mapping)
-        watchdog, clock = CameraShiftMonitor(config.watchdog), Stopwatch()
+        camera_shift, clock = CameraShiftMonitor(config.camera_shift), Stopwatch()
         nobody = np.zeros(mapping.image_size[::-1], np.uint8)
         for step, message in enumerate(self._messages):
             if step == WARM_UP:
                 clock = Stopwatch()
             image, stamp_ns = image_from_message(message), self._world.scenario.stamp_ns(step)
-            with clock.on('watchdog'):
-                watchdog.watch(image, stamp_ns)
+            with clock.on('camera_shift'):
+                camera_shift.watch(image, stamp_ns)
             with clock.on('background'):
                 raw = background.apply(image, stamp_ns)
             if raw is None:

@@ -45,7 +45,7 @@ class JointParticleTracker:
         self._config, self._rng = config, np.random.default_rng(seed)
         assert isinstance(config.association, JointAssociationConfig)
         self._false_density = config.association.false_density
-        self._roster = Roster(config.life)
+        self._roster = Roster(config.management)
         self._state = np.empty((PARTICLES, 0, 4))
 
     def step(self, sight: Sight, seconds: float) -> tuple[Indices, Floats]:

@@ -40,7 +40,7 @@ class MeanShiftTracker:
 
     def __init__(self, config: JointConfig) -> None:
         self._motion = config.motion
-        self._roster = Roster(config.life)
+        self._roster = Roster(config.management)
         self._mean, self._covariance = np.empty((0, 4)), np.empty((0, 4, 4))
 
     def step(self, sight: Sight, seconds: float) -> tuple[Indices, Floats]:

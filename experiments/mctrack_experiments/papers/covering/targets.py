@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.management.config import LifeConfig
+from mctrack_ros.fusion.management.config import ManagementConfig
 from mctrack_ros.fusion.measurements.admission import Admitted
 from mctrack_ros.fusion.reid.appearance import TEMPLATE_S
 from mctrack_ros.interfaces import Tick
@@ -85,7 +85,7 @@ class Roster:
 
     Parameters
     ----------
-    life : LifeConfig
+    management : ManagementConfig
         Fusion's own times.
 
     Attributes
@@ -95,8 +95,8 @@ class Roster:
 
     """
 
-    def __init__(self, life: LifeConfig) -> None:
-        self._life, self._next = life, 1
+    def __init__(self, management: ManagementConfig) -> None:
+        self._management, self._next = management, 1
         self.id = np.empty(0, np.int64)
         self.template = np.empty((0, 48), np.float32)
         self._supported_s, self._silent_s = np.empty(0), np.empty(0)
@@ -109,7 +109,7 @@ class Roster:
     @property
     def is_told(self) -> Mask:
         """Return who (n,) is told of."""
-        return self._confirmed & (self._silent_s <= self._life.report_time)
+        return self._confirmed & (self._silent_s <= self._management.report_time)
 
     @property
     def _confirmed(self) -> Mask:
@@ -136,7 +136,9 @@ class Roster:
 
     def staying(self, place: Floats, seconds: float) -> Mask:
         """Drop who ends, being at (n, 2) places, and return who (n,) stays."""
-        limit = np.where(self._confirmed, self._life.coast_time, self._life.tentative_time)
+        limit = np.where(
+            self._confirmed, self._management.coast_time, self._management.tentative_time
+        )
         near = np.linalg.norm(place[:, None] - place, axis=2) < MERGE_M
         self._together_s = np.where(near, self._together_s + seconds, 0.0)
         doubled = np.tril(self._together_s >= MERGE_S, -1).any(axis=1)

@@ -57,7 +57,7 @@ class Scene:
 
 @pytest.fixture(params=['by pixels', 'as printed'])
 def scene(request):
-    return Scene(AbsorptionConfig() if request.param == 'by pixels' else as_printed().rest)
+    return Scene(AbsorptionConfig() if request.param == 'by pixels' else as_printed().absorption)
 
 
 def rest_of(scene, *things, seconds):
@@ -117,7 +117,7 @@ def test_a_vehicle_that_leaves_leaves_no_hole():
 
 
 def test_the_hole_of_an_inserted_vehicle_is_patched_as_printed():
-    scene = Scene(as_printed().rest)
+    scene = Scene(as_printed().absorption)
     rest_of(scene, (CAR, 60, ClassCode.VEHICLE), seconds=5)
 
     gone = rest_of(scene, seconds=1.5)
