@@ -120,6 +120,13 @@ def test_manifest_depends_on_what_is_imported_and_on_nothing_else():
     assert {ROSDEP_KEY_OF_IMPORT.get(name, name) for name in imported} == stated - BY_NAME
 
 
+def test_readme_names_what_rosdep_does_not_install():
+    text = (ROOT / 'README.md').read_text()
+    asked = re.search(r'rosdep has no keys.*?`pip install ([^`]*)`', text, re.DOTALL)[1]
+    named = {name.strip("'").removesuffix('[binary]') for name in asked.split()}
+    assert named == {REQUIREMENT_OF_IMPORT.get(name, name) for name in WITHOUT_KEY}
+
+
 def test_manifest_names_what_tests_import_beside_that():
     manifest = ElementTree.parse(ROOT / 'package.xml').getroot()
     stated = {element.text for element in manifest.findall('test_depend')}
